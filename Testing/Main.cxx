@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The main function of every test program. A program has the tests of one library; arguments are
 // names of its sources, without ".cxx": `CoreTests TestKdTree TestRegion` runs the tests of these
-// two. Without arguments all run.
-// --gtest_filter leaves out what follows its "-" then, and is heeded whole where no source is
-// named.
+// two. Without arguments all run. If sources are named, only the part of --gtest_filter after its
+// "-" is used, to leave out tests; else the whole filter.
 #include <gtest/gtest.h>
 
 #include <filesystem>

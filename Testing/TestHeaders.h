@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Precompiled once for all test programs: what nearly every test includes. A test includes what it
-// uses all the same.
+// Precompiled once for all test programs: headers that nearly every test includes. Tests include
+// what they use nevertheless.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A session that zooms into a model and gets one blob a frame: natively from a store, and again, as
-// WebAssembly too, from a tape that the first has written.
+// A session that zooms into a model and gets one blob a frame: first natively from a store; then
+// again, also as WebAssembly, from a tape that the first run has written.
 #pragma once
 
 #include "filters/model/ModelJson.h"
@@ -36,8 +36,8 @@ struct Arrivals
   // Before a blob goes to the session; and after it, to begin a frame.
   std::function<void(const protocol::BlobId&, const Bytes&)> arrive;
   std::function<void(ViewerSession&)> draw;
-  // Calls what gives the blob to the session, which decodes it and finds what is to be shown and
-  // asked for now.
+  // Calls its argument, which gives the blob to the session; the session decodes it, and finds what
+  // to show and to request.
   std::function<void(const std::function<void()>&)> give = [](const auto& work) { work(); };
 
   void Run() const

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What one arriving piece costs where 250,000 triangles and more are shown, beside drawing all
-// anew (doc/benchmarks.md#arrivals): natively, and as WebAssembly under Node.
+// What one arriving piece costs when 250,000 triangles or more are shown, compared with drawing
+// everything anew (doc/benchmarks.md#arrivals): natively, and as WebAssembly under Node.
 //
 //   BenchArrival NAME TAPE      a tape of TapeArrivals; exit code 1 where a bar is missed
 //
-// Two ratios: of drawing alone (parts, normals, and the chunks for the graphics memory), and with
-// the choice of what is shown before it, which goes through all wanted pieces. Beside them drawing
-// where new vertices morph, as on the page, where one arrival in 150 ms does. And how many frames
-// an arrival would keep waiting for longer than a third of a sixtieth of a second: the session is
-// played five times, and of each arrival the fastest counts, so that other work on the machine does
-// not.
+// Two ratios: of drawing only (parts, normals, and the chunks for graphics memory), and together
+// with the choice of what is shown, which goes through all wanted pieces. Also drawing with
+// geomorphs, as on the page (one arrival in 150 ms morphs). And the number of frames that an
+// arrival delays by more than a third of a sixtieth of a second: the session is played five times,
+// and the fastest time of each arrival counts, so that other work on the machine matters less.
 #include "Testing/Benchmarks/Arrivals.h"
 #include "filters/codec/PieceCodec.h"
 #include "viewer/mobile/SurfaceChunks.h"
@@ -31,8 +30,8 @@ using kdstream::bench::Tape;
 namespace
 {
 
-// Seconds of the processor, by the process: what else the machine does counts less. Wherever it is
-// played, a session has one thread.
+// Processor time of the process in seconds, which depends less on other work on the machine. A
+// session has one thread.
 double ProcessorSeconds()
 {
 #ifdef __EMSCRIPTEN__
@@ -78,8 +77,8 @@ std::size_t CutIntoChunks(const DrawnSurface::Part& part, const ViewerScene& sce
   return bytes;
 }
 
-// What a frame waits for, in seconds: the session, which decodes what came and chooses what is
-// shown; the new surface; its chunks for the graphics memory.
+// What a frame waits for, in seconds: the session, which decodes what arrived and chooses what is
+// shown; the new surface; its chunks for graphics memory.
 struct Wait
 {
   double session = 0, surface = 0, chunks = 0;

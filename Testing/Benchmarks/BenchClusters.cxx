@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Figs. 12-14 of the paper: simplification by the cells of a k-d tree beside that by an octree's,
-// at (about) equal numbers of vertices, and beside levels by collapse, as RMS and Hausdorff
+// Figs. 12-14 of the paper: simplification by the cells of a k-d tree compared with the cells of an
+// octree, at (about) equal numbers of vertices, and with levels by collapse, as RMS and Hausdorff
 // distances and as pictures.
 //   BenchClusters OUTPUT_FOLDER MESH.ply …
 #include "Testing/Benchmarks/MeshPicture.h"

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Bytes and speed of pieces of the original: our codec, and on positions and triangles alone peers
-// at the same grid step: the plain layout under zstd -19, meshoptimizer, Draco at speeds 0 and 5.
-// Then the bytes of the levels, whole pieces, beside Draco's of the same triangles on the level's
-// own grid.
+// Bytes and speed of pieces of the original: our codec, and, for only positions and triangles,
+// peers at the same grid step: the plain layout under zstd -19, meshoptimizer, Draco at speeds 0
+// and 5. Then the bytes of the levels (whole pieces), compared with Draco's for the same triangles
+// on the level's own grid.
 //   BenchCodec [--bits N] [--blobs FOLDER] MESH.ply …
-// Every partition is coded by itself, all coders in one go on one thread. "Positions and triangles"
-// are those of the whole piece, ghosts included, as a mesh; what ghosts, clusters and ids add is
-// printed beside. With --blobs the blobs are kept for BenchCodecSpeed as FOLDER/MESH.blobs. Ends
-// with 1 where a bar is missed.
+// Every partition is coded separately, by all coders in one run on one thread. "Positions and
+// triangles" are those of the whole piece, ghosts included, as a mesh; what ghosts, clusters and
+// ids add is printed beside. With --blobs the blobs are kept for BenchCodecSpeed as
+// FOLDER/MESH.blobs. Ends with 1 where a bar is missed.
 #include "Testing/Benchmarks/CodecBlobs.h"
 #include "Testing/Benchmarks/CodecPeers.h"
 #include "filters/codec/ByteStream.h"

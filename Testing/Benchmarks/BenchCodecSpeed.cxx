@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Speed of the piece codec alone, on one thread: decodes every blob of a file, several times over,
-// and encodes the pieces again. The same program natively and as WebAssembly under Node, so that
-// the two can be set side by side.
+// Speed of only the piece codec, on one thread: decodes every blob of a file several times, and
+// encodes the pieces again. The same program runs natively and as WebAssembly under Node, for
+// comparison.
 //   BenchCodecSpeed NAME FILE [ROUNDS]
-// FILE is what BenchCodec --blobs wrote (CodecBlobs.h). Each piece counts with its fastest round:
-// what else runs on the machine makes it slower, never faster.
+// FILE is what BenchCodec --blobs wrote (CodecBlobs.h). Each piece counts with its fastest round,
+// because other work on the machine only makes it slower.
 #include "Testing/Benchmarks/CodecBlobs.h"
 #include "filters/codec/PieceCodec.h"
 

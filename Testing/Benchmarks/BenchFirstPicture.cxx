@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The first picture of a large model: kdstream-view on its store, a new process, beside F3D on the
-// mesh, both whole processes that write a PNG.
+// The first picture of a large model: kdstream-view on its store, compared with F3D on the mesh,
+// both as new processes that write a PNG.
 //
 //   BenchFirstPicture PROGRAMS STORE.kds MESH.ply OUT [ROUNDS]
 //
-// Without F3D (f3d in the PATH, and a display, as xvfb-run gives one) only ours. By turns, ROUNDS
-// (3) times; the least time of each counts. Bars: the preview in at most 1 s and 200 MB. Exit code
-// 1 where one is missed.
+// Without F3D (f3d in the PATH, and a display, as from xvfb-run) only ours is measured. They take
+// turns, ROUNDS (3) times; the shortest time of each counts. Bars: the preview in at most 1 s and
+// 200 MB. Exit code 1 where one is missed.
 #include "Testing/Benchmarks/MeasuredRun.h"
 
 #include <cstdio>

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The floor under kdstream-build: the least that cuts a mesh into partitions, written as plainly as
-// one would (doc/benchmarks.md#floors-and-peers). One thread, everything in memory, no checks, no
+// A lower bound for the time of kdstream-build: the simplest program that cuts a mesh into
+// partitions (doc/benchmarks.md#floors-and-peers). One thread, everything in memory, no checks, no
 // levels, no codec.
 //   BenchFloor INPUT.ply OUTPUT [VERTICES_PER_PARTITION]
 // Reads what kdstream-generate writes (binary little-endian, float x y z, triangles of uint);
-// steps: fread; k-d tree by std::nth_element on (coordinate, id); bucket the triangles; of each
-// partition its points, the repeated points of others and the triangles in local indices; one file,
-// fdatasync. Prints the seconds of each step as one line of JSON.
+// steps: fread; k-d tree by std::nth_element on (coordinate, id); bucket the triangles; for each
+// partition its points, the repeated points of others, and the triangles in local indices; one
+// file, fdatasync. Prints the seconds of each step as one line of JSON.
 #include <algorithm>
 #include <array>
 #include <chrono>

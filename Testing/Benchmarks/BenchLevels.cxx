@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Levels against triangles: how far each method's meshes are from the original (RMS both ways and
-// Hausdorff), and whether the bars that this project has set itself are met.
+// Errors of levels by number of triangles: how far each method's meshes are from the original (RMS
+// both ways and Hausdorff), and whether this project's own limits are met.
 //   BenchLevels OUTPUT_FOLDER MESH.ply …
 // Methods: ours (collapse; clusters with sheets + quadric; the paper's), an octree's cells (mean;
 // sheets + quadric) at equal numbers of clusters, and peers from VTK and meshoptimizer at equal
-// numbers of triangles. All of a row are run in one go on one machine, on one thread where times
-// are compared. Writes levels.csv and levels.png. Ends with 1 where a bar is missed.
+// numbers of triangles. All methods of a row run in one session on one machine, on one thread if
+// times are compared. Writes levels.csv and levels.png. Exit code 1 if a limit is missed.
 #include "Testing/Benchmarks/ErrorChart.h"
 #include "Testing/Benchmarks/LevelPeers.h"
 #include "filters/baselines/OctreeClustering.h"

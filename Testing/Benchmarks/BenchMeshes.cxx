@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Meshes for the benchmarks, of the sizes of the paper's Table 2 and of shapes that the scans at
-// hand do not have:
+// Generates meshes for the benchmarks, of the sizes of the paper's Table 2, and of shapes that the
+// available scans do not have:
 //   BenchMeshes OUTPUT_FOLDER
 // writes torus.ply (36,000 vertices in even rows, fine relief), bones.ply (about 50,000, branching,
-// uneven triangles as surfaces out of volumes have them), gyroid.ply (about 98,000, thin walls,
+// uneven triangles as in surfaces extracted from volumes), gyroid.ply (about 98,000, thin walls,
 // many holes) and head.ply (67,418, smooth and closed).
 #include "filters/core/Weld.h"
 #include "filters/meshio/MeshWriter.h"
@@ -53,9 +53,9 @@ Mesh Torus()
   return mesh;
 }
 
-// A cube's six grids of side × side quads, blown up to a ball: 6 side^2 + 2 vertices (as Igea and
-// Skull of the paper may have been made: Skull's 98,306 are such a number). Dents and bumps make a
-// head.
+// A cube's six grids of side × side quads, projected to a ball: 6 side^2 + 2 vertices (Igea and
+// Skull of the paper may have been made so: Skull has 98,306 vertices, which is such a number).
+// Dents and bumps make a head.
 Mesh Head()
 {
   constexpr int side = 106;

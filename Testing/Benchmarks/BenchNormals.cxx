@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whether levels that carry the original's normals look more like it than what the same bytes buy
-// in vertices (doc/decisions/0014-refine-by-the-view.md).
+// Do levels with the original's normals look more like the original than levels that use the same
+// bytes for more vertices? (doc/decisions/0014-refine-by-the-view.md)
 //
 //   BenchNormals MESH.ply...
 //
-// Draws each level of a mesh from 12 directions, lit by its own triangles' normals and by the mean
-// of the original's normals under each vertex, whole and rounded to an octahedron's grid of so many
-// bits, and prints the share of wrong pixels (ComparedPictures.h), medians. Beside them what such
-// normals cost: the entropy of their differences from the level's own, bits a vertex.
+// Draws each level of a mesh from 12 directions, lit by its own triangles' normals, and by the mean
+// of the original's normals under each vertex, exact and rounded to an octahedron's grid of
+// different numbers of bits. Prints the medians of the share of wrong pixels (ComparedPictures.h),
+// and the cost of such normals: the entropy of their differences from the level's own, in bits a
+// vertex.
 #include "Testing/Benchmarks/ComparedPictures.h"
 #include "Testing/Benchmarks/WeldedMesh.h"
 #include "filters/core/VectorMath.h"

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What levels keep of a mesh's paint, and what that costs of its shape (doc/benchmarks.md#colours).
+// How much of a mesh's vertex colours levels keep, and what that costs in shape
+// (doc/benchmarks.md#colours).
 //
 //   BenchPaint OUTPUT_FOLDER MESH.ply...
 //
-// Levels of painted meshes beside levels of the same meshes that know shape alone and have the
-// means of their vertices' colours: how far pictures without light are from the original's, from 24
-// cameras, in grey values; the distance of the surfaces (RMS, the larger way) in % of the diagonal;
-// and the ratios. Writes a picture of each at about 16,000 and 4,000 triangles. Ends with 1 where a
-// bar is missed.
+// Compares levels of coloured meshes with levels of the same meshes that ignore colours and get the
+// means of their vertices' colours: the difference of pictures without light from the original's,
+// from 24 cameras, in grey values; the distance of the surfaces (RMS, the larger way) in % of the
+// diagonal; and the ratios. Writes a picture of each at about 16,000 and 4,000 triangles. Exit code
+// 1 if a limit is missed.
 #include "Testing/Benchmarks/FlatPictures.h"
 #include "Testing/Benchmarks/WeldedMesh.h"
 #include "filters/core/MeshDistance.h"
@@ -32,8 +33,8 @@ using namespace kdstream::bench;
 constexpr std::size_t samples = 100000, side = 640;
 constexpr unsigned coarsest = 9;
 
-// At levels of so many triangles a bar holds: of the colours' error, and of the shape's, beside
-// those of levels that know shape alone.
+// At levels of this number of triangles there are limits for the errors of colours and of shape,
+// relative to those of levels that ignore colours.
 struct Bar
 {
   std::size_t least, most;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Table 2 and Figs. 5 and 6 of the paper: partitions by k-d tree, octree and k-means, how compact
-// they are, how far their sizes spread, and how long they take, beside the paper's figures and
+// Table 2 and Figs. 5 and 6 of the paper: partitions by k-d tree, octree and k-means: their
+// compactness, the spread of their sizes, and the time, compared with the paper's figures and with
 // peers.
 //   BenchPartition table2|fig5 OUTPUT_FOLDER MESH.ply …
 // table2 prints the table and writes table2.csv; fig5 writes fig5-MESH.png, a mesh cut by all

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How fast the chunked readers are, beside the least that reads a file: a bare fread whose bytes
-// are parsed into arrays of the size that is known (the floor), on one thread, in one run, best of
-// several rounds that take turns. VTK's readers as peers, once.
+// The speed of the chunked readers, compared with the floor: a bare fread that parses the bytes
+// into arrays of known size. On one thread, in one run; the best of several rounds that take turns.
+// Also VTK's readers, once.
 //   BenchReaders [MILLIONS_OF_TRIANGLES] [ROUNDS]
-// writes a closed mesh in every format into a temporary folder and prints, for each, seconds and
-// ratios to the floor of our reader into one mesh and in chunks that are let go.
+// writes a closed mesh in every format into a temporary folder. Prints for each format seconds, and
+// the ratio to the floor, of our reader into one mesh, and in chunks that are freed.
 #include "filters/meshio/MeshReader.h"
 #include "filters/meshio/MeshWriter.h"
 #include "filters/meshio/OutputFile.h"

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Figs. 10, 11 and 19 of the paper: the partitions of a region by k-d tree and by octree, their
-// bytes and the time that they take to come; and partitions of 2,000 against 4,000 vertices.
+// bytes and the time until they arrive; and partitions of 2,000 compared with 4,000 vertices.
 //
 //   BenchRegions PROGRAMS STORES OUT MODEL...
 //
 // STORES has three stores of each model: MODEL-kd2000.kds, MODEL-kd4000.kds and MODEL-octree.kds
 // (cells of at most 2,000 vertices). Serves them by kdstream-serve and taps 20 places all over the
 // model. The region of a tap is the paper's (section 5.4): the box of the k-d cell there, moved
-// outward by the average of its sides. Each store sends what touches that very box, over loopback
-// and over 20 Mbit/s with 30 ms, in one request as viewers ask and, as the paper's client got its
-// files, one after the other. Prints means over the taps, writes regions.tsv and fig10-MODEL.png.
+// outward by the average of its sides. Each store sends the partitions that touch this box, over
+// loopback and over 20 Mbit/s with 30 ms: in one request, as viewers do, and one after the other,
+// as the paper's client did. Prints means over the taps, writes regions.tsv and fig10-MODEL.png.
 #include "Testing/Benchmarks/ErrorChart.h"
 #include "Testing/Benchmarks/Serving/ServerProcess.h"
 #include "Testing/Benchmarks/ShapedProxy.h"
@@ -356,8 +356,8 @@ private:
     }
   }
 
-  // How well partitions surround what was tapped: the ball of which everything has come, for the
-  // same number of vertices.
+  // How well partitions surround the tapped point: the ball inside which everything has arrived,
+  // for the same number of vertices.
   static void Density(const char* what, const Store& store, const Store& tapped)
   {
     constexpr std::uint64_t wanted = 20'000;

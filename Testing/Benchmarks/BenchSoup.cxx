@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How long kdstream-build takes for a soup, beside scans of its size, all in one run: triangles
-// without order are the worst input that it must still finish.
+// The time of kdstream-build for a soup, compared with scans of the same size, all in one run:
+// unordered triangles are the worst input that it must still finish.
 //   BenchSoup PROGRAMS OUTPUT_FOLDER [TRIANGLES [ROUNDS]]
-// PROGRAMS: the folder of kdstream-build and kdstream-generate. Makes a soup of so many triangles
-// (3,000,000) and two scans in the output folder, for the time of the run: one with as many
-// triangles, and one with as many vertices, which are three times as many as a soup has triangles.
-// Every build is out of core; it runs ROUNDS (4) times, and the least time of each counts.
+// PROGRAMS: the folder of kdstream-build and kdstream-generate. Makes a soup of TRIANGLES
+// (3,000,000) and two scans in the output folder, and removes them at the end: one scan with the
+// same number of triangles, and one with the same number of vertices (a soup has three times as
+// many vertices as triangles). Every build is out of core; it runs ROUNDS (4) times, and the
+// shortest time counts.
 #include "Testing/Benchmarks/MeasuredRun.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/meshio/MeshWriter.h"

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How fast and how large kdstream-build is, beside the floor under it (BenchFloor): the same mesh,
+// Time and memory of kdstream-build, compared with a lower bound (BenchFloor): the same mesh with
 // triangles in order and shuffled, one after the other in one run.
 //   BenchSpeed PROGRAMS OUTPUT_FOLDER [VERTICES [ROUNDS]]
 // PROGRAMS: the folder of kdstream-build, kdstream-generate and BenchFloor. Makes relief.ply and
-// relief-shuffled.ply of so many vertices (14,030,000) in the output folder, for the time of the
-// run, and runs everything ROUNDS (3) times in turns; the least time of each counts. Memory is the
-// peak that the kernel saw of each process. Prints the table and writes speed.csv.
+// relief-shuffled.ply of VERTICES (14,030,000) in the output folder, and removes them at the end.
+// Runs everything ROUNDS (3) times in turns; the shortest time of each counts. Memory is each
+// process's peak according to the kernel. Prints the table and writes speed.csv.
 #include "Testing/Benchmarks/MeasuredRun.h"
 
 #include <algorithm>
@@ -24,8 +24,8 @@ namespace
 using namespace kdstream::benchmarks;
 using std::filesystem::path;
 
-// The bars of this project: in core and out of core at most so many times the floor, shuffled at
-// most so many times the coherent order; out of core not much more memory than the limit.
+// The limits of this project: in core and out of core at most this multiple of the floor, shuffled
+// at most this multiple of the ordered mesh; out of core not much more memory than the limit.
 constexpr double mostOfFloor = 5, mostOfFloorExternally = 8, mostOfCoherent = 2;
 constexpr const char* limit = "256M";
 constexpr double mostMebibytes = 256 + 64;

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Table 3 of the paper: partitioning out of core, by octree and by k-d tree with each of the four
-// medians, beside the paper's figures; how many passes its heaps need; and the tree in memory
-// beside a bare run of std::nth_element.
+// medians, compared with the paper's figures; the number of passes of its heaps; and the tree in
+// memory compared with only std::nth_element.
 //   BenchTable3 OUTPUT_FOLDER [--temp-dir DIR] [--memory BYTES] [--points KIND:COUNT] … [MESH.ply]
 //   …
 // KIND: uniform in a cube | skewed: exponential along every axis | tied: on a grid of 100 steps a
 // side | sphere: a displaced sphere in the order of its latitudes, as a scan. Without --points: the
 // paper's three numbers of vertices as spheres, the largest of the other kinds too. Without
-// --memory: a third of the points' bytes, so that two depths of the tree lie out of core whatever
-// the size. Every time is also given as a multiple of a bare sequential read and write of the same
+// --memory: a third of the points' bytes, so that two depths of the tree are out of core at any
+// size. Every time is also given as a multiple of a bare sequential read and write of the same
 // bytes in the same folder, measured just before. Writes table3.csv.
 #include "filters/baselines/OctreeClustering.h"
 #include "filters/baselines/stores/Baselines.h"
@@ -251,9 +251,8 @@ Row RunTree(const NamedPoints& named, const Settings& settings, std::uint64_t me
   return row;
 }
 
-// The N whose number of octree partitions is about that of the k-d tree's: the paper's are within
-// 17
-// %.
+// The N that gives about as many octree partitions as the k-d tree has: in the paper they differ by
+// up to 17 %.
 Row RunOctree(const NamedPoints& named, const Settings& settings, std::uint64_t memory)
 {
   OctreeOptions wanted;
@@ -340,8 +339,8 @@ void RunTable(const NamedPoints& named, const Settings& settings, std::ofstream&
 // --- the claims about heaps
 // -----------------------------------------------------------------------
 
-// Where the mean of the coordinates along the longest axis lies, in percent of the vertices; the
-// median lies at 50.
+// The rank of the mean of the coordinates along the longest axis, in percent of the vertices; the
+// median is at 50.
 double RankOfMean(const std::vector<Vec3>& points)
 {
   Box box;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Tables 4 to 6 of the paper: what three levels and a region take to come, to be decoded and to be
-// drawn, beside what the paper's phone took.
+// Tables 4 to 6 of the paper: the times of three levels and a region to arrive, to be decoded and
+// to be drawn, compared with the paper's phone.
 //
 //   BenchTables456 PROGRAMS STORES OUT [TRIALS]
 //
@@ -8,8 +8,8 @@
 // paper's meshes of 0.54, 3.6 and 14 million vertices. Serves them by kdstream-serve and plays one
 // session with kdstream-view for each, TRIALS (10) times, over loopback and over a line of 20
 // Mbit/s and 30 ms: the preview, three levels of the whole model by `--detail level` (the coarsest
-// that have at least as many vertices as the paper's), and a double tap. Prints medians and
-// writes tables456.csv. Each picture has 800 x 480 pixels and is drawn without a graphics card.
+// that have at least as many vertices as the paper's), and a double tap. Prints medians and writes
+// tables456.csv. Each picture has 800 x 480 pixels and is drawn without a graphics card.
 #include "Testing/Benchmarks/MeasuredRun.h"
 #include "Testing/Benchmarks/Serving/ServerProcess.h"
 #include "Testing/Benchmarks/ShapedProxy.h"

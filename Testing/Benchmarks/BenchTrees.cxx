@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What whose partition a point is costs in VTK: vtkKdTreePartition beside
-// vtkKdTree::BuildLocatorFromPoints, in turn, the least time of several runs each.
+// The cost in VTK of finding each point's partition: vtkKdTreePartition compared with
+// vtkKdTree::BuildLocatorFromPoints. They take turns, and the shortest time of several runs counts.
 //   BenchTrees MESH.ply …
-// vtkKdTree gets the points alone and at least as many regions as there are partitions: it copies
-// the coordinates as floats and orders them by region, nothing else. Ours, each with PartitionId:
-// the points alone, and the mesh; port 1, which cuts nothing (of the mesh the cells are checked),
-// and port 0, the partitions.
+// vtkKdTree gets only the points, and at least as many regions as there are partitions: it copies
+// the coordinates as floats and orders them by region, nothing else. Ours, always with PartitionId:
+// only the points, and the mesh; port 1, which cuts nothing (but checks the mesh's cells), and port
+// 0, the partitions.
 #include "filters/adapter/Testing/SmpBackend.h"
 
 #include <vtkCellArray.h>

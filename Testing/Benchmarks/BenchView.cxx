@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a picture costs: bytes and seconds until so few pixels are wrong (doc/benchmarks.md#views).
+// What a picture costs: bytes and seconds until few enough pixels are wrong
+// (doc/benchmarks.md#views).
 //
 //   BenchView FOLDER OUT [MODEL...]
 //
-// Looks at the models of a folder of stores from 36 places, 12 directions at zooms of 1, 4 and 16,
-// over simulated lines of 1, 10 and 100 Mbit/s with a round trip of 30 ms, and beside them with one
-// level for all, an oracle that fetches just the pieces of the final cut, and the whole file. A
-// pixel is wrong if a channel is off by more than 8 of 255 from the picture of the original; only
-// pixels of the object count; pictures are drawn 4 x 4 times as fine (2 x 2, each of 4 samples).
-// Writes OUT/view-MODEL.tsv with every picture and view-MODEL.png, prints medians, and whether the
-// bars are met; exit code 1 where one is missed. The dragon's flank is held against what Nexus's
-// viewer fetched. Of models of 10 million triangles and more, before all that: what approaching
-// costs, and whether it grows with the model; then pictures at 10 Mbit/s alone.
+// Views the models of a folder of stores from 36 places (12 directions at zooms of 1, 4 and 16),
+// over simulated lines of 1, 10 and 100 Mbit/s with a round trip of 30 ms. Compared with: one level
+// for all, an oracle that fetches exactly the pieces of the final cut, and the whole file. A pixel
+// is wrong if a channel is off by more than 8 of 255 from the picture of the original; only pixels
+// of the object count; pictures are drawn 4 x 4 times as fine (2 x 2, each of 4 samples). Writes
+// OUT/view-MODEL.tsv with every picture and view-MODEL.png, prints medians, and whether the bars
+// are met; exit code 1 where one is missed. The dragon's flank is compared with what Nexus's viewer
+// fetched. Models of 10 million triangles and more come first: the cost of approaching them, and
+// whether it grows with the model; their pictures are only measured at 10 Mbit/s.
 #include "Testing/Benchmarks/ErrorChart.h"
 #include "Testing/Benchmarks/ViewLooks.h"
 #include "server/session/StoreCatalog.h"
@@ -206,8 +207,8 @@ void Bench(const ServedModel& model, const std::string& folder, const std::strin
   }
 }
 
-// The dragon's flank, nearer and nearer, beside what Nexus's viewer fetched for the same views and
-// how far its pictures were off the original's (measured once, 800 x 480, 30 degrees).
+// The dragon's flank, nearer and nearer, compared with Nexus's viewer: what it fetched for the same
+// views, and how far its pictures were from the original's (measured once, 800 x 480, 30 degrees).
 void BenchFlank(const ServedModel& model)
 {
   struct Peer
@@ -299,8 +300,8 @@ void BenchJumps(const ServedModel& model)
   }
 }
 
-// What a view costs of models of any size: that is the promise, cost by the screen and not by the
-// model. All but the smallest are held against the smallest.
+// The cost of a view for models of any size: it should depend on the screen, not on the model.
+// Larger models are compared with the smallest.
 void BenchSizes(const std::vector<std::shared_ptr<const ServedModel>>& models, double megabits)
 {
   Painter painter;

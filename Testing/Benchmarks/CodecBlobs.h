@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Blobs of pieces in a file, from the benchmark that cuts meshes to the one that runs as
-// WebAssembly too. A file of one machine for one run: numbers as they lie in memory.
+// Blobs of pieces in a file, written by the benchmark that cuts meshes for the one that also runs
+// as WebAssembly. Used on one machine in one run: numbers are stored as in memory.
 #pragma once
 
 #include "filters/codec/PieceCodec.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Peers of the piece codec: what Draco, meshoptimizer and zstd make of a small mesh on an integer
-// grid.
+// Peers of the piece codec: Draco, meshoptimizer and zstd for a small mesh on an integer grid.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -21,8 +20,8 @@ struct GridMesh
   std::vector<Triangle> triangles;
 };
 
-// What a coder made of one mesh. Decoding gives so many vertices and triangles: peers may drop
-// some.
+// A coder's result for one mesh. Decoding gives this number of vertices and triangles, because
+// peers may drop some.
 struct Coded
 {
   std::size_t bytes = 0;

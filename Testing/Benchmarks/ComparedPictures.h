@@ -14,8 +14,8 @@ namespace kdstream::bench
 
 constexpr int width = 800, height = 480; // of every picture
 
-// Draws scenes 4 x 4 times as fine (2 x 2, each of 4 samples), since an original with several
-// triangles a pixel is noise otherwise. Ends the program where that is not possible.
+// Draws scenes 4 x 4 times as fine (2 x 2, each of 4 samples), because an original with several
+// triangles a pixel would be noise otherwise. Ends the program if that is not possible.
 class Painter
 {
 public:
@@ -27,8 +27,8 @@ private:
   SurfaceScene Scene;
 };
 
-// Of the object's pixels, those that differ from `background` in either picture: the share with a
-// channel that is off by more than 8 of 255.
+// Among the object's pixels (those that differ from `background` in either picture): the share with
+// a channel that differs by more than 8 of 255.
 double ShareOfWrong(
   const WindowPicture& picture, const WindowPicture& original, const WindowPicture& background);
 

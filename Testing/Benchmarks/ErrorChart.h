@@ -24,9 +24,9 @@ struct ErrorPanel
   std::vector<ErrorCurve> curves;
 };
 
-// Draws panels beside each other, rows below each other, on logarithmic axes, off screen into a PNG
-// file. Curves of one name have one colour in all panels; the last panel of a row has the legend.
-// Errors: those of MakeOffscreenWindow and WritePng.
+// Draws charts in rows, on logarithmic axes, off screen into a PNG file. Curves of the same name
+// have the same colour in all charts; the last chart of a row has the legend. Errors: those of
+// MakeOffscreenWindow and WritePng.
 Status WriteErrorCharts(const std::vector<std::vector<ErrorPanel>>& rows, const std::string& file);
 
 }

@@ -21,8 +21,8 @@ struct FlatPicture
   std::vector<bool> covered; // whether some of the surface is seen there
 };
 
-// Draws a surface from 24 cameras around a box: eight directions, from below, level and from above;
-// all of the box is seen. Four samples a pixel.
+// Draws a surface from 24 cameras around a box: eight directions, from below, horizontally and from
+// above; the whole box is visible. Four samples a pixel.
 class FlatPainter
 {
 public:
@@ -31,8 +31,8 @@ public:
   // side: pixels of the pictures, which are square.
   FlatPainter(const Box& box, std::size_t side);
 
-  // colors: the vertices', uint8, three components or more, between which each triangle's are
-  // linear.
+  // colors: of the vertices, uint8, three components or more; interpolated linearly in each
+  // triangle.
   std::vector<FlatPicture> DrawAll(std::span<const Vec3> points,
     std::span<const Triangle> triangles, const Attribute& colors) const;
   // Errors: InputOutput.
@@ -48,8 +48,8 @@ private:
   std::size_t Side;
 };
 
-// How far the channels are off on average, in grey values, over the pixels that either surface
-// covers; the mean over all cameras.
+// The mean difference of the channels, in grey values, over the pixels that either surface covers;
+// the mean over all cameras.
 double MeanDifference(std::span<const FlatPicture> a, std::span<const FlatPicture> b);
 
 }

@@ -27,11 +27,11 @@ class LevelPeers
 public:
   explicit LevelPeers(const Mesh& mesh);
 
-  // To `triangles`, or as near as the method comes: vtkQuadricDecimation, vtkDecimatePro
-  // (PreserveTopology off), meshopt_simplify where it was found.
+  // Simplifies to `triangles`, or as near as the method gets: vtkQuadricDecimation, vtkDecimatePro
+  // (PreserveTopology off), meshopt_simplify if it was found.
   std::vector<PeerMesh> ByTarget(std::size_t triangles) const;
-  // By a grid of n³ bins, n the smallest that gives at least so many triangles:
-  // vtkQuadricClustering, vtkBinnedDecimation (its best, bin averages).
+  // Simplifies by a grid of n³ bins, n the smallest that gives at least this number of triangles:
+  // vtkQuadricClustering, vtkBinnedDecimation (its best mode, bin averages).
   std::vector<PeerMesh> ByGrid(std::size_t triangles) const;
 
 private:

@@ -21,8 +21,8 @@ struct Cost
   Json steps;           // seconds each, where the caller knows them
 };
 
-// command: the program's path and its arguments. Its standard output goes to the file `output`. A
-// failure ends the benchmark with a message.
+// command: the program's path and its arguments. Its standard output goes into the file `output`.
+// If it fails, the benchmark ends with a message.
 Cost RunMeasured(const std::vector<std::string>& command, const std::filesystem::path& output);
 
 }

@@ -20,8 +20,8 @@ struct PictureCell
 {
   vtkSmartPointer<vtkPolyData> mesh; // null: an empty place
   std::string caption;
-  // A point's partition, one entry a point: drawn in colours that neighbouring numbers do not
-  // share; a triangle takes that of its first point. Empty: one colour.
+  // The partition of each point: drawn in colours that differ for neighbouring numbers; a triangle
+  // has the colour of its first point. Empty: one colour.
   std::vector<std::uint32_t> partitions;
 };
 
@@ -35,9 +35,8 @@ struct PictureOptions
   bool oneScale = true;              // for all meshes; else each fills its place
 };
 
-// Draws the grid off screen into a PNG file. The view is a parallel one in
-// which all of a mesh is seen, above its caption. Rows may have different lengths. Errors: those of
-// MakeOffscreenWindow and WritePng.
+// Draws the grid off screen into a PNG file. A parallel view shows a whole mesh above its caption.
+// Rows may have different lengths. Errors: those of MakeOffscreenWindow and WritePng.
 Status WriteMeshPicture(const std::vector<std::vector<PictureCell>>& rows,
   const PictureOptions& options, const std::string& file);
 

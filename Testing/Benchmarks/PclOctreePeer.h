@@ -17,7 +17,7 @@ struct PclOctree
   std::size_t leaves = 0;
 };
 
-// Builds pcl::octree::OctreePointCloudPointVector whose leaves split beyond `most` points.
+// Builds pcl::octree::OctreePointCloudPointVector, which splits leaves of more than `most` points.
 // REQUIRES: points.
 PclOctree TimePclOctree(std::span<const Vec3> points, std::uint32_t most);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A line to a server that is as slow and as long as one wants: a TCP proxy on this machine, for
-// programs that are run as a whole (in virtual time: SimulatedLine).
+// A line to a server with any speed and delay: a TCP proxy on this machine, for programs that are
+// run as a whole (in virtual time: SimulatedLine).
 #pragma once
 
 #include <cstdint>
@@ -9,10 +9,10 @@
 namespace kdstream::benchmarks
 {
 
-// What comes from the server leaves at `rate` bytes a second, all connections together, and
-// arrives half a round trip later, as what goes to the server does, which has no limit. A new
-// connection takes a round trip as well. At most 256 KiB wait for their turn; then the server is
-// read no more, as a router's queue that is full would have it.
+// Bytes from the server leave at `rate` bytes a second, all connections together, and arrive half a
+// round trip later. Bytes to the server are delayed in the same way, without a limit of the rate. A
+// new connection takes a round trip, too. At most 256 KiB wait; then the proxy stops reading from
+// the server, as if a router's queue were full.
 class ShapedProxy
 {
 public:
@@ -22,7 +22,7 @@ public:
     double roundTrip = 0; // s
   };
   // Listens on a free port of 127.0.0.1 and connects to `server`, a port there, on a thread of its
-  // own. Throws std::system_error where no port can be had.
+  // own. Throws std::system_error if there is no free port.
   ShapedProxy(std::uint16_t server, const Line& line);
   ~ShapedProxy();
   ShapedProxy(const ShapedProxy&) = delete;

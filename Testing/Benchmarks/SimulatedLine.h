@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A line to a server in virtual time: so many bytes a second, so long a way. What a session asks
-// for comes as over a stream, in its order; the same on every run, however slow the machine is.
+// A line to a server in virtual time, with a given speed and delay. What a session requests arrives
+// as over a stream, in order; the same on every run, however slow the machine is.
 #pragma once
 
 #include "server/session/Catalog.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Writes the tape for BenchArrival, and measures on the way what VTK takes for one arrival, beside
-// all anew.
+// Writes the tape for BenchArrival, and measures the time of VTK for one arrival, compared with
+// drawing everything anew.
 //
-//   TapeArrivals FOLDER MODEL ZOOM TAPE      exit code 1 where the bar is missed
+//   TapeArrivals FOLDER MODEL ZOOM TAPE      exit code 1 if the limit is missed
 #include "Testing/Benchmarks/Arrivals.h"
 #include "server/session/StoreCatalog.h"
 #include "viewer/rendering/SurfaceScene.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Looks at a model over a simulated line, and what their pictures are held against
+// Views of a model over a simulated line, and the references with which their pictures are compared
 // (doc/benchmarks.md#views).
 #pragma once
 
@@ -55,8 +55,8 @@ struct Reference
 // Selects the model and waits for its preview. line: that session's alone.
 void OpenPreview(ViewerSession& session, SimulatedLine& line, const std::string& model, Look& look);
 
-// Looks until nothing more comes, at `rate` bytes a second. Without a reference: draws nothing but
-// the last picture, into `last`.
+// Views until nothing more arrives, at `rate` bytes a second. Without a reference: draws only the
+// last picture, into `last`.
 Look LookAt(const ServedModel& model, const View& view, SessionOptions options, double rate,
   const Reference* reference, Painter& painter, WindowPicture* last = nullptr);
 
@@ -66,13 +66,14 @@ struct JumpCost
   double bytes = 0, wasted = 0;
 };
 
-// Looks from direction 0 at a zoom for `after` seconds, jumps to another direction, and waits there
-// until nothing more comes, at `rate` bytes a second.
+// Views from direction 0 at a zoom for `after` seconds, jumps to another direction, and waits there
+// until nothing more arrives, at `rate` bytes a second.
 JumpCost CostOfJump(const ServedModel& model, const View& view, double after, double rate);
 
-// Draws what the looks at a model are held against: its original (`--detail full`). One of more
-// than 10 million triangles is kept, some 200 bytes a triangle; of more than 50 million the same
-// view with four times the budget and a quarter of the error stands for it.
+// Draws the references of views of a model: its original (`--detail full`). The surface of an
+// original with more than 10 million triangles is kept, some 200 bytes a triangle. For more than 50
+// million triangles the reference is the same view with four times the budget and a quarter of the
+// error.
 class ReferencePictures
 {
 public:

@@ -2,11 +2,11 @@
 // Figures of benchmarks, one JSON file for each run of a benchmark, and the page made of them.
 //
 //   node figures.mjs page            writes doc/benchmarks.md and its plots from Testing/Benchmarks/Figures/*.json
-//   node figures.mjs check           whether they are up to date: exit code 1 and their names where they are not
+//   node figures.mjs check           whether they are up to date: exit code 1 and their names if not
 //   node figures.mjs record NAME     reads what a benchmark printed (out/bench/NAME.txt) into out/bench/NAME.json
 //
-// A run: {"section","date","machine","command","commit","tables","remarks"}. A table: {"title","columns","rows","plot"}; plot is a
-// list of columns whose first numbers become bars, or {"unit","bars":[[label,number],...]}. Remarks are kept, not shown.
+// A run: {"section","date","machine","command","commit","tables","remarks"}. A table: {"title","columns","rows","plot"}; plot is
+// a list of columns whose first numbers become bars, or {"unit","bars":[[label,number],...]}. Remarks are kept, not shown.
 import { execFileSync } from "node:child_process";
 import { mkdirSync, readFileSync, readdirSync, writeFileSync } from "node:fs";
 import os from "node:os";

@@ -222,8 +222,8 @@ test("a coloured model", async () => {
   await visit.close();
 });
 
-// A slow machine may have found its pictures too few while the list was drawn; then nothing glides
-// for a while (GeomorphClock::rest), in seconds.
+// A slow machine may have drawn too few pictures while the list was drawn; then nothing morphs for a while (GeomorphClock::rest),
+// in seconds.
 const glideRest = 10.5;
 
 // New vertices glide to their places, and arrive; not where a person wants nothing to move by itself.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The page for everyone: by keyboard alone, for screen readers (axe-core finds nothing), in other languages and from right
-// to left, at the sizes that screens have, with the contrast and the stillness that a system asks for.
+// The page for everyone: only by keyboard, for screen readers (axe-core finds nothing), in other languages and from right to
+// left, at usual screen sizes, with the contrast and the reduced motion that a system asks for.
 
 import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";

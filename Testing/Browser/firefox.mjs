@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The second engine: Debian's Firefox, by Puppeteer and WebDriver BiDi, on an X server of its own. It has WebGL 2 there by
+// The second browser: Debian's Firefox, by Puppeteer and WebDriver BiDi, on an X server of its own, where it has WebGL 2 by
 // llvmpipe; without a screen (headless) it has none.
 
 import assert from "node:assert/strict";

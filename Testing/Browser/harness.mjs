@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What all browser tests share: the programs under test as processes, Chromium as a phone or a desktop, and fingers; what the
-// page says and waiting for it is in visit.mjs.
+// What all browser tests share: the programs under test as processes, Chromium as a phone or a desktop, and fingers. visit.mjs
+// has the page's state and waiting for it.
 //
-// Where things are is told by the environment; ctest sets it:
+// The environment gives the places of all files; ctest sets it:
 //   KDSTREAM_PROGRAMS  folder of kdstream-build and kdstream-serve
 //   KDSTREAM_PAGE      folder of the page
 //   KDSTREAM_DRAGON    dragon.ply
@@ -41,8 +41,8 @@ export function temporaryFolder() {
   return folder;
 }
 
-// A sphere with bumps, of `around` times `across` quads and 2 `size` high: closed, and in the middle of every picture there
-// is a surface.
+// A sphere with bumps, of `around` times `across` quads and a height of 2 `size`. It is closed, so that there is a surface in the
+// middle of every picture.
 export function writePebble(file, around = 96, across = 48, size = 1) {
   const vertices = [`0 0 ${size}`];
   for (let j = 1; j < across; ++j) {
@@ -194,8 +194,8 @@ export function launchBrowser(...options) {
   });
 }
 
-// A server of the folder that `make` gives, and a browser: both are there before a file's tests, which get them by `take`, and
-// end after them.
+// Starts a server of the folder that `make` returns, and a browser, before a file's tests, which get them by `take`; ends both
+// after them.
 export function startForTests(make, take) {
   let server, browser;
   before(async () => {
@@ -261,8 +261,8 @@ export class Visit extends PageVisit {
 
   // ---- fingers; places in points of the window
 
-  // One frame of touches at `seconds` after the one before, whatever time it really takes to get there: whether two taps
-  // are a double tap must not depend on how busy the machine is.
+  // One frame of touches at `seconds` after the one before, whatever the real time: whether two taps are a double tap must not
+  // depend on how busy the machine is.
   async #touch(type, touchPoints, seconds) {
     this.#clock = Math.max(this.#clock + seconds, this.#clock ? 0 : Date.now() / 1000);
     await this.#session.send("Input.dispatchTouchEvent", { type, touchPoints, timestamp: this.#clock });

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The list of models: pictures, titles in order, search, what the site and its models say of themselves; and texts that
-// strangers have made.
+// The list of models: pictures, sorted titles, search, texts of the site and of its models; and texts by strangers.
 
 import assert from "node:assert/strict";
 import { cpSync } from "node:fs";

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the page takes of a phone's memory: never more than its budget, whatever one looks at; and what a phone does to a
-// page to get some back, or in its sleep: the view goes on.
+// The page's memory on a phone: never more than its budget, whatever the view; and what a phone does to a page to get memory
+// back, or in its sleep: the view continues.
 //
 // Small by default: a relief of 400,000 triangles, with a budget of 32 MB. KDSTREAM_BIG_STORE names a folder with a store
-// big.kds, which is looked at instead with the budget that phones have.
+// big.kds, which is used instead, with the budget of phones.
 
 import assert from "node:assert/strict";
 import { join } from "node:path";

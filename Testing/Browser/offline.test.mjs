@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Without a network: what was seen opens again, a model that is kept on purpose opens to its original, the page's own files
-// never mix versions; and storage that is denied, full, or cleared harms nothing.
+// Without a network: what was viewed opens again, a model that the user has stored opens with its original, versions of the
+// page's own files never mix; and storage that is denied, full, or cleared does no harm.
 
 import assert from "node:assert/strict";
 import { createHash } from "node:crypto";

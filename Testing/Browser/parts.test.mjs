@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The viewer's WebAssembly comes in two parts: there is a picture before the second, what needs it waits for it, and parts of
-// different versions never meet.
+// The viewer's WebAssembly has two parts: there is a picture before the second is loaded, code that needs it waits for it, and
+// parts of different versions are never combined.
 
 import assert from "node:assert/strict";
 import { cpSync, readFileSync, writeFileSync } from "node:fs";

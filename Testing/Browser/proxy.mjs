@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A server between the browser and kdstream-serve that does what proxies, caches and broken networks do: it refuses the
-// stream, alters blobs on the way, cuts frames short.
+// A server between the browser and kdstream-serve that behaves like proxies, caches and broken networks: it refuses the stream,
+// changes blobs on the way, truncates frames.
 
 import { EventEmitter, once } from "node:events";
 import { STATUS_CODES, createServer, request } from "node:http";

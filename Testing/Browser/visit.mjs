@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A page in a browser, whichever drives it: what the page says of itself (window.kdstream.status, see
-// viewer/mobile/web/page.js), waiting for that, and pictures. Chromium's fingers are in harness.mjs, Firefox is in firefox.mjs.
+// A page in a browser, whichever library drives it: the page's state (window.kdstream.status, see viewer/mobile/web/page.js),
+// waiting for it, and pictures. Chromium's fingers are in harness.mjs, Firefox is in firefox.mjs.
 //
-// Nothing here waits for a time: every wait is for a condition, and `longest` only ends a run that hangs.
+// Nothing here waits for a fixed time: every wait is for a condition, and `longest` only ends a run that hangs.
 
 import assert from "node:assert/strict";
 import { mkdirSync } from "node:fs";
@@ -51,8 +51,8 @@ export class PageVisit {
     return this.page.evaluate(() => window.kdstream.status());
   }
 
-  // Asks the page again and again, once a frame of it, until `good` holds of the answer; returns that. (Playwright's own
-  // waitForFunction needs eval, which the page's policy forbids.)
+  // Asks the page again and again, once in each of its frames, until `good` is true for the answer; returns the answer.
+  // (Playwright's own waitForFunction needs eval, which the page's policy forbids.)
   async #askUntil(what, ask, good) {
     const end = Date.now() + longest;
     for (;;) {

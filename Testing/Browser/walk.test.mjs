@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The walk of a person with a phone: the list and its live preview, full screen, pinches nearer and back, two taps on
-// what is interesting, and back; upright with the detail that the view needs, lying with one level for all.
+// A user's walk on a phone: the list and its live preview, full screen, zooming in and out, two taps on interesting places, and
+// back; upright with the detail that the view needs, in landscape with one level for all.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";

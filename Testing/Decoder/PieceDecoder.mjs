@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A second decoder of pieces, tree pages and boxes, written from doc/formats.md (sections 3 to 7) alone: what is said
-// there is enough, and what the C++ writes is what is said. For tests; it is not fast. Throws where a
-// blob is damaged.
+// A second decoder of pieces, tree pages and boxes, written only from doc/formats.md (sections 3 to 7): it shows that the
+// document is sufficient, and that the C++ code follows it. For tests; it is not fast. Throws if a blob is damaged.
 
 const floats = new DataView(new ArrayBuffer(8));
 const sizes = [1, 1, 2, 2, 4, 4, 8, 8, 4, 8];
@@ -344,8 +343,8 @@ function readAttributes(symbols, heads, vertices, numbers, triangleCount) {
   return heads;
 }
 
-// "Ancestors": a row of ranks, coarse to fine, for each vertex that carries them. triangles: those of the piece in their
-// order, where all its vertices do.
+// "Ancestors": for each vertex that has them, a row of ranks, coarse to fine. triangles: those of the piece in order, if all its
+// vertices have ancestors.
 function readAncestors(symbols, vertices, levels, triangles) {
   const rows = Array.from({ length: vertices }, () => new Array(levels));
   let entries = rows.map((row) => [row]); // the rows that each entry is in
@@ -388,11 +387,9 @@ function readAncestors(symbols, vertices, levels, triangles) {
   return rows;
 }
 
-// blob: bytes, whose checksum the caller has checked. model: { partition, stitch, preview } depths and grid {
-// bits, scalarType, origin, step, spacing (the level's; 1 for the original) }; level: a depth, or null
-// for the original; node. The piece:
-// positions (doubles), keys ([partition, index]), ancestors (rows), reachEnds, reachNodes,
-// triangles, attributes.
+// blob: bytes; the caller has checked the checksum. model: { partition, stitch, preview } depths and grid { bits, scalarType,
+// origin, step, spacing (the level's; 1 for the original) }; level: a depth, or null for the original; node. The piece: positions
+// (doubles), keys ([partition, index]), ancestors (rows), reachEnds, reachNodes, triangles, attributes.
 export function decodePiece(blob, model, level, node) {
   const reader = new Bytes(blob.subarray(0, blob.length - 8));
   need([0x4b, 0x44, 0x50, 8].every((byte) => reader.byte() === byte), "no piece of version 8");
@@ -482,8 +479,8 @@ function readBox(symbols, parent, second) {
   return box;
 }
 
-// Section 6. model: { partition, finest, onePiece: 11, levels: whether it has them }; around: the box of the page's node.
-// Boxes by heap number under the page, from 2 on; facts { most99, most, bytes } in the order of the page.
+// Section 6. model: { partition, finest, onePiece: 11, levels: whether it has any }; around: the box of the page's node. Boxes by
+// heap number relative to the page, from 2 on; facts { most99, most, bytes } in the order of the page.
 export function decodeTreePage(blob, model, page, around) {
   const symbols = new Symbols(content(blob, "KDT"), 6, 1);
   const top = depthOf(page), most = top + depthsOfPage(page, model.partition);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A second decoder of textures, written from doc/formats.md (section 8) alone, beside that of pieces. For tests. Throws
-// where a blob is damaged.
+// A second decoder of textures, written only from doc/formats.md (section 8), like that of pieces. For tests. Throws if a blob is
+// damaged.
 import { Symbols, content, need, ordered, unordered } from "./PieceDecoder.mjs";
 
 const context = { corner: 0, chartOf: 3, parallelogram: 4, near: 6, far: 8, chart: 10, table: 11, chartSource: 12, chartPlace: 13 };

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. every document's anchors, sections and titles  2. the links of documents  3. the words
-// of documents, and of the comments of sources: each that looks like a reference is looked up.
+// Steps:
+// 1. every document's anchors, sections and titles
+// 2. the links of documents
+// 3. the words of documents, and of the comments of sources: each that looks like a reference is
+//    looked up.
 #include "Testing/Documents/References.h"
 
 #include <algorithm>
@@ -72,8 +75,8 @@ std::string_view TrimLeft(std::string_view text)
   return text;
 }
 
-// Replaces what lies between two marks, with them, by blanks: the places of the rest stay. A mark
-// that is not closed stays as it is.
+// Replaces the text between two marks, and the marks, by blanks, so that the rest keeps its place.
+// A mark without an end stays.
 void BlankBetween(std::string& text, std::string_view open, std::string_view close)
 {
   for (std::size_t at = text.find(open); at != std::string::npos; at = text.find(open, at + 1))
@@ -97,8 +100,8 @@ std::string WithoutCode(std::string text)
   return text;
 }
 
-// The comments of a source as running text: a sentence that goes on in the next line goes on.
-// Lines keep their numbers in `lineAt`, one for each character.
+// The comments of a source as running text: sentences continue over line ends. `lineAt` has the
+// line of each character.
 struct RunningText
 {
   std::string text;
@@ -419,8 +422,8 @@ private:
     }
   }
 
-  // A path, or the name of a source or of a test, if it looks like one. What begins with vtk may be
-  // VTK's.
+  // Checks a path, or the name of a source or of a test, if it looks like one. A name that begins
+  // with vtk may be VTK's.
   void CheckName(const std::string& name, std::size_t line)
   {
     const std::size_t slash = name.find('/');

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What documents and comments refer to: links, citations, names of files and of tests. For
+// The references in documents and comments: links, citations, names of files and of tests. For
 // TestDocuments, which finds those that lead nowhere.
 #pragma once
 
@@ -22,15 +22,14 @@ struct SourceTree
 // Reads what a clone has: build folders and what scripts fetch are left out.
 SourceTree ReadSourceTree(const std::filesystem::path& root);
 
-// The anchor that a page gets from a heading, as GitHub makes it: "7. The cut rule" becomes
-// "7-the-cut-rule".
+// The anchor of a heading, as GitHub makes it: "7. The cut rule" becomes "7-the-cut-rule".
 std::string AnchorOfHeading(const std::string& heading);
 
-// What leads nowhere, a line each: "doc/cli.md:12: …".
+// The references that lead nowhere, a line each: "doc/cli.md:12: …".
 //
-// In documents (Markdown): links [text](target): the file, and the anchor in it.
-// In documents and in comments of sources:
-//   - files and folders of the tree by their path, or the end of it; sources by their name alone;
+// In documents (Markdown): links [text](target): the file, and the anchor in it. In documents and
+// in comments of sources:
+//   - files and folders of the tree by their path, or the end of it; sources by only their name;
 //   - tests by their name;
 //   - documents by their path, which sources give from the root; what may follow it is "#anchor",
 //     ", section 3", or a title in quotes: a heading, or the bold words that begin a line;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The field's words: who searches product code for a term of the field finds what does it, and no
-// identifier has a word that was replaced by one (doc/design.md#words).
+// The field's words: a search of the product code for a term of the field finds the code for it,
+// and no identifier uses a word that was replaced by such a term (doc/design.md#words).
 #include "Testing/Documents/References.h"
 
 #include <gtest/gtest.h>

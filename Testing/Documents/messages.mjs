@@ -1,12 +1,12 @@
 #!/usr/bin/env node
 // SPDX-License-Identifier: BSD-3-Clause
-// All sentences of the programs in one list, Messages.txt, so that a change of one is seen by who reviews it.
-//   node Testing/Documents/messages.mjs           exit code 1 and the differences, where the list is not what the sources say
+// All sentences of the programs in one list, Messages.txt, so that reviewers see when one changes.
+//   node Testing/Documents/messages.mjs           exit code 1 and the differences, if the list is out of date
 //   node Testing/Documents/messages.mjs --write   write the list
 //
-// A sentence of C++ or JavaScript is a string literal with two blanks or more. Literals that follow each other are one; what
-// `+`, `<<` or `${}` put between them stands as {}, and a choice between literals in parentheses as {one|other}. Of the page's
-// languages the list has each text and its translation. Within a file the list is sorted: a sentence may move.
+// A sentence of C++ or JavaScript is a string literal with two blanks or more. Literals that follow each other are one; values
+// that `+`, `<<` or `${}` put between them are written as {}, and a choice between literals in parentheses as {one|other}. For
+// the page's languages the list has each text and its translation. Within a file the list is sorted, so a sentence may move.
 import { execFileSync } from "node:child_process";
 import { existsSync, readdirSync, readFileSync, writeFileSync } from "node:fs";
 import { dirname, join, relative } from "node:path";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A tap in the line between a client and a server: passes everything on, counts the blobs that come
-// whole through streams, and can hold back what comes until it is let through.
+// A tap in the line between a client and a server: passes everything on, counts the blobs that
+// arrive complete through streams, and can hold data back until told to pass them.
 #pragma once
 
 #include "filters/protocol/BinaryFrame.h"
@@ -25,8 +25,8 @@
 namespace kdstream
 {
 
-// What comes on one connection, read as HTTP and then as frames of a WebSocket from a server, which
-// are not masked.
+// Reads what arrives on one connection: first HTTP, then the frames of a WebSocket from a server,
+// which are not masked.
 class StreamReader
 {
 public:
@@ -109,8 +109,8 @@ class StreamTap
   using tcp = boost::asio::ip::tcp;
 
 public:
-  // Between a port of its own and the server's. Once a stream has brought so many blobs, nothing
-  // more of it passes until LetThrough.
+  // Between a port of its own and the server's. After a stream has brought this number of blobs,
+  // nothing more of it passes until LetThrough.
   StreamTap(std::uint16_t server, std::size_t blobsBeforeHold)
     : Server(server)
     , Hold(blobsBeforeHold)
@@ -225,8 +225,8 @@ private:
     }
   }
 
-  // Until the one side ends, or the other takes no more. The way back is left as it is: what comes
-  // there may still be on its way when nothing can be said any more.
+  // Passes data until the sender ends, or the receiver takes no more. The other direction is not
+  // changed, because data may still be on their way there.
   static void Pass(
     tcp::socket& from, tcp::socket& to, const std::function<void(const char*, std::size_t)>& look)
   {

@@ -62,8 +62,7 @@ std::vector<AttributeInfo> InfosOf(const Mesh& mesh)
   return infos;
 }
 
-// A torus of 100 m by 60 m somewhere in UTM coordinates, in metres, with detail of a millimetre and
-// below.
+// A torus of 100 m by 60 m in UTM coordinates, in metres, with detail of a millimetre and smaller.
 Mesh GeoReferenced()
 {
   std::mt19937 random(4);

@@ -61,9 +61,9 @@ TEST_F(BuildMemory, StaysBelowTheMemoryLimit)
   {
     GTEST_SKIP() << "a sanitizer's own memory would count";
   }
-  // A build that accepts a limit keeps it (64 MiB are the programs' own), measured from outside.
-  // The meshes are gone before the programs start: a child counts what its parent held when it was
-  // forked.
+  // A build that accepts a limit keeps it (64 MiB are for the programs themselves), measured from
+  // outside. The meshes are freed before the programs start, because a child's peak includes its
+  // parent's memory at the fork.
   const auto dense = []
   {
     Mesh mesh = Torus(500, 300);

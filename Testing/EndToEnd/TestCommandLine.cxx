@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What --help lists, what doc/cli.md promises and what the manual tells are the same options, which
-// take the same values, for every program that was built.
+// The options in --help, in doc/cli.md and in the manual are the same, with the same values, for
+// every program that was built.
 #include "Testing/EndToEnd/Process.h"
 
 #include <gtest/gtest.h>

@@ -69,8 +69,8 @@ void ExpectSameArrays(const Mesh& read, const Mesh& expected, const std::string&
 class TestConvert : public ConvertTest
 {
 protected:
-  // What is said of coordinates that floats are too coarse for, if it is; TestConvertWarnings tells
-  // when.
+  // The warning about coordinates for which floats are too coarse, if there is one;
+  // TestConvertWarnings checks when.
   std::string FloatWarning(const std::string& file)
   {
     const std::string said = this->Convert(file).err;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-convert on files that were cut, or of which bytes were changed: never a crash that
-// shows, never memory for what a header claims, never anything left behind.
+// kdstream-convert on truncated or changed files: never a visible crash, never memory for what a
+// header claims, never anything left behind.
 #include "Testing/EndToEnd/ConvertTools.h"
 #include "Testing/EndToEnd/GltfFile.h"
 #include "Testing/Fixtures/Meshes.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// glTF scenes of every kind through kdstream-convert: how many points and triangles, the box, and
-// the signed volume, which is negative where faces look inside.
+// glTF scenes of every kind through kdstream-convert: the number of points and triangles, the box,
+// and the signed volume, which is negative if faces look inside.
 #include "Testing/EndToEnd/ConvertTools.h"
 #include "Testing/EndToEnd/GltfFile.h"
 #include "Testing/Fixtures/Meshes.h"

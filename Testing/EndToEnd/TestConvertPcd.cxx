@@ -60,8 +60,8 @@ protected:
 
 }
 
-// PCL knows neither lines that end with \r alone, nor points that are said to be compressed and are
-// not.
+// PCL supports neither lines that end with only \r, nor points that are claimed to be compressed
+// and are not.
 TEST_F(TestConvertPcd, FilesOfOtherProgramsAreRead)
 {
   std::string text;

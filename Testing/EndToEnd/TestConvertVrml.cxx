@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-convert on VRML: where transforms put shapes, which children of a scene are shown, whose
-// colours are whose; numbers are those of the specification, not of a reader. What a hostile file
-// must not reach.
+// kdstream-convert on VRML: the effect of transforms, which children of a scene are shown, which
+// colours belong to which shape; numbers are those of the specification, not of a reader. Files
+// that a hostile file must not reach.
 #include "Testing/EndToEnd/ConvertTools.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/core/VectorMath.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-convert tells what a file's reader lost, left out, or took for something: nothing is
-// invented or dropped in silence.
+// kdstream-convert reports what a file's reader lost, left out, or interpreted: nothing is invented
+// or dropped silently.
 #include "Testing/EndToEnd/ConvertTools.h"
 #include "Testing/EndToEnd/GltfFile.h"
 #include "Testing/Fixtures/Meshes.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The Stanford dragon through the whole of core: the real scan that
-// doc/design.md#promises are kept on.
+// The Stanford dragon through all of core: the real scan on which the promises of
+// doc/design.md#promises are tested.
 #include "Testing/Fixtures/Invariants.h"
 #include "Testing/Fixtures/Model.h"
 #include "filters/build/Builder.h"
@@ -100,7 +100,7 @@ TEST_F(DragonStore, NothingIsLost)
   }
 }
 
-// With --weld off the dragon is open along its slits: what is drawn may be open only where the
+// With --weld off the dragon is open along its slits: the drawn surface may be open only where the
 // input is.
 TEST(DragonSurface, IsOpenOnlyWhereTheInputIs)
 {

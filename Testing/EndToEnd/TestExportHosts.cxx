@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What nginx and Apache make of an exported folder by the rules that lie in it: for each path the
-// headers that kdstream-serve would send. The test of a host that is not installed is skipped.
+// What nginx and Apache serve from an exported folder by the rules in it: for each path the headers
+// that kdstream-serve would send. Skipped for a host that is not installed.
 #include "Testing/Fixtures/Eventually.h"
 #include "filters/protocol/ResourcePath.h"
 #include "filters/store/Store.h"

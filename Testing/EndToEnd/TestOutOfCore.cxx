@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-build with less memory than the mesh takes: the same store as with more, within the
-// limit, whatever ends it.
+// kdstream-build with less memory than the mesh needs: the same store as with more, within the
+// limit, whatever interrupts it.
 #include "Testing/EndToEnd/Process.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "Testing/Fixtures/Sanitized.h"
@@ -32,8 +32,8 @@ class OutOfCore : public ::testing::Test
 protected:
   OutOfCore() { fs::create_directory(this->Folder / "spill"); }
 
-  // Writes the mesh, which is gone afterwards: a child counts what its parent held when it was
-  // forked.
+  // Writes the mesh, which is freed afterwards, because a child's peak includes its parent's memory
+  // at the fork.
   void Write(const std::function<Mesh()>& make)
   {
     const Status status = WriteMesh(this->Folder / "in.ply", make());
@@ -290,8 +290,8 @@ TEST_F(OutOfCore, StaysBelowTheMemoryLimit)
   }
 }
 
-// A partition is never divided: one that a limit does not hold is refused, before any work where
-// the header tells it; of those that it holds fewer are worked on at once.
+// A partition is never divided. If it does not fit the limit, the build is refused: before any
+// work, if the header gives enough information. If it fits, fewer partitions are processed at once.
 TEST_F(OutOfCore, PartitionsFitTheMemoryOrAreRefused)
 {
   if (fixtures::sanitized)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Stores as files, by kdstream-build and kdstream-store: their folders, names and permissions, and
-// texts that are changed.
+// Stores as files, by kdstream-build and kdstream-store: folders, names and permissions, and
+// changed texts.
 #include "Testing/EndToEnd/Process.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/meshio/MeshWriter.h"

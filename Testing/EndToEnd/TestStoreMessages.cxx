@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What kdstream-store says of files that it cannot read, and of deviations: in our words, not in
+// What kdstream-store says about files that it cannot read, and about deviations: in our words, not
 // SQLite's.
 #include "Testing/EndToEnd/Process.h"
 #include "Testing/Fixtures/Meshes.h"

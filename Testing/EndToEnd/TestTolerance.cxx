@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One rule of tolerance, through the programs: what is dropped or forgiven is told, counted in the
-// statistics and refused by --strict, alike in memory, out of core and by kdstream-convert. And
-// texts as people's programs write them.
+// The tolerance of the programs: what is dropped or repaired is reported, counted in the
+// statistics, and refused by --strict; the same in memory, out of core and by kdstream-convert.
+// Also texts as other programs write them.
 #include "Testing/EndToEnd/ConvertTools.h"
 #include "Testing/Fixtures/Meshes.h"
 
@@ -29,7 +29,7 @@ protected:
     return nlohmann::json::parse(file);
   }
 
-  // What the build says, with the program's and the input's name cut off; `forgiven`: the numbers
+  // The build's message, without the names of the program and the input; `forgiven`: the numbers
   // that are not 0.
   std::vector<std::string> Built(const std::string& input, const nlohmann::json& forgiven,
     const std::vector<std::string>& more = {})

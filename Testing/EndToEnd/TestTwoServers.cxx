@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Two kdstream-serve on one folder behind nginx, which is configured as deploy/kdstream.nginx.conf
-// says: one is killed while clients are sent things, and nobody loses anything.
+// Two kdstream-serve on one folder behind nginx, configured as in deploy/kdstream.nginx.conf: one
+// is killed while it sends data to clients, and no client loses anything.
 #include "Testing/EndToEnd/StreamTap.h"
 #include "Testing/Fixtures/Eventually.h"
 #include "Testing/Fixtures/Meshes.h"
@@ -182,8 +182,7 @@ std::vector<BlobId> FinestLevel(const ModelDescription& model)
   return blobs;
 }
 
-// A client that asks for many things at once, and what is still outstanding: of each request, how
-// many.
+// A client with many requests at once; keeps for each request how many blobs are outstanding.
 class Viewer
 {
 public:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One walk through everything on the real scan: kdstream-build, kdstream-serve, kdstream-view and
+// A walk through all programs with the real scan: kdstream-build, kdstream-serve, kdstream-view and
 // the demo session, on EGL and on OSMesa.
 #include "Testing/EndToEnd/Process.h"
 #include "Testing/Fixtures/RunningProgram.h"

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A library for LD_PRELOAD: what a program asks of the system fails as Faults.h says. For tests of
-// the program as it is, which cannot be asked to fail otherwise. It also writes down what becomes
-// of files (Recording.h), and runs main many times in one process (runsVariable): the next run
-// needs no loading.
+// A library for LD_PRELOAD: system calls of a program fail as Faults.h says. It tests the unchanged
+// program. It also records what happens to files (Recording.h), and can run main many times in one
+// process (runsVariable), so that later runs need no loading.
 #include "Testing/Faults/Faults.h"
 #include "Testing/Faults/Recording.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the library of faults (FaultShim.cxx), which is loaded before all others of a program, does
-// to it: told by a file that the program and its test have mapped.
+// The control of the fault library (FaultShim.cxx), which is loaded before all other libraries of a
+// program: by a file that both the program and its test have mapped.
 #pragma once
 
 #include <fcntl.h>
@@ -23,8 +23,8 @@ inline constexpr const char* faultsVariable = "KDSTREAM_FAULTS"; // the file's p
 inline constexpr const char* faultVariable = "KDSTREAM_FAULT";
 // A file that gets what the program does to files: Recording.h.
 inline constexpr const char* recordVariable = "KDSTREAM_RECORD";
-// "READ,WRITE": two descriptors. Where they are given, main runs in a child of its own for each
-// byte that comes, and how it ended (waitpid's status) goes back.
+// "READ,WRITE": two descriptors. If they are given, main runs in a child process for each byte
+// received, and how it ended (waitpid's status) is sent back.
 inline constexpr const char* runsVariable = "KDSTREAM_RUNS";
 
 // Calls of one kind, and which of them fail.
@@ -69,8 +69,8 @@ struct Faults
   Fault accepting; // of connections
   Fault tls;       // SSL_new
   Fault allocation;
-  // What is asked of files and folders whose path has this word in it does not come back while
-  // `hanging` is not 0: a disk, or another machine's, that does not answer.
+  // Calls on files and folders whose path contains this word do not return while `hanging` is not
+  // 0: a disk, or another machine's, that does not answer.
   static constexpr const char* hangingWord = "hangs";
   std::atomic<int> hanging{ 0 };
   std::atomic<std::uint64_t> leastBytes{ 0 }; // of the allocations that fail

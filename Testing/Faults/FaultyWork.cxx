@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What no program of ours does by itself, as one, so that it can be run with faults: a build out of
-// core of a small mesh, notes that a window saves, quotas that a server enters.
+// A program for runs with faults, of work that no program of ours does by itself: an out-of-core
+// build of a small mesh, notes that a window saves, quotas that a server enters.
 #include "filters/build/ExternalBuilder.h"
 #include "filters/core/CaughtError.h"
 #include "filters/program/Program.h"
@@ -41,8 +41,7 @@ int SaveNotes(const std::string& file)
   return Report(file, WriteNotes(file, notes));
 }
 
-// Says which partitions were given. Each is asked for until it is: whatever has failed once works
-// again by itself.
+// Prints which partitions were allowed. Asks for each until it is, because a failure is temporary.
 int TakeAll(const std::string& file)
 {
   QuotaLimits limits;

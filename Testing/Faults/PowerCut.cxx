@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. all actions up to the cut, in their order, on files and folders that remember what was
-// not made durable since  2. of that some is chosen  3. what can be reached from the folder is the
-// tree.
+// Steps:
+// 1. all actions before the cut, in order, on files and folders that remember what was not made
+//    durable since
+// 2. choose some of that
+// 3. the tree is what can be reached from the folder.
 #include "Testing/Faults/PowerCut.h"
 
 #include <sys/stat.h>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What a power cut leaves of a folder, at any moment of a program's work.
 //
-// The system promises no more than this: the bytes of a file that were there at its last fsync, and
-// the names in a folder that were there at that of the folder. Of all that came later each sector
-// (512 bytes) may be there or not, in any order, and so may each new size, name, or change of a
-// name. What was never written may be zeros, or what the disk had there before.
+// The system only promises the bytes that a file had at its last fsync, and the names that a folder
+// had at the folder's. Of everything later, each sector (512 bytes) may be there or not, in any
+// order, and so may each new size, name, or change of a name. Bytes that were never written may be
+// zeros, or what the disk had there before.
 #pragma once
 
 #include "Testing/Faults/FaultyProgram.h"
@@ -24,15 +24,15 @@ namespace kdstream::fixtures
 class PowerCut
 {
 public:
-  // Reads what the library of faults has written down. folder: that is looked at, as it was before
-  // the program ran (`inodes` too), all of it on the disk.
+  // Reads the record of the fault library. folder: the folder to examine, as it was before the
+  // program ran (`inodes` too), completely on the disk.
   PowerCut(const std::filesystem::path& record, const std::filesystem::path& folder,
     const FileTree& before, const std::map<std::string, std::uint64_t>& inodes);
 
   // How many moments there are: a cut comes before the first action, after it, …, after the last.
   std::size_t Moments() const { return this->Actions.size() + 1; }
-  // What is found in the folder if the power is cut after so many actions. Seed 0: nothing that was
-  // not made durable is there; 1: all is; others: some of it.
+  // What is found in the folder if the power is cut after this number of actions. Seed 0: only what
+  // was made durable; 1: everything; others: some of the rest.
   FileTree After(std::size_t actions, std::uint32_t seed) const;
   // The actions, a line each, for who looks for the cause.
   std::string Describe(std::size_t actions) const;

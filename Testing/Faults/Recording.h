@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a program has done to files, in its order: the library of faults writes it, and PowerCut.h
-// tells from it what a power cut would have left.
+// What a program has done to files, in order: the fault library records it, and PowerCut.h finds
+// from it what a power cut would have left.
 #pragma once
 
 #include <cstdint>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Every call that a program makes of the system fails in its turn, once or from then on, as SQLite
-// is tested: whatever fails, the program ends with 0 and all that it should have made, or with an
-// error; no file is lost, half or left over. A seeded part of the calls in every test run, all with
+// Every system call of a program fails in its turn, once or from then on, as SQLite is tested.
+// Whatever fails, the program ends with 0 and all of its output, or with an error; no file is lost,
+// incomplete or left over. A seeded part of the calls in every test run, all with
 // KDSTREAM_ALL_FAULTS=1.
 #include "Testing/Faults/Operations.h"
 
@@ -43,8 +43,8 @@ const std::vector<Kind>& Kinds()
   return kinds;
 }
 
-// Whether an error line is there, which names a file of the folder, or the folder (memory and
-// threads are no file's).
+// Whether there is an error line that names a file of the folder, or the folder (errors of memory
+// and threads have no file).
 std::string WrongInMessage(const Operation& operation, const Kind& kind, const std::string& said,
   const std::filesystem::path& folder)
 {

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The power is cut at each moment of a program's work: what it replaces is there as it was, or as
-// it was to be, and never neither; once the program has ended, as it was to be. What is left does
-// not keep it from being done again. With KDSTREAM_ALL_FAULTS=1 more of what a cut may leave is
-// tried.
+// The power is cut at each moment of a program's work. A file that it replaces then has its old or
+// its new content, and after the program has ended, its new content. The rest does not prevent
+// running the program again. KDSTREAM_ALL_FAULTS=1 tries more of the states that a cut may leave.
 #include "Testing/Faults/Operations.h"
 #include "Testing/Faults/PowerCut.h"
 

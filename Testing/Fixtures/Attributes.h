@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Attributes for the meshes of tests: every type, every association, names that formats stumble
-// over.
+// Attributes for the meshes of tests: every type, every association, and names that are difficult
+// for formats.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -13,14 +13,14 @@ namespace kdstream::fixtures
 {
 
 // The mesh with Normals, RGB or RGBA, TCoords, one array of each type for points and for cells (1-4
-// components), and arrays whose names look like something else. Values are random bits: NaNs,
-// infinities and negative zeros among them; a few vertices are equal in all of them. Point arrays
-// come first. The same for the same seed on every machine.
+// components), and arrays whose names look like something else. Values are random bits, including
+// NaNs, infinities and negative zeros; a few vertices are equal in all arrays. Point arrays come
+// first. The same for the same seed on every machine.
 Mesh WithAttributes(Mesh mesh, std::uint32_t seed);
 
-// What a mesh is, whatever the order of its vertices and triangles: for every vertex the bits of
-// its coordinates and tuples, for every triangle those of its corners, the lowest rotation, and its
-// tuples. Sorted.
+// The content of a mesh, independent of the order of its vertices and triangles: for every vertex
+// the bits of its coordinates and tuples, for every triangle those of its corners (the lowest
+// rotation) and its tuples. Sorted.
 struct MeshContent
 {
   std::vector<std::string> vertices, triangles;

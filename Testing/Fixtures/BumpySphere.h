@@ -21,8 +21,8 @@ inline double OnGrid(double x)
 }
 
 // A closed sphere of radius about 1 with bumps; `rows` rings of 2 × rows quads. Its vertices are
-// originals, each in the partition of its octant; where the sphere is mixed, those below are of two
-// levels. ripples: the height of finer bumps.
+// originals, each in the partition of its octant; if the sphere is mixed, those of the lower half
+// are of two levels. ripples: the height of finer bumps.
 inline Surface BumpySphere(
   std::uint32_t rows, const Vec3& offset, double ripples, bool isMixed = false)
 {

@@ -11,7 +11,7 @@
 namespace kdstream::fixtures
 {
 
-// Cuts of a model of which each differs from the one before by a few pieces, and one of forty by
+// A sequence of cuts of a model. Each differs from the one before by a few pieces, one in forty by
 // many. The same for the same seed. The model must outlive it.
 class CutWalk
 {

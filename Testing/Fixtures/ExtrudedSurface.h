@@ -46,8 +46,9 @@ inline Surface Joined(Surface a, const Surface& b)
   return a;
 }
 
-// With a strip behind an eye at (0, 0, 5), which does not see it, but is within the surface's box
-// then: the near plane is as near as can be, and a step of the depths as long as a pixel.
+// Adds a strip behind an eye at (0, 0, 5). It is invisible, but the eye is then within the
+// surface's box: the near plane is as near as possible, and one step of the depth buffer as long as
+// a pixel.
 inline Surface AroundTheEye(Surface surface)
 {
   return Joined(std::move(surface), Extruded({ { -1, 5.2 }, { 1, 5.2 } }));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Points that selection, trees and clusterings find hard: equal, tied, sorted, skewed, far from the
-// origin. For the tests; the same on every machine.
+// Points that are difficult for selection, trees and clusterings: equal, tied, sorted, skewed, far
+// from the origin. For tests; the same on every machine.
 #pragma once
 
 #include "filters/core/Types.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Meshes that tests are run on: closed surfaces, and inputs that break naive code. All are
-// generated, seeded where they are random, and the same on every machine.
+// Meshes for tests: closed surfaces, and inputs that break simple code. All are generated, seeded
+// if they are random, and the same on every machine.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -18,8 +18,8 @@ struct NamedMesh
   Mesh mesh;
 };
 
-// A sphere of 10 × 4^subdivisions + 2 vertices, its radius modulated so that no two places are
-// alike. Closed.
+// A sphere of 10 × 4^subdivisions + 2 vertices, with a radius that varies, so that no two parts
+// look the same. Closed.
 Mesh DisplacedSphere(unsigned subdivisions, const Vec3& centre = {}, double radius = 1);
 // Closed.
 Mesh Torus(unsigned around, unsigned through);
@@ -33,8 +33,8 @@ Mesh GridPlate(unsigned side);
 Mesh Soup(unsigned triangles, std::uint32_t seed);
 // An open height field of side × side quads, with waves of two lengths.
 Mesh HeightField(unsigned side);
-// Each triangle with vertices of its own: with welding the mesh that shared them, without it a soup
-// of coincident vertices.
+// Each triangle with its own vertices: with welding, the mesh with shared vertices; without it, a
+// soup of coincident vertices.
 Mesh Unwelded(const Mesh& shared);
 // Small closed bodies, in which no edge can collapse.
 Mesh Tetrahedra(unsigned count);
@@ -45,7 +45,7 @@ Mesh Shuffled(const Mesh& mesh, std::uint32_t seed);
 
 // Closed and consistently oriented.
 std::vector<NamedMesh> ClosedMeshes();
-// Everything else that must work: equal coordinates, one vertex, no faces, non-manifold edges,
+// Other inputs that must work: equal coordinates, one vertex, no faces, non-manifold edges,
 // isolated vertices, duplicate and degenerate faces, coincident vertices, huge offsets, doubles.
 std::vector<NamedMesh> HardMeshes();
 // Both.

@@ -75,8 +75,8 @@ std::vector<Surface::Source> CutOfVertices(const Model& model, const Cut& cut)
     }
     base = whole ? resolution : base;
   }
-  // Below S, where the base is a level of several pieces, or their parent, a cluster whose
-  // children's pieces are all active is shown by these.
+  // Coarser than S, if the base is a level of several pieces, or the cluster's parent is split, a
+  // cluster whose child pieces are all active is shown by its children.
   const unsigned stitch = tree.depths.stitch;
   std::vector<Resolution> shownAt(n, base);
   for (unsigned d = base.IsOriginal() ? stitch : base.Depth(); d < stitch; ++d)

@@ -30,8 +30,8 @@ struct Model
   }
 };
 
-// onePiece: levels up to it are one piece each (TreeDepths); smaller, and a small mesh has levels
-// of many pieces below S. REQUIRES: a mesh with vertices and valid options.
+// onePiece: levels up to this are one piece each (TreeDepths); with a smaller value a small mesh
+// has levels of many pieces coarser than S. REQUIRES: a mesh with vertices and valid options.
 std::unique_ptr<Model> MakeModel(const Mesh& mesh, const KdTreeOptions& tree = {},
   const LevelOptions& levels = {}, const Execution& execution = {},
   unsigned onePiece = TreeDepths{}.onePiece);
@@ -39,8 +39,8 @@ std::unique_ptr<Model> MakeModel(const Mesh& mesh, const KdTreeOptions& tree = {
 // The cut of a resolution with some pieces in it that are shown whole (MakeClosure).
 Cut CutShowing(const Model& model, Resolution base, const std::vector<PieceId>& wanted);
 
-// For each original vertex (numbered) the node of the cut above it, found in the whole vertex tree
-// and not in pieces.
+// For each (numbered) original vertex the node of the cut above it, found in the whole vertex tree,
+// not in pieces.
 std::vector<Surface::Source> CutOfVertices(const Model& model, const Cut& cut);
 
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A program that runs beside a test: what it says can be read while it does, and it ends with the
-// object.
+// A program that runs in parallel to a test: its output can be read while it runs, and it ends with
+// the object.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Do the tests notice a mistake? Changes one token of the product at a time, builds the tests of its library and runs them.
 //   node mutate.mjs BUILD COUNT [SEED]     (./dev mutate)
-// BUILD is a build folder of a release. Prints a line for each mutation: caught by which test, or survived; those that do not
-// compile are drawn again. "(SIGTERM)": the tests did not end in a minute and three times their time without a mutation. Ends with "N caught, N survived". The sources are as before afterwards, also after Ctrl-C.
+// BUILD is a build folder of a release. Prints a line for each mutation: by which test it was caught, or that it survived;
+// mutations that do not compile are drawn again. "(SIGTERM)": the tests did not end within a minute plus three times their usual
+// time. Ends with "N caught, N survived". Restores the sources, also after Ctrl-C.
 import { execFileSync, spawnSync } from 'node:child_process'
 import { readFileSync, writeFileSync } from 'node:fs'
 

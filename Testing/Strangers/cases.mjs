@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A file of each kind that was once read wrongly or refused, written here. Each case: `name`; `file`, to be read; `files`,
+// Writes a file of each kind that was once read wrongly or refused. Each case: `name`; `file`, to be read; `files`,
 // { name: bytes } that are written before; `right`, what must be measured (measures.mjs), besides what the small readers find;
-// `says`, what a warning must say; `refused`, what the error must say instead; `colors`, all colours of 0 to 255 that the
-// model then has; `mustRefuse`: it is not to be read; `silent`, what no warning may say; `comesBack`: an ending, of a file that is
+// `says`, what a warning must say; `refused`, what the error must say instead; `colors`, all colours of 0 to 255 that the model
+// then has; `mustRefuse`: it is not to be read; `silent`, what no warning may say; `comesBack`: an ending, of a file that is
 // extracted, too.
 
 import { deflateSync, gzipSync } from "node:zlib";
@@ -49,7 +49,7 @@ const scatter = (count) => Array.from({ length: count }, (_, i) => [i % 7 - 3.25
 
 // ---- glTF
 
-// A .glb of one mesh of the cube and these nodes; more: further properties; blocks: further accessors [component type, shape,
+// A .glb with one mesh, the cube, and these nodes; more: further properties; blocks: further accessors [component type, shape,
 // rows], whose numbers begin at 2.
 function glb(nodes, { more = {}, blocks = [], primitive = {}, positions = [5126, "VEC3", corners] } = {}) {
   const writes = { 5122: ["writeInt16LE", 2], 5123: ["writeUInt16LE", 2], 5126: ["writeFloatLE", 4] };
@@ -109,8 +109,8 @@ function glbChanged(bytes, change) {
 
 const redGlossy = { extensions: { KHR_materials_pbrSpecularGlossiness: { diffuseFactor: [1, 0, 0, 1], glossinessFactor: 0.2 } } };
 
-// At most 16 attributes of `stride` bytes as EXT_meshopt_compression has them (mode 0): of each byte of an attribute 16 differences,
-// none packed; behind them the first attribute.
+// Encodes at most 16 attributes of `stride` bytes for EXT_meshopt_compression (mode 0): 16 differences of each byte of an
+// attribute, not packed; then the first attribute.
 function meshopt(values, stride) {
   const count = values.length / stride;
   const all = [0xa0];

@@ -16,7 +16,8 @@ function boxOf(points) {
   return { low, high };
 }
 
-// The rule of tolerance (doc/cli.md): points that are not finite go with their faces, faces need three corners.
+// Measures a mesh by the rule of tolerance (doc/cli.md): points that are not finite are dropped with their faces, and faces need
+// three corners.
 //   triangles, places   how many triangles the faces make; how many places they use (of a mesh without faces: points)
 //   unused              points that no face uses
 //   box                 { low, high } of the places

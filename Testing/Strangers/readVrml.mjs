@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// VRML 2: groups, Transform, Switch, LOD, DEF and USE; shapes that are IndexedFaceSet or Box. No PROTO, no Inline. Of VRML 1
+// VRML 2: groups, Transform, Switch, LOD, DEF and USE; shapes that are IndexedFaceSet or Box. No PROTO, no Inline. For VRML 1:
 // Separator, ShapeHints, Coordinate3 and IndexedFaceSet.
 
 const tokens = /"(?:\\.|[^"\\])*"|[[\]{}]|[^\s,[\]{}"#]+|#[^\n]*/g;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Small readers of mesh files, written for the tests from the formats' descriptions and not from the product's code: they read
-// what the cases hold, whole, and check little. Each gives { points: [[x, y, z]], faces: [[index]], colors: [[r, g, b]] of 0 to
-// 255 for each point, where there are some }.
+// Small readers of mesh files, written for the tests from the formats' descriptions, not from the product's code: they read the
+// files of the cases as a whole, and check little. Each returns { points: [[x, y, z]], faces: [[index]], colors: [[r, g, b]] of 0
+// to 255 for each point, if there are any }.
 
 import { readFileSync } from "node:fs";
 import { dirname, extname, join } from "node:path";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Files as people have them: each becomes a store and is taken out of it again, and what comes out is held against what a small
-// reader of our own finds in the file (readers.mjs), and against what is known to be right.
+// Files as users have them: each becomes a store and is extracted again. The result is compared with what a small reader of our
+// own finds in the file (readers.mjs), and with known values.
 //   node strangers.test.mjs      KDSTREAM_PROGRAMS: folder of kdstream-build and kdstream-store
 //                                KDSTREAM_CASES: a folder of further cases, each a folder with a file a.*, if there is one
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A program with a static library of KdStream and a VTK module, which lies on libkdstream: each
-// calls its own. Writes a store by the module and reads it by the library:
+// A program that uses a static library of KdStream, and a VTK module that uses libkdstream: each
+// must call its own. Writes a store by the module and reads it by the library:
 //   mixed STORE.kds
 #include "filters/store/Store.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the other viewers show, served as a careful host of files would: their page, one script, and the mesh as a binary
-// PLY or GLB, each compressed by gzip, from memory.
+// The content of the other viewers, as a good static host would serve it: their page, one script, and the mesh as a binary PLY or
+// GLB, all compressed by gzip, from memory.
 
 import { once } from "node:events";
 import { readFileSync } from "node:fs";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A line between a browser and a server on this machine, as slow and as long as one wants: ShapedProxy.h says how, and
-// this is the same for programs in Node. Counts what has come over it.
+// A line between a browser and a server on this machine, with any speed and delay: as ShapedProxy.h, but for programs in Node.
+// Counts the bytes received.
 
 import { once } from "node:events";
 import { connect, createServer } from "node:net";

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The page on a phone's screen beside three.js and vtk.js, which show the same mesh from a file (./dev bench phone):
+// The page on a phone's screen compared with three.js and vtk.js, which show the same mesh from a file (./dev bench phone):
 //   node phone.mjs OUT [--rounds N] [--sizes 100000,300000,1000000] [--lines loopback,mobile]
-// Everybody opens in a browser of his own, one after the other, on the same processors: compare ratios. Graphics are software
-// (SwiftShader), which a phone's are not. Needs the environment of Testing/Browser/harness.mjs, and npm ci here and there.
+// Each opens in a browser of its own, one after the other, on the same processors: compare ratios. Graphics are software
+// (SwiftShader), which a phone's are not. Needs the environment of Testing/Browser/harness.mjs, and npm ci in both folders.
 //
 // 1. Meshes: kdstream-generate relief, as a store, a PLY and a GLB.
 // 2. For each round, line, size and contestant: measure (contestants.mjs), over a line (line.mjs).

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What is measured within a page, the same for whoever draws in it. These functions run there, so each is whole by itself.
 
-// Before the page's own scripts. window.watched: { first: ms from the beginning until a frame showed a model, and was
-// drawn; drawn: triangles of the last frame's calls; memories: of WebAssembly }.
+// Runs before the page's own scripts. window.watched: { first: ms until the first frame with a model was drawn; drawn: triangles
+// of the last frame's calls; memories: of WebAssembly }.
 export function watch() {
   const watched = window.watched = { first: null, drawn: 0, memories: [] };
   let triangles = 0, asked = false;
@@ -53,8 +53,8 @@ export function watch() {
   };
 }
 
-// Turns the model by so many steps, one a frame, each drawn to its end, or for so many seconds; gives the ms of each but
-// the first three.
+// Turns the model by a number of steps, one a frame, each completely drawn, or for a number of seconds; returns the ms of each,
+// except the first three.
 export async function turn({ steps, points, mostSeconds }) {
   const canvas = document.querySelector("canvas");
   const gl = canvas.getContext("webgl2");

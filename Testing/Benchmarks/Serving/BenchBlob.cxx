@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One partition by GET, again and again: requests a second of kdstream-serve beside nginx, which
-// has the same bytes as a file (kdstream-store export). Both have two workers, keep connections
-// open, write no log and speak plain HTTP; wrk asks them in turns, and the median of the ratios of
-// two runs that follow each other counts, so that what else runs on the machine matters less.
+// One partition by GET, again and again: requests a second of kdstream-serve compared with nginx,
+// which has the same bytes as a file (kdstream-store export). Both have two workers, keep
+// connections open, write no log and speak plain HTTP; wrk measures them in turns, and the median
+// of the ratios of consecutive runs counts, so that other work on the machine matters less.
 //   BenchBlob PROGRAMS STORE FOLDER [ROUNDS [SECONDS]]
-// PROGRAMS: the folder of kdstream-serve and kdstream-store. STORE: NAME.kds, alone in its folder.
-// FOLDER: for what is exported, and logs. Ends with an error where the bar is missed.
+// PROGRAMS: the folder of kdstream-serve and kdstream-store. STORE: NAME.kds, the only one in its
+// folder. FOLDER: for exported files and logs. Ends with an error if the limit is missed.
 #include "Testing/Benchmarks/MeasuredRun.h"
 #include "Testing/Benchmarks/Serving/ServerProcess.h"
 #include "filters/protocol/ResourcePath.h"
@@ -59,8 +59,8 @@ std::uint16_t FreePort()
     .port();
 }
 
-// nginx as Debian configures it, but for what both lack here: a log and an end of connections.
-// cache: more lines.
+// nginx as configured by Debian, but without what both lack here: a log, and a limit of requests
+// for each connection. cache: more lines.
 std::string NginxConfiguration(const path& folder, std::uint16_t port, const std::string& more)
 {
   std::ostringstream text;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What clients that are in wait for while a crowd does full handshakes of TLS, one after the other:
+// How long connected clients wait while a crowd does full TLS handshakes, one after the other: for
 // a GET on an open connection, a cancel on an open stream, and the accept of a new connection (at
-// the address of the metrics, which needs no TLS). Several builds of kdstream-serve take turns, so
-// that one can stand beside another; each figure also as a ratio to the same without a crowd. Last,
-// what an idle connection takes of the server's memory.
+// the address of the metrics, which needs no TLS). Several builds of kdstream-serve take turns, for
+// comparison; each figure is also given as a ratio to the same without a crowd. At the end, the
+// server's memory for an idle connection.
 //   BenchHandshakes STORES FOLDER SECONDS ROUNDS KDSTREAM-SERVE...
 // STORES: a folder with dragon.kds. FOLDER: for certificates and logs. SECONDS: of each crowd in
 // each round.

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // kdstream-serve under crowds of viewers that open a model, zoom and tap, with slow and vanishing
-// ones among them, over loopback: how fast it answers, what a client costs, and whether it is as it
-// was when all have gone.
+// ones among them, over loopback: how fast it answers, what a client costs, and whether it returns
+// to its initial state when all have left.
 //   BenchServe PROGRAMS STORE LOG [MINUTES [VIEWERS...]]
-// PROGRAMS: the folder of kdstream-serve. STORE: NAME.kds, alone in its folder. Each crowd (1,000
-// and 5,000 viewers) is weighed, roams for so long (1 minute), and roams for 20 seconds where the
-// server may have 1,024 descriptors: three servers, one after the other. Before them, viewers that
-// read as fast as they can are measured alone and beside slow ones, in turn. Ends with an error
-// where a bar is missed.
+// PROGRAMS: the folder of kdstream-serve. STORE: NAME.kds, the only one in its folder. For each
+// crowd (1,000 and 5,000 viewers) there are three servers, one after the other: memory is measured;
+// viewers move for MINUTES (1); viewers move for 20 seconds while the server may have only 1,024
+// descriptors. Before that, viewers that read as fast as they can are measured without and with
+// slow ones, in turn. Ends with an error if a limit is missed.
 #include "Testing/Benchmarks/Serving/CrowdViewer.h"
 #include "Testing/Benchmarks/Serving/ServerProcess.h"
 #include "filters/store/Store.h"

@@ -289,8 +289,8 @@ private:
     const auto line = this->Current;
     if (!this->Wanted)
     {
-      // It is closing. What has come is not looked at: whether it is text is told of what Beast has
-      // read by now, not of this message, while a close reads too.
+      // The stream is closing. The message's content is not checked: Beast's flag for text may
+      // belong to a later message, because a close also reads.
       line->incoming.clear();
       return;
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One of thousands of viewers that look at a model over a server's stream, on one thread for all of
-// them: what a real viewer asks (viewer/client/StreamConversation.h), without what it draws.
+// One of thousands of viewers that view a model over a server's stream, all on one thread: with the
+// requests of a real viewer (viewer/client/StreamConversation.h), but without drawing.
 #pragma once
 
 #include "Testing/Benchmarks/Serving/CrowdWishes.h"
@@ -47,15 +47,15 @@ public:
   ~CrowdViewer();
   CrowdViewer(CrowdViewer&&) noexcept;
 
-  // Connects, opens the model and gets its preview and the first page of the tree. Comes again
-  // where it is refused.
+  // Connects, opens the model and gets its preview and the first page of the tree. Tries again if
+  // it is refused.
   void Arrive();
   // Whether it is connected and has all that it has asked for.
   bool IsSettled() const;
   // From now on zooms, taps and looks around, with pauses of so long on average.
   void Roam(std::chrono::duration<double> pause);
-  // Reads no further until it goes on, and asks for the finest level and so many partitions; not a
-  // slow one, which would take minutes for them.
+  // Stops reading until it continues, and asks for the finest level and a number of partitions. Not
+  // for a slow viewer, which would need minutes for these.
   void Hold(std::uint64_t partitions);
   void GoOn();
   // Closes its line, and comes to rest.

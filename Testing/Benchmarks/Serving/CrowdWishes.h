@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What one viewer of a crowd wants to see next, by chance: the requests of a person who zooms, taps
-// and looks around.
+// The random requests of one viewer of a crowd: those of a user who zooms, taps and looks around.
 #pragma once
 
 #include "filters/core/Types.h"

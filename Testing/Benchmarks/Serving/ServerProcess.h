@@ -19,7 +19,7 @@ class ServerProcess
 {
 public:
   // command: the program's path and its arguments. Its errors are appended to the file `log`.
-  // descriptors: how many it may have; without a number as many as this process.
+  // descriptors: its limit; without a number the same as this process's.
   ServerProcess(const std::vector<std::string>& command, const std::filesystem::path& log,
     std::optional<rlim_t> descriptors = {});
   // Tells it to end, and waits.

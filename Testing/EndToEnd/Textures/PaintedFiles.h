@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Small meshes that pictures of a few texels paint, as OBJ and glTF, for the tests of what the
-// programs bake of them; and the colours and warnings that come of it.
+// Small meshes with textures of a few texels, as OBJ and glTF, for the tests of baking by the
+// programs; and the resulting colours and warnings.
 #pragma once
 
 #include "Testing/EndToEnd/ConvertTools.h"
@@ -42,8 +42,8 @@ protected:
     this->WriteText(name, std::string(bytes.begin(), bytes.end()));
   }
 
-  // A square whose corners all lie in the middle of the picture's left, or right, half; or a face
-  // of its own for each coordinate.
+  // A square whose corners are all in the middle of the picture's left, or right, half; or a
+  // separate face for each coordinate.
   static std::string Faces(const std::vector<std::array<float, 2>>& coordinates,
     const std::string& before = "mtllib m.mtl\nusemtl a\n")
   {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whether two textured meshes are the same, triangle by triangle: places, coordinates, and texels
-// where triangles look.
+// Compares two textured meshes, triangle by triangle: places, coordinates, and the texels that
+// triangles use.
 #pragma once
 
 #include "Testing/EndToEnd/Textures/TexturedFiles.h"

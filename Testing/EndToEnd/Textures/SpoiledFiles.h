@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the tests of textured meshes that are spoiled in one way share: a mesh of two faces, painted
-// red and blue by its picture, in each format; and what kdstream-build makes of it.
+// Shared by the tests of textured meshes that are spoiled in one way: a mesh of two faces, red and
+// blue by its picture, in each format; and running kdstream-build on it.
 #pragma once
 
 #include "Testing/EndToEnd/GltfFile.h"
@@ -114,8 +114,8 @@ protected:
            (more.empty() ? "" : "," + more);
   }
 
-  // The store must be built, whole and of these colours, face by face; the warnings but the last,
-  // of how much was baked, are these. tolerance: of a channel.
+  // The store must be built, whole and with these colours, face by face; the warnings, except the
+  // last (how much was baked), must be these. tolerance: of a channel.
   void ExpectBuilt(const std::string& input, const std::vector<std::string>& warnings,
     const std::vector<Rgb>& colors, int tolerance = 0, const std::vector<std::string>& more = {})
   {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A .glb of kdstream-store extract stands as the format has it, y up and +z in front, however the
-// model does; its coordinates stay those of the store.
+// A .glb of kdstream-store extract has the orientation of the format, y up and +z in front,
+// whatever the model's; its coordinates stay those of the store.
 #include "Testing/EndToEnd/ProgramsTest.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/core/VectorMath.h"

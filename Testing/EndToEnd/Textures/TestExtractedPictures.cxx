@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-store extract of a textured store: pictures wherever there can be, and a warning
-// wherever they are left out.
+// kdstream-store extract of a textured store: pictures wherever the format allows them, and a
+// warning wherever they are left out.
 #include "Testing/EndToEnd/Textures/TexturedFiles.h"
 
 using namespace kdstream;

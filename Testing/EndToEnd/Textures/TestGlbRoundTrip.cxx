@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A textured GLB through a lossless store and out as a GLB again: coordinates bit for bit, and
-// every texel where a triangle looks. Coordinates that are no numbers are named.
+// every texel that a triangle uses. Coordinates that are not numbers are reported.
 #include "Testing/EndToEnd/GltfFile.h"
 #include "Testing/EndToEnd/Textures/SameTextures.h"
 #include "filters/model/JsonReader.h"
@@ -56,8 +56,8 @@ Part PartOf(std::uint32_t begin, std::uint32_t end, U&& u, V&& v)
 class TestGlbRoundTrip : public TexturedTest
 {
 protected:
-  // Two pictures, each with other wrap modes and a seam to the next part, one of them twice; and a
-  // part of one colour.
+  // Two pictures, each with other wrap modes and a seam to the next part, one of them used twice;
+  // and a part with a single colour.
   std::vector<Part> Parts() const
   {
     return { PartOf(

@@ -74,9 +74,9 @@ protected:
 
 }
 
-// A gigabyte of texels. The system refuses both processes more than 256M of memory of their own;
-// pages of files that are mapped, which it takes back at need, are not among that, as they are
-// among resident ones.
+// A gigabyte of texels. The system refuses both processes more than 256M of private memory. Mapped
+// pages of files do not count, because the system can take them back; they would count as resident
+// memory.
 TEST_F(TestLargePictures, NoProcessHoldsThem)
 {
   if (fixtures::sanitized)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What materials have beside a colour and its picture is not carried, and named: a line for each
-// kind. Colours of an older way are taken.
+// Properties of materials other than a colour and its picture are not carried, and reported: a line
+// for each kind. Colours of an older way are read.
 #include "Testing/EndToEnd/GltfFile.h"
 #include "Testing/EndToEnd/ProgramsTest.h"
 #include "filters/texture/WritePicture.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Meshes whose paint is more or less than pictures: materials of colours alone, coordinates that
-// tell no place, parts that are not whole. What is carried, and what is said of the rest.
+// Meshes with more or less than pictures: materials with only colours, coordinates that are not
+// places in a picture, incomplete parts. What is carried, and what is reported of the rest.
 #include "Testing/EndToEnd/GltfFile.h"
 #include "Testing/EndToEnd/Textures/TexturedFiles.h"
 

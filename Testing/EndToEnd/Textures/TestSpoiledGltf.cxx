@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Textured glTF files that are spoiled in one way, through kdstream-build: images, textures,
-// samplers and what they name; nodes, buffers and accessors.
+// samplers and their references; nodes, buffers and accessors.
 #include "Testing/EndToEnd/Textures/SpoiledFiles.h"
 
 using namespace kdstream;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Options of pictures that would change nothing are refused, or where only the input tells that,
-// warned of; and how much memory a conversion takes is told before.
+// Texture options without effect are refused, or, if only the input shows this, warned of; and the
+// memory of a conversion is reported before it.
 #include "Testing/EndToEnd/Textures/TexturedFiles.h"
 #include "filters/model/JsonReader.h"
 

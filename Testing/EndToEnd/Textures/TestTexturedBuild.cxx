@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What kdstream-build makes of meshes that pictures paint, whatever their format: what it says of
-// pictures that it does not keep, which files it knows of, and one store however it is built.
+// What kdstream-build makes of textured meshes of any format: its messages about pictures that it
+// does not keep, the files that it depends on, and the same store however it is built.
 #include "Testing/EndToEnd/Textures/PaintedFiles.h"
 #include "Testing/Fixtures/Meshes.h"
 
@@ -62,8 +62,8 @@ TEST_F(TestTexturedBuild, ABuildWarnsOfWhatIsLostWherePicturesAreNotKept)
       loss);
 }
 
-// By which a server knows one original under other options: of the file that the user named and of
-// the glTF's buffers, whatever became of pictures.
+// The digest by which a server recognizes one original under other options: over the file that the
+// user named and the glTF's buffers, whatever happened to pictures.
 TEST_F(TestTexturedBuild, TheDigestOfTheInputIsOfWhatHoldsTheMesh)
 {
   GltfBuffer buffer;

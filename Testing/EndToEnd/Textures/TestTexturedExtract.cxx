@@ -58,8 +58,8 @@ TEST_F(TestTexturedExtract, PhotographsComeBack)
   ExpectSameTextures(this->ReadWithTextures("statue.obj"), this->ReadWithTextures("out.obj"));
 }
 
-// Of each place, as kdstream-convert bakes them: coordinates are turned upside down, and rounded,
-// on the way.
+// Compared for each place with the result of kdstream-convert: coordinates are flipped, and
+// rounded, on the way.
 TEST_F(TestTexturedExtract, AGlbHasTheSameColours)
 {
   this->WriteHardObj("hard", 1);

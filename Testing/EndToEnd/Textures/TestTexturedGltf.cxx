@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// glTF that pictures paint, in it and beside it, through kdstream-convert: colours of vertices, and
-// every warning of what could not be carried.
+// Textured glTF, with pictures inside and beside it, through kdstream-convert: vertex colours, and
+// every warning about what could not be carried.
 #include "Testing/EndToEnd/Textures/PaintedFiles.h"
 
 using namespace kdstream;

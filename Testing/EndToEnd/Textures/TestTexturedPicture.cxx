@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A textured model that was cut up, extracted and drawn by VTK beside the model itself: seams and
-// charts are not seen.
+// A textured model that was cut up, extracted and drawn by VTK, compared with the model itself:
+// seams and charts are invisible.
 #include "Testing/EndToEnd/Textures/TexturedFiles.h"
 #include "viewer/offscreen/OffscreenWindow.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A killed build of a textured mesh, resumed: only where pictures and libraries of materials are
-// those that they were; and it gives the store of a build in memory.
+// A killed build of a textured mesh, resumed: only if pictures and material libraries have not
+// changed; and it gives the same store as a build in memory.
 #include "Testing/EndToEnd/ProgramsTest.h"
 #include "filters/model/JsonReader.h"
 #include "filters/texture/WritePicture.h"

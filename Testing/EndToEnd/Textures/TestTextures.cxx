@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Meshes that pictures paint, OBJ by its materials and PLY by its texture files, through the
-// programs: colours of vertices, and every warning of what could not be carried. glTF:
-// TestTexturedGltf; what a build adds: TestTexturedBuild.
+// Textured meshes, OBJ by its materials and PLY by its texture files, through the programs: vertex
+// colours, and every warning about what could not be carried. glTF: TestTexturedGltf; what a build
+// adds: TestTexturedBuild.
 #include "Testing/EndToEnd/Textures/PaintedFiles.h"
 
 #include <nlohmann/json.hpp>

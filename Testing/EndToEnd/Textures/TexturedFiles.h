@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Textured meshes for the tests of what is kept of their pictures: one that has all that is hard,
-// and what a file shows at places of its triangles.
+// Textured meshes for the tests of what is kept of their pictures: one with everything that is
+// difficult, and the colours of a file at places of its triangles.
 #pragma once
 
 #include "Testing/EndToEnd/ProgramsTest.h"
@@ -44,9 +44,9 @@ inline PlaceInPicture PlaceOf(const TexturedMaterial& material, double u, double
 class TexturedTest : public ProgramsTest
 {
 protected:
-  // NAME.obj, NAME.mtl and two PNGs: a height field with a seam along its middle, of two pictures,
-  // of which one repeats and one is clamped; a mirrored part, one without coordinates, one of a
-  // material without a picture, triangles that go over the pictures' edges.
+  // NAME.obj, NAME.mtl and two PNGs: a height field with a seam along its middle between two
+  // pictures, of which one repeats and one is clamped; a mirrored part, one without coordinates,
+  // one whose material has no picture, and triangles that cross the pictures' edges.
   void WriteHardObj(const std::string& name, unsigned seed, std::size_t side = 24)
   {
     std::mt19937 random(seed);

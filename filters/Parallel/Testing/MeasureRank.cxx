@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Run by TestBuildMpi as a rank of a job: runs a program, and writes how much memory it took at
-// most, as the system counted it from outside. Usage: MeasureRank FOLDER PROGRAM ARGUMENTS...; the
-// bytes are in FOLDER/peak-PROCESS, the exit code is the program's.
+// Run by TestBuildMpi as a rank of a job: runs a program, and writes its peak memory, as measured
+// by the system. Usage: MeasureRank FOLDER PROGRAM ARGUMENTS...; the bytes are in
+// FOLDER/peak-PROCESS, the exit code is the program's.
 #include <cstdlib>
 #include <fstream>
 #include <iostream>

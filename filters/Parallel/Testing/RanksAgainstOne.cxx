@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Run by TestBuildMpi on the ranks of a job: builds hard meshes by all ranks, with so little memory
-// for each step that everything is done in parts, and by one process in memory; the stores are the
-// same. Usage: RanksAgainstOne FOLDER; exit code 1 and a line for each store that differs.
-// With a second argument, "throws", it is checked instead that an exception of one rank is the
-// error of all; with "room" that all hear of one without memory for what is to come.
+// Run by TestBuildMpi on the ranks of a job: builds difficult meshes by all ranks, with so little
+// memory for each step that everything is done in parts, and by one process in memory; the stores
+// must be the same. Usage: RanksAgainstOne FOLDER; exit code 1 and a line for each store that
+// differs. The second argument "throws" checks instead that an exception of one rank is an error of
+// all; "room" checks that all are informed when one rank has no memory for what it would receive.
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/Parallel/DistributedBuilder.h"
@@ -79,8 +79,8 @@ std::string Describe(const Result<BuildReport>& report)
   return text.str();
 }
 
-// Before all others, so that only the first rank reads them; some of them twice, some where a
-// vertex is that is used.
+// Before all others, so that only the first rank reads them; some of them twice, some in the same
+// place as a used vertex.
 Mesh WithUnused()
 {
   Mesh mesh = Shuffled(DisplacedSphere(3), 4);

@@ -98,8 +98,8 @@ inline pid_t Start(
   return child;
 }
 
-// Whether a rank has begun to read: a folder of its own is there, with a file. Or whether the first
-// one has begun to write the store: it is there under another name.
+// Whether a rank has begun to read: it has a folder of its own with a file. Or whether the first
+// one has begun to write the store, under another name.
 inline bool HasBegun(const TemporaryFolder& folder, bool store)
 {
   std::error_code gone; // files go while they are looked at

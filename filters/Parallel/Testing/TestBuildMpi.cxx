@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-build-mpi against kdstream-build: the same store, whatever the number of ranks; one
-// message and no store where it fails.
+// kdstream-build-mpi compared with kdstream-build: the same store for any number of ranks; one
+// message and no store if it fails.
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/Parallel/Testing/RunRanks.h"
@@ -47,8 +47,8 @@ std::string WithoutName(const std::string& said)
   return rest;
 }
 
-// Builds the mesh by one process and by some ranks; all that the stores and statistics say of it is
-// the same.
+// Builds the mesh by one process and by several ranks; everything that stores and statistics say
+// must be the same.
 void CheckSame(
   const Mesh& mesh, const std::vector<unsigned>& ranks, const std::vector<std::string>& options)
 {
@@ -123,8 +123,8 @@ TEST(BuildMpi, TellsWhatItIgnores)
   }
 }
 
-// A vertex that one rank drops changes the corners of all; and a line and a quad have the bytes of
-// two triangles, which some ranks seek past.
+// A vertex that one rank drops changes the corners of all ranks; and a line and a quad have the
+// same bytes as two triangles, which some ranks skip.
 TEST(BuildMpi, DropsAndCountsTheSame)
 {
   const TemporaryFolder folder;
@@ -176,8 +176,8 @@ TEST(BuildMpi, Clouds)
 namespace
 {
 
-// Builds by some ranks with a limit of memory; what each rank takes, measured from outside, is
-// within it and what libraries take.
+// Builds by several ranks with a memory limit; the memory of each rank, measured from outside, must
+// be within the limit plus what libraries take.
 void CheckMemoryOfRanks(const TemporaryFolder& folder, unsigned ranks, std::uint64_t mebibytes,
   const std::vector<std::string>& options)
 {
@@ -260,8 +260,8 @@ TEST(BuildMpi, AnExceptionOfOneRankIsTheErrorOfAll)
 namespace
 {
 
-// Refused by both programs in the same words; where the whole mesh would fit, kdstream-build goes
-// out of core all the same.
+// Both programs refuse it with the same message; but if the whole mesh would fit, kdstream-build
+// works out of core.
 void ExpectSameRefusal(const TemporaryFolder& folder, unsigned ranks, const std::string& file,
   const std::vector<std::string>& options, const std::string& said)
 {

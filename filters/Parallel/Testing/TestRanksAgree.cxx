@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Ranks that were not started alike end the job before it works, and say which rank it is; a job
-// that was killed leaves nothing that the next one does not remove.
+// Ranks that were not started alike end the job before it works, and the error names the rank; what
+// a killed job leaves is removed by the next one.
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/Parallel/Testing/RunRanks.h"
 #include "filters/meshio/MeshWriter.h"

@@ -92,8 +92,7 @@ PolyData MakeGrid(int side, const Surface& surface, int type = VTK_FLOAT)
   return mesh;
 }
 
-// A bumpy sphere with a seam, whose points lie twice, and poles, whose triangles are degenerate in
-// space.
+// A bumpy sphere with a seam, whose points occur twice, and poles, whose triangles are degenerate.
 inline PolyData MakeSphere(int side, int type = VTK_FLOAT)
 {
   return MakeGrid(
@@ -120,8 +119,8 @@ inline PolyData MakeRepeatedPoint(int side)
   return MakeGrid(side, [](double, double) { return std::array<double, 3>{ 1, 2, 3 }; });
 }
 
-// All kinds of cells over the points of a plate of 8 × 8: a vertex, a poly-vertex, a line, a
-// polyline, a triangle, a quad, a pentagon, a polygon of two points, and a strip.
+// All kinds of cells on the points of an 8 × 8 plate: a vertex, a poly-vertex, a line, a polyline,
+// a triangle, a quad, a pentagon, a polygon of two points, and a strip.
 inline PolyData MakeAllCells()
 {
   PolyData mesh = MakePlate(8);
@@ -209,7 +208,7 @@ inline std::string Describe(vtkPolyData& mesh)
   return text.str();
 }
 
-// Listens to a filter: its errors (which are then not printed), its progress, how often it ran. May
+// Observes a filter: its errors (which are then not printed), its progress, how often it ran. May
 // abort it.
 class FilterObserver
 {
@@ -274,8 +273,8 @@ private:
   std::string executiveError;
 };
 
-// A vector that is not finite, which the setter takes, or refuses without naming its member; empty:
-// there is none.
+// Returns a vector that is not finite and that the setter accepts, or refuses without naming its
+// member; empty: there is none.
 template <class Filter>
 std::string NotFiniteTakenBy(Filter& filter, const std::string& name,
   void (Filter::*set)(double, double, double), double* (Filter::*get)())

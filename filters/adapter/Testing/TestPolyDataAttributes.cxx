@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Arrays of a vtkPolyData -> attributes -> arrays: types, roles, cells that were cut up, what is
-// skipped.
+// Arrays of a vtkPolyData -> attributes -> arrays: types, roles, cells that were cut up, skipped
+// arrays.
 #include "filters/adapter/PolyDataAttributes.h"
 
 #include "filters/adapter/Testing/FilterTools.h"

@@ -71,8 +71,8 @@ TEST(PolyDataMesh, FillingStopsBetweenItsSteps)
   }
 }
 
-// A seeded star around the origin, in a tilted plane: concave as a rule, its triangles' area
-// vectors add up to its own, and none turns against it.
+// A seeded star around the origin, in a tilted plane: usually concave; the area vectors of its
+// triangles sum to its own, and none opposes it.
 TEST(PolyDataMesh, ConcavePolygonsAreCutInside)
 {
   std::mt19937 random(5);

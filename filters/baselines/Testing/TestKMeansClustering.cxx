@@ -89,8 +89,8 @@ Links NeighboursOf(const Mesh& mesh)
   return neighbours;
 }
 
-// A plate with a long triangle at each edge of its rim, which makes no good pair: the plate becomes
-// one cluster long before they join it, one a round.
+// A plate with a long triangle at each edge of its rim, which is never a good pair: the plate
+// becomes one cluster long before these join it, one a round.
 Mesh Star(unsigned side)
 {
   Mesh mesh = GridPlate(side);
@@ -268,7 +268,7 @@ TEST(KMeansClustering, WhatNoSeedReachesGoesToTheSeedNearestInSpace)
     (std::vector<std::uint32_t>{ 0, 0, 0, 0, 0, 0, 1, 1, 1, 0, 1 }));
 }
 
-// By distance alone, and iterated until nothing moves, clusters are the geodesic Voronoi cells of
+// By distance only, and iterated until nothing moves, clusters are the geodesic Voronoi cells of
 // their centres.
 TEST(KMeansClustering, CellsOfTheNearestCentreAlongEdges)
 {

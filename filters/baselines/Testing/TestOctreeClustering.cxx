@@ -34,7 +34,7 @@ double SideOf(const std::vector<Vec3>& points)
   return std::max({ box.hi[0] - box.lo[0], box.hi[1] - box.lo[1], box.hi[2] - box.lo[2] });
 }
 
-// Integer places in a cube of side 2^exponent, both ends taken, many places twice: halves are
+// Integer places in a cube of side 2^exponent, including both ends, many places twice: halves are
 // exact.
 std::vector<Vec3> Lattice(std::size_t count, unsigned exponent, std::uint32_t seed)
 {

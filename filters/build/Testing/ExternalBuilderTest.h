@@ -95,14 +95,14 @@ protected:
     EXPECT_EQ(names, but);
   }
 
-  // A build in a process of its own that is killed before the k-th of its steps: operations on
-  // files, and reports of progress. Whether it was.
+  // A build in a process of its own that is killed before the k-th of its steps (file operations
+  // and progress reports). Returns whether it was killed.
   bool BuildAndKill(std::size_t k)
   {
     return BuildAndKillAt(
       k, this->Probe, [&](const Execution& execution) { return this->External(execution); });
   }
-  // How many such steps a whole build has, and the numbers of those that publish: a sync or a
+  // The number of such steps in a whole build, and the numbers of those that publish: a sync or a
   // rename is next to them.
   std::size_t CountSteps(std::vector<std::size_t>& publishing)
   {

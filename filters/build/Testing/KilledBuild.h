@@ -18,8 +18,8 @@
 namespace kdstream
 {
 
-// A build in a process of its own that is killed before the k-th of its steps: operations on files,
-// and reports of progress. build(execution) -> Result, with this probe. Whether it was killed.
+// A build in a process of its own that is killed before the k-th of its steps (file operations and
+// progress reports). build(execution) -> Result, with this probe. Returns whether it was killed.
 template <class Build>
 bool BuildAndKillAt(std::size_t k, ExternalBuildProbe& probe, const Build& build)
 {

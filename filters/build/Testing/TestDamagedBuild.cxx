@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Folders of killed builds that were damaged since, on the disk or by hand: --resume makes the same
-// store or says an error, never another store, and it is never ended by a signal.
+// Folders of killed builds that were damaged afterwards, on the disk or by hand: --resume makes the
+// same store or reports an error, never another store, and is never ended by a signal.
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/build/Testing/ExternalBuilderTest.h"
 
@@ -195,8 +195,8 @@ TEST_F(DamagedBuild, IsTheSameStoreOrAnError)
   EXPECT_EQ(same + errors, count);
 }
 
-// Each file alone, with the size and the time that it had: what it was is found out, and done again
-// from the phase that made it.
+// One file at a time, with its old size and time: the damage is found, and the work is repeated
+// from the phase that made the file.
 TEST_F(DamagedBuild, ABitOfAnyFileIsFound)
 {
   this->Write(Shuffled(Torus(96, 48), 2));

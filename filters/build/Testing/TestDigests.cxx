@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The content of stores over the versions of KdStream: what is built today is what was built
-// before, to the byte. Digests.txt has a line for each mesh and way to build it. A change of format
-// or of an algorithm changes lines there, and nothing else may.
+// The content of stores over the versions of KdStream: a build today gives the same bytes as
+// before. Digests.txt has a line for each mesh and way to build it. Only a change of a format or an
+// algorithm may change lines there.
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/baselines/stores/Baselines.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Stores that are built out of core: the same to the byte as in memory, whatever the limit, the
-// threads and the median method; and what is wrong is said.
+// Stores that are built out of core: byte for byte the same as in memory, for any limit, threads
+// and median method; and error messages.
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/baselines/stores/Baselines.h"

@@ -20,8 +20,8 @@ namespace fs = std::filesystem;
 namespace
 {
 
-// A closed bag about the y axis: at height h (0-1) and turn a (0-1) as far from the axis as
-// `radius` says, flat at both ends.
+// A closed bag around the y axis: at height h (0-1) and angle a (0-1) its distance from the axis is
+// given by `radius`; flat at both ends.
 Mesh Bag(const Vec3& foot, double height, const std::function<double(double, double)>& radius)
 {
   constexpr std::uint32_t rings = 33, around = 48;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Builds out of core that were killed: --resume goes on with what was done and fits, to the same
-// store to the byte.
+// Out-of-core builds that were killed: --resume continues with valid results, and gives the same
+// store, byte for byte.
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/baselines/stores/Baselines.h"
 #include "filters/build/Testing/ExternalBuilderTest.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // libFuzzer's entry to the decoders of pieces, textures, tree pages and boxes. The first bytes
 // choose the tree's depths, the grid and the piece; the rest is the blob, once as it is and once
-// with a right checksum appended, so that the decoders after the checksum are reached. What
-// decodes must pass CheckPiece and encode to a blob that decodes to the same.
+// with a correct checksum appended, so that the decoders after the checksum are reached. A decoded
+// piece must pass CheckPiece, and encode to a blob that decodes to the same.
 #include "filters/codec/PartitionBoxes.h"
 #include "filters/codec/PieceCodec.h"
 #include "filters/codec/Seal.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Writes pieces, textures, tree pages and boxes as blobs and as what they hold, one JSON object a
-// line, for the decoder in JavaScript (Testing/Decoder) to be held against: PieceSamples FILE. Or
-// the seeds that FuzzCodec starts from, which are made anew for each codec version: PieceSamples
+// Writes pieces, textures, tree pages and boxes, as blobs and as their content, one JSON object a
+// line, for comparison with the decoder in JavaScript (Testing/Decoder): PieceSamples FILE. Or the
+// seeds from which FuzzCodec starts, which are made anew for each codec version: PieceSamples
 // --seeds FOLDER
 #include "Testing/Fixtures/Meshes.h"
 #include "Testing/Fixtures/Model.h"

@@ -13,8 +13,8 @@
 namespace kdstream::fixtures
 {
 
-// A piece of anything: few places, so that vertices fall together; triangles that are degenerate,
-// there more than once, turned over, of edges that many share; vertices without triangles.
+// A random piece: few places, so that vertices coincide; triangles that are degenerate, repeated,
+// or flipped; edges that many share; vertices without triangles.
 inline Piece RandomPiece(std::mt19937& random, const TreeDepths& depths)
 {
   Piece piece;

@@ -131,8 +131,8 @@ Piece WithAttributes(Piece piece)
   return piece;
 }
 
-// A piece of many vertices and few triangles, strewn over them: around the last vertex and not,
-// repeated and degenerate ones too.
+// A piece of many vertices and few triangles, distributed over them, with and without the last
+// vertex, also repeated and degenerate ones.
 Piece MostlyIsolated(std::uint32_t count, std::mt19937& random)
 {
   Piece piece;
@@ -366,8 +366,8 @@ TEST(PieceCodec, ANumberBeyond32BitsIsNoSmallOne)
     << decoded.GetError().message;
 }
 
-// A bent sheet of side * side vertices: level 3 of a model with S = 4 and R = 1, or its points
-// alone. Each four vertices in a square have one parent, each four of those one too.
+// A bent sheet of side * side vertices: level 3 of a model with S = 4 and R = 1, or only its
+// points. Each four vertices in a square have one parent, and each four of those, too.
 Piece BentSheet(std::uint32_t side, bool triangles)
 {
   Piece piece;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// libFuzzer's entry to the text of VRML, before Coin parses it, and to what gzip has compressed of
-// it: ./dev fuzz.
+// libFuzzer's entry to the text of VRML, before Coin parses it, also compressed by gzip: ./dev
+// fuzz.
 #include "filters/convert/UnpackGzip.h"
 #include "filters/convert/VrmlText.h"
 

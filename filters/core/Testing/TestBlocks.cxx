@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Block by block as in whole: numbers, pieces, sums of attributes. VertexNumbers, PieceCutter with
-// a part, AttributeSums.
+// Block by block as for the whole: numbers, pieces, sums of attributes. VertexNumbers, PieceCutter
+// with a part, AttributeSums.
 #include "filters/core/Testing/WholeAndBlocks.h"
 #include "filters/core/levels/LevelAttributes.h"
 #include "filters/core/tree/Clustering.h"
@@ -84,8 +84,8 @@ std::vector<VertexId> NumberOriginals(
   return all;
 }
 
-// What the numbers are, in one sentence: vertices ordered by partition, then level by level from S
-// on by the place, then the lowest vertex of their cluster, then by place, then by id.
+// The definition of the numbers in one sentence: vertices ordered by partition, then level by level
+// from S on by the place, then the lowest vertex of their cluster, then by place, then by id.
 std::vector<VertexId> OrderOfVertices(const Whole& whole)
 {
   std::vector<VertexId> order(whole.mesh.points.size());

@@ -185,8 +185,8 @@ TEST(ClusterLevels, QuadricRepresentativesKeepCornersAndMeansRoundThem)
   }
 }
 
-// What a finest sheet must be where a cell has at most four components: the vertices that are
-// joined by edges inside the cell or lie in the same place, and all vertices without triangles
+// The definition of a finest sheet if a cell has at most four components: the vertices that are
+// connected by edges inside the cell or are in the same place; and all vertices without triangles
 // together.
 TEST(ClusterLevels, FinestClustersAreTheComponentsOfACell)
 {
@@ -321,8 +321,8 @@ TEST(ClusterLevels, OfTooManyComponentsTheNearestJoin)
 
 TEST(ClusterLevels, ComponentsKeepNestedSurfacesApart)
 {
-  // Two spheres of 16,386 vertices, a fiftieth of the radius apart: cells tie them together, sheets
-  // do not.
+  // Two spheres of 16,386 vertices, a fiftieth of the radius apart: cells merge them, sheets do
+  // not.
   const Mesh mesh = NestedSpheres(6);
   const auto shared = [&](bool sheets, unsigned depth)
   {
@@ -345,8 +345,8 @@ TEST(ClusterLevels, ComponentsKeepNestedSurfacesApart)
 
 TEST(ClusterLevels, CollapsedTrianglesStillConnect)
 {
-  // A ribbon one quad wide: soon every triangle lies in two clusters, and only links say that
-  // neighbours belong together.
+  // A ribbon one quad wide: soon every triangle is in two clusters, and only links show that
+  // neighbours are connected.
   Mesh ribbon;
   for (VertexId i = 0; i < 4000; ++i)
   {

@@ -42,8 +42,8 @@ Mesh Checkerboard(unsigned field)
     });
 }
 
-// Red of a level at a place of the plate: of the triangles that lie over it any one, since they are
-// flat; the board's own where there is none.
+// The red of a level at a place of the plate: of any triangle there, because they are flat; the
+// board's own if there is none.
 double RedAt(const ClusterLevel& level, double x, double y, double otherwise)
 {
   for (const Triangle& t : level.triangles)
@@ -62,8 +62,8 @@ double RedAt(const ClusterLevel& level, double x, double y, double otherwise)
   return otherwise;
 }
 
-// How far a level's picture is from the board's on average, in grey values; between the vertices of
-// the board, where it has one colour.
+// The mean difference of a level's picture from the board's, in grey values; sampled between the
+// vertices of the board, where it has one colour.
 double PictureError(const ClusterLevel& level)
 {
   double sum = 0, count = 0;
@@ -116,7 +116,7 @@ TEST(CollapseLevels, FinestClustersPartAlongThePaint)
   }
 }
 
-// Where a vertex is not in the middle of its cluster, as along the plate's border, it does not have
+// If a vertex is not in the middle of its cluster, as along the plate's border, it does not have
 // the mean of its originals' colours.
 TEST(CollapseLevels, SmoothPaintIsThatOfThePlace)
 {

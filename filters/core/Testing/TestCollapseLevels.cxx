@@ -48,8 +48,8 @@ TEST(CollapseLevels, TrianglesAreTheImageOfTheOriginal)
   ForAll(ExpectImageOfOriginal);
 }
 
-// Before representatives moved, up to 0.5 % of these meshes' finest triangles faced the wrong way,
-// and up to 0.7 % of all of the plate's.
+// Before representatives were moved, up to 0.5 % of these meshes' finest triangles faced the wrong
+// way, and up to 0.7 % of all of the plate's.
 TEST(CollapseLevels, HardlyAnyTriangleFacesTheWrongWay)
 {
   const std::vector<NamedMesh> meshes{ { "sphere", DisplacedSphere(6) },
@@ -288,9 +288,8 @@ TEST(CollapseLevels, BoundariesOfPlatesStayInPlace)
 namespace
 {
 
-// A closed surface whose vertices are split along seams, as texture coordinates and hard edges
-// split them: every vertex on some rings and some arcs is there twice, once for the triangles on
-// each side.
+// A closed surface whose vertices are split along seams, as by texture coordinates and hard edges:
+// every vertex on some rings and some arcs exists twice, once for the triangles on each side.
 Mesh SplitAlongSeams(const Mesh& mesh, std::uint32_t seed)
 {
   Mesh split = mesh;
@@ -354,8 +353,8 @@ TEST(CollapseLevels, SeamsStayClosed)
   }
 }
 
-// No merge turns a triangle over. But partitions do not see each other's moves, the finest level is
-// made by clusters, and turns add up: slivers may.
+// No merge flips a triangle. But partitions do not know each other's moves, the finest level is
+// made by clusters, and rotations accumulate, so slivers may flip.
 TEST(CollapseLevels, NormalsDoNotFlip)
 {
   const Mesh sphere = DisplacedSphere(6);

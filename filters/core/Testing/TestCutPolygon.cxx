@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Polygons as triangles: that they fill the polygon and no more is counted at random places, which
-// is another, slow way; areas add up; convex ones are fans; no input hangs or loses a triangle.
+// Cutting polygons into triangles: that they fill exactly the polygon is checked at random places,
+// in another, slow way; areas sum up; convex ones are fans; no input hangs or loses a triangle.
 #include "filters/core/CutPolygon.h"
 
 #include "filters/core/VectorMath.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What edge collapse is made of: the queue of candidates, two edges placed at once, the triangles
+// The parts of edge collapse: the queue of candidates, placing two edges at once, the triangles
 // around a merged vertex.
 #include "filters/core/TriangleDistance.h"
 #include "filters/core/collapse/EdgeCandidates.h"

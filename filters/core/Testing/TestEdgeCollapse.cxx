@@ -199,8 +199,8 @@ TEST(EdgeCollapse, FixingLaterHolds)
 
 TEST(EdgeCollapse, BoundariesStayInPlaceAndCornersToo)
 {
-  // Flat; and with noise inside, which makes collapses dear there: the boundary must not pay for
-  // it.
+  // Flat; and with noise inside, which makes collapses expensive there: the boundary must not
+  // suffer.
   for (const double noise : { 0.0, 0.03 })
   {
     Mesh plate = GridPlate(24);
@@ -388,8 +388,8 @@ TEST(EdgeCollapse, AnyTrianglesWillDo)
   }
 }
 
-// A flat knot: each triangle has a neighbour of its first vertex and one from anywhere, so that
-// most merges would turn one over, and every vertex has far more edges than on a surface.
+// A flat tangle: each triangle has one neighbour of its first vertex and one arbitrary vertex, so
+// that most merges would flip a triangle, and every vertex has far more edges than on a surface.
 TEST(EdgeCollapse, KnotsTakeStepsInProportion)
 {
   for (const unsigned triangles : { 17U, 60U }) // for each vertex
@@ -430,8 +430,8 @@ TEST(EdgeCollapse, KnotsTakeStepsInProportion)
   }
 }
 
-// Triangles between any vertices near each other, as the clusters of a soup have them: most merges
-// would turn one over. side³ vertices.
+// Triangles between arbitrary vertices near each other, as among the clusters of a soup: most
+// merges would flip one. side³ vertices.
 CollapsePart Tangle(unsigned side, std::size_t trianglesPerVertex)
 {
   constexpr unsigned reach = 2;
@@ -471,8 +471,8 @@ CollapsePart Tangle(unsigned side, std::size_t trianglesPerVertex)
   return part;
 }
 
-// Trying refused merges again whenever a neighbour changes would go on for ever. A tangle may not
-// take hundreds of times what a surface does, and keeps nearly all merges that it had.
+// Retrying refused merges whenever a neighbour changes would never end. A tangle may not take
+// hundreds of times the steps of a surface, and keeps nearly all merges that it had.
 TEST(EdgeCollapse, TanglesTakeStepsAsSurfacesDo)
 {
   CollapsePart part = Tangle(20, 2);
@@ -518,7 +518,7 @@ TEST(EdgeCollapse, DenseTanglesAreNotTried)
   EXPECT_GT(small.Steps(), 0U);
 }
 
-// The hub of a fan, which may be fixed: its triangles are walked through once, not once for each
+// The hub of a fan, which may be fixed: its triangles are visited once, not once for each
 // neighbour.
 TEST(EdgeCollapse, FansTakeStepsInProportion)
 {

@@ -16,8 +16,8 @@ using namespace kdstream::fixtures;
 namespace
 {
 
-// The mesh on a grid, its longest side exactly 1 (or 0): multiplied by a power of two nothing is
-// rounded.
+// The mesh on a grid, its longest side exactly 1 (or 0): so multiplying by a power of two rounds
+// nothing.
 Mesh OnGrid(Mesh mesh)
 {
   Box box;

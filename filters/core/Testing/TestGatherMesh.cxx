@@ -44,7 +44,7 @@ struct Gathered
   GatheredMesh result;
 };
 
-// Each vertex is what it was, and those of a partition have the numbers from its first place on, in
+// Each vertex is unchanged, and those of a partition have the numbers from its first place on, in
 // the order of their ids.
 void ExpectSameVertices(const Mesh& before, const KdTree& tree, const Gathered& gathered)
 {
@@ -69,8 +69,8 @@ void ExpectSameVertices(const Mesh& before, const KdTree& tree, const Gathered& 
   }
 }
 
-// Each bucket has the triangles that it had, in the order that they had, and no triangle is lost.
-// Returns of each triangle where it was.
+// Each bucket has the same triangles in the same order, and no triangle is lost. Returns where each
+// triangle was.
 std::vector<std::uint32_t> ExpectSameBuckets(
   const Mesh& before, const KdTree& tree, const Gathered& gathered)
 {

@@ -66,8 +66,8 @@ TEST(VertexTree, ClustersFromTheStitchDepthOnAreIntervalsOfOnePartition)
       {
         ASSERT_EQ(sorted[v], v);
       }
-      // The finest cluster of each vertex, from the levels built anew, against the interval that
-      // holds it.
+      // The finest cluster of each vertex, from levels that are built again, compared with the
+      // interval that contains it.
       const auto partition = CellOfVertex(model.tree, tree.depths.partition);
       const auto buckets = BucketTriangles(model.mesh.triangles,
         std::size_t{ 1 } << tree.depths.partition, [&](VertexId v) { return partition[v]; });

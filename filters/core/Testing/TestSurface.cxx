@@ -24,8 +24,8 @@ DrawnTriangle Rotated(const DrawnTriangle& t)
   return std::min({ t, DrawnTriangle{ t[1], t[2], t[0] }, DrawnTriangle{ t[2], t[0], t[1] } });
 }
 
-// What must be drawn: the image of the original mesh under the map vertex -> node of the cut, from
-// the whole tree.
+// The expected triangles: the image of the original mesh under the map vertex -> node of the cut,
+// from the whole tree.
 std::set<DrawnTriangle> ExpectedTriangles(
   const Model& model, const std::vector<Surface::Source>& nodes)
 {
@@ -315,8 +315,8 @@ TEST(DrawSurface, IsClosedAfterEveryPieceThatComes)
 
 TEST(DrawSurface, IsTheImageOfTheMeshUnderTheCut)
 {
-  // Closed, open and hard meshes, and clouds. The last options make trees so deep that level S is
-  // cut into several pieces as it is.
+  // Closed, open and difficult meshes, and clouds. The last options make trees so deep that level S
+  // itself is cut into several pieces.
   const std::pair<KdTreeOptions, unsigned> trees[] = { { { 60, {}, 8 }, 3 }, { { 500, {}, 8 }, 1 },
     { { 60, {}, 8 }, TreeDepths{}.onePiece }, { { 8, {}, 1 }, TreeDepths{}.onePiece } };
   for (const NamedMesh& named : AllMeshes())

@@ -91,8 +91,8 @@ TEST(SurfaceParts, AreTheSameWhateverWasShownBefore)
 namespace
 {
 
-// Of a part of the original: whether each corner of a triangle is the vertex that it is told to
-// have been, or a coarser one that stands for it.
+// For a part of the original: each corner of a triangle must be the vertex that `corners` names, or
+// a coarser one that stands for it.
 void ExpectCornersAreTheirs(const SurfacePart& part, const PieceLookup& lookup)
 {
   const Piece& piece = *lookup(part.piece);

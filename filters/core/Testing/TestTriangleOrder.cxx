@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Triangles sorted, sorted into buckets, gathered by bucket; their ghosts; their image partition by
-// partition.
+// Sorting triangles, sorting them into buckets, gathering them by bucket; their ghosts; their image
+// partition by partition.
 #include "filters/core/GhostCorners.h"
 #include "filters/core/RadixSort.h"
 #include "filters/core/SortTriangles.h"

@@ -18,8 +18,8 @@ namespace kdstream
 namespace
 {
 
-// Several blocks of points, about half of them where another is; some of them at zeros of both
-// signs.
+// Several blocks of points, about half of them in the place of another; some of them at zeros of
+// both signs.
 std::vector<Vec3> AnyPoints(std::size_t count, unsigned seed)
 {
   std::mt19937 generator(seed);
@@ -71,8 +71,8 @@ TEST(Weld, FindsTheFirstOfEachPlace)
   }
 }
 
-// Different places that an older version, whose hash anybody could run backwards, hashed to one
-// number: of any x and y it gives the z.
+// Different places that had equal hashes in an older version, whose hash could be inverted:
+// computes z for any x and y.
 std::vector<Vec3> PreparedPoints(std::size_t count)
 {
   constexpr std::uint64_t factor = 0xFF51AFD7ED558CCDU, wanted = 12345;
@@ -102,8 +102,8 @@ std::vector<Vec3> PreparedPoints(std::size_t count)
   return points;
 }
 
-// What is compared is counted, not how long it takes: places are asked for twice to be hashed, and
-// two more times whenever two of the same hash are compared.
+// Counts comparisons instead of time: places are requested twice for hashing, and two more times
+// whenever two of the same hash are compared.
 TEST(Weld, PlacesThatSomebodyPreparedAreNotComparedWithEachOther)
 {
   constexpr std::size_t count = 3000;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A mesh taken through core as a whole, and what a block of it has at hand: what tests of working
-// block by block compare with.
+// A mesh taken through core as a whole, and the data that a block of it has: for tests of working
+// block by block.
 #pragma once
 
 #include "Testing/Fixtures/Meshes.h"
@@ -27,8 +27,8 @@ namespace kdstream::fixtures
 inline const KdTreeOptions blockOptions[] = { { 300, {}, 8 }, { 20, {}, 4 }, { 2000, {}, 8 },
   { 1, {}, 1 }, { 300, {}, 1 }, { 3000, {}, 2 } };
 
-// Normals and colours, some of them none, and arrays of vertices and triangles; few values, so that
-// tuples of equal triangles differ and agree.
+// Normals and colours, some of them missing, and arrays of vertices and triangles; few values, so
+// that tuples of equal triangles are sometimes equal.
 inline Mesh Painted(Mesh mesh, std::uint32_t seed)
 {
   std::mt19937 random(seed);
@@ -163,8 +163,8 @@ inline std::vector<unsigned> BlockDepths(const Whole& whole)
   return { depths.begin(), depths.end() };
 }
 
-// Vertices of a level or of the original that are at hand for a block, ascending, and where each is
-// in the list.
+// Vertices of a level or of the original that a block has, ascending, and the place of each in the
+// list.
 struct AtHand
 {
   std::vector<VertexId> vertices; // own and ghosts, as in the whole

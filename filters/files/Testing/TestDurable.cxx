@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What outlasts a power cut: the bytes wait for the disk before they take their name, and the name
-// does afterwards. This program's fsync notes what it is called for.
+// Durability: the bytes are on the disk before the file gets its name, and the name is afterwards.
+// This program's own fsync records its calls.
 #include "filters/files/Folders.h"
 #include "filters/files/NewFile.h"
 #include "filters/files/WriteWhole.h"

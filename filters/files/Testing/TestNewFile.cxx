@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A file that takes its place when it is whole: nobody else's file is touched on the way, and who
-// may read it stays as it was.
+// A file that replaces its target when it is complete: no other file is touched on the way, and its
+// permissions stay.
 #include "filters/files/NewFile.h"
 
 #include "Testing/Fixtures/TemporaryFolder.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// libFuzzer's entry to the PLY reader, and to OFF, which is what does not begin with "ply": ./dev
-// fuzz.
+// libFuzzer's entry to the PLY reader, and to OFF for what does not begin with "ply": ./dev fuzz.
 #include "filters/meshio/Testing/ReadHostile.h"
 #include "filters/meshio/ply/OffHeader.h"
 #include "filters/meshio/ply/PlyReader.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Puts any bytes through a reader, for its fuzzer and its mutation test, and checks what every
-// caller relies on.
+// Reads any bytes with a reader, for its fuzzer and its mutation test, and checks the promises that
+// every caller relies on.
 #pragma once
 
 #include "filters/meshio/ByteSource.h"
@@ -52,8 +52,7 @@ private:
 
 using OpenReader = Result<std::unique_ptr<MeshReader>> (*)(ByteSource source);
 
-// Reads all there is, `limit` records at a time. True if it is a mesh; aborts if a promise is
-// broken.
+// Reads everything, `limit` records at a time. True if it is a mesh; aborts if a promise is broken.
 inline bool ReadHostile(OpenReader open, const MemoryFile& file, std::size_t limit)
 {
   Result<ByteSource> source = ByteSource::Open(file.Name());

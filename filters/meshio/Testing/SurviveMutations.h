@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the tests of readers on damaged files share: seeded mutations of good files, each read in
-// one go and in chunks.
+// Shared by the tests of readers on damaged files: seeded mutations of good files, each read at
+// once and in chunks.
 #pragma once
 
 #include "filters/meshio/Testing/RandomGenerator.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The OBJ reader: random meshes in every dress are read back exactly whatever the chunks; files by
-// hand for what random ones do not reach; every error names its place.
+// The OBJ reader: random meshes in every notation are read back exactly with any chunks;
+// handwritten files for what random ones do not reach; every error names its place.
 #include "filters/meshio/MeshWriter.h"
 #include "filters/meshio/ObjStatements.h"
 #include "filters/meshio/Testing/RandomObj.h"

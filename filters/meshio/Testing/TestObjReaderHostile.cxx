@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The OBJ reader on damaged files: seeded mutations of good ones. It must not crash, must keep its
-// promises where it accepts a file, and must never take memory for what is not there.
+// promises if it accepts a file, and must never take memory for what is not there.
 #include "filters/meshio/ObjReader.h"
 #include "filters/meshio/Testing/CountedMemory.h"
 #include "filters/meshio/Testing/RandomObj.h"
@@ -15,10 +15,9 @@ namespace kdstream::test
 namespace
 {
 
-// True if the file is a mesh. Memory while it is read, all at once: the block (at most the file),
-// the tables of files that name normals (their caches grow with what is put there, by blocks of
-// 4 KiB), and triangles of 12 bytes for corners of two in a vector that doubles; and what cutting a
-// polygon takes.
+// True if the file is a mesh. The memory may be: the block (at most the file); the tables of files
+// that name normals (their caches grow by blocks of 4 KiB); triangles of 12 bytes for corners of
+// two in a vector that doubles; and the memory for cutting a polygon.
 bool ReadWithinMemory(std::string_view bytes, std::size_t limit)
 {
   return ReadCounted([](ByteSource source) { return OpenObjReader(std::move(source), {}, {}); },

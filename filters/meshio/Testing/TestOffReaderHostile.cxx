@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The OFF reader on damaged files: seeded mutations of good ones. It must not crash, must keep its
-// promises where it accepts a file, and must never take memory for what is not there.
+// promises if it accepts a file, and must never take memory for what is not there.
 #include "filters/meshio/Testing/CountedMemory.h"
 #include "filters/meshio/Testing/RandomOff.h"
 #include "filters/meshio/Testing/ReadHostile.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// PlyReader: random files of every shape are read back exactly; files by hand for what random ones
-// do not reach; every error names its place.
+// PlyReader: random files of every shape are read back exactly; handwritten files for what random
+// ones do not reach; every error names its place.
 #include "filters/meshio/Testing/RandomPly.h"
 #include "filters/meshio/Testing/ReadAll.h"
 #include "filters/meshio/Testing/ScratchFolder.h"
@@ -219,7 +219,7 @@ TEST(PlyReader, ReadsARecordLargerThanABlock)
 
 TEST(PlyReader, RoundsTextOnceToTheTypeOfTheProperty)
 {
-  // 1 + 2^-24 + 2^-60 lies above the middle of two floats, but on it once it has been rounded to
+  // 1 + 2^-24 + 2^-60 is above the middle between two floats, but exactly at it after rounding to
   // double.
   const std::string tie =
     "1.000000059604644775390625000000867361737988403547205962240695953369140625";
@@ -321,8 +321,8 @@ TEST(PlyReader, DropsCoordinatesThatAreNotFinite)
   }
 }
 
-// In chunks of any size: faces of dropped vertices go, the others have the new numbers, and tuples
-// stay with their vertices and triangles.
+// In chunks of any size: faces of dropped vertices are dropped, the others have the new numbers,
+// and tuples stay with their vertices and triangles.
 TEST(PlyReader, FacesAndArraysFollowDroppedVertices)
 {
   const std::string header =
@@ -606,7 +606,7 @@ TEST(PlyReader, NamesWhereATruncatedFileEnds)
   const auto expectTruncated =
     [](const std::string& bytes, const std::string& what, std::size_t byte)
   { ExpectError(bytes, "truncated: " + what + " expected at byte " + std::to_string(byte)); };
-  // Text gives out at the end of the file; of a binary record that is cut off, its beginning is
+  // A truncated text ends at the end of the file; of a truncated binary record the beginning is
   // known.
   const std::string text = asciiVertices + "end_header\n0 0 0\n1 0";
   expectTruncated(text, "vertex 1 of 4", text.size());

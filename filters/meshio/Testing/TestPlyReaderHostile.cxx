@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // PlyReader on damaged files: thousands of seeded mutations of good ones. It must not crash, must
-// keep its promises where it accepts a file, and must never take memory for what is not there:
-// every allocation is counted.
+// keep its promises if it accepts a file, and must never take memory for what is not there: every
+// allocation is counted.
 #include "filters/meshio/Testing/CountedMemory.h"
 #include "filters/meshio/Testing/RandomPly.h"
 #include "filters/meshio/Testing/ReadHostile.h"
@@ -15,9 +15,9 @@ namespace kdstream::test
 namespace
 {
 
-// True if the file is a mesh. Memory while it is read, all at once: the block (at most the file), a
-// header's names, and triangles of 12 bytes for indices of one byte in a vector that grows by
-// doubling; and what cutting a polygon takes.
+// True if the file is a mesh. The memory may be: the block (at most the file); a header's names;
+// triangles of 12 bytes for indices of one byte in a vector that doubles; and the memory for
+// cutting a polygon.
 bool ReadWithinMemory(std::string_view bytes, std::size_t limit)
 {
   return ReadCounted([](ByteSource source) { return PlyReader::Open(std::move(source)); }, bytes,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Concave polygons of OBJ and PLY files: cut right, and the same whether the mesh is read into one
-// piece, or its faces where there are no vertices.
+// Concave polygons of OBJ and PLY files: cut correctly, and in the same way whether the mesh is
+// read into one piece, or its faces without vertices.
 #include "filters/core/VectorMath.h"
 #include "filters/meshio/Testing/RandomObj.h"
 #include "filters/meshio/Testing/RandomPly.h"
@@ -15,8 +15,8 @@ namespace kdstream::test
 namespace
 {
 
-// As a build out of core reads: vertices, and then faces, some at a time, each into a mesh of its
-// own.
+// Reads like an out-of-core build: vertices, and then faces, some at a time, each time into a new
+// mesh.
 Mesh ReadApart(const std::filesystem::path& file, std::size_t limit)
 {
   const Result<std::unique_ptr<MeshReader>> reader = MeshReader::Open(file);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Colours of every kind become the array that viewers show, whatever the chunks; what the file has
-// stays.
+// Colours of every kind become the array that viewers show, with any chunks; the file's own arrays
+// stay.
 #include "filters/meshio/ShownColors.h"
 #include "filters/meshio/Testing/ReadAll.h"
 #include "filters/meshio/Testing/ScratchFolder.h"

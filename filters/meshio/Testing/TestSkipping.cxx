@@ -105,8 +105,8 @@ TEST(Skipping, LeadsWhereReadingDoes)
   }
 }
 
-// A quad and a line have the bytes of two triangles: whoever skipped the quad would read on amid
-// nothing. The one that reads it, or the line, sees it.
+// A quad and a line have the same bytes as two triangles: a reader that skipped the quad would
+// continue at a wrong place. The reader of the part with the quad, or the line, notices.
 TEST(Skipping, ReadersOfOtherPartsSeeThatFacesAreNoTriangles)
 {
   const std::string triangle("\0\1\2", 3), quad("\0\1\2\3", 4), line("\1\2", 2);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The STL reader: random soups in every dress are read back exactly whatever the chunks; files by
-// hand for what random ones do not reach; every error names its place.
+// The STL reader: random soups in every notation are read back exactly with any chunks; handwritten
+// files for what random ones do not reach; every error names its place.
 #include "filters/meshio/MeshWriter.h"
 #include "filters/meshio/Testing/RandomStl.h"
 #include "filters/meshio/Testing/ReadAll.h"
@@ -134,8 +134,7 @@ TEST(StlReader, EmptySoupsAreMeshesWithoutVertices)
   }
 }
 
-// Quads and other polygons are cut as those of other formats; loops of one or two vertices are
-// dropped.
+// Quads and other polygons are cut as in other formats; loops of one or two vertices are dropped.
 TEST(StlReader, ReadsLoopsOfAnyNumberOfVertices)
 {
   const auto facet = [](const std::string& vertices)

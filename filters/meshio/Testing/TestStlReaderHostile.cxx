@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The STL reader on damaged files: seeded mutations of good ones. It must not crash, must keep its
-// promises where it accepts a file, and must never take memory for what is not there.
+// promises if it accepts a file, and must never take memory for what is not there.
 #include "filters/meshio/StlReader.h"
 #include "filters/meshio/Testing/CountedMemory.h"
 #include "filters/meshio/Testing/RandomStl.h"
@@ -15,8 +15,8 @@ namespace kdstream::test
 namespace
 {
 
-// True if the file is a mesh. Memory while it is read, all at once: the block (at most the file),
-// the binary reader's batch, and points of 24 bytes for text of six in a vector that doubles.
+// True if the file is a mesh. The memory may be: the block (at most the file), the binary reader's
+// batch, and points of 24 bytes for text of six in a vector that doubles.
 bool ReadWithinMemory(std::string_view bytes, std::size_t limit)
 {
   return ReadCounted([](ByteSource source) { return OpenStlReader(std::move(source), {}); }, bytes,

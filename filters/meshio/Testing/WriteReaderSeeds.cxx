@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Writes the seed corpus of the readers' fuzz targets: small files of every format and dress, a
+// Writes the seed corpus of the readers' fuzz targets: small files of every format and notation, a
 // folder for each target. WriteReaderSeeds FOLDER; ./dev fuzz calls it.
 #include "filters/meshio/Testing/RandomObj.h"
 #include "filters/meshio/Testing/RandomOff.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the tests of blocks share: a mesh led through the steps of a build up to the blocks, beside
+// Shared by the tests of blocks: a mesh taken through the steps of a build up to the blocks, and
 // the same mesh in memory.
 #pragma once
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A mesh taken through core in memory, and its tree and levels written as files, for tests of what
-// is made from them.
+// A mesh taken through core in memory, and its tree and levels written as files, for tests of the
+// later steps.
 #pragma once
 
 #include "Testing/Fixtures/Invariants.h"
@@ -96,8 +96,8 @@ struct Blocks
   }
 };
 
-// How deep the blocks of a level may be: siblings are in one of them unless their parents are in
-// memory. What is collapsed freely has clusters anywhere.
+// The maximum depth of the blocks of a level: siblings must be in one block, unless their parents
+// are in memory. After free collapses clusters may be anywhere.
 inline unsigned DeepestBlocks(const InMemory& built, unsigned depth, unsigned firstInFiles)
 {
   const TreeDepths& depths = built.Depths();

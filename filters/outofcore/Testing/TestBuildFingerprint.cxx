@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which build may go on with what an interrupted one has left, and what is said of one that may
-// not.
+// Which build may continue an interrupted one, and the message for one that may not.
 #include "filters/outofcore/Testing/BuildFolders.h"
 #include "filters/outofcore/journal/BuildFingerprint.h"
 

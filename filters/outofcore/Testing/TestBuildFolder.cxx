@@ -109,8 +109,8 @@ protected:
     ASSERT_TRUE(status);
     folder.Keep(true);
   }
-  // A build in a process of its own that is killed before the k-th operation on its files; whether
-  // it was.
+  // A build in a process of its own that is killed before the k-th operation on its files; returns
+  // whether it was.
   bool BuildAndKill(std::size_t k) const
   {
     const pid_t child = fork();
@@ -159,7 +159,7 @@ TEST_F(TestBuildFolder, GoesOnFromTheLastFinishedPhaseWhereverItWasKilled)
     ASSERT_TRUE(EntriesOf(this->Parent.Path()).empty()) << "killed before operation " << k;
   }
   EXPECT_TRUE(EntriesOf(this->Parent.Path()).empty());
-  // Nothing that was finished is done again, until the journal is removed: folder and lock are
+  // No finished phase is repeated, until the journal is removed: then only folder and lock are
   // left.
   ASSERT_GT(finished.size(), 20U);
   const auto most = std::max_element(finished.begin(), finished.end());

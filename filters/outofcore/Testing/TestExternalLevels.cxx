@@ -159,8 +159,8 @@ void CheckLevels(const NamedMesh& named, std::uint32_t verticesPerPartition,
   }
 }
 
-// Vertices on a grid of side^3 places: most share theirs with others all over the tree. Some zeros
-// are negative.
+// Vertices on a grid of side^3 places: most share their place with others all over the tree. Some
+// zeros are negative.
 Mesh OnGrid(Mesh mesh, double side)
 {
   std::size_t zeros = 0;
@@ -175,8 +175,8 @@ Mesh OnGrid(Mesh mesh, double side)
   return mesh;
 }
 
-// Small arrays of all that levels carry. Lengths of normals differ so much that the order of their
-// sums is seen.
+// Small arrays of everything that levels carry. Lengths of normals differ so much that the order of
+// their sums matters.
 Mesh Painted(Mesh mesh, std::uint32_t seed)
 {
   std::mt19937 random(seed);
@@ -219,8 +219,8 @@ Mesh WithoutTriangles(Mesh mesh)
   return mesh;
 }
 
-// A plane of 128 x 128 vertices, half as wide a rough one of 64 x 128, and a soup of as many
-// vertices, side by side along x: the first half of a tree's vertices are the plane's.
+// A plane of 128 x 128 vertices, a rough one half as wide, of 64 x 128, and a soup of the same
+// number of vertices, side by side along x: the first half of a tree's vertices are the plane's.
 Mesh PlaneAndRoughAndBodies()
 {
   std::mt19937 random(9);
@@ -377,8 +377,8 @@ TEST(ExternalLevels, RoundsByBlocks)
   CheckLevels({ "soup", Soup(30000, 5) }, 1000, 8, { 3 });
 }
 
-// A node that would hold too many clusters, since the bodies in it cannot collapse, takes more
-// merges: in a block that is not the first one, of some of the block's parts.
+// A node that would hold too many clusters, because the bodies in it cannot collapse, takes more
+// merges: in a block that is not the first one, from some of the block's parts.
 TEST(ExternalLevels, AFullNodeOfALaterBlockTakesMore)
 {
   CheckLevels({ "plane, rough and bodies", PlaneAndRoughAndBodies() }, 4096, 4, { 0, 1, 2 });

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pieces cut out of core, part by part, against those cut in memory: ExternalNumbers,
-// ExternalPieces. The levels are made in memory and written as files, so that nothing but the
-// numbers and parts can differ.
+// Pieces cut out of core, part by part, compared with those cut in memory: ExternalNumbers,
+// ExternalPieces. The levels are made in memory and written as files, so that only the numbers and
+// parts can differ.
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/Invariants.h"
 #include "Testing/Fixtures/Meshes.h"

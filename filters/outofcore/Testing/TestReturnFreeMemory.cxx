@@ -28,7 +28,7 @@ std::uint64_t Resident()
   return resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
 }
 
-// Takes 64 MiB in blocks, and frees them all but the first. A last block stays after them, so that
+// Allocates 64 MiB in blocks, and frees all but the first. A last block stays after them, so that
 // the heap does not shrink by itself.
 class FreeMemory : public testing::Test
 {

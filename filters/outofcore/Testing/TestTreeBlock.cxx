@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The whole way from a mesh to blocks: spilled, welded, sorted by the tree, joined with its
-// triangles, loaded; against the mesh in memory.
+// triangles, loaded; compared with the mesh in memory.
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/core/EdgeCount.h"
 #include "filters/outofcore/Testing/BlockTools.h"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Every type of message, cut after each of its bytes, and with each of its bytes changed to every
-// other: what comes is an error, or a message that is written and read as the same; nothing else.
+// Every type of message, truncated after each of its bytes, and with each byte changed to every
+// other value: the result must be an error, or a message that is the same after writing and reading
+// it.
 #include "Testing/Fixtures/Sanitized.h"
 #include "filters/protocol/BinaryFrame.h"
 #include "filters/protocol/ControlMessage.h"
@@ -180,8 +181,8 @@ TEST(TestDamagedMessages, OfServers)
   EXPECT_GT(taken, 100u);
 }
 
-// A frame that has lost bytes at its end may be one with less payload: then it is just that, and
-// makes no blob.
+// A frame that has lost bytes at its end may be a valid frame with less payload: then it is exactly
+// that, and completes no blob.
 TEST(TestDamagedMessages, Frames)
 {
   for (const auto& [header, payload] : EveryFrame())

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a store's tables hold, read and replaced by plain SQL: for the tests of stores that are
-// damaged, or a stranger's.
+// The tables of a store, read and replaced by plain SQL: for the tests of stores that are damaged,
+// or hostile.
 #pragma once
 
 #include "filters/codec/PartitionBoxes.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Store: what is damaged is named, and the rest is read; a file that is written to while it is open
-// is read no more.
+// Store: damage is reported by name, and the rest is read; a file that is written to while it is
+// open is not read any more.
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/store/StoreSchema.h"
 #include "filters/store/Testing/StoreContent.h"
@@ -218,8 +218,8 @@ TEST_F(DamagedStore, FlippedBytesAreNoticedAndTheRestIsRead)
       }
     }
   }
-  // Most of the file is live data; the rest is free space between rows, a good part where the rows
-  // are as small as here.
+  // Most of the file is live data; the rest is free space between rows, a considerable part when
+  // rows are as small as here.
   EXPECT_GT(noticed + unopened, flips * 6 / 10);
   EXPECT_LT(unopened, flips / 4) << "a flip must rarely cost the whole store";
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a store says of a level's deviation is true: no vertex of the original, and no point of its
-// triangles, is farther from the level. Measured by trying all of the level's triangles.
+// The stored deviation of a level is true: no vertex of the original, and no point of its
+// triangles, is farther from the level. Measured by testing all of the level's triangles.
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/core/TriangleDistance.h"
 #include "filters/core/VectorMath.h"
@@ -67,8 +67,9 @@ std::vector<Vec3> SamplesOf(const std::vector<Corners>& triangles)
   return samples;
 }
 
-// The largest distance of the samples from the triangles. Of a sample that is no farther than the
-// farthest so far, no more triangles are tried than tell that, first the one that was near last.
+// The largest distance of the samples from the triangles. For a sample that is not farther than the
+// farthest so far, triangles are tested only until this is certain, beginning with the nearest one
+// of the sample before.
 double Farthest(const std::vector<Vec3>& samples, const std::vector<Corners>& triangles)
 {
   double most = 0;

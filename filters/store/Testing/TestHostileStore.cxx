@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Stores of strangers: what a file makes SQLite do ends, whatever its schema and its pages say, and
-// the error tells what is wrong with it.
+// Hostile stores: what a file makes SQLite do always ends, whatever its schema and its pages say,
+// and the error says what is wrong.
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/store/StoreConnection.h"
 #include "filters/store/StoreEdit.h"
@@ -275,8 +275,8 @@ TEST_F(HostileStore, MetadataThatAreTooMuchAreRefused)
   EXPECT_EQ(this->Refusal(), "metadata: it contains a value that is too large");
 }
 
-// Of an earlier version, whose rows verify reads in turn. The table of the pieces becomes 400^6
-// leaves: each page of it leads 400 times to the next.
+// A store of an earlier version, whose rows verify reads in order. The table of the pieces becomes
+// 400^6 leaves: each page leads 400 times to the next.
 TEST_F(HostileStore, ATreeWithoutAnEndIsEnded)
 {
   fs::copy_file(fs::path(KDSTREAM_KEPT_STORES) / "version-9.kds", this->File());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Stores of versions before 13, as earlier builds wrote them: they are read as ever, and what is
-// wrong with them is named as ever.
+// Stores of versions before 13, as earlier builds wrote them: they can still be read, and damage is
+// still reported by name.
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/store/StoreEdit.h"
 #include "filters/store/StoreMesh.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Notes beside a store: whole or not at all, and nothing that has their name ends or halts a
-// reader.
+// Notes beside a store: written completely or not at all, and no file of that name can stop or
+// block a reader.
 #include "filters/store/StoreNotes.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Vertices that no triangle uses: nothing that is shown depends on them, and they come back as they
-// were, whichever builder wrote the store.
+// Vertices that no triangle uses: nothing that is shown depends on them, and they come back
+// unchanged, whichever builder wrote the store.
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/baselines/stores/Baselines.h"

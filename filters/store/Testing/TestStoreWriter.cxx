@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// StoreWriter: a store is there whole or not at all, and whoever could not read it cannot read what
-// is unfinished.
+// StoreWriter: a store appears completely or not at all, and users who could not read it cannot
+// read the unfinished file.
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/core/tree/PieceDepth.h"
 #include "filters/store/StoreEdit.h"
@@ -67,8 +67,7 @@ TEST_F(StoreWriterTest, ABlobThatNoServerSendsIsNotWritten)
     "fewer vertices per partition");
 }
 
-// Of a scan of 41,000 vertices with its noise: schema, metadata and directory do not shrink with
-// it.
+// For a noisy scan of 41,000 vertices: schema, metadata and directory do not shrink with the mesh.
 TEST_F(StoreWriterTest, TheContainerTakesAtMostATwentiethOfTheBlobs)
 {
   Mesh scan = DisplacedSphere(7);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the fuzz targets of textured files share: a folder in memory for a mesh and what it names,
-// and what must hold of all that was read.
+// Shared by the fuzz targets of textured files: a folder in memory for a mesh and the files that it
+// names, and the conditions for everything that was read.
 #pragma once
 
 #include "filters/codec/TextureTile.h"
@@ -52,8 +52,8 @@ inline void Require(bool holds)
   }
 }
 
-// A tile can be made of all of it, whatever coordinates corners have; every other picture is one
-// that could not be read.
+// A tile can be made of everything that was read, whatever coordinates corners have; every other
+// picture is one that could not be read.
 inline void CheckTile(const TexturedMesh& textured)
 {
   std::vector<Picture> pictures(textured.pictures.size());

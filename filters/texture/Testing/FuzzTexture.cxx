@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// libFuzzer's entry to what textured meshes bring: pictures, and materials of OBJ files: ./dev
+// libFuzzer's entry to the files of textured meshes: pictures, and materials of OBJ files: ./dev
 // fuzz.
 #include "filters/texture/ObjMaterials.h"
 #include "filters/texture/Picture.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// libFuzzer's entry to OBJ files with materials, read and baked: ./dev fuzz. Before the first byte
-// 0 is the mesh, after it its library "m.mtl".
+// libFuzzer's entry to OBJ files with materials, read and baked: ./dev fuzz. The mesh is before the
+// first byte 0, its library "m.mtl" after it.
 #include "filters/texture/FindTextures.h"
 #include "filters/texture/Testing/FuzzFolder.h"
 

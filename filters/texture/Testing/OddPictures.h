@@ -18,8 +18,8 @@ namespace kdstream::test
 
 using Bytes = std::vector<std::uint8_t>;
 
-// A PNG of any depth and colour type, its rows as libpng packs them, `row` bytes each. A palette is
-// (1, 2, 3), red, green, (9, 8, 7), blue; alphas: of its first colours.
+// A PNG of any depth and colour type, with rows as libpng packs them, `row` bytes each. A palette
+// is (1, 2, 3), red, green, (9, 8, 7), blue; alphas: of its first colours.
 inline Bytes RawPng(unsigned width, unsigned height, int depth, int type, Bytes rows,
   std::size_t row, bool interlaced = false, Bytes alphas = {})
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// FindTextures: what paints a mesh: pictures that faces use and that are there, else its vertices'
-// own colours, else colours of materials.
+// FindTextures: where a mesh's colours come from: existing pictures that faces use, else its
+// vertices' own colours, else colours of materials.
 #include "filters/meshio/Testing/ScratchFolder.h"
 #include "filters/texture/FindTextures.h"
 

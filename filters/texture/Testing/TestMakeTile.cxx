@@ -39,7 +39,7 @@ struct Scene
   TexturedTriangles textured;
 };
 
-// Strips of triangles that go over seams, mirrored ones, ones far outside 0-1, some alone, some
+// Strips of triangles that cross seams, mirrored ones, ones far outside 0-1, single triangles, some
 // without coordinates or pictures.
 Scene RandomScene(unsigned seed)
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Tokens with any header and claims, rightly signed: for tests. A second writing of what Token.cxx
-// does, by other means, so that the two check each other.
+// Tokens with any header and claims, correctly signed: for tests. A second implementation of what
+// Token.cxx writes, by other means, so that each checks the other.
 #pragma once
 
 #include "server/access/TokenKeys.h"

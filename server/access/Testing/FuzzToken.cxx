@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// libFuzzer's entry to tokens and their keys. The first byte chooses: a token as it is; claims that
-// are signed rightly, so that what lies behind the signature is reached; a header before such; a
+// libFuzzer's entry to tokens and their keys. The first byte chooses: a token as it is; correctly
+// signed claims, so that code after the signature check is reached; a header before such claims; a
 // file of keys; the fields of a request.
 #include "server/access/Token.h"
 #include "server/access/TokenGuard.h"

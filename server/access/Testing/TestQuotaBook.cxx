@@ -251,7 +251,7 @@ TEST_F(Quotas, BuildsThatAreDividedOtherwiseCountByTheirShare)
   EXPECT_FALSE(may(many, 0));
 }
 
-// Entries of before a store told its input, of servers of before, too, count as those of the input;
+// Entries made before a store gave its input (also by older servers) count as those of the input;
 // and none of them twice.
 TEST_F(Quotas, WhatWasHadBeforeTheInputWasKnownCounts)
 {

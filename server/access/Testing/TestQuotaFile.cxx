@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The quotas' file while something is wrong with it: nothing is given; and once that is over what
-// was had counts again by itself, no more and no less.
+// The quotas' file while something is wrong with it: nothing is allowed; and afterwards the earlier
+// entries count again by themselves, no more and no less.
 #include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/store/Sqlite.h"
 #include "server/access/QuotaBook.h"
@@ -405,8 +405,8 @@ TEST_F(QuotaFile, PermissionsThatAreTakenAndGivenBack)
   EXPECT_FALSE(May(*book, 3));
 }
 
-// What lies below is not a place for quotas; and what was had counts when it is mounted again, even
-// where it can only be read at first.
+// The folder below an unmounted file system is not a place for quotas. When it is mounted again,
+// the earlier entries count, even if it can only be read at first.
 TEST_F(QuotaFile, AFileSystemThatIsNotMounted)
 {
   const bool may = WithMounts(
@@ -470,8 +470,8 @@ TEST_F(QuotaFile, TwoServersLoseNothingWhereItIsRemoved)
   EXPECT_TRUE(May(*this->Open(3), 4));
 }
 
-// The log is removed by the server that notices. The other, which is not asked meanwhile, must not
-// go on with it.
+// The server that notices removes the log. The other server, which gets no request in between, must
+// not continue to use it.
 TEST_F(QuotaFile, TwoServersGiveWhatOneWouldWhereItGoesAndComes)
 {
   const auto log = fs::path(this->file.string() + "-wal");

@@ -239,8 +239,8 @@ TEST(Token, MayBeRevoked)
   EXPECT_EQ(Refusal(token, keys), "the token has been revoked");
 }
 
-// Cut at each byte, and with each byte changed in each of its bits. (Two bits of the signature's
-// last digit are no part of it.)
+// Truncated at each byte, and with each bit of each byte changed. (Two bits of the signature's last
+// digit are not part of it.)
 TEST(Token, NothingButTheTokenItselfIsValid)
 {
   const auto token = forged::Token(forged::header, forged::claims);

@@ -128,8 +128,8 @@ TEST_F(Log, APipeThatNobodyReadsCostsLinesOnly)
   EXPECT_GT(lost, 0u);
 }
 
-// A file that may not grow takes part of the lines: the others are counted, and told of once it
-// takes lines again, which begin on a line of their own.
+// A file that may not grow takes a part of the lines: the others are counted. When the file takes
+// lines again, these begin on a line of their own, and the lost ones are reported.
 TEST_F(Log, WhatADiskDoesNotTakeIsCounted)
 {
   std::signal(SIGXFSZ, SIG_IGN);

@@ -98,8 +98,8 @@ TEST_F(Serve, TellsOfItsSite)
   EXPECT_EQ(wrong.Wait(), 2);
 }
 
-// More clients knock than there are descriptors: those without a place are turned away at once, and
-// the server itself never runs out: stores come, all is read, the administrator is answered.
+// More clients connect than there are descriptors: those without a slot are closed at once, and the
+// server itself never runs out: new stores are read, and the administrator is answered.
 TEST_F(Serve, RunsOutOfPlacesBeforeDescriptors)
 {
 #ifdef __SANITIZE_ADDRESS__

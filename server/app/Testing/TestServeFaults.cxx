@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-serve on a system that fails it: the disk, descriptors, memory, the log's reader, the
-// clock, TLS. What fails is the request that needs it and no other; it is said and counted; and all
-// is well again when the system is, without a restart.
+// kdstream-serve on a failing system: the disk, descriptors, memory, the log's reader, the clock,
+// TLS. Only the request that needs it fails; this is reported and counted; and when the system
+// works again everything does, without a restart.
 #include "Testing/Faults/Faults.h"
 #include "Testing/Fixtures/Eventually.h"
 #include "filters/model/ModelJson.h"
@@ -373,8 +373,9 @@ TEST_F(Faulty, NoMemoryForAConnection)
   EXPECT_EQ(line, "kdstream-serve: error: a connection was closed after an error: out of memory");
 }
 
-// Each so manieth allocation fails, whatever it is for, while clients ask for all kinds of things
-// and stores come. Each gets an answer or loses its connection; the server stays, and then is well.
+// Every n-th allocation fails, whatever it is for, while clients ask for all kinds of things and
+// stores are added. Each client gets an answer or loses its connection; the server survives, and
+// works afterwards.
 TEST_F(Faulty, MemoryThatFailsNowAndThen)
 {
   std::ofstream(this->folder / "index.html") << "home";
@@ -434,10 +435,10 @@ TEST_F(Faulty, MemoryThatFailsNowAndThen)
   EXPECT_EQ(serve.Wait(), 0);
 }
 
-// Each call that a session makes of the system fails in its turn, alone or with the thirty after
-// it (as long as nothing works at all, whoever comes waits): it gets answers or loses its
-// connection, no place stays taken, and the next session is served. A seeded part of the calls in
-// every test run, all with KDSTREAM_ALL_FAULTS=1.
+// Each system call of a session fails in its turn, alone or with the thirty calls after it (while
+// nothing works at all, every client waits). The session gets answers or loses its connection, no
+// slot stays taken, and the next session is served. A seeded part of the calls in every test run,
+// all with KDSTREAM_ALL_FAULTS=1.
 TEST_F(Faulty, EachStepOfASession)
 {
   constexpr unsigned deadline = 600; // seconds: a client that waits for ever ends the test
@@ -486,8 +487,8 @@ TEST_F(Faulty, EachStepOfASession)
     stream.Close();
     return served;
   };
-  // Who comes while others are turned away for want of a descriptor is turned away with them, and
-  // may ask again; otherwise the first request is answered.
+  // A client that connects while others are closed for lack of a descriptor is closed with them,
+  // and may ask again; otherwise the first request is answered.
   const auto isAnswered = [port](bool mayAskAgain)
   {
     const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
@@ -736,8 +737,8 @@ TEST_F(Faulty, AClockThatJumps)
   EXPECT_EQ(serve.Wait(), 0);
 }
 
-// Tokens go by the clock: one that has expired ends what it was for, and counts again once the
-// clock is set right.
+// Tokens depend on the clock: an expired token ends its sessions, and is valid again when the clock
+// is corrected.
 TEST_F(Faulty, ATokenWhileTheClockJumps)
 {
   const auto token = this->MakeToken();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Frames of a WebSocket's client as tests write them, right and wrong, and a server's as they read
-// them. Written from RFC 6455, not from the server's code.
+// Frames of a WebSocket's client as tests write them, right and wrong, and reading a server's
+// frames. Written from RFC 6455, not from the server's code.
 #pragma once
 
 #include <cstdint>

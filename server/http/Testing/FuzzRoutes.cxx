@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// libFuzzer's entry to what stands above Beast: the bytes of a connection become requests, and
-// these are answered as a server answers them, by one that is open and by one that asks for tokens,
-// from real stores and files. What begins with "PROXY" or the signature of its second version goes
-// through the reader of a proxy's header first. DIGEST stands for that of the model tetrahedron, so
-// that its blobs are found.
+// libFuzzer's entry to the code above Beast: the bytes of a connection become requests, and these
+// are answered as in a server, once without and once with tokens, from real stores and files. Input
+// that begins with "PROXY", or the signature of its second version, goes through the reader of a
+// proxy's header first. DIGEST is replaced by that of the model tetrahedron, so that its blobs are
+// found.
 //
-// Whatever comes, an answer is one of HTTP: it lies within what it is from, no field breaks its
-// line, what is answered at once is what would be answered later, and without a token nothing of a
-// model is told.
+// For any input an answer is valid HTTP: it lies within its source, no field breaks its line, an
+// answer given at once equals the one given later, and without a token nothing of a model is sent.
 #include "server/access/Testing/ForgedToken.h"
 #include "server/http/ClientLimits.h"
 #include "server/http/HttpMessage.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// libFuzzer's entry to the reader of WebSocket frames: the first byte sets how large the parts are
-// in which the others arrive (0: all at once).
+// libFuzzer's entry to the reader of WebSocket frames: the first byte sets the size of the parts in
+// which the others arrive (0: all at once).
 //
-// Whatever comes, the events do not depend on the parts, nothing follows a Close or an error, a
+// For any input the events do not depend on the parts, nothing follows a Close or an error, a
 // message is at most as large as the limit and is UTF-8, and a control frame's payload has at most
 // 125 bytes.
 #include "server/http/WebSocketFrames.h"

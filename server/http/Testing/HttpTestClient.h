@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Clients for the tests of the server, blocking: plain bytes, HTTP, and the stream. Boost stays in
-// the source.
+// Blocking clients for the tests of the server: plain bytes, HTTP, and the stream. This header
+// hides Boost.
 #pragma once
 
 #include "filters/protocol/BinaryFrame.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A bare TCP connection to 127.0.0.1 for tests that send what no client would. Nothing waits longer
-// than it is told to.
+// A bare TCP connection to 127.0.0.1 for tests that send what no client would. Every wait has a
+// limit.
 #pragma once
 
 #include <arpa/inet.h>

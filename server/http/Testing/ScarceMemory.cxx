@@ -5,8 +5,8 @@
 #include <cstdlib>
 #include <new>
 
-// Of both kinds: sorts take their buffers by the second, which must go by the same delete.
-// Not inlined: g++ would take malloc and delete for a mismatched pair.
+// Both kinds of new, because sorts allocate their buffers by the second, and free them by the same
+// delete. Not inlined: g++ would report a mismatch of malloc and delete.
 [[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t& /*no throw*/) noexcept
 {
   return kdstream::ScarceMemory::FailsNow(size) ? nullptr : std::malloc(size == 0 ? 1 : size);

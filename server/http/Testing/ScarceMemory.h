@@ -11,8 +11,8 @@
 namespace kdstream
 {
 
-// While one lives, a single allocation fails: number `n`, from 0, of those of at least `leastBytes`
-// that are made since.
+// While an object exists, a single allocation fails: number `n`, from 0, of those of at least
+// `leastBytes` made since.
 class ScarceMemory
 {
 public:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A slot is free when its client has gone or its limits are over, though a disk hangs, a client
-// sends on and on, or a timer is lost.
+// A slot becomes free when its client has left or its limits are over, even if a disk hangs, a
+// client continues to send, or a timer is lost.
 #include "Testing/Fixtures/Eventually.h"
 #include "server/http/ServerState.h"
 #include "server/http/Testing/ClientFrames.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Random sessions of clients that do what they please: WebSocket, HTTP, TLS and a proxy's header,
-// right, wrong, cut anywhere, ended in any way or not at all. Whatever they do, no slot is lost,
-// and who comes after them is served.
+// Random sessions of clients that do anything: WebSocket, HTTP, TLS and a proxy's header, right,
+// wrong, truncated anywhere, ended in any way or not at all. Whatever they do, no slot is lost, and
+// later clients are served.
 //
 // KDSTREAM_HOSTILE_SESSIONS: how many (600); KDSTREAM_HOSTILE_SEED: which (34).
 #include "Testing/Fixtures/TemporaryFolder.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A server without the memory for a connection loses that connection, and no more: it goes on
-// listening.
+// A server without memory for a connection loses only that connection: it continues to listen.
 #include "filters/protocol/Testing/AskedBlobs.h"
 #include "server/http/HttpServer.h"
 #include "server/http/ServerState.h"
@@ -40,8 +39,8 @@ std::unique_ptr<HttpServer> Start(const Catalog& catalog)
 
 }
 
-// Each allocation fails in its turn that is made from the moment a client knocks until its
-// connection, an object of more than 4096 bytes, is made.
+// Each allocation fails in its turn, from a client's connect until its connection, an object of
+// more than 4096 bytes, is made.
 TEST(MemoryRunsOut, TheServerGoesOnListening)
 {
   const MemoryCatalog catalog;
@@ -79,8 +78,8 @@ TEST(MemoryRunsOut, ASlotIsGivenBack)
   EXPECT_FALSE(state.TakeSlot());
 }
 
-// What a reader has done gets back to the connection, whichever of its allocations fails: a reader
-// that ended the connection itself did so while the connection's thread used the socket.
+// A reader's result gets back to the connection, whichever of its allocations fails. A reader that
+// ended the connection itself would do so while the connection's thread uses the socket.
 TEST(MemoryRunsOut, WhatWasReadIsAnswered)
 {
   MemoryCatalog catalog;

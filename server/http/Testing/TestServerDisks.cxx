@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A disk that hangs on one store: who asks for that store waits, and is told to ask again; nobody
-// else notices.
+// A disk that hangs on one store: clients of that store wait, and are asked to try again; other
+// clients are not affected.
 #include "filters/protocol/Testing/AskedBlobs.h"
 #include "server/http/Testing/ServerTest.h"
 

@@ -110,8 +110,8 @@ TEST_F(QuotaServer, BytesTooFastAreToBeAskedForAgain)
   EXPECT_GT(std::stoi(refused.Field("Retry-After")), 60);
 }
 
-// Neither the one thread of the event loop nor the one reader waits for the file; who takes
-// something of the original does.
+// Neither the only thread of the event loop nor the only reader waits for the file; only requests
+// for the original do.
 TEST_F(QuotaServer, AFileThatIsLockedDelaysOnlyThoseWhoTake)
 {
   this->options.threads = 1;

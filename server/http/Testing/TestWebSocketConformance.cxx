@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The server against RFC 6455, sections 5 to 8, frame by frame, in the families of cases that the
-// field's test suites have: framing, pings and pongs, reserved bits, opcodes, fragments, UTF-8,
-// closing, limits. Every case is sent at once, cut at random, and byte by byte.
+// The server against RFC 6455, sections 5 to 8, frame by frame, with the groups of cases of the
+// usual test suites: framing, pings and pongs, reserved bits, opcodes, fragments, UTF-8, closing,
+// limits. Every case is sent at once, cut at random, and byte by byte.
 //
-// What a message may hold is the conversation's matter: "{}" is answered with an error of request
-// 0, and the stream stays open.
+// The conversation decides what a message may contain: "{}" is answered with an error of request 0,
+// and the stream stays open.
 #include "server/http/Testing/ClientFrames.h"
 #include "server/http/Testing/RawSocket.h"
 #include "server/http/Testing/ServerTest.h"

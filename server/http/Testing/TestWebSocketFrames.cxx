@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Frames without sockets: the same events however the bytes are cut, and no others than RFC 6455
-// allows. What a client sees of it: TestWebSocketConformance.
+// Frames without sockets: the same events however the bytes are divided, and only those that RFC
+// 6455 allows. TestWebSocketConformance tests what a client sees.
 #include "server/http/Testing/ClientFrames.h"
 #include "server/http/WebSocketFrames.h"
 

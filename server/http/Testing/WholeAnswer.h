@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A request's answer, read where it has to be: what a connection and its reader do one after the
-// other.
+// A request's answer, read if necessary: what a connection and its reader do one after the other.
 #pragma once
 
 #include "server/http/Routes.h"

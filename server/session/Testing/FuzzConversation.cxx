@@ -4,14 +4,14 @@
 //   {…}  a message from the client, as it is (so are lines that begin with anything else not below)
 //   b    a binary one
 //   p N  up to N messages are sent
-//   e    what the conversation waits for is begun elsewhere; f N: number N of those comes back
+//   e    the conversation's task is started elsewhere; f N: number N of these tasks ends
 //   d    the server is stopping
 //   t N  the clock goes N seconds on
 //   x N  the model: 0 whole, 1 in memory, 2 cannot be read, 3 changed, 4 damaged, 5 no memory,
 //        6 its tree is damaged
 //   o N  as the first line: the client has a token for 0 everything, 1 levels, 2 previews
 //
-// Whatever comes, the server keeps to the protocol: what it sends is well formed, blobs are the
+// For any input the server follows the protocol: what it sends is well formed, blobs are the
 // model's, a request that was begun ends once and says what was sent; and it comes to rest.
 #include "server/access/Testing/ForgedToken.h"
 #include "server/session/Conversation.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// libFuzzer's entry to stores: the input is a store's file. It is served as a server does, each of
-// its blobs, and read and verified as a program does. Mutations are of bytes, or of what stands in
-// a row, whose checksum is made right again, so that what lies behind the checksums is reached; or
-// of the schema, of which SQLite itself must say that it is a store's where a store is opened.
+// libFuzzer's entry to stores: the input is a store's file. It is served as by a server, blob by
+// blob, and read and verified as by a program. Mutations change bytes; or the columns of a row,
+// with a corrected checksum, so that code after the checksums is reached; or the schema, which
+// SQLite itself must recognize as a store's if the store is opened.
 #include "filters/codec/PartitionBoxes.h"
 #include "filters/codec/Seal.h"
 #include "filters/codec/TreePage.h"
@@ -33,8 +33,8 @@ using namespace kdstream;
 
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t most);
 
-// A store that was written in the last 20 ms is waited for: here the time is a second ahead of what
-// files are stamped with, or there would be fifty runs a second.
+// Opening waits for a store that was written in the last 20 ms: so here the time is a second ahead
+// of file times, or there would be only fifty runs a second.
 extern "C" int clock_gettime(clockid_t clock, timespec* time)
 {
   const auto result = static_cast<int>(::syscall(SYS_clock_gettime, clock, time));

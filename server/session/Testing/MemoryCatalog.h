@@ -21,7 +21,7 @@ class MemoryModel : public ServedModel
 {
 public:
   // A model of random points with 2^partitionDepth partitions. Each partition's blob has
-  // `blobBytes` bytes, give or take a half; the others, of its texture among them, are small.
+  // `blobBytes` bytes, plus or minus a half; the others, including those of its texture, are small.
   MemoryModel(std::string id, std::uint64_t seed, unsigned partitionDepth, std::size_t blobBytes)
     : Random(seed)
   {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Models whose stores are let go while nobody reads them: they are opened again, and where another
-// file is there by then, that is noticed.
+// Models whose stores are released while nobody reads them: they are opened again, and if another
+// file is there by then, this is noticed.
 #include "Testing/Fixtures/Meshes.h"
 #include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/build/Builder.h"

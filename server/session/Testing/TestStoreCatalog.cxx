@@ -529,8 +529,8 @@ TEST_F(Folder, AStoreThatALinkLeadsToIsSeenWhenItIsReplaced)
   EXPECT_EQ(this->catalog.FindDigest("sheet", old->Description().digest), old) << "in its grace";
 }
 
-// Another name or permission says that something has happened to the file. To see that its content
-// is what it was takes reading it, which those who wait for nobody leave to others.
+// A new name or permission shows that something has happened to the file. To find out whether its
+// content has changed, the file must be read, which callers that never wait leave to others.
 TEST_F(Folder, WhatTakesADiskToTellIsNotToldWithoutOne)
 {
   this->Build("sheet.kds", 60);
@@ -564,8 +564,8 @@ TEST_F(Folder, AFolderThatIsGoneForAMomentIsReadAgain)
   EXPECT_TRUE(this->catalog.Find("other"));
 }
 
-// Each allocation of a reload fails in its turn. By a link a store comes and goes without a change
-// to it, for which one would have to wait.
+// Each allocation of a reload fails in its turn. A store is added and removed by a link, because
+// changing the store itself would require waiting.
 TEST_F(Folder, WantOfMemoryAtAReloadChangesNothingAndPasses)
 {
   this->Build("same.kds", 30);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Writes the small stores of Corpus/FuzzStore, from which the fuzz targets start: one of each kind,
-// as small as it can be. WriteSmallStores FOLDER
+// as small as possible. WriteSmallStores FOLDER
 #include "filters/baselines/stores/Baselines.h"
 #include "filters/build/Builder.h"
 

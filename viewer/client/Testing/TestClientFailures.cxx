@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A client whose thread runs out of memory, at any place: the connection is lost, or a request
-// fails, in words; neither the program ends nor does anybody wait for ever.
+// A client whose thread runs out of memory at any place: the connection is lost, or a request
+// fails, with a message; the program does not end, and nobody waits forever.
 #include "viewer/client/ServerClient.h"
 
 #include "server/http/HttpServer.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Blobs on the disk: found again, by other programs too, least recently used first to go, damage
-// never given out.
+// Blobs on the disk: found again, also by other programs, the least recently used removed first,
+// damaged ones never returned.
 #include "viewer/client/DiskCache.h"
 
 #include "Testing/Fixtures/TemporaryFolder.h"
@@ -282,8 +282,7 @@ TEST(TestDiskCache, AFolderThatWasThereKeepsItsPermissions)
   EXPECT_EQ(modeOf(folder / "new/cache"), 0700U);
 }
 
-// Another program's long transaction is no damage: nothing of what is kept goes, and nobody waits
-// who only reads.
+// Another program's long transaction is not damage: no entry is removed, and readers do not wait.
 TEST(TestDiskCache, ABusyFileIsNotADamagedOne)
 {
   const TemporaryFolder folder;

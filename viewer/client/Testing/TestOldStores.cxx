@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A store whose levels have no numbers of vertices, from before they carried any: it is shown as
-// any other, from this machine and from a server, and nothing is offered to colour it by.
+// A store whose levels have no numbers of vertices, from before levels had any: it is shown as any
+// other, from this machine and from a server, but cannot be coloured by its numbers.
 #include "Testing/Fixtures/Meshes.h"
 #include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/build/Builder.h"

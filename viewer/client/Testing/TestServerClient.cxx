@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whole sessions over loopback: against our server, through a line that breaks, and against a
-// server of plain files.
+// Whole sessions over loopback: with our server, through a line that breaks, and with a server of
+// plain files.
 #include "viewer/client/ServerClient.h"
 
 #include "filters/model/ModelJson.h"
@@ -264,8 +264,8 @@ TEST_F(TestServerClient, GetsARegionFromAHostOfPlainFiles)
 
 TEST_F(TestServerClient, ALineThatBreaksOftenStillBringsEverything)
 {
-  // Each connection is cut after a while, in the middle of frames; progress on each allows the
-  // next.
+  // Each connection is cut after a while, in the middle of frames; if it made progress, the next
+  // one is allowed.
   std::atomic<std::int64_t> connections{ 0 };
   Acceptor proxy(ProxyTo(
     this->Server->Port(), [&connections] { return std::int64_t{ 20000 } + 7001 * connections++; }));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A server that never sends what is waited for, but always something else, is given up, and the
-// message names the piece; one that is slow, or sends in another order, is not.
+// A server that never sends the outstanding blob, but always something else, is given up, and the
+// message names the piece; a slow server, or one with another order, is not.
 #include "viewer/client/ServerLine.h"
 #include "viewer/client/Testing/SessionRequests.h"
 

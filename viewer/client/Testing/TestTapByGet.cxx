@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A tap on a slow line without a stream: the session, the line and GETs, one after the other. What
-// was asked for before the tap does not keep it waiting, also where the line was quick until then,
-// so that much is in flight.
+// A tap on a slow line without a stream: the session, the line and GETs, one after the other.
+// Earlier requests do not delay it, even if the line was fast until then, so that much is in
+// flight.
 #include "viewer/client/ServerLine.h"
 
 #include "filters/model/ModelJson.h"

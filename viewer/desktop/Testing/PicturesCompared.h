@@ -15,8 +15,8 @@
 namespace kdstream::testing
 {
 
-// Calls visit(column, row) of each pixel that differs by more than 8 of 255, row 0 below; returns
-// how many pixels there are, 0 where the pictures are not of one size.
+// Calls visit(column, row) for each pixel that differs by more than 8 of 255, row 0 at the bottom;
+// returns the number of pixels, 0 if the pictures have different sizes.
 template <class Visit>
 vtkIdType ForEachThatDiffers(
   const std::filesystem::path& a, const std::filesystem::path& b, const Visit& visit)

@@ -14,8 +14,8 @@ namespace
 
 constexpr int side = 200;
 
-// A plane across the line of sight, with ambient occlusion, and boxes. What is beside the picture
-// gives the near and far planes room.
+// A plane across the line of sight, with ambient occlusion, and boxes. Points outside the picture
+// make the range of the near and far planes larger.
 struct BoxedPlane
 {
   Stage stage{ WindowBackend::Egl, side, side };

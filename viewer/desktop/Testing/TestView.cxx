@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-view as a person runs it: sessions that are played, what it shows and writes of them,
-// exit codes and error lines. What pictures show: TestViewPictures; what it keeps: TestViewCache.
+// kdstream-view as a user runs it: playing sessions, what it shows and writes about them, exit
+// codes and error lines. What pictures show: TestViewPictures; what it keeps: TestViewCache.
 #include "viewer/desktop/Testing/ViewTest.h"
 #include "viewer/session/SessionFile.h"
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What kdstream-view keeps for the next time: stores that it builds of meshes, and what servers
-// sent.
+// What kdstream-view keeps for later runs: stores that it builds of meshes, and what servers sent.
 #include "viewer/desktop/Testing/ViewTest.h"
 
 #include <gtest/gtest.h>
@@ -132,8 +131,8 @@ TEST_F(TestViewCache, AMeshIsSeenWhereNothingCanBeKept)
   EXPECT_TRUE(std::filesystem::is_empty(this->Folder / "brief"));
 }
 
-// In a cache that others may write to. Each time the mesh is seen, and what is in the way is told
-// of and left as it is.
+// In a cache that others may write to. The mesh is shown in each case, and the obstacle is reported
+// and not changed.
 TEST_F(TestViewCache, WhatOthersPlantedIsLeftAlone)
 {
   namespace fs = std::filesystem;

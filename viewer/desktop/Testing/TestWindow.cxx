@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-view's window as a person uses it: on an X server, with xdotool as hands. CMake runs
-// this under xvfb-run.
+// kdstream-view's window as a user operates it: on an X server, by xdotool. CMake runs this under
+// xvfb-run.
 #include "filters/store/StoreNotes.h"
 #include "server/http/HttpServer.h"
 #include "viewer/client/Testing/TorusCatalog.h"
@@ -156,8 +156,8 @@ protected:
         this->Folder / (model + (count > 1 ? "-" + std::to_string(count) : "") + ".png");
       while (!std::filesystem::exists(now) && std::chrono::steady_clock::now() < last)
       {
-        // Once more where nothing was shown yet; else it comes late, and another key would write a
-        // picture after the next step.
+        // Again if nothing was shown yet; otherwise the picture comes late, and another key press
+        // would write a picture after the next step.
         Hands("key s");
         const int waits = count > 1 ? 200 : 20;
         for (int i = 0; i < waits && !std::filesystem::exists(now); ++i)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the tests that run kdstream-view share: a folder that it runs in, a server of a torus, what
-// it printed.
+// Shared by the tests that run kdstream-view: a folder in which it runs, a server of a torus, its
+// output.
 #pragma once
 
 #include "server/http/HttpServer.h"

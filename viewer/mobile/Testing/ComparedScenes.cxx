@@ -19,8 +19,8 @@ namespace kdstream::test
 namespace
 {
 
-// A person turns the torus, comes nearer and taps: the region around it is the original, the rest a
-// coarser level.
+// The user turns the torus, comes nearer and taps: the region around the tap is the original, the
+// rest a coarser level.
 ViewerScene WalkOnTorus(kdstream::testing::MemoryServer server, int width, int height)
 {
   SessionOptions options;

@@ -19,9 +19,9 @@ struct ComparedScene
   ViewerScene scene;
 };
 
-// A torus from a session that has walked to a region, in three colourings; the same opened, cut by
-// a section, in raking light, under a wide angle, painted, with textures, coloured by an array, and
-// as clouds with colours and normals and with neither; the Stanford dragon where its file is there.
+// A torus with a region, from a session, in three colourings; the same opened, cut by a section, in
+// raking light, with a wide angle, with vertex colours, with textures, coloured by an array, and as
+// clouds with and without colours and normals; the Stanford dragon if its file exists.
 std::vector<ComparedScene> MakeComparedScenes();
 
 // What stands for the picture of a tile: red, green and blue bytes, rows from the top down.
@@ -30,8 +30,8 @@ std::vector<std::uint8_t> PatternOf(const TextureTile& tile);
 // Whether the dragon is there.
 bool HasDragon();
 
-// What DrawWithVtk writes for each scene: before the usual background; before black and before
-// white; without the fill light.
+// What DrawWithVtk writes for each scene: with the usual background; with black and with white;
+// without the fill light.
 inline constexpr const char* usualSuffix = ".vtk.png";
 inline constexpr const char* blackSuffix = ".vtk.black.png";
 inline constexpr const char* whiteSuffix = ".vtk.white.png";

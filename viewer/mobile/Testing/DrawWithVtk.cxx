@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Draws the compared scenes with VTK into PNG files of the current folder. A program of its own:
-// VTK's OpenGL symbols and those of OpenGL ES do not go together in one.
+// Draws the compared scenes with VTK into PNG files of the current folder. A program of its own,
+// because VTK's OpenGL symbols and those of OpenGL ES cannot be in one program.
 #include "viewer/mobile/Testing/ComparedScenes.h"
 #include "viewer/mobile/Testing/PngFile.h"
 #include "viewer/mobile/Testing/TiledScenes.h"

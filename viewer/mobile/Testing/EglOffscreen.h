@@ -16,10 +16,10 @@ namespace kdstream
 class EglOffscreen
 {
 public:
-  // A context that is current when this returns, with a framebuffer of width × height pixels (1 …
-  // what the driver allows, at least 2,048), 8 bits a colour, 24 of depth, 4 samples a pixel.
-  // Errors: NotFound where EGL has no surfaceless platform or no driver works; Unsupported where it
-  // has no OpenGL ES 3.0, or not these sizes; InvalidArgument for a side below 1.
+  // Makes a context, which is then current, with a framebuffer of width × height pixels (1 … the
+  // driver's limit, at least 2,048), 8 bits a colour, 24 of depth, 4 samples a pixel. Errors:
+  // NotFound if EGL has no surfaceless platform or no driver works; Unsupported if it has no OpenGL
+  // ES 3.0, or not these sizes; InvalidArgument for a side below 1.
   static Result<std::unique_ptr<EglOffscreen>> Make(int width, int height);
   // What lies in the context must be gone before.
   ~EglOffscreen();
@@ -29,8 +29,8 @@ public:
   // Makes the context current and binds the framebuffer.
   Status MakeCurrent();
 
-  // What was drawn: red, green, blue a pixel, row by row, the top row first; 3 × width × height
-  // bytes. REQUIRES: current. Errors: InputOutput where OpenGL gives back no pixels.
+  // The picture: red, green, blue of each pixel, row by row, the top row first; 3 × width × height
+  // bytes. REQUIRES: current. Errors: InputOutput if OpenGL returns no pixels.
   Result<std::vector<std::uint8_t>> Pixels();
 
 private:

@@ -21,9 +21,9 @@
 namespace kdstream::test
 {
 
-// A tile's picture for GlesRenderer::SetTileUpload, as the page brings it
-// (viewer/mobile/web/gl.js): with halves and quarters. texels: red, green and blue bytes, rows from
-// the top down.
+// A tile's picture for GlesRenderer::SetTileUpload, loaded as by the page
+// (viewer/mobile/web/gl.js): with mipmaps. texels: red, green and blue bytes, rows from the top
+// down.
 inline void UploadTexels(
   unsigned texture, const TextureTile& tile, const std::vector<std::uint8_t>& texels)
 {

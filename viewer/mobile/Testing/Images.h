@@ -44,8 +44,8 @@ inline Difference Compare(const Image& a, const Image& b, int tolerance = 0)
   return difference;
 }
 
-// Which pixels are model, of the same scene drawn before black and before white: where at least
-// half of the pixel is covered, the two differ by less than half.
+// Which pixels are the model, from the same scene drawn before black and before white: if at least
+// half of a pixel is covered, the two differ by less than half.
 inline std::vector<bool> Silhouette(const Image& black, const Image& white)
 {
   EXPECT_EQ(black.size(), white.size());

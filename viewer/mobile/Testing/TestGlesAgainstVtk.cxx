@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The phone's renderer against the desktop's: the same scenes, drawn here with OpenGL ES and by
-// DrawWithVtk, which must have run in the same folder, with VTK.
+// The phone's renderer compared with the desktop's: the same scenes, drawn here with OpenGL ES and
+// by DrawWithVtk, which must have run in the same folder, with VTK.
 #include "viewer/mobile/Testing/ComparedScenes.h"
 #include "viewer/mobile/Testing/GlesTools.h"
 #include "viewer/mobile/Testing/PngFile.h"
@@ -16,13 +16,13 @@ namespace kdstream::test
 namespace
 {
 
-// The bounds, and what was measured with Mesa 22.3's llvmpipe. The mean of all channels' absolute
-// differences, 0-255: at most 0.14, of a cloud; 0.023 of surfaces.
+// The limits, with the values measured with Mesa 22.3's llvmpipe. The mean absolute difference of
+// all channels, 0-255: at most 0.14 for a cloud, 0.023 for surfaces.
 constexpr double mostMean = 0.2;
 // The same where ambient occlusion is drawn: at most 0.20, of the dragon, where its depths leap.
 constexpr double mostOcclusionMean = 0.25;
-// The pixels that are model in one picture and background in the other, of those that are model in
-// either: at most 0.0022, on the outline of a cloud's splats, and 0.0012 of the dragon's.
+// The pixels that are model in only one of the pictures, as a share of those that are model in
+// either: at most 0.0022, on the outline of a cloud's splats, and 0.0012 for the dragon.
 constexpr double mostSilhouette = 0.0025;
 
 const std::vector<ComparedScene>& Scenes()
@@ -79,8 +79,7 @@ void CompareScene(const ComparedScene& compared)
   EXPECT_LE(mean, mostMean);
   EXPECT_LE(silhouette, mostSilhouette);
 
-  // The bounds are tight enough to notice a light that is missing, and a camera that is 1 % too far
-  // away.
+  // The limits are tight enough to notice a missing light, and a camera that is 1 % too far away.
   const double lightMean = Compare(here, FromVtk(compared, darkerSuffix)).mean;
   EXPECT_GT(lightMean, 4 * mostMean);
   ViewerScene off = compared.scene;

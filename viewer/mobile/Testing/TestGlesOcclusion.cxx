@@ -110,8 +110,8 @@ Surface Valley(double slope, std::uint32_t n)
   return surface;
 }
 
-// Of triangles that are larger than what is looked at it is where a round surface was cut into
-// triangles, unless it is deep.
+// If triangles are larger than the search radius, a concave edge is only where a round surface was
+// divided into triangles, unless it is deep.
 TEST(GlesOcclusion, AShallowValleyIsDarkWhereItsTrianglesAreSmall)
 {
   const auto left = [](double slope, std::uint32_t quads)
@@ -125,8 +125,8 @@ TEST(GlesOcclusion, AShallowValleyIsDarkWhereItsTrianglesAreSmall)
   EXPECT_NEAR(left(1.0, 2), left(1.0, 200), 0.08);
 }
 
-// A groove: dark at its bottom, less at its walls, not beside it; a ridge is not darkened. As much
-// whatever the size of the model, and however far it is from the origin.
+// A groove: dark at its bottom, less at its walls, not beside it; a ridge is not darkened. The same
+// for any size of the model, and any distance from the origin.
 TEST(GlesOcclusion, AGrooveIsDark)
 {
   const std::vector<std::array<double, 2>> profile{ { -1, 0 }, { -0.15, 0 }, { 0, -0.3 },
@@ -158,8 +158,8 @@ TEST(GlesOcclusion, AGrooveIsDark)
   EXPECT_LT(LeftAt(pair, 108, 75), 0.9); // its foot
 }
 
-// What is far behind is not darkened by what stands before it, nor is the background, not at
-// outlines either.
+// Distant parts are not darkened by nearer ones in front of them, and neither is the background,
+// not even at outlines.
 TEST(GlesOcclusion, OnlyWhatIsNearDarkens)
 {
   const Surface two =

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Regression pictures of the OpenGL ES renderer. Mesa's software renderer of another version may
-// round otherwise, so a little may differ: see `ExpectBaseline`. Where a picture is meant to
-// change, look at the one that the failure names and copy it over the baseline.
+// Regression pictures of the OpenGL ES renderer. Other versions of Mesa's software renderer may
+// round differently, so small differences are allowed: see `ExpectBaseline`. If a picture is meant
+// to change, check the one that the failure names and copy it over the baseline.
 #include "viewer/mobile/Testing/GlesTools.h"
 #include "viewer/mobile/Testing/PngFile.h"
 
@@ -12,9 +12,9 @@ namespace
 
 constexpr int width = 200, height = 300;
 
-// A mean difference of all channels up to 0.1 of 255, and up to 0.5 % of the pixels by more than 8
-// (edges): far more than rounding every coordinate otherwise makes (RoundedOtherwise: 0.00001, and
-// none), far less than a wrong light or wrong triangles make.
+// Allows a mean difference of all channels up to 0.1 of 255, and up to 0.5 % of the pixels with
+// more than 8 (edges). Rounding every coordinate differently gives far less (RoundedOtherwise:
+// 0.00001, and none); a wrong light or wrong triangles give far more.
 void ExpectBaseline(const std::string& name, const Image& drawn)
 {
   const Image expected = ReadPngFile(KDSTREAM_BASELINES "/" + name + ".png", width, height);
@@ -61,7 +61,7 @@ TEST(GlesPictures, Cloud)
   ExpectBaseline("CloudPartitions", DrawIn(SurfaceColoring::Partition, SceneOf(cloud)));
 }
 
-// A checkered sphere: its own colours, whose alpha does not count, and normals as a scan's, half of
+// A checkered sphere: with colours, whose alpha must be ignored, and normals like a scan's, half of
 // which face inwards.
 Surface Checkered(std::uint32_t rows)
 {

@@ -72,8 +72,8 @@ TEST(GlesRenderer, NeedsAContext)
   EXPECT_EQ(renderer.GetError().message, "no context of OpenGL ES 3.0 or WebGL 2 is current");
 }
 
-// What a session lets morph: at first the picture is that of the surface before, in the end that of
-// the new one, and between neither; then nothing of it is left.
+// Geomorphs: at first the picture is that of the surface before, at the end that of the new one,
+// and in between neither; afterwards nothing of the morph is left.
 TEST(GlesRenderer, MorphsFromTheSurfaceBefore)
 {
   const auto model = fixtures::MakeModel(fixtures::DisplacedSphere(4), { 60, {}, 8 }, {}, {}, 2);
@@ -126,7 +126,7 @@ TEST(GlesRenderer, MorphsFromTheSurfaceBefore)
   EXPECT_EQ(canvas.renderer->GraphicsBytes(), fresh.renderer->GraphicsBytes());
 }
 
-// As Draw promises it: 16 bytes a vertex, 4 more with colours, 6 a triangle; and the textures of
+// As Draw promises: 16 bytes a vertex, 4 more with colours, 6 a triangle; and the textures of
 // ambient occlusion, of half the picture's sides.
 TEST(GlesRenderer, TellsHowMuchItHolds)
 {
@@ -148,8 +148,8 @@ TEST(GlesRenderer, TellsHowMuchItHolds)
   EXPECT_EQ(canvas.renderer->GraphicsBytes(), 0u);
 }
 
-// Cut after cut, of which only what differs goes to the graphics memory: the picture is that of a
-// renderer that has drawn nothing else, and nothing is left of what was drawn before.
+// A series of cuts, of which only the differences are uploaded: the picture is that of a renderer
+// that has drawn nothing else, and nothing is left of earlier cuts.
 TEST(GlesRenderer, DrawsWhatDiffersAsAllAnew)
 {
   const auto model = fixtures::MakeModel(fixtures::DisplacedSphere(4), { 60, {}, 8 }, {}, {}, 2);

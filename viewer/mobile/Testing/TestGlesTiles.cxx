@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Tiles against the whole picture: what both renderers draw of a model's tiles differs from what
-// VTK draws of it whole at few pixels, near, and afar where several texels share a pixel.
-// DrawWithVtk must have run in the same folder.
+// Tiles compared with the whole picture: what both renderers draw with a model's tiles differs at
+// few pixels from what VTK draws with the whole picture, near, and far away where several texels
+// share a pixel. DrawWithVtk must have run in the same folder.
 #include "viewer/mobile/Testing/GlesTools.h"
 #include "viewer/mobile/Testing/PngFile.h"
 #include "viewer/mobile/Testing/TiledScenes.h"

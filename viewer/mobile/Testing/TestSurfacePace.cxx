@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Decoding, making a surface and drawing it share no frame, and surfaces leave two thirds of the
-// time to fingers.
+// Decoding, making a surface and drawing it happen in different frames, and surfaces leave two
+// thirds of the time to fingers.
 #include "viewer/mobile/SurfacePace.h"
 
 #include <gtest/gtest.h>
@@ -43,8 +43,8 @@ TEST(TestSurfacePace, TheNextWaitsForTwiceAsLongWhileMoreIsComing)
   EXPECT_TRUE(pace.MayDraw(true, 21)) << "a slow device shows something once a second";
 }
 
-// As PagePicture goes: something comes in every frame, and each surface takes as long as it takes;
-// none so long that the wait has its limit.
+// As in PagePicture: something arrives in every frame, and each surface takes a given time; none
+// takes so long that the wait reaches its limit.
 TEST(TestSurfacePace, SurfacesTakeAThirdOfTheTimeAtMost)
 {
   std::mt19937 random(7);

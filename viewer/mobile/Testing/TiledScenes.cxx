@@ -131,8 +131,8 @@ private:
   TextureSet How;
 };
 
-// distance: of that at which all is seen. aside: how far the middle of the picture is from the
-// model's, towards its ring.
+// distance: relative to that at which everything is visible. aside: the distance of the picture's
+// middle from the model's, towards its ring.
 TiledScene LookFrom(
   const std::string& name, double distance, double aside, const Photograph& photograph)
 {

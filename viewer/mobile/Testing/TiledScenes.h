@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A model that a picture paints, all of it shown as the original: by tiles, as a store has them,
-// and by the whole picture. From near and from afar; for DrawWithVtk and TestGlesTiles.
+// A textured model, completely shown as the original: with tiles, as in a store, and with the whole
+// picture. From near and from far; for DrawWithVtk and TestGlesTiles.
 #pragma once
 
 #include "filters/core/Result.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The plugin in ParaView itself: pvbatch reads the dragon's store and server, on one process and on
-// several. plugin.py asks, here is what the answers must be.
+// several. plugin.py asks, and this file has the expected answers.
 #include "Testing/Fixtures/RunningProgram.h"
 #include "filters/Parallel/Testing/RunRanks.h"
 
@@ -58,8 +58,8 @@ protected:
   // plugin.py in pvbatch on so many processes.
   static Session Ask(unsigned ranks, std::vector<std::string> arguments)
   {
-    // -noreset: ParaView tries a first connection and closes it; Xvfb would begin anew, and may
-    // miss the second one.
+    // -noreset: ParaView tries a first connection and closes it; Xvfb would restart, and might miss
+    // the second one.
     std::vector<std::string> command{ "-a", "-s", "-screen 0 1280x1024x24 +extension GLX -noreset",
       KDSTREAM_MPIRUN };
     std::vector<std::string> batch{ KDSTREAM_PVBATCH, "--sym", KDSTREAM_SCRIPT, KDSTREAM_PLUGIN };
@@ -119,8 +119,8 @@ protected:
     }
   }
 
-  // What 2 and 4 processes cut of a file is what one cuts of the whole mesh: partitions by their
-  // digests.
+  // 2 and 4 processes must cut a file in the same way as one process cuts the whole mesh:
+  // partitions by their digests.
   static void ExpectTogether(const std::string& whole, const std::string& file, unsigned fewest)
   {
     const auto one = Ask(1, { "distributed", whole }).answers.at("distributed").at(0);

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# What TestParaView asks of ParaView, run by pvbatch: PLUGIN WHAT ARGUMENTS. Each process writes a line of JSON for each answer,
-# into answers.RANK: mpirun would mix long lines. What they must be is TestParaView's to say. In Python because that is
+# The questions of TestParaView to ParaView, run by pvbatch: PLUGIN WHAT ARGUMENTS. Each process writes a line of JSON for each
+# answer into answers.RANK, because mpirun would mix long lines. TestParaView has the expected answers. In Python because that is
 # ParaView's language.
 import hashlib
 import json

@@ -229,7 +229,7 @@ TEST(OffscreenWindow, LeavesNothingBehind)
   }
   EXPECT_EQ(OpenFiles(), files);
   EXPECT_EQ(Threads(), threads);
-  // A window's frame buffers alone are 4 samples × 8 bytes × 256² = 2 MiB: 50 that stayed would be
+  // A window's frame buffers are 4 samples × 8 bytes × 256² = 2 MiB: 50 leaked windows would be
   // 100.
   const std::size_t after = ResidentBytes();
   RecordProperty("resident_bytes_before", std::to_string(bytes));

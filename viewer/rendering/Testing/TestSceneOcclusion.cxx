@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Hollows in VTK's pictures: what is not the same with OpenGL ES (viewer/mobile/Testing has the
-// rest, and compares): windows, their parts, and what else is drawn in them.
+// Ambient occlusion in VTK's pictures, as far as it differs from OpenGL ES (viewer/mobile/Testing
+// has the rest, and compares): windows, their parts, and what else is drawn in them.
 #include "Testing/Fixtures/ExtrudedSurface.h"
 #include "viewer/rendering/Testing/RenderTools.h"
 
@@ -87,7 +87,7 @@ TEST(SceneOcclusion, OsMesaDrawsTheSame)
   EXPECT_EQ(DrawGroove(true).rgb, DrawGroove(true, WindowBackend::OsMesa).rgb);
 }
 
-// Each in its own half of a window, one with ambient occlusion and one without; and again after a
+// Each in its own half of a window, one with ambient occlusion and one without; again after a
 // change of size, and drawn into another window.
 TEST(SceneOcclusion, StaysInItsPartOfTheWindow)
 {

@@ -224,8 +224,8 @@ TEST(SurfaceScene, ColorsByPartition)
 
 TEST(SurfaceScene, ColorsByResolution)
 {
-  // The left half at the finest level, in the partitions' numbering; the right half at a level that
-  // has none.
+  // The left half at the finest level, with the partitions' numbers; the right half at a level
+  // without partitions.
   Surface sphere = BumpySphere(60);
   for (std::size_t i = 0; i < sphere.points.size(); ++i)
   {
@@ -265,8 +265,8 @@ TEST(SurfaceScene, DrawsFlatTrianglesOnRequest)
   EXPECT_GT(same(flat), same(smooth));
 }
 
-// How bright a triangle is that faces the eye, by the normal of its corners, in the coordinates of
-// the view: x right, y up, z to the eye.
+// The brightness of a triangle that faces the eye, by the normal of its corners, in the coordinates
+// of the view: x right, y up, z to the eye.
 double BrightnessBy(const Vec3& normal)
 {
   const Stage stage = MakeStage();
@@ -294,8 +294,8 @@ double BrightnessBy(const Vec3& normal)
   return BrightnessAround(stage.Draw(), 0.5, 0.5, 3);
 }
 
-// At an outline the normals between corners turn away from the eye, of coarse surfaces far. What
-// lies in the shade does not shine there like the other side.
+// At an outline the normals between corners face away from the eye, far on coarse surfaces. Parts
+// in the shade must not be lit there like the other side.
 TEST(SurfaceScene, HasNoBrightSliversAtDarkOutlines)
 {
   const double shade = BrightnessBy(Normalized({ 0.7, -0.7, 0.1 }));
@@ -497,7 +497,7 @@ TEST(SurfaceScene, ReplacesItsSurface)
   EXPECT_EQ(stage.scene->Renderer().GetActors()->GetLastActor(), actor);
 }
 
-// Cut after cut: the actors of parts that stay are kept, and the picture is that of a scene that
+// A series of cuts: the actors of unchanged parts are kept, and the picture is that of a scene that
 // has drawn nothing else.
 TEST(SurfaceScene, DrawsWhatDiffersAsAllAnew)
 {
@@ -592,8 +592,8 @@ TEST(SurfaceScene, RefusesBadCameras)
   EXPECT_EQ(Compare(stage.Draw(), picture).pixels, 0u);
 }
 
-// The rows in which the column in the middle differs from the background: the sphere's upper and
-// lower edge.
+// The rows in which the middle column differs from the background: the sphere's upper and lower
+// edge.
 std::pair<int, int> Extent(const WindowPicture& picture, const WindowPicture& background)
 {
   int first = side;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// libFuzzer's entry to the viewer session: each byte is something that the person, the line or a
-// server does, true or lied. Whatever came before, when the server answers properly at last, but
-// for what it has lost, the session comes to rest; and there is never a hole in what is drawn,
-// unless a piece came under another's name, which no piece alone can tell.
+// libFuzzer's entry to the viewer session: each byte is something that the user, the line or a
+// server does, correct or wrong. Whatever happened before, when the server finally answers
+// correctly, except for what it has lost, the session comes to rest; and the drawn surface never
+// has a hole, unless a piece was sent under another's name, which a single piece cannot show.
 #include "viewer/session/MemoryBudget.h"
 #include "viewer/session/Testing/MemoryServer.h"
 #include "viewer/session/ViewerSession.h"

@@ -45,21 +45,21 @@ public:
   const PieceTable& Table() const { return this->Told; }
   void TellOfPieces(const PieceTable& pieces);
 
-  // Gives each partition a tile of texture: of so many texels a side, with three bytes for a
-  // picture, and the corners of triangles where TilePlaceOf says.
+  // Gives each partition a texture tile: with this number of texels a side, three bytes in place of
+  // a picture, and the corners of triangles given by TilePlaceOf.
   void AddTiles(std::uint32_t side);
 
   std::vector<protocol::BlobId> AllBlobs() const;
 
-  // Called, if set, with each blob that is about to be sent, whose bytes it may change; false: it
-  // is refused.
+  // Called, if set, with each blob that is about to be sent; it may change the bytes; false: the
+  // blob is refused.
   std::function<bool(const protocol::BlobId&, std::vector<std::uint8_t>&)> lie;
   // Blobs that the server refuses.
   std::set<protocol::BlobId> refused;
 
   // Takes what the session has to send; requests are kept in `log` as JSON.
   void Take(ViewerSession& session);
-  // Answers one thing: the next in order, or any one if `random` is given. False if there is
+  // Answers one thing: the next in order, or a random one if `random` is given. False if there is
   // nothing.
   bool Answer(ViewerSession& session, std::mt19937* random = nullptr);
   // Answers everything, drawing a frame after each answer; `eachFrame` looks at it.

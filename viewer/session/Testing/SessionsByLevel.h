@@ -15,8 +15,8 @@
 namespace kdstream::testing
 {
 
-// P = 7, S = 11, L = 13: the preview is level S. For splits below S: SmallCells, with P = 8, S =
-// 12, L = 13.
+// P = 7, S = 11, L = 13: the preview is level S. For splits coarser than S: SmallCells, with P = 8,
+// S = 12, L = 13.
 inline const MemoryServer& SmallTorus()
 {
   static const MemoryServer server(MakeTorus(200, 80), 128, 2);

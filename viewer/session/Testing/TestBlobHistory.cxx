@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The history of a session's blobs: whose frame's time is whose, and that it does not grow for
-// ever.
+// The history of a session's blobs: which frame's time belongs to which blob, and that it does not
+// grow forever.
 #include "viewer/session/line/BlobHistory.h"
 
 #include <gtest/gtest.h>

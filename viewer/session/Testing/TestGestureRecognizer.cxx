@@ -207,8 +207,8 @@ TEST(TestGestureRecognizer, HostileFramesAreHarmless)
   EXPECT_EQ(gestures[0], (Gesture{ Kind::Tap, 10, 10 }));
 }
 
-// Begin and end alternate, pinches lie between them, scales are positive and finite, a sequence of
-// several fingers holds no tap, whatever fingers come and go.
+// Begin and end alternate, pinches are between them, scales are positive and finite, a sequence of
+// several fingers has no tap, whatever the fingers do.
 TEST(TestGestureRecognizer, InvariantsHoldForRandomFingers)
 {
   for (unsigned seed = 0; seed < 200; ++seed)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A tree of which a viewer knows a part answers as one that is known whole, once it has what it
-// says that it misses.
+// A tree of which a viewer knows a part gives the same answers as a completely known one, when it
+// has got what it reports as missing.
 #include "viewer/session/model/KnownTree.h"
 
 #include "filters/codec/PartitionBoxes.h"

@@ -14,8 +14,7 @@ using kdstream::LevelPolicyOptions;
 namespace
 {
 
-// Levels 0 … finest; each is off by half of the coarser one's deviation and has twice its
-// triangles.
+// Levels 0 … finest; each has half the error of the next coarser one, and twice its triangles.
 std::vector<LevelFacts> Halving(unsigned finest)
 {
   std::vector<LevelFacts> levels;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A server that lies of where pieces lie, or of what is above their vertices, under checksums that
-// are right: nothing is refined for ever, and the surface outside of a lied piece stays whole.
+// A server that sends wrong facts about where pieces are, or about the ancestors of their vertices,
+// with correct checksums: nothing is refined endlessly, and the surface outside of a wrong piece
+// stays whole.
 #include "viewer/session/SessionParts.h"
 #include "viewer/session/Testing/SessionsByLevel.h"
 
@@ -105,8 +106,8 @@ TEST(TestLyingServer, BoxesThatLieMakeNothingEndless)
   }
 }
 
-// Ranks of the clusters above its vertices are mixed up: a tree of clusters, but another one.
-// False where it tells none.
+// The ranks of the ancestors of its vertices are permuted: a valid tree of clusters, but another
+// one. False if the piece has none.
 bool LieOfAncestors(MemoryServer& server, PieceId id, std::mt19937& random)
 {
   const CodecContext& codec = server.Codec();
@@ -210,8 +211,7 @@ void OpenNear(ViewerSession& session, MemoryServer& server)
   session.Zoom(3, onRingX, onRingY);
 }
 
-// What is far from a piece stays whole whatever that says; a piece of the coarsest levels is half
-// of the model.
+// What is far from a wrong piece stays whole; a piece of the coarsest levels is half of the model.
 TEST(TestLyingServer, AncestorsThatLieSpoilNoMoreThanTheirPiece)
 {
   std::size_t few = 0, holes = 0;

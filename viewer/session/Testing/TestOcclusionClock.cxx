@@ -8,8 +8,8 @@ namespace kdstream::test
 namespace
 {
 
-// A view that moves for a second; how many of its pictures have occlusion, of how many. frame: the
-// seconds that one takes with it, and without it.
+// A view that moves for a second: the number of its pictures, and of those with occlusion. frame:
+// the seconds of a picture with it, and without it.
 struct Count
 {
   int occluded = 0, all = 0;
@@ -50,8 +50,8 @@ TEST(OcclusionClock, ASlowDeviceHasItAtRest)
   EXPECT_EQ(Move(clock, now, 0.017, 0.016).occluded, 59); // quick meanwhile
 }
 
-// A frame or two that are slow once do not tell of the device, nor do pictures without occlusion,
-// nor the time that a view rests.
+// One or two slow frames do not mean that the device is slow, and neither do pictures without
+// occlusion, or the time that a view rests.
 TEST(OcclusionClock, SomeSlowFramesDoNotCount)
 {
   OcclusionClock clock;

@@ -220,8 +220,8 @@ std::optional<SurfaceHit> PickByForce(const DrawnSurface& surface, const Ray& ra
   return best;
 }
 
-// Rays from around a box, and from within, towards what is in it: at random, along an axis, or
-// straight at a vertex.
+// Rays from around a box, and from inside, towards what is in it: random, along an axis, or exactly
+// at a vertex.
 class Rays
 {
 public:
@@ -265,8 +265,8 @@ private:
   std::uniform_real_distribution<double> Unit{ 0, 1 };
 };
 
-// How many triangles, or points, each of so many rays has visited on average; the same is met as by
-// force.
+// The mean number of triangles, or points, visited for each ray; the hit must be the same as by
+// testing all.
 double VisitedByRays(const DrawnSurface& surface, double slack, std::size_t rays)
 {
   Rays from(surface.Whole());

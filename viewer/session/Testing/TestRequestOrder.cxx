@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// In which order a view asks (doc/viewing.md#requests): the tree first, coarse before fine, the
-// worst first, the middle of the screen before its edges; and that nothing is asked for beyond it
-// where nothing is to be prefetched. What is expected is worked out from the server's own tables.
+// The order in which a view requests (doc/viewing.md#requests): the tree first, coarse before fine,
+// the worst error first, the middle of the screen before its edges; and that nothing else is
+// requested without prefetching. The expected order is computed from the server's own tables.
 #include "viewer/session/SessionParts.h"
 #include "viewer/session/Testing/SessionsByView.h"
 
@@ -127,7 +127,7 @@ public:
   std::size_t worseFirst = 0, middleFirst = 0, coarseFirst = 0; // pairs
 
 private:
-  // Down to level S nothing is asked for before the piece above it, and nothing finer than S before
+  // Down to level S nothing is requested before the piece above it, and nothing finer than S before
   // that of S.
   void FollowsWhatIsAbove(const BlobId& blob, const Expectation& expected)
   {

@@ -14,8 +14,8 @@ namespace kdstream
 namespace
 {
 
-// Of a place whose normal is `normal`: its light, 1 for all of its colour; and the steepest change
-// of it with the normal, a radian, as a share of it. Highlights left out.
+// For a place with this normal: its light, 1 for all of its colour; and the steepest relative
+// change of the light with the normal, for a radian. Without highlights.
 struct Shade
 {
   double light, relief;
@@ -77,8 +77,8 @@ TEST(SceneLook, NothingIsBlackAndNothingIsBlown)
   EXPECT_LT(brightestAway, 0.5 * brightest);
 }
 
-// Nine in ten places there change their light by 40 % a radian and more, the half by 70 %: as those
-// in the light.
+// At nine of ten places there the light changes by 40 % a radian or more, at half of them by 70 %:
+// as on the lit side.
 TEST(SceneLook, SidesAwayFromTheKeyLightShowRelief)
 {
   std::vector<double> dark, bright;

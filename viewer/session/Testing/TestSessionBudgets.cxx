@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Two numbers, triangles and memory (SharesOfBudgets), bound all that a session holds: levels for
-// the whole model, regions around taps, and decoded pictures of textures.
+// Two numbers, triangles and memory (SharesOfBudgets), limit everything that a session has in
+// memory: levels for the whole model, regions around taps, and decoded pictures of textures.
 #include "viewer/session/MemoryBudget.h"
 #include "viewer/session/SessionParts.h"
 #include "viewer/session/Testing/SessionsByLevel.h"

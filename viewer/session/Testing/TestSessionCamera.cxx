@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A camera that nobody gets lost with: home, undo, level horizon, and whatever the fingers do the
-// model is on the screen and the eye outside of it.
+// A camera with which the user cannot get lost: home, undo, level horizon, and whatever the fingers
+// do, the model is on the screen and the eye outside of it.
 #include "viewer/session/Picker.h"
 #include "viewer/session/Testing/SessionsByLevel.h"
 
@@ -59,8 +59,8 @@ View ViewOf(const ViewerSession& session)
   return { scene.eye, scene.focal, scene.up, scene.orientation };
 }
 
-// Whether any of the shown surface is on the screen: a vertex, or what a pixel of a grid over the
-// window shows, where triangles are larger than that.
+// Whether any of the shown surface is on the screen: a vertex, or, for larger triangles, a hit of a
+// ray through a grid of pixels.
 bool ShowsSurface(const ViewerScene& scene, const Viewport& window)
 {
   constexpr int steps = 24;
@@ -98,8 +98,8 @@ bool IsIn(const Box& box, const Vec3& point)
   return in;
 }
 
-// Whether a closed surface is around a point: how often it winds about that, by the solid angles of
-// its triangles (van Oosterom and Strackee, 1983).
+// Whether a closed surface surrounds a point: its winding number, by the solid angles of its
+// triangles (van Oosterom and Strackee, 1983).
 bool IsInside(const Surface& surface, const Vec3& point)
 {
   double angle = 0;

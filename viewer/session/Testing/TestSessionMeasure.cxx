@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Distances between two taps: on the original once that has come, with what is known of the error
-// until then.
+// Distances between two taps: on the original when that has arrived, with the known error until
+// then.
 #include "viewer/session/Picker.h"
 #include "viewer/session/Testing/SessionsByLevel.h"
 

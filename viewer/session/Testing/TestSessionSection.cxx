@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A session with a section and raking light: what fingers do to them, what is fetched, what links
-// tell.
+// A session with a section and raking light: moving them by fingers, what is fetched, and links.
 #include "viewer/session/SessionFile.h"
 #include "viewer/session/Testing/SessionsByLevel.h"
 

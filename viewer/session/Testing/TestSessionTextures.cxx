@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Textures of a model: wanted where the original is shown and seen closely, within their budget,
-// and where they belong.
+// Textures of a model: wanted where the original is shown from near, within their budget, and on
+// the right parts.
 #include "viewer/session/Testing/SessionsByView.h"
 #include "viewer/session/texture/ShownTiles.h"
 #include "viewer/session/texture/TexturedCorners.h"
@@ -264,8 +264,7 @@ TEST(TestSessionTextures, ThatCannotBeHadAreNamedAndTheSurfaceStays)
   }
 }
 
-// Whatever one looks at, the pictures take no more than they may, and those of the middle are
-// there.
+// Whatever the view, the pictures stay within their limit, and those in the middle are there.
 TEST(TestSessionTextures, StayWithinTheirBudget)
 {
   constexpr std::size_t most = 5;

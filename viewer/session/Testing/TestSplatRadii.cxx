@@ -85,8 +85,8 @@ TEST(SplatRadii, FollowTheResolution)
   EXPECT_EQ(radii[3 * 64], radii.back());
 }
 
-// One density may change within a resolution, but a stray run does not become a balloon, nor does
-// one whose points coincide vanish.
+// The density may change within a resolution, but a stray run does not get huge splats, and a run
+// of coincident points does not vanish.
 TEST(SplatRadii, HoldStrayPointsBack)
 {
   Surface cloud;
@@ -106,8 +106,8 @@ TEST(SplatRadii, HoldStrayPointsBack)
   EXPECT_NEAR(radii[8 * 64], usual / 4, 1e-4);
 }
 
-// A scanned ball of equal density: where the tree's order leaps from one side of it to the other, a
-// run has points of both.
+// A scanned ball of equal density: where the tree's order jumps from one side to the other, a run
+// has points of both.
 Surface BallInTreeOrder(std::size_t count)
 {
   std::mt19937 random(11);

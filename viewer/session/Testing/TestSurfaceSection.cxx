@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where planes meet surfaces: outlines close, caps have the area that the outlines enclose, and
-// what is cut away is not picked.
+// Where planes meet surfaces: outlines are closed, caps have the area that the outlines enclose,
+// and what is cut away cannot be picked.
 #include "Testing/Fixtures/Meshes.h"
 #include "viewer/session/section/ShownSection.h"
 #include "viewer/session/section/SurfaceSection.h"

@@ -31,8 +31,8 @@ TEST(VertexNormals, FollowTheOrientationOfATriangle)
 
 TEST(VertexNormals, WeightByArea)
 {
-  // Around the origin a triangle of area 6 in the plane of x and y, and one of area 2 in that of y
-  // and z.
+  // At the origin a triangle of area 6 in the plane of x and y, and one of area 2 in that of y and
+  // z.
   const std::vector<Vec3> points{ { 0, 0, 0 }, { 3, 0, 0 }, { 0, 4, 0 }, { 0, 0, 1 } };
   const std::vector<Triangle> triangles{ { 0, 1, 2 }, { 0, 2, 3 } };
   const double length = std::hypot(6.0, 2.0);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The session that chooses by the view, against a server in memory: what is seen is fine, what is
-// drawn is closed at every moment, and it comes to rest. What it fetches for that:
-// TestViewFetching.
+// The session in view mode, with a server in memory: what is visible is fine, what is drawn is
+// closed at every moment, and it comes to rest. What it fetches for that: TestViewFetching.
 #include "viewer/session/SessionParts.h"
 #include "viewer/session/Testing/SessionsByView.h"
 
@@ -145,7 +144,7 @@ TEST(TestViewDetail, BudgetsHold)
   EXPECT_LT(most, 10'000u);
 }
 
-// What was looked at and found to be out of sight is not asked for again when its piece has been
+// What was checked and found to be invisible is not requested again when its piece has been
 // evicted.
 TEST(TestViewDetail, WithoutRoomForMoreThanIsShownItComesToRestToo)
 {
@@ -257,9 +256,9 @@ TEST(TestViewDetail, FullShowsAllOfTheOriginal)
   EXPECT_EQ(session.GetStatus().triangles, server.Description().levels[11].triangles);
 }
 
-// A server that sends pieces for others, parts of them, nothing, or the same twice, and whose pages
-// lie about errors: no endless refinement, no livelock. The surface is whole, but where a piece is
-// another's, which no piece alone can tell.
+// A server that sends wrong pieces, parts of them, nothing, or the same twice, and whose pages have
+// wrong errors: no endless refinement, no livelock. The surface is whole, except where a piece is
+// another one, which a single piece cannot show.
 TEST(TestViewDetail, AServerThatLiesIsSurvived)
 {
   for (const unsigned seed : { 1u, 2u, 3u, 4u, 5u, 6u })

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the session that chooses by the view asks a server for: in which order, what ahead, what it
-// cancels, and what it does about blobs that come late, damaged, or not at all.
+// What the session in view mode requests from a server: the order, prefetches, cancels, and what it
+// does about blobs that arrive late, damaged, or not at all.
 #include "viewer/session/SessionParts.h"
 #include "viewer/session/Testing/SessionsByView.h"
 
@@ -23,8 +23,8 @@ using protocol::BlobKind;
 namespace
 {
 
-// What is in flight when it is cancelled comes all the same: it is kept, once, and not asked
-// for again; what was never asked for is not taken.
+// Blobs in flight when they are cancelled still arrive: they are kept, once, and not requested
+// again; blobs that were never requested are not accepted.
 TEST(TestViewFetching, WhatComesLateIsKept)
 {
   MemoryServer server = Torus();
@@ -359,8 +359,8 @@ TEST(TestViewFetching, WhatIsLostAgainIsHadToo)
   }
 }
 
-// A server that gives some pieces to nobody, and loses the request with each, is not asked without
-// end, though others come.
+// A server that never sends some pieces, and drops the request with each, is not asked endlessly,
+// although other pieces arrive.
 TEST(TestViewFetching, WhatIsLostEachTimeIsNotAskedForWithoutEnd)
 {
   MemoryServer server = Torus();
@@ -457,8 +457,8 @@ TEST(TestViewFetching, ATapComesFirst)
   server.sent.clear();
   DoubleTap(session, 400, 300, clock);
   ASSERT_TRUE(session.GetStatus().picking || session.GetStatus().region);
-  // The tree around it alone, then the way down to the partition: a piece of each level that is not
-  // there yet. What was in flight before is cancelled.
+  // First only the tree around it, then the way down to the partition: a piece of each level that
+  // is not loaded yet. What was in flight before is cancelled.
   std::size_t before = 0;
   while (session.GetStatus().region == std::nullopt || session.GetStatus().region->shown == 0)
   {
@@ -514,8 +514,8 @@ TEST(TestViewFetching, WhatIsNotWantedAnyMoreIsCancelled)
   EXPECT_TRUE(session.IsIdle());
 }
 
-// So that a turn is answered at once: little is in flight on a slow line (the server's is 0.25 s a
-// blob), whatever fills the wish list.
+// So that a turn is answered at once, little is in flight on a slow line (the server's is 0.25 s a
+// blob), however long the wish list is.
 TEST(TestViewFetching, LittleIsInFlightOnASlowLine)
 {
   for (const DetailMode detail : { DetailMode::View, DetailMode::Full })

@@ -85,9 +85,9 @@ bool MaySeePartitionIn(
          MaySeePartitionIn(2 * node + 1, camera, model, tree);
 }
 
-// The rule, said once more: a piece is refined where it would be seen to be wrong in the box of one
-// below it. Of what is refined those pieces are wanted of which something is shown, and one three
-// steps above each that is finer than S.
+// The rule, implemented a second time: a piece is refined if it would show a visible error in the
+// box of a piece below it. Of the refined pieces, those are wanted of which something is shown;
+// and, for each that is finer than S, one three steps above it.
 std::vector<PieceId> WhatTheScreenNeeds(
   const Camera& camera, const ModelDescription& model, KnownTree& tree)
 {
@@ -166,8 +166,8 @@ TEST(TestViewRefinement, ASmallModelIsShownFourTimesAsFine)
   }
 }
 
-// Light, paint at the vertices, and pictures ask for more and more: the finer a level is, the
-// nearer to the original the last one.
+// Light, vertex colours, and textures need finer and finer levels: the finer a level is, the nearer
+// to the original is the last one.
 TEST(TestViewRefinement, PaintAndPicturesAskForMoreVertices)
 {
   MemoryServer server = Torus();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The session with one level for all, against a server in memory: what is drawn is closed at every
-// moment, whatever comes in whatever order.
+// The session with one level for the whole model, with a server in memory: what is drawn is closed
+// at every moment, for any order of arrivals.
 #include "viewer/session/SessionFile.h"
 #include "viewer/session/SessionParts.h"
 #include "viewer/session/Testing/SessionsByLevel.h"
@@ -220,8 +220,8 @@ void TurnSlowly(Fingers& fingers, ViewerSession& session)
   session.HandleTouches({ fingers.now += 0.02, {} });
 }
 
-// How much of the box's way from the middle is within the window, across and up, from 1 for all: of
-// its corner that is farthest out.
+// How much of the way from the middle of the box to its outermost corner is inside the window,
+// horizontally and vertically; 1: all of it.
 std::array<double, 2> SeenPart(const ViewerSession& session)
 {
   const Viewport& window = session.GetCamera().GetViewport();
@@ -570,7 +570,7 @@ TEST(TestViewerSession, KeepsTheTimesOfTheNewestBlobsOnly)
   }
 }
 
-// With a region in a level below S it takes a look at every vertex of the level to find which
+// With a region in a level coarser than S, every vertex of the level must be visited to find which
 // clusters are split.
 TEST(TestViewerSession, MovingTheCameraDoesNotChooseAnew)
 {

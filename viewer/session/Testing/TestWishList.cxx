@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One list of what is wanted: the order in which it is asked for, how much at a time, what is
-// cancelled, and what is prefetched.
+// The list of wanted blobs: the order of requests, how much at a time, what is cancelled, and what
+// is prefetched.
 #include "viewer/session/line/WishList.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What tests of a session's parts share: the torus of a server as a model that is open, and as much
-// of it as they want; no session.
+// Shared by tests of a session's parts: the torus of a server as an open model, with as much of it
+// as they want; no session.
 #pragma once
 
 #include "viewer/session/Testing/SessionsByLevel.h"

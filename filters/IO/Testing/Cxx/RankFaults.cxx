@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Run by TestRankPipelines on the ranks of a job: what one rank cannot do is an error of all, which
-// names it, and nobody waits; and none has much more of the mesh than others, whatever its ids.
-//   RankFaults CASE FOLDER; exit code 1 and a line for what differs.
+// Run by TestRankPipelines on the ranks of a job: an error of one rank is an error of all, which
+// names the rank, and no rank waits; and no rank has much more of the mesh than others, whatever
+// its ids.
+//   RankFaults CASE FOLDER; exit code 1 and a line for each difference.
 #include "filters/adapter/RankMesh.h"
 #include "filters/adapter/Testing/FilterTools.h"
 #include "server/http/Testing/ScarceMemory.h"
@@ -291,9 +292,9 @@ void CheckShares()
   }
 }
 
-// The store's folder is not there on one rank, or cannot be written: on the first that is the error
-// of all, others use that for temporary files; where that is not there either, the error names
-// them.
+// The store's folder does not exist on one rank, or cannot be written. On the first rank that is an
+// error of all. Other ranks use the system's folder for temporary files; if that does not exist
+// either, the error names both.
 void CheckFolders()
 {
   const std::filesystem::path own = folder + "/rank" + std::to_string(rank);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Run by TestRankPipelines on the ranks of a job: each rank has a part of a mesh, and gets its
-// partitions of one tree over all; one process's, of the whole mesh, are the same to the bit.
-//   RankPipelines CASE FOLDER [MESH]; exit code 1 and a line for what differs.
+// partitions of one tree over all. They are equal, bit for bit, to those of one process for the
+// whole mesh.
+//   RankPipelines CASE FOLDER [MESH]; exit code 1 and a line for each difference.
 #include "filters/adapter/Testing/FilterTools.h"
 
 #include <vtkInformation.h>
@@ -187,9 +188,9 @@ void Mark(vtkDataSetAttributes* data, vtkIdType count, const std::vector<bool>& 
   data->AddArray(marks);
 }
 
-// What rank `of` has of a mesh: every cell once, with its points, and its share of those without
-// cells; with ghosts also some of the next rank's cells, marked. Rank `none` has nothing. The same
-// of another number of shares than there are ranks.
+// The part of a mesh that rank `of` has: every cell once, with its points, and its share of the
+// points without cells; with ghosts also some of the next rank's cells, marked. Rank `none` has
+// nothing. Also for another number of shares than ranks.
 struct Sharing
 {
   bool ghosts = false;
@@ -328,9 +329,8 @@ vtkPolyData* PartitionAt(vtkKdTreePartition* filter, unsigned int i)
   return vtkPolyData::SafeDownCast(filter->GetOutput()->GetPartition(i));
 }
 
-// This rank's partitions are those of one process, and no others are here. first: the number of the
-// point that is the first here, where global ids count the points of each rank; -1: they count
-// nothing.
+// This rank's partitions must be those of one process, and it must have no others. first: the
+// number of this rank's first point, if global ids count the points of each rank; -1: they do not.
 void ComparePartitions(vtkDataObject* own, vtkPolyData* whole, vtkIdType size, vtkIdType first = 0)
 {
   const auto together = Partition(own, size, false), one = Partition(whole, size, true);
@@ -391,8 +391,8 @@ void SetInactive(vtkDataSetAttributes* data)
   data->SetActiveAttribute(-1, vtkDataSetAttributes::GLOBALIDS);
 }
 
-// Ids that each rank counts by itself stand for nothing: the whole mesh is the shares, one after
-// the other, and what was taken for ids is an array as others are.
+// Ids that each rank counts separately have no meaning: the whole mesh is the shares, one after the
+// other, and the array of these ids is an ordinary array.
 void CompareRestartedIds(vtkPolyData* whole, vtkIdType size)
 {
   std::vector<PolyData> shares;
@@ -902,8 +902,8 @@ void WriteObj(vtkPolyData* mesh, const std::string& file)
   }
 }
 
-// What cannot be had in pieces is what each rank has: a file of its own, or one that all read, of
-// which they are warned.
+// If a source cannot give pieces, each rank uses what it has: a file of its own, or a file that all
+// read, with a warning.
 void CompareFiles(const std::string& folder)
 {
   const PolyData whole = MakeSphere(40);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pipelines on several processes: RankPipelines compares what they give with one process's,
-// RankFaults has one process fail.
+// Pipelines on several processes: RankPipelines compares their results with those of one process,
+// RankFaults makes one process fail.
 #include "filters/Parallel/Testing/RunRanks.h"
 
 #include <gtest/gtest.h>

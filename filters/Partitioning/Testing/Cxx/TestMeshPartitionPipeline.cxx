@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The partition filters as parts of pipelines: threads, progress, abort, errors, when it runs
-// again.
+// The partition filters in pipelines: threads, progress, abort, errors, re-execution.
 #include "filters/Partitioning/Testing/Cxx/PartitionTools.h"
 #include "filters/adapter/Testing/SmpBackend.h"
 
@@ -246,8 +245,8 @@ TYPED_TEST(MeshPartitionPipeline, IdsAloneCutNothing)
     << observer.error;
 }
 
-// Whose the points are is found out again where a block was changed in place, which the composite's
-// own time does not tell; and where a block was put in place of another of the same time.
+// Points are assigned again if a block was changed in place, which the composite's own time does
+// not show, and if a block was replaced by another one with the same time.
 TYPED_TEST(MeshPartitionPipeline, BlocksChangedInPlaceAreFoundOutAgain)
 {
   const PolyData older = MakePlate(20); // of the same number of points as MakeSphere(20)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The same surface cut by the k-d tree, the octree and k-means, side by side, as the paper's
-// Fig. 5. Each cell is drawn once: of two in one place, which is seen depends on the driver.
+// The same surface cut by the k-d tree, the octree and k-means, side by side, as in the paper's
+// Fig. 5. Each cell is drawn once, because the driver decides which of two coincident cells is
+// visible.
 #include "filters/Partitioning/Testing/Cxx/PartitionTools.h"
 #include "filters/adapter/Testing/WritePicture.h"
 

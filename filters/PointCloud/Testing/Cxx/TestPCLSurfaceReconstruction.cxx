@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// vtkPCLSurfaceReconstruction: surfaces of sampled spheres, hard clouds, and its place in a
+// vtkPCLSurfaceReconstruction: surfaces of sampled spheres, difficult clouds, and its use in a
 // pipeline.
 #include "filters/adapter/Testing/FilterTools.h"
 #include "filters/adapter/Testing/SmpBackend.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// vtkKdClusterSimplification: the levels of core, threads, progress, abort, errors, when it runs
-// again.
+// vtkKdClusterSimplification: the levels of core, threads, progress, abort, errors, re-execution.
 #include "filters/adapter/Testing/FilterTools.h"
 #include "filters/adapter/Testing/SmpBackend.h"
 #include "filters/core/Weld.h"

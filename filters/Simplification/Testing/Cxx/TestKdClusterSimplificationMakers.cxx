@@ -33,8 +33,8 @@ Filter MakeFilter(const PolyData& input, int maker)
   return filter;
 }
 
-// Arrays of points and cells: linear in the places, so that means of places have the means of them;
-// classes of two halves; a constant.
+// Arrays of points and cells: linear in the places, so that their means belong to the means of
+// places; classes of two halves; a constant.
 void AddArrays(vtkPolyData& mesh)
 {
   const auto add = [](vtkDataSetAttributes* data, vtkIdType count, const auto& placeOf)

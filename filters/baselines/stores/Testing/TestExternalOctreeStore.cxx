@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Stores by an octree that are built out of core: the same to the byte as in memory, whatever the
-// limit and the threads, and however often the build was killed.
+// Stores by an octree, built out of core: byte for byte the same as in memory, for any limit and
+// threads, however often the build was killed.
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/baselines/stores/Baselines.h"
@@ -98,8 +98,8 @@ protected:
     return fs::is_empty(this->Folder / "spill") && !fs::exists(this->Folder / "m.kds");
   }
 
-  // A build in a process of its own that is killed before the k-th operation on files or report of
-  // progress. Whether it was.
+  // A build in a process of its own that is killed before the k-th file operation or progress
+  // report. Returns whether it was killed.
   bool BuildAndKill(std::size_t k)
   {
     return BuildAndKillAt(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A model as an actor in a plain render window: a server's and a store's, bounds, budgets, idle
+// A model as an actor in a plain render window: of a server and of a store, bounds, budgets, idle
 // time, picks, pictures. Needs an X server.
 #include "Testing/Fixtures/Meshes.h"
 #include "Testing/Fixtures/TemporaryFolder.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a renderer's camera sees, of surfaces and clouds: whatever its projection is made of, in
-// tiles, in passes of other cameras, in a window that has no size yet; and who may go before whom.
-// Needs an X server.
+// What a renderer's camera sees of surfaces and clouds: with any kind of projection, in tiles, in
+// passes of other cameras, in a window without a size; and destruction in any order. Needs an X
+// server.
 #include "Testing/Fixtures/Meshes.h"
 #include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/adapter/Testing/ReportedErrors.h"

@@ -10,8 +10,8 @@
 //
 // By the view, or with one level for the whole model.
 //
-// Writes FILE.recording and FILE.trace. Exit code 1 where the walk did not get through what it is
-// for: a recording in which nothing happens proves nothing.
+// Writes FILE.recording and FILE.trace. Exit code 1 if the walk did not reach all of its
+// situations: a recording in which nothing happens proves nothing.
 #include "server/session/StoreCatalog.h"
 #include "viewer/client/Testing/Replay/MemoryCatalog.h"
 #include "viewer/client/Testing/Replay/Recorder.h"
@@ -32,9 +32,9 @@ namespace
 
 using Kind = RecordedInput::Kind;
 
-// A square plate with a relief of roofs, each half as wide as the one it stands on. All coordinates
-// are small multiples of 1/16 and much is symmetric: distances are equal in many places, and what
-// depends on the order of equal things comes to light.
+// A square plate with a relief of roofs, each half as wide as the one below it. All coordinates are
+// small multiples of 1/16 and much is symmetric: distances are often equal, so a dependence on the
+// order of equal things becomes visible.
 Mesh MakePlate()
 {
   constexpr std::uint32_t side = 256;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Makes a recording: drives a session against a server's Conversation in the same process, and
-// writes down all that goes in. Time is invented and nothing is random, so a recording is the same
+// writes down all inputs. Time is simulated and nothing is random, so a recording is the same
 // whenever it is made.
 #pragma once
 
@@ -43,8 +43,8 @@ class Recorder
 public:
   using Kind = RecordedInput::Kind;
 
-  // Writes FILE.recording, and the trace of what happens meanwhile to FILE.trace. hasStream: or
-  // everything goes over GET.
+  // Writes FILE.recording, and the trace of what happens to FILE.trace. hasStream: false:
+  // everything goes by GET.
   Recorder(const Catalog& models, bool hasStream, const std::string& file);
 
   // ---- what the person does
@@ -56,8 +56,7 @@ public:
   // Two fingers about (x, y) whose gap goes from one to the other, moving by (dx, dy) meanwhile.
   void Pinch(double x, double y, double fromGap, double toGap, double dx = 0, double dy = 0);
 
-  // ---- what the server does
-  // Answers one thing; false if there is nothing.
+  // ---- the server. Answers one thing; false if there is nothing.
   bool Answer();
   // Answers everything, with frames in between.
   void Settle();

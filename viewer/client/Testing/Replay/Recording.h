@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Recordings: everything that went into a session and its line to a server, in order, with times:
-// what the person did, and every byte that the server sent. Played again they give the same trace,
-// on any machine: the proof that the phone runs the desktop's brain.
+// Recordings: all inputs of a session and its line to a server, in order, with times: what the user
+// did, and every byte that the server sent. Played again they give the same trace on any machine:
+// this proves that the phone runs the same logic as the desktop.
 //
 // A recording is one file. Each input is a line of JSON, then its payload and a line's end:
 //
@@ -22,8 +22,7 @@
 //   budgets        triangles, bytes
 //   turning        0 upright, 1 free
 //   coast          1 what is let go turns on, 0 it does not
-//   home
-//   undo
+//   home undo
 //   select                               the model
 //   back
 //   models                               the answer to GET /api/models
@@ -33,9 +32,7 @@
 //   ended          1 = refused, else 0   why
 //   fetched        status of HTTP        the body
 //   not fetched                          why
-//   tick
-//   hurry
-//   draw
+//   tick hurry draw
 #pragma once
 
 #include "filters/core/Result.h"
@@ -86,8 +83,8 @@ const char* NameOf(RecordedInput::Kind kind);
 // As it lies in a recording.
 std::string FormatInput(const RecordedInput& input);
 
-// Takes the first input off the front of `text`.
-// Errors: InvalidInput naming what is wrong; the number of numbers fits the kind.
+// Removes the first input from the front of `text`, and returns it. Errors: InvalidInput naming
+// what is wrong; the number of numbers fits the kind.
 Result<RecordedInput> TakeInput(std::string_view& text);
 
 }

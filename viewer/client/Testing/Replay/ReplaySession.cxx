@@ -2,10 +2,10 @@
 // Plays a recording (Recording.h) and writes the trace (TracedSession.h) to a file: the same
 // sources natively and as WebAssembly under Node.
 //
-//   ReplaySession RECORDING TRACE      exit code 2 where the recording cannot be read
-//   ReplaySession --compare A B        exit code 1 where the files differ: says where
+//   ReplaySession RECORDING TRACE      exit code 2 if the recording cannot be read
+//   ReplaySession --compare A B        exit code 1 if the files differ: says where
 //
-// The trace goes to a file, since what Node has not yet written to a pipe is lost when it ends.
+// The trace goes to a file, because what Node has not yet written to a pipe is lost when it ends.
 #include "viewer/client/Testing/Replay/TracedSession.h"
 
 #include <cstdio>

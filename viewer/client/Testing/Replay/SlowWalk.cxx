@@ -95,8 +95,8 @@ void SlowWalk::TapSomewhere()
   this->Expect(false, "no double tap hit the surface");
 }
 
-// Of what was sent: neither of the tree, nor of a piece above the partition that is picked, or that
-// itself. As TestTapByGet counts.
+// How many of the sent blobs are neither of the tree, nor the picked partition or a piece above it.
+// Counts as TestTapByGet.
 std::ptrdiff_t SlowWalk::OthersSent() const
 {
   const auto region = this->Phone.Status().region;
@@ -111,8 +111,8 @@ std::ptrdiff_t SlowWalk::OthersSent() const
     });
 }
 
-// The first partition comes after at most one blob that was asked for before, besides the tree
-// that the tap needs, and the way down.
+// The first partition arrives after at most one blob that was requested before, apart from the tree
+// and the pieces that the tap needs.
 void SlowWalk::TapOnTheWay()
 {
   this->TapSomewhere();

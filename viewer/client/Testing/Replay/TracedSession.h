@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A session with its line to a server, driven by recorded inputs, that writes down all it does.
+// A session with its line to a server, driven by recorded inputs, that records everything it does.
 //
 // A trace is lines of JSON: those of ViewerSession (the state after every input, SessionTrace.cxx),
-// one for each thing that the line wants done, one for each frame, and at the end the statistics of
+// one for each action that the line asks for, one for each frame, and at the end the statistics of
 // every blob. A frame's line has digests, over all bits, of what would be drawn.
 #pragma once
 

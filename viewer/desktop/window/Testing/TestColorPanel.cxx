@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The window's legend: the map's colours from below to above, classes in their order, in the lower
-// right corner; nothing where colours are not those of an array.
+// The window's legend: the map's colours from bottom to top, classes in their order, in the lower
+// right corner; nothing if colours are not those of an array.
 #include "viewer/desktop/window/ColorPanel.h"
 #include "viewer/desktop/window/Panels.h"
 #include "viewer/session/look/ColorLegend.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the tests of model sources share: a mesh in VTK's arrays, its store, and what an output
-// holds whatever the order of its points and cells.
+// Shared by the tests of model sources: a mesh in VTK's arrays, its store, and the content of an
+// output independent of the order of its points and cells.
 #pragma once
 
 #include "Testing/Fixtures/Meshes.h"
@@ -41,8 +41,8 @@ inline void BuildTo(const std::filesystem::path& file, const Mesh& mesh,
   ASSERT_TRUE(built) << built.GetError().message;
 }
 
-// Places of points, and of the corners of cells (the least of their rotations): of those that are
-// not marked, or of all.
+// Places of points, and of the corners of cells (the least rotation): of those that are not marked,
+// or of all.
 struct Content
 {
   std::vector<std::array<double, 3>> points;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Chains of two of all filters: what a filter gives in parts is for the next one the mesh that it
-// was. Prints the table of own cells, area and error code.
+// Chains of any two filters: the output of a filter in parts is the same mesh again for the next
+// one. Prints the table of own cells, area and error code.
 #include "viewer/sources/Testing/Cxx/ModelSourceTools.h"
 
 #include <vtkErrorCode.h>
@@ -212,8 +212,8 @@ protected:
         std::printf("%-26s %-26s %8lld %8lld  %.6f %.6f  %5lu %5lu\n", name.c_str(), next.c_str(),
           static_cast<long long>(one.cells), static_cast<long long>(parts.cells), one.area,
           parts.area, one.error, parts.error);
-        // A store keeps global ids: its parts are joined in their order, its one mesh is in the
-        // store's. Equal coordinates are told apart by the order.
+        // A store keeps global ids: its parts are joined in their order, its single mesh is in the
+        // store's order. The order distinguishes equal coordinates.
         std::fflush(stdout);
         const double most = name == "StoreWriter" ? std::max(tolerance, 0.01) : tolerance;
         EXPECT_NEAR(double(parts.cells), double(one.cells), most * double(one.cells));
@@ -224,8 +224,9 @@ protected:
     }
   }
 
-  // The partitions of a store are what its one mesh is: to the bit without loss. On a coarse grid
-  // points may come to lie in one place, and then nothing tells which of them is used where.
+  // The partitions of a store are the same as its single mesh: bit for bit without loss. On a
+  // coarse grid points may get the same place, and then it cannot be found out which of them is
+  // used where.
   void ExpectStoreChain(vtkPolyData& mesh, int bits, vtkIdType size, vtkIdType target)
   {
     SCOPED_TRACE(bits);
@@ -295,8 +296,8 @@ TEST_F(TestFilterChains, OfPartsWithGlobalIdsAreThoseOfTheMesh)
   this->ExpectChains(*NumberedSphere(50), 200, 0);
 }
 
-// Without ids the order of points in one place may differ, and with it which of two as good edges
-// collapses.
+// Without ids the order of points in the same place may differ, and so may the choice between two
+// equally good edges.
 TEST_F(TestFilterChains, OfPartsWithoutIdsAreThoseOfTheMesh)
 {
   const PolyData sphere = MakeSphere(50);

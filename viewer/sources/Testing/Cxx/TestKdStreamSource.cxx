@@ -300,8 +300,8 @@ TEST_F(TestKdStreamSource, EveryOutputStopsWhileNothingComes)
   EXPECT_FALSE(ContentOf(this->Update()).points.empty());
 }
 
-// Stops a source the nth time that it has come so far; knows how far it came at most, and how often
-// it told of that.
+// Aborts a source at the nth progress report of at least a given progress; records the maximum
+// progress, and the number of reports.
 struct StopAt
 {
   vtkAlgorithm* source;
@@ -349,8 +349,8 @@ TEST_F(TestKdStreamSource, AnAbortBeforeItReadsCounts)
   EXPECT_FALSE(ContentOf(this->Update()).points.empty());
 }
 
-// From the first time that it tells of progress to the last, before the first piece has come and
-// after the last one: when it is told to stop, it tells of no more, and the output is empty.
+// From the first progress report to the last, also before the first piece has arrived and after the
+// last one: after an abort there are no more reports, and the output is empty.
 TEST_F(TestKdStreamSource, EveryOutputStopsAtAnyOfItsSteps)
 {
   StopAt stop{ this->Source };
