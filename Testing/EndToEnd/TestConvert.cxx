@@ -418,7 +418,7 @@ TEST_F(TestConvert, TextIsRefusedWithItsLine)
     const char *file, *text, *error;
   } cases[] = {
     { "a.xyz", "1 2 3\n4 5\n", "line 2: has 2 columns; those before have 3" },
-    { "b.xyz", "1 2 x\n", "line 1: 'x' is no number" },
+    { "b.xyz", "1 2 x\n", "line 1: 'x' is not a number" },
     { "c.xyz", "1 2 3\n1e999 2 3\n", "line 2: '1e999' is too large a number" },
     { "d.xyz", "1 2 3 4 5\n", "line 1: has 5 columns" },
     { "f.xyz", "nan nan nan\n", "holds no points; 1 point is not finite" },
@@ -426,12 +426,12 @@ TEST_F(TestConvert, TextIsRefusedWithItsLine)
     { "a.obj", "v 1 2 3\nf 1 1 2\n", "face 0 (line 2) names vertex 2, but there is only 1" },
     { "b.obj", "v 1 2 3\nf 1 1 -2\n",
       "face 0 (line 2) names vertex -2, but only 1 comes before it" },
-    { "c.obj", "v 1 2 3\nf 1 1 0\n", "face 0 (line 2): '0' is no number of a vertex" },
+    { "c.obj", "v 1 2 3\nf 1 1 0\n", "face 0 (line 2): '0' is not the number of a vertex" },
     { "f.obj", "v 1 2\n", "vertex 0 (line 1): a vertex of 2 numbers" },
     { "g.obj", "v 1 2 nan\n", "holds no points; 1 point is not finite" },
     { "i.obj", "vt 0.5 0.5\n", "holds no points" },
     { "j.obj", "hello\nworld\n", "is not an OBJ file" },
-    { "k.obj", "v 1 2 3\nf 99999999999999999999 1 1\n", "is no number of a vertex" },
+    { "k.obj", "v 1 2 3\nf 99999999999999999999 1 1\n", "is not the number of a vertex" },
     { "a.vtk",
       "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 2 float\n0 0 0 1 1 "
       "1\nPOLYGONS 1 4\n3 0 1 7\n",

@@ -311,7 +311,7 @@ TEST_F(TestConvertGltf, SparseAccessorsAreOverlaid)
   this->Expect(sparse(8, eight, "5125", 0), 8, 12, { -1, -1, -1 }, { 1, 1, 1 }, 8);
   this->ExpectGlbError(sparse(3, one, "5121", values, view),
     "is sparse, and what lies over it claims 3 elements, more than its bufferView has");
-  this->ExpectGlbError(sparse(1, one, "5126", values, view), "its indices are no whole numbers");
+  this->ExpectGlbError(sparse(1, one, "5126", values, view), "its indices are not whole numbers");
   this->ExpectGlbError(sparse(1, values, "5125", values, view), "is sparse, and names its element");
   this->ExpectGlbError(sparse(1, 99, "5121", values, view),
     "is sparse, and what lies over it names bufferView 99, but there are 5");
@@ -524,7 +524,7 @@ TEST_F(TestConvertGltf, AGlbMayEndLaterAndNotEarlier)
   this->WriteText("in.gltf", "{\"asset\":{\"version\":\"2.0\"}");
   this->ExpectError("in.gltf", "its JSON breaks off at byte 26");
   this->WriteText("in.gltf", "{\"a\":1}");
-  this->ExpectError("in.gltf", "is no glTF: its JSON has no version of an asset");
+  this->ExpectError("in.gltf", "is not glTF: its JSON has no asset version");
 }
 
 TEST_F(TestConvertGltf, ExtensionsThatAreNotReadAreNamed)
@@ -624,7 +624,7 @@ TEST_F(TestConvertGltf, BytesInTheFileAreReadHoweverTheyAreWritten)
   }
   this->WriteText(
     "in.gltf", buffer.Json(Scene(Part(places, corners), "{\"mesh\":0}"), "data:;base64,A*A="));
-  this->ExpectError("in.gltf", "buffer 0 is a data URI that is no base64");
+  this->ExpectError("in.gltf", "buffer 0 is a data URI that is not base64");
 }
 
 TEST_F(TestConvertGltf, BuffersAreFoundAsPicturesAre)

@@ -93,7 +93,7 @@ std::string Warning(const std::string& what)
 std::string Behind(unsigned format, std::size_t extraBytes = 3)
 {
   const std::size_t begin = (format >= 6 ? 375 : 227) + 54;
-  return Warning("11 bytes behind the end are not read; the first: byte " +
+  return Warning("11 bytes after the end are not read; the first: byte " +
                  std::to_string(begin + points * (leastPointBytes[format] + extraBytes)));
 }
 
@@ -213,7 +213,7 @@ TEST_F(TestConvertLas, PointsThatTheHeaderDoesNotCountAreRead)
   this->WriteText("in.las", las + std::string(29 * 2, 'x'));
   EXPECT_EQ(
     this
-      ->Converted("in.las", withheld + Warning("58 bytes behind the end are not read; the first: "
+      ->Converted("in.las", withheld + Warning("58 bytes after the end are not read; the first: "
                                                "byte " +
                                                std::to_string(las.size())))
       .points.size(),
@@ -231,7 +231,7 @@ TEST_F(TestConvertLas, PointsThatTheHeaderDoesNotCountAreRead)
   const std::string end = std::to_string(padded.size());
   this->WriteText("in.las", padded + std::string(37 * 5, '\0'));
   EXPECT_EQ(this
-              ->Converted("in.las", withheld + Warning("185 zeros behind the end are padding; "
+              ->Converted("in.las", withheld + Warning("185 zeros after the end are padding; "
                                                        "the first: byte " +
                                                        end))
               .points.size(),
@@ -243,7 +243,7 @@ TEST_F(TestConvertLas, AHeaderThatCountsNoneSaysThatThereAreSome)
   std::string las = MakeLas(3);
   Put(las, 107, std::uint32_t{ 0 });
   this->WriteText("in.las", las);
-  this->ExpectError("in.las", "its header counts no points, but the file holds 40 behind it");
+  this->ExpectError("in.las", "its header counts no points, but the file holds 40 after it");
   this->WriteText("in.las", las.substr(0, 281));
   this->ExpectError("in.las", "has no points");
 }
@@ -298,17 +298,17 @@ TEST_F(TestConvertLas, LiarsAreToldByWhatIsWrong)
       [](std::string& las) { Put(las, 105, std::uint16_t{ 0 }); } },
     { "its points begin at byte 12, in the header",
       [](std::string& las) { Put(las, 96, std::uint32_t{ 12 }); } },
-    { "its points begin at byte 4294967295, in the header or behind the end of the file",
+    { "its points begin at byte 4294967295, in the header or after the end of the file",
       [](std::string& las) { Put(las, 96, ~std::uint32_t{ 0 }); } },
     { "truncated: the header claims 4294967295 points, but the file holds 40",
       [](std::string& las) { Put(las, 107, ~std::uint32_t{ 0 }); } },
     { "truncated: the header claims 18446744073709551615 points, but the file holds 40",
       [](std::string& las) { Put(las, 247, ~std::uint64_t{ 0 }); }, 7 },
-    { "the scale or the offset of y is no number to be used",
+    { "the scale or the offset of y is not a usable number",
       [](std::string& las) { Put(las, 139, std::numeric_limits<double>::infinity()); } },
-    { "the scale or the offset of x is no number to be used",
+    { "the scale or the offset of x is not a usable number",
       [](std::string& las) { Put(las, 131, 0.0); } },
-    { "the scale or the offset of z is no number to be used",
+    { "the scale or the offset of z is not a usable number",
       [](std::string& las) { Put(las, 171, std::numeric_limits<double>::quiet_NaN()); } },
     { "truncated: the header claims 40 points, but the file holds 38",
       [](std::string& las) { las.resize(las.size() - 50); } },

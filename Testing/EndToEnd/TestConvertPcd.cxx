@@ -186,20 +186,20 @@ TEST_F(TestConvertPcd, HeadersThatLieAreRefusedBeforeMemoryIsTaken)
     { this->Header("3", "ascii", "4") + three,
       "the header says POINTS 3, but WIDTH times HEIGHT is 4" },
     { this->Header("3000000000", "binary_compressed") + sizes(28, 4000000000U) + bytes,
-      "cannot be those" },
+      "compressed bytes hold" },
     { this->Header("3", "binary_compressed") + sizes(4000000000U, 36) + bytes,
       "claims 4000000000 bytes of compressed points; there are 36" },
-    { this->Header("3", "binary_compressed") + sizes(36, 37) + bytes, "cannot be those" },
+    { this->Header("3", "binary_compressed") + sizes(36, 37) + bytes, "compressed bytes hold" },
     { this->Header("3", "binary_compressed") + "123", "ends before its compressed points" },
-    { this->Header("99999999999999999999", "ascii") + three, "is no count" },
-    { this->Header("-3", "ascii") + three, "is no count" },
+    { this->Header("99999999999999999999", "ascii") + three, "is not a count" },
+    { this->Header("-3", "ascii") + three, "is not a count" },
     { this->Header("5000000000", "ascii") + three, "at most 4294967294" },
     { this->Header("3", "text") + three, "DATA is 'text'" },
-    { this->Header("3", "ascii", "", "x y z", "4 4 3") + three, "is no field" },
-    { this->Header("3", "ascii", "", "x y z", "4 4 4", "F F Q") + three, "is no field" },
+    { this->Header("3", "ascii", "", "x y z", "4 4 3") + three, "is not a valid field" },
+    { this->Header("3", "ascii", "", "x y z", "4 4 4", "F F Q") + three, "is not a valid field" },
     { this->Header("3", "ascii", "", "x y z", "4 4") + three, "not as many values" },
     { this->Header("3", "ascii", "", "x y z", "4 4 4", "F F F", "1 1 4000000000") + three,
-      "is no field" },
+      "is not a valid field" },
     { this->Header("3", "ascii", "", "a b c") + three, "has no field x" },
     { "VERSION 0.7\nWIDTH 3\n" + this->Header("3", "ascii") + three, "a second VERSION" },
     { "hello\n", "is not a PCD file" },
@@ -207,11 +207,11 @@ TEST_F(TestConvertPcd, HeadersThatLieAreRefusedBeforeMemoryIsTaken)
     { this->Header("0", "ascii"), "holds no points" },
     { this->Header("3", "ascii") + "0.00 0 0\n1 1\n2 2 2.00\n",
       "line 13: has 2 numbers; a point has 3" },
-    { this->Header("3", "ascii") + "0 0 0\n1 a 1\n2 2 2\n", "line 13: 'a' is no number" },
+    { this->Header("3", "ascii") + "0 0 0\n1 a 1\n2 2 2\n", "line 13: 'a' is not a number" },
     { this->Header("3", "ascii") + "0.00000000 0 0\n1 1.0000000 1\n",
       "the header claims 3 points; there are 2" },
     { this->Header("1", "ascii") + "nan nan nan\n", "holds no points" },
-    { this->Header("2", "binary_compressed") + sizes(28, 37) + bytes, "cannot be those" },
+    { this->Header("2", "binary_compressed") + sizes(28, 37) + bytes, "compressed bytes hold" },
   };
   for (const auto& c : cases)
   {
@@ -237,22 +237,21 @@ TEST_F(TestConvertPcd, WhatFollowsThePointsAndIsNoneIsPadding)
     EXPECT_EQ(this
                 ->Converted("in.pcd",
                   warning(std::to_string(zeros) +
-                          " zeros behind the end are padding; the first: byte " + bodyBegin))
+                          " zeros after the end are padding; the first: byte " + bodyBegin))
                 .points.size(),
       2U);
   }
   this->WriteText("in.pcd", this->Header("2", "binary") + std::string(24, '\0') + "hello");
   EXPECT_EQ(this
               ->Converted("in.pcd",
-                warning("5 bytes behind the end are not read; the first: byte " + bodyBegin))
+                warning("5 bytes after the end are not read; the first: byte " + bodyBegin))
               .points.size(),
     2U);
   this->WriteText("in.pcd", this->Header("2", "ascii") + "0 0 0\n1 1 1\nthe end\n");
-  EXPECT_EQ(
-    this
-      ->Converted("in.pcd", warning("8 bytes behind the end are not read; the first: byte " +
-                                    std::to_string(this->Header("2", "ascii").size() + 12)))
-      .points,
+  EXPECT_EQ(this
+              ->Converted("in.pcd", warning("8 bytes after the end are not read; the first: byte " +
+                                            std::to_string(this->Header("2", "ascii").size() + 12)))
+              .points,
     points);
 }
 

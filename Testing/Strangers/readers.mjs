@@ -18,7 +18,7 @@ export function readMesh(file) {
   return readers[extname(file).toLowerCase()](bytes, (name) => readFileSync(join(dirname(file), name)));
 }
 
-// Byte order marks, UTF-16 and what stands behind the end of a text are no text.
+// Byte order marks, UTF-16 and what stands after the end of a text are no text.
 export function textOf(bytes) {
   let text = bytes[0] === 0xff && bytes[1] === 0xfe ? bytes.toString("utf16le")
     : bytes[0] === 0xfe && bytes[1] === 0xff ? Buffer.from(bytes).swap16().toString("utf16le") : bytes.toString("utf8");

@@ -90,10 +90,10 @@ const known = {
   "mtl-hash": { colors: [[137, 0, 225], [170, 0, 203], [188, 0, 188], [203, 0, 170], [225, 0, 137], [231, 0, 124]] }, // mixed in linear light
   "obj-f2": { says: /1 face has fewer than three corners/ },
   "obj-index0": { says: /2 faces name texture coordinates/ },
-  "pcd-padded": { says: /496 zeros behind the end/ },
+  "pcd-padded": { says: /496 zeros after the end/ },
   "ply-float-color": { colors: [[255, 0, 0]] },
   "ply-nan-mesh": { says: /1 point is not finite/ },
-  "stl-trailing": { says: /2 bytes behind the end/ },
+  "stl-trailing": { says: /2 bytes after the end/ },
   "tex-case": { says: /original keeps the pictures/, silent: /is not there/ },
   "tex-quoted": { says: /original keeps the pictures/, silent: /is not there/ },
   "wrl-tetra-facecolor": { colors: [[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 0]] },

@@ -42,7 +42,7 @@ Status TakePlacement(std::string_view begin, LasHeader& header)
     if (!isFinite)
     {
       return Wrong(
-        std::string("the scale or the offset of ") + "xyz"[k] + " is no number to be used");
+        std::string("the scale or the offset of ") + "xyz"[k] + " is not a usable number");
     }
   }
   return {};
@@ -83,7 +83,7 @@ Status TakePoints(std::string_view begin, unsigned minor, std::uint64_t fileSize
       header.pointsBegin > fileSize)
   {
     return Wrong("its points begin at byte " + std::to_string(header.pointsBegin) +
-                 ", in the header or behind the end of the file");
+                 ", in the header or after the end of the file");
   }
   if (header.compressed)
   {
@@ -105,7 +105,7 @@ Status TakePoints(std::string_view begin, unsigned minor, std::uint64_t fileSize
     return most == 0
              ? Wrong("has no points")
              : Wrong("its header counts no points, but the file holds " + std::to_string(most) +
-                       " behind it: the program that wrote it did not finish; repair the "
+                       " after it: the program that wrote it did not finish; repair the "
                        "header, for example with lasinfo -repair",
                  Remedy::Told);
   }

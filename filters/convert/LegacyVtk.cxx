@@ -134,7 +134,7 @@ public:
     this->Damage.lastPart =
       isWhole
         ? "what its parts hold does not fit together: they are whole up to the end of the file"
-        : "something behind " + (this->LastPart.empty() ? "its head" : this->LastPart) +
+        : "something after " + (this->LastPart.empty() ? "its head" : this->LastPart) +
             " cannot be read";
     return std::move(this->Damage);
   }
@@ -552,7 +552,7 @@ private:
     if (IsOneOf(this->Dataset, others))
     {
       return this->Damaged(
-        "is of the type " + QuotedText(this->Dataset) + ", which is no mesh", true);
+        "is of the type " + QuotedText(this->Dataset) + ", which is not a mesh", true);
     }
     return IsOneOf(this->Dataset, types) ||
            this->Damaged(

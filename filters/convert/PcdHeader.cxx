@@ -193,7 +193,7 @@ private:
       double value = 0;
       if (ParseNumber(word, value) != NumberTextError::None)
       {
-        return this->Lines.Wrong(QuotedText(word) + " is no number" + DecimalCommaHint(word));
+        return this->Lines.Wrong(QuotedText(word) + " is not a number" + DecimalCommaHint(word));
       }
       header.hasOddLines = header.hasOddLines || !WithPlainExponent(word).empty();
     }
@@ -330,7 +330,7 @@ private:
         if (ParseNumber(word, number) != NumberTextError::None)
         {
           return Error{ ErrorCode::InvalidInput,
-            key + " " + QuotedText(word) + " in the header is no count" };
+            key + " " + QuotedText(word) + " in the header is not a count" };
         }
         numbers.push_back(number);
       }
@@ -405,7 +405,7 @@ private:
       {
         return Error{ ErrorCode::InvalidInput,
           "field " + QuotedText(fields->second[i]) + ": SIZE " + std::to_string(size) + ", TYPE " +
-            QuotedText(type) + ", COUNT " + std::to_string(count) + " is no field" };
+            QuotedText(type) + ", COUNT " + std::to_string(count) + " is not a valid field" };
       }
       header.pointBytes += size * count;
       values += count;
@@ -457,8 +457,8 @@ Result<std::uint64_t> CheckCompressedBody(ByteSource& source, PcdHeader& header)
   {
     return Error{ ErrorCode::InvalidInput,
       "the header claims " + std::to_string(header.points) + " points, " +
-        std::to_string(expected) + " bytes; " + std::to_string(sizes[0]) +
-        " compressed ones that are said to hold " + std::to_string(sizes[1]) + " cannot be those" };
+        std::to_string(expected) + " bytes, but says that its " + std::to_string(sizes[0]) +
+        " compressed bytes hold " + std::to_string(sizes[1]) };
   }
   return begin + 8 + sizes[0];
 }

@@ -160,7 +160,7 @@ private:
       { "Premature end", "the text ends inside a node" },
       { "Premature EOF", "the text ends inside a node" },
       { "premature EOF", "the text ends inside a node" },
-      { "after end of scene", "something stands behind the last node" },
+      { "after end of scene", "there is something after the last node" },
       { "is not derived from", "a node where one of another kind belongs" },
       { "ROUTE", "a ROUTE that cannot be read" },
       { "PROTO", "a PROTO that cannot be read" },

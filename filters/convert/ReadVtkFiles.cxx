@@ -225,7 +225,7 @@ Status CheckCellsOf(vtkUnstructuredGrid& grid)
         fits = Error{ ErrorCode::InvalidInput,
           "CELLS: cell " + std::to_string(cell) + " of the type " + std::to_string(type) + " has " +
             std::to_string(corners.size()) + " points, " +
-            (name.empty() ? "and no such type is known"
+            (name.empty() ? "and this type is unknown"
                           : "not " + std::to_string(points) + " as a " + name + " has") };
       }
     });
@@ -329,7 +329,8 @@ Result<ForeignMesh> ReadVtkText(
   if (!grid)
   {
     return Error{ ErrorCode::InvalidInput,
-      "holds " + std::string(output ? output->GetClassName() : "nothing") + ", which is no mesh" };
+      "holds " + std::string(output ? output->GetClassName() : "nothing") +
+        ", which is not a mesh" };
   }
   std::vector<std::string> dropped;
   KDSTREAM_TRY(CheckGrid(*grid, dropped));

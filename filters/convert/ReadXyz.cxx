@@ -322,11 +322,11 @@ private:
       if (this->NamesAlone && this->Comma == Commas::Separators && !this->PointSeen &&
           this->ColumnCount == 2 * this->NamedColumns)
       {
-        return this->Lines.Wrong("has " + std::to_string(this->ColumnCount) +
-                                   " columns, and line " + std::to_string(this->NamesInFile) +
-                                   " names " + std::to_string(this->NamedColumns) +
-                                   ": decimal commas cannot be told from those between columns; "
-                                   "write 1.5 for 1,5, or semicolons between columns",
+        return this->Lines.Wrong(
+          "has " + std::to_string(this->ColumnCount) + " columns, and line " +
+            std::to_string(this->NamesInFile) + " names " + std::to_string(this->NamedColumns) +
+            ": decimal commas cannot be distinguished from commas between columns; "
+            "write 1.5 for 1,5, or semicolons between columns",
           Remedy::Told);
       }
       this->Layout = std::nullopt; // a remark, or names of something else
@@ -409,7 +409,7 @@ private:
         const bool mayBeLeftOut = !this->Layout || place == 3;
         return this->Lines.Wrong(
           QuotedText(word) +
-          (error == NumberTextError::NotANumber ? " is no number" : " is too large a number") +
+          (error == NumberTextError::NotANumber ? " is not a number" : " is too large a number") +
           (mayBeLeftOut ? "; --columns leaves out a column that is called -" : ""));
       }
     }

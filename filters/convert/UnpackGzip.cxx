@@ -17,7 +17,7 @@ constexpr std::uint64_t mostTextPerByte = 200, alwaysText = std::uint64_t{ 1 } <
 Error Wrong(const std::string& what, std::size_t byte)
 {
   return BadInput(
-    what + " at byte " + std::to_string(byte) + ", as gunzip will tell too", Remedy::CopyAgain);
+    what + " at byte " + std::to_string(byte) + ", as gunzip reports, too", Remedy::CopyAgain);
 }
 
 }

@@ -26,14 +26,14 @@ constexpr std::pair<std::string_view, const char*> parserWords[] = {
   { "not well-formed (invalid token)", "a sign that may not stand there" },
   { "mismatched tag", "a tag ends another element than the one that is open" },
   { "duplicate attribute", "an attribute is there twice" },
-  { "undefined entity", "a name behind '&' that is not defined" },
-  { "junk after document element", "something stands behind the last element" },
+  { "undefined entity", "a name after '&' that is not defined" },
+  { "junk after document element", "there is something after the last element" },
   { "XML or text declaration not at start of entity", "the file does not begin with '<?xml'" },
   { "xml declaration not at start of external entity", "the file does not begin with '<?xml'" },
   { "unbound prefix", "a prefix of a name that is not declared" },
   { "unknown encoding", "the encoding that it names is not known" },
   { "encoding specified in XML declaration is incorrect", "it names another encoding than it has" },
-  { "reference to invalid character number", "a number behind '&#' that is no character" },
+  { "reference to invalid character number", "a number after '&#' that is not a character" },
   { "syntax error", "no tag begins there" },
 };
 
@@ -120,7 +120,7 @@ const std::vector<Phrase>& Phrases()
         const auto* const found = std::find_if(std::begin(parserWords), std::end(parserWords),
           [&](const auto& words) { return reason.starts_with(words.first); });
         return "line " + m[1].str() + ", column " + m[2].str() + ": " +
-               (found == std::end(parserWords) ? "it is no XML there" : found->second);
+               (found == std::end(parserWords) ? "it is not XML there" : found->second);
       } },
     { std::regex("Cannot read points array from (\\w+) in piece (\\d+)"), true,
       [](const std::smatch& m, const std::filesystem::path& file)

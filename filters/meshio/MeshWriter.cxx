@@ -483,7 +483,7 @@ Status CheckMesh(const Mesh& mesh, bool isStl)
     if (!IsAttributeName(mesh.attributes[i].name))
     {
       return Error{ ErrorCode::InvalidInput,
-        "attribute " + std::to_string(i) + " has a name that is no text" };
+        "attribute " + std::to_string(i) + " has a name that is not text" };
     }
   }
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i)

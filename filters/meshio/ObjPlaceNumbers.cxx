@@ -69,11 +69,12 @@ ObjPlaceColumns ObjPlaceNumbers::Decide(
   if (triple.negative && triple.unit > vertices / 2)
   {
     tolerance.Tell(
-      "what vertices have behind x y z is taken for normals, not for colours: most are "
-      "of length 1, and some negative");
+      "the numbers after x y z are read as normals, not as colours: most have length 1, and some "
+      "are negative");
     columns.what = normalsNamed ? ObjPlaceColumns::What::Nothing : ObjPlaceColumns::What::Normals;
-    columns.ignored =
-      normalsNamed ? "normals behind the coordinates, as faces name others" : std::string();
+    columns.ignored = normalsNamed
+                        ? "normals after the coordinates, because faces name other normals"
+                        : std::string();
     return columns;
   }
   columns.what = ObjPlaceColumns::What::Colors;

@@ -364,7 +364,7 @@ Status ParseObjCorner(std::string_view word, ObjCorner& corner)
       const bool none = error == NumberTextError::OutOfRange || corner[part] == noCorner;
       if (error == NumberTextError::NotANumber || (part == 0 && (none || corner[part] == 0)))
       {
-        return Bad(QuotedText(number) + " is no number of a " + objPartNames[part]);
+        return Bad(QuotedText(number) + " is not the number of a " + objPartNames[part]);
       }
       corner[part] = none ? 0 : corner[part]; // there are not as many
     }

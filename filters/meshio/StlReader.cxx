@@ -319,8 +319,8 @@ Status BinaryStlReader::LookBehindEnd()
                                  : facets ? Lapse::NotCounted
                                           : Lapse::BytesBehindEnd,
     facets ? rest / facetBytes : rest,
-    "byte " + std::to_string(end) + ", behind the " + std::to_string(this->Facets) +
-      " triangles that the header counts" + (facets ? ", which alone are read" : ""));
+    "byte " + std::to_string(end) + ", after the " + std::to_string(this->Facets) +
+      " triangles that the header counts" + (facets ? "; only these are read" : ""));
   return {};
 }
 

@@ -30,9 +30,9 @@ constexpr std::array<LapseText, lapseKinds> texts{ {
     "faces name texture coordinates, normals or colours that do not exist: they are read without "
     "them",
     "face without attribute", "faces without attribute" },
-  { "bytes_behind_end", "byte behind the end is not read", "bytes behind the end are not read",
-    "byte behind the end", "bytes behind the end" },
-  { "padding_bytes", "zero behind the end is padding", "zeros behind the end are padding",
+  { "bytes_behind_end", "byte after the end is not read", "bytes after the end are not read",
+    "byte after the end", "bytes after the end" },
+  { "padding_bytes", "zero after the end is padding", "zeros after the end are padding",
     "byte of padding", "bytes of padding" },
   { "not_counted", "point or face is in the file but not counted by its header",
     "points or faces are in the file but not counted by its header", "not counted", "not counted" },

@@ -144,7 +144,7 @@ public:
       this->Report.warnings.push_back(
         std::to_string(this->FarTriangles) +
         (this->FarTriangles == 1 ? " triangle has" : " triangles have") +
-        " texture coordinates of 2^30 texels or more, which tell no place in a picture");
+        " texture coordinates of 2^30 texels or more, which are not places in a picture");
     }
     const std::vector<std::string> unread = this->Reader.Warnings();
     this->Report.warnings.insert(this->Report.warnings.end(), unread.begin(), unread.end());
@@ -196,7 +196,7 @@ private:
     {
       this->Report.warnings.push_back(
         std::to_string(bare) + (bare == 1 ? " triangle has" : " triangles have") +
-        " no texture coordinates, or such that are no numbers (the "
+        " no texture coordinates, or ones that are not numbers (the "
         "first is triangle " +
         std::to_string(firstBare) + "): the material's colour is taken");
     }

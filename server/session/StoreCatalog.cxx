@@ -176,7 +176,7 @@ std::string WhatIsServed(const StoreModel* old, const Error& error)
     return "; clients are asked to try again until the store is complete";
   }
   old->MarkDamaged();
-  return "; clients are told that it is damaged until the store is complete";
+  return "; clients get the error that it is damaged until the store is complete";
 }
 
 }

@@ -143,7 +143,7 @@ public:
     if (this->Parts > toldParts)
     {
       std::cerr << this->Program << ": warning: " << this->Source << ": " << this->Parts - toldParts
-                << " more such errors\n";
+                << " more errors of this kind\n";
     }
   }
 

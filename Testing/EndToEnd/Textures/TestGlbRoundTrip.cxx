@@ -255,7 +255,7 @@ TEST_F(TestGlbRoundTrip, CoordinatesThatAreNoNumbersAreNamed)
   parts[2].places[2 * 30 + 1] = std::numeric_limits<float>::infinity();
   this->WriteGlb("in.glb", parts);
   const std::string warnings = this->BuildAndExtract("in.glb", "out.glb");
-  EXPECT_NE(warnings.find("9 triangles have no texture coordinates, or such that are no numbers "
+  EXPECT_NE(warnings.find("9 triangles have no texture coordinates, or ones that are not numbers "
                           "(the first is triangle 244)"),
     std::string::npos)
     << warnings;

@@ -89,7 +89,7 @@ TEST_F(TestMaterialColors, CoordinatesThatTellNoPlaceAreCounted)
   const std::string lead = "kdstream-build: warning: m.obj: ";
   const std::string far = lead +
                           "2 triangles have texture coordinates of 2^30 texels or more, which "
-                          "tell no place in a picture\n";
+                          "are not places in a picture\n";
   for (const char* huge : { "6e8 0", "0 -3e9", "1e12 1e12", "1e30 0", "-3e38 3e38" })
   {
     EXPECT_EQ(warning(huge), far) << huge;
@@ -134,7 +134,7 @@ TEST_F(TestMaterialColors, TrianglesThatAreNotWholeAreSaid)
     return this->WarningsOf("m.glb");
   };
   const std::string lead = "kdstream-build: warning: m.glb: ";
-  const std::string behind = " of triangles, which is no multiple of three\n";
+  const std::string behind = " of triangles, which is not a multiple of three\n";
   EXPECT_EQ(warning(9, 6, true), "");
   EXPECT_EQ(warning(9, 7, true),
     lead +

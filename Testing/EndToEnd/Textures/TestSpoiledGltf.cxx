@@ -45,7 +45,7 @@ TEST_F(TestSpoiledGltf, ImagesThatNameNothingAreTold)
   this->ExpectImage("{\"bufferView\":-1}", "image 0: it names bufferView -1, but there are 2");
   this->ExpectImage("{\"bufferView\":\"x\"}", "image 0: it names no bufferView");
   this->ExpectImage(
-    "{\"uri\":\"data:image/png;base64,iVBORw0KGgo?\"}", "image 0: its data URI is no base64");
+    "{\"uri\":\"data:image/png;base64,iVBORw0KGgo?\"}", "image 0: its data URI is not base64");
   this->ExpectImage("{\"uri\":\"data:image/png,abc\"}", "image 0: it is no JPEG, PNG or WebP");
   this->ExpectImage("{\"uri\":\"data:image/png;base64,iVBORw0KGgo=\"}",
     "image 0: it is a damaged or truncated PNG (it ends too early)");
@@ -101,7 +101,7 @@ TEST_F(TestSpoiledGltf, TexturesThatNameNothingAreTold)
     { std::string("texture 0 names image 4, but there is 1") + taken }, whites);
   this->ExpectGlb(
     images + "\"textures\":[{\"extensions\":{\"KHR_texture_basisu\":{\"source\":0}}}]",
-    { std::string("texture 0 has its image as KTX 2 alone, which is not read") + taken }, whites);
+    { std::string("texture 0 has its image only as KTX 2, which is not read") + taken }, whites);
   this->ExpectGlb(images + "\"textures\":[{\"source\":0}]",
     { "material 0 names texture 3, but there is 1: its colour is taken" }, whites, "{\"index\":3}");
   this->ExpectGlb(images + "\"textures\":[{\"source\":0}]",
@@ -111,7 +111,8 @@ TEST_F(TestSpoiledGltf, TexturesThatNameNothingAreTold)
   this->ExpectGlb(images + "\"samplers\":[{}],\"textures\":[{\"source\":0,\"sampler\":5}]",
     { "texture 0 names sampler 5, but there is 1: its picture repeats" }, { red, blue });
   this->ExpectGlb(images + "\"textures\":[{\"source\":0}]",
-    { "2 triangles have no texture coordinates, or such that are no numbers (the first is triangle "
+    { "2 triangles have no texture coordinates, or ones that are not numbers (the first is "
+      "triangle "
       "0): the material's colour is taken" },
     whites, "{\"index\":0,\"texCoord\":1}");
 }
@@ -223,12 +224,12 @@ TEST_F(TestSpoiledGltf, AccessorsBeyondBuffersAreErrors)
   this->ExpectRefused(
     "m.gltf", "mesh 0, part 0: 'TEXCOORD_0' has not as many elements as the others");
   with("\"attributes\"", "\"indices\":1,\"attributes\"");
-  this->ExpectRefused("m.gltf", "mesh 0, part 0: 'indices' are no whole numbers");
+  this->ExpectRefused("m.gltf", "mesh 0, part 0: 'indices' are not whole numbers");
   with("\"attributes\"", "\"indices\":2,\"attributes\"");
   const std::string json = ReadWhole(this->Folder / "m.gltf");
   this->WriteText("m.gltf", std::string(json).replace(json.find("}],\"bufferViews\""), 1,
                               "},{\"componentType\":5123,\"count\":6,\"type\":\"SCALAR\"}"));
-  this->ExpectRefused("m.gltf", "mesh 0, part 0: 'indices' are no whole numbers");
+  this->ExpectRefused("m.gltf", "mesh 0, part 0: 'indices' are not whole numbers");
   with("\"attributes\"", "\"mode\":5122,\"attributes\"");
   this->ExpectRefused("m.gltf", "mesh 0, part 0: there is no mode '5122'");
   with("\"VEC2\"", "\"VEC3\"");
@@ -263,7 +264,7 @@ TEST_F(TestSpoiledGltf, BuffersThatAreShorterThanTheyClaimAreErrors)
   withData(std::string(156, 'A') + "AA==");
   this->ExpectRefused("m.gltf", "claims 120 bytes of buffer 0; it has 118");
   withData(std::string(159, 'A') + "?");
-  this->ExpectRefused("m.gltf", "buffer 0 is a data URI that is no base64");
+  this->ExpectRefused("m.gltf", "buffer 0 is a data URI that is not base64");
 }
 
 TEST_F(TestSpoiledGltf, ExtensionsThatAreReadAreNotWarnedOf)

@@ -39,7 +39,7 @@ TEST_F(TestSpoiledMaterials, CoordinatesOutsideRepeatOrAreClamped)
 
 TEST_F(TestSpoiledMaterials, CoordinatesThatAreNoneHaveTheMaterialsColour)
 {
-  const std::string none = " no texture coordinates, or such that are no numbers (the first is "
+  const std::string none = " no texture coordinates, or ones that are not numbers (the first is "
                            "triangle 1): the material's colour is taken";
   this->WriteObj(
     { { "0.25", "0.5" }, { "nan", "0" }, { "inf", "0" }, { "0", "-inf" }, { "1e99", "0" } });
@@ -58,7 +58,8 @@ TEST_F(TestSpoiledMaterials, CoordinatesThatAreNotThereAreLeftOut)
   {
     this->WriteObj(leftAndRight, corners + "f 7/" + number + " 8/1 9/1\n");
     this->ExpectObj(
-      { "1 triangle has no texture coordinates, or such that are no numbers (the first is triangle "
+      { "1 triangle has no texture coordinates, or ones that are not numbers (the first is "
+        "triangle "
         "2): the material's colour is taken",
         "1 face names a texture coordinate, normal or colour that does not exist: it is read "
         "without it: face 2 (line 16)" },
@@ -177,7 +178,7 @@ TEST_F(TestSpoiledMaterials, ListsOfPlysThatDoNotFitAreCountedOrRefused)
   }
   this->WritePly("a.png", { List("nan"), List("0.75") });
   this->ExpectBuilt("m.ply",
-    { "1 triangle has no texture coordinates, or such that are no numbers (the first is triangle "
+    { "1 triangle has no texture coordinates, or ones that are not numbers (the first is triangle "
       "0): the material's colour is taken" },
     { white, blue });
   const std::string huge = "property list uint float texcoord\n";

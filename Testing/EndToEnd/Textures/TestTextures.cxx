@@ -133,7 +133,7 @@ TEST_F(TestTextures, FacesWithoutCoordinatesAreCounted)
                "v 9 0 0\nv 9 1 0\nv 9 0 1\nf 7 8 9\nvt nan 0\nv 8 0 0\nv 8 1 0\nv 8 0 1\n"
                "f 10/3 11/1 12/1\n");
   EXPECT_EQ(WarningsOf("m.obj"),
-    "2 triangles have no texture coordinates, or such that are no numbers (the first is triangle "
+    "2 triangles have no texture coordinates, or ones that are not numbers (the first is triangle "
     "2): the material's colour is taken\n");
   EXPECT_EQ(ColorsOf(this->Read("out.ply")), (std::vector{ red, blue, green, green }));
 }
@@ -205,7 +205,7 @@ TEST_F(TestTextures, ErrorsOfAnObjNameFaceAndLine)
     std::string line, error;
   } cases[] = {
     { "f 1 2 -99", "face 2 (line 13) names vertex -99, but only 6 come before it" },
-    { "f 1 2 x", "face 2 (line 13): 'x' is no number of a vertex" },
+    { "f 1 2 x", "face 2 (line 13): 'x' is not the number of a vertex" },
     { "v 1 2 z", "vertex 6 (line 13): 'z' is not a number" },
     { "vt q", "texture coordinate 2 (line 13): 'q' is not a number" },
     { "vn 1 2", "normal 0 (line 13): " },

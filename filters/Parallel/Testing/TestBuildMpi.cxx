@@ -117,7 +117,7 @@ TEST(BuildMpi, TellsWhatItIgnores)
     SCOPED_TRACE(file);
     const Outcome one = RunTool(folder, "build", { file, "-o", "one.kds", "--quiet" });
     ASSERT_EQ(one.exitCode, 0) << one.err;
-    ASSERT_NE(one.err.find(" bytes behind the end"), std::string::npos) << one.err;
+    ASSERT_NE(one.err.find(" bytes after the end"), std::string::npos) << one.err;
     const Outcome some = RunRanks(folder, 3, { file, "-o", "some.kds", "--quiet" });
     EXPECT_EQ(WithoutName(some.err), WithoutName(one.err));
   }

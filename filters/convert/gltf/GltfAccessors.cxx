@@ -186,7 +186,7 @@ Status GltfAccessor::Overlay(const GltfDocument& document, GltfBuffers& buffers,
   const GltfComponent indexType = TypeIn(indices);
   if (indexSize == 0 || indexType == GltfComponent::Float)
   {
-    return GltfError("is sparse, but its indices are no whole numbers");
+    return GltfError("is sparse, but its indices are not whole numbers");
   }
   const Result<Elements> at = Place(document, buffers, indices, told, count, indexSize);
   const Result<Elements> values =

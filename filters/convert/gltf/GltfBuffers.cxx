@@ -132,7 +132,7 @@ Status GltfBuffers::Find(std::size_t number, const std::filesystem::path& file, 
     std::optional<std::vector<std::uint8_t>> data = DataOf(name);
     if (!data)
     {
-      return Error{ ErrorCode::InvalidInput, named + " is a data URI that is no base64" };
+      return Error{ ErrorCode::InvalidInput, named + " is a data URI that is not base64" };
     }
     found.bytes = this->Decoded.emplace_back(std::move(*data));
   }
@@ -238,7 +238,7 @@ Result<GltfBuffers::View> GltfBuffers::ViewOf(std::size_t number)
   const Json& compressed = MeshoptOf(view);
   if (stride < 0)
   {
-    return Error{ ErrorCode::InvalidInput, "has a byteStride that is no whole number" };
+    return Error{ ErrorCode::InvalidInput, "has a byteStride that is not a whole number" };
   }
   const Json& place = compressed.is_null() ? view : compressed;
   Result<GltfBytes> bytes = this->BytesOf(place);
@@ -260,7 +260,7 @@ Result<GltfBuffers::View> GltfBuffers::ViewOf(std::size_t number)
       if (this->BytesDecompressed > this->BytesInAll)
       {
         return Error{ ErrorCode::InvalidInput,
-          "is compressed into bytes that are other views', too: there is no room for all of them" };
+          "shares its compressed bytes with other views: all of them together do not fit" };
       }
       Result<std::vector<std::uint8_t>> decoded = DecodeMeshopt(compressed, *bytes);
       if (!decoded)

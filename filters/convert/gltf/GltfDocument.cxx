@@ -173,7 +173,7 @@ Result<GltfDocument> ReadGltfDocument(const std::filesystem::path& file)
   const Json& version = Member(Member(document.json, "asset"), "version");
   if (!version.is_string())
   {
-    return GltfError("is no glTF: its JSON has no version of an asset", Remedy::Rename);
+    return GltfError("is not glTF: its JSON has no asset version", Remedy::Rename);
   }
   if (!version.get_ref<const std::string&>().starts_with("2"))
   {

@@ -199,7 +199,7 @@ private:
     if (uri.rfind("data:", 0) == 0)
     {
       std::optional<std::vector<std::uint8_t>> data = DataOf(uri);
-      source.wrong = data ? "" : "its data URI is no base64";
+      source.wrong = data ? "" : "its data URI is not base64";
       source.bytes = data ? std::move(*data) : std::vector<std::uint8_t>();
     }
     else if (uri.find("://") != std::string::npos)
@@ -282,7 +282,7 @@ private:
     {
       const bool other = Member(texture, "extensions").contains("KHR_texture_basisu");
       this->Warn(named + " " +
-                 (other && source.is_null() ? "has its image as KTX 2 alone, which is not read"
+                 (other && source.is_null() ? "has its image only as KTX 2, which is not read"
                                             : NamesNone("image", source, images)) +
                  ": the material's colour is taken");
       return;

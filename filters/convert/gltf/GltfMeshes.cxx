@@ -556,7 +556,7 @@ private:
             type != GltfComponent::UnsignedInt) ||
           (Member(json, "bufferView").is_null() && Member(json, "sparse").is_null()))
       {
-        return GltfError("'indices' are no whole numbers");
+        return GltfError("'indices' are not whole numbers");
       }
       corners.resize(accessor->Count());
       for (std::size_t i = 0; i < corners.size(); ++i)
@@ -586,7 +586,7 @@ private:
       this->Meshes.DroppedPoints.Count(Lapse::FaceTooSmall, 1,
         named + "the last of " + std::to_string(count) +
           (Member(this->Part, "indices").is_null() ? " vertices" : " indices") +
-          " of triangles, which is no multiple of three");
+          " of triangles, which is not a multiple of three");
     }
   }
 

@@ -468,7 +468,7 @@ TEST(MeshWriter, RefusesWhatItCannotWrite)
     Attribute attribute;
     attribute.name = "caf\xE9";
     attribute.values.resize(8 * 4);
-    expectRefused(attribute, "attribute 0 has a name that is no text");
+    expectRefused(attribute, "attribute 0 has a name that is not text");
     attribute.name = "short";
     attribute.values.pop_back();
     expectRefused(attribute, "attribute 0, \"short\", has 31 bytes");

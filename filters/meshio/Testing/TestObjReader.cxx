@@ -182,9 +182,8 @@ TEST(ObjReader, NumbersBehindTheCoordinatesAreTakenForWhatTheyAre)
     { { "0.5 0.25 1", "0.9 -0.001 0.25", "inf 0.5 0.25" }, "RGB", { 128, 64, 255 },
       "colours of vertices are read as from 0 to 1, 1 of 8 is below 0 and counts as 0" },
     { { "0 0 -1", "0.6 0 0.8", "0.5774 0.5774 -0.5774" }, "Normals", { 0, 0, -1 },
-      "what vertices have behind x y z is taken for normals, not for colours: most are of length "
-      "1, "
-      "and some negative" },
+      "the numbers after x y z are read as normals, not as colours: most have length 1, and some "
+      "are negative" },
     { { "1 0.8 0.4 0.2", "1.0 0.5 0.5 0.5", "1 0 0 0" }, "RGB", { 204, 102, 51 },
       "vertices of seven numbers are read as x y z w r g b, as the fourth is always 1" },
     { { "0.8 0.4 0.2 1", "0.5 0.5 0.5 1", "0 0 0 1" }, "RGB", { 204, 102, 51 }, "" },
@@ -265,10 +264,10 @@ TEST(ObjReader, SaysWhatIsWrongAndWhere)
   ExpectError(threePlaces + "f 1 2 4\n", "face 0 (line 4) names vertex 4, but there are only 3");
   ExpectError(threePlaces + "f 1 2 -4\nv 9 9 9\n",
     "face 0 (line 4) names vertex -4, but only 3 come before it");
-  ExpectError(threePlaces + "f 1 2 0\n", "face 0 (line 4): '0' is no number of a vertex");
-  ExpectError(threePlaces + "f 1 2 x\n", "face 0 (line 4): 'x' is no number of a vertex");
+  ExpectError(threePlaces + "f 1 2 0\n", "face 0 (line 4): '0' is not the number of a vertex");
+  ExpectError(threePlaces + "f 1 2 x\n", "face 0 (line 4): 'x' is not the number of a vertex");
   ExpectError(threePlaces + "f 1 2 99999999999999999999\n",
-    "face 0 (line 4): '99999999999999999999' is no number of a vertex");
+    "face 0 (line 4): '99999999999999999999' is not the number of a vertex");
   ExpectError(
     threePlaces + "f 1/1/1/1 2 3\n", "face 0 (line 4): a corner of more than three numbers");
   ExpectError(threePlaces + "vn 1 0\nf 1//1 2//1 3//1\n", "normal 0 (line 4): has 2 numbers");

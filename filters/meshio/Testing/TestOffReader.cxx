@@ -133,7 +133,7 @@ TEST(OffReader, CountsWhatItDoesNotRead)
     (std::vector<std::string>{ "2 lines have more values than the header names: they are not read; "
                                "the first: vertex 0 (line 3)" }));
   EXPECT_EQ(warnings(begin + faces + "3 1 2 3\n"),
-    (std::vector<std::string>{ "9 bytes behind the end are not read; the first: byte 49, behind "
+    (std::vector<std::string>{ "9 bytes after the end are not read; the first: byte 49, after "
                                "the last face that the header counts" }));
   EXPECT_EQ(warnings("OFF\n0\n0\n0\n\n"), std::vector<std::string>());
   EXPECT_EQ(warnings(begin + "2 0 1\n3 0 1 2\n"),
@@ -197,11 +197,11 @@ TEST(OffReader, SaysWhatIsWrongAndWhere)
     {
       std::pair<std::string, std::string>{ std::string("OFF BINARY\n\0\0\0\4", 15),
         "is a binary OFF file, which is not read: save it as text, or as .ply" },
-      { "4OFF\n1 0 0\n1 2 3 1\n", "is an OFF file of places in 4 dimensions, which is not read" },
+      { "4OFF\n1 0 0\n1 2 3 1\n", "is an OFF file of points in 4 dimensions, which is not read" },
       { "4nOFF\n3\n1 0 0\n1 2 3 1\n",
-        "is an OFF file of places in 3 dimensions with a weight each, which is not read" },
-      { "4off\n1 0 0\n1 2 3 1\n", "is an OFF file of places in 4 dimensions, which is not read" },
-      { "nOFF\n2\n1 0 0\n1 2\n", "is an OFF file of places in 2 dimensions, which is not read" },
+        "is an OFF file of points in 3 dimensions with a weight each, which is not read" },
+      { "4off\n1 0 0\n1 2 3 1\n", "is an OFF file of points in 4 dimensions, which is not read" },
+      { "nOFF\n2\n1 0 0\n1 2\n", "is an OFF file of points in 2 dimensions, which is not read" },
     })
   {
     ExpectError(bytes, message, ErrorCode::Unsupported);

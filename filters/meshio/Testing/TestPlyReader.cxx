@@ -139,9 +139,9 @@ TEST(PlyReader, TellsBytesBehindTheEnd)
   {
     return std::vector<std::string>{ std::to_string(bytes) + what + "; the first: byte " +
                                      std::to_string(file.size() - bytes) +
-                                     ", behind the last face that the header counts" };
+                                     ", after the last face that the header counts" };
   };
-  const std::string unread = " bytes behind the end are not read";
+  const std::string unread = " bytes after the end are not read";
   const std::vector<std::string> none;
   const std::string more = WithFaces(1, "3 0 1 2\n3 1 2 3\n");
   EXPECT_EQ(told(more), behind(9, more, unread)); // with the end of the face's line
@@ -155,7 +155,7 @@ TEST(PlyReader, TellsBytesBehindTheEnd)
   const std::string twice = BinaryWithFace(list, face + face);
   EXPECT_EQ(told(twice), behind(4, twice, unread));
   const std::string padded = BinaryWithFace(list, face + std::string(100, '\0'));
-  EXPECT_EQ(told(padded), behind(100, padded, " zeros behind the end are padding"));
+  EXPECT_EQ(told(padded), behind(100, padded, " zeros after the end are padding"));
   // A cloud has an end, too.
   EXPECT_EQ(told(asciiVertices + "end_header\n" + fourPoints + "left over\n").size(), 1U);
   // What the header counts after the faces is no surprise.

@@ -121,7 +121,7 @@ TEST(Skipping, ReadersOfOtherPartsSeeThatFacesAreNoTriangles)
     Mesh mesh;
     const Result<std::size_t> read = (*reader)->ReadTriangles(mesh, 2 - skipped);
     ASSERT_FALSE(read);
-    EXPECT_NE(read.GetError().message.find("room for triangles alone"), std::string::npos)
+    EXPECT_NE(read.GetError().message.find("room only for triangles"), std::string::npos)
       << read.GetError().message;
   }
 }

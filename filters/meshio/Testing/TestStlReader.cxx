@@ -235,18 +235,18 @@ TEST(StlReader, ReadsWhatStandsBehindTheEnd)
     EXPECT_TRUE(SameBits(read.mesh.points, onePlace));
     return read.info.tolerance.Warnings();
   };
-  const std::string where = "; the first: byte 134, behind the 1 triangles that the header counts";
+  const std::string where = "; the first: byte 134, after the 1 triangles that the header counts";
   EXPECT_EQ(warnings(binary + "xy"),
-    (std::vector<std::string>{ "2 bytes behind the end are not read" + where }));
+    (std::vector<std::string>{ "2 bytes after the end are not read" + where }));
   EXPECT_EQ(warnings(binary + std::string(378, '\0')),
-    (std::vector<std::string>{ "378 zeros behind the end are padding" + where }));
+    (std::vector<std::string>{ "378 zeros after the end are padding" + where }));
   const std::vector<std::string> none;
   const std::string text = "solid a\n" + oneFacet + "endsolid a\n";
   EXPECT_EQ(warnings(text + "\x1A"), none);
   EXPECT_EQ(warnings(text + "\x1A\r\n"), none);
   EXPECT_EQ(warnings("\xEF\xBB\xBF" + text), none);
   EXPECT_EQ(warnings(text + std::string(7, '\0')),
-    (std::vector<std::string>{ "7 zeros behind the end are padding" }));
+    (std::vector<std::string>{ "7 zeros after the end are padding" }));
 }
 
 TEST(StlReader, NamesAttributeBytes)
@@ -269,7 +269,7 @@ TEST(StlReader, CountsThatAreTooSmallOrNotKnown)
     EXPECT_EQ(read.mesh.triangles.size(), 1U);
     EXPECT_EQ(read.info.tolerance.Warnings(),
       std::vector<std::string>{ "2" + two +
-                                "the first: byte 134, behind the 1 triangles that the "
+                                "the first: byte 134, after the 1 triangles that the "
                                 "header counts, which alone are read" });
   }
   for (const std::string& count : { std::string(4, '\0'), std::string(4, '\xFF') })

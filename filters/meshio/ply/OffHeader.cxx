@@ -232,7 +232,7 @@ Status OffText::ReadKind()
   return dimensions == 3 && !hasWeights
            ? Status()
            : Error{ ErrorCode::Unsupported,
-               "is an OFF file of places in " + std::to_string(dimensions) + " dimensions" +
+               "is an OFF file of points in " + std::to_string(dimensions) + " dimensions" +
                  (hasDimensions && hasWeights ? " with a weight each" : "") +
                  ", which is not read" };
 }

@@ -423,8 +423,8 @@ Status PlyReader::CheckTriangles(const FaceElement& faces) const
   }
   return BadInput("element '" + this->Header.elements[faces.element].name +
                     "': truncated, or a face of fewer than three vertices: " +
-                    "the file has room for triangles alone, and up to face " +
-                    std::to_string(this->FacesRead) + " there is another",
+                    "the file has room only for triangles, but one of the faces up to face " +
+                    std::to_string(this->FacesRead) + " is another polygon",
     Remedy::CopyAgain);
 }
 
@@ -577,7 +577,7 @@ Status PlyReader::LookBehindEnd()
     static_cast<std::uint64_t>(std::count(bytes->begin(), bytes->end(), '\0'));
   this->FileInfo.tolerance.Count(padded ? Lapse::PaddedEnd : Lapse::BytesBehindEnd,
     padded ? zeros : rest,
-    "byte " + std::to_string(this->Source.Position()) + ", behind the last " +
+    "byte " + std::to_string(this->Source.Position()) + ", after the last " +
       elements[this->CurrentElement].name + " that the header counts");
   return {};
 }

@@ -174,8 +174,8 @@ Status LevelSteps::BuildFinestBlock(
   return writer.Append(state, sums);
 }
 
-// In a mesh whose places differ, vertices in the same place differ by the sign of a zero: the block
-// then has a negative zero.
+// If welding has left one vertex in each place, two vertices can only coincide as 0.0 and -0.0: the
+// block then has a negative zero.
 LevelOptions LevelSteps::OptionsFor(const TreeBlock& block)
 {
   const bool negative =

@@ -658,7 +658,7 @@ TEST_F(Folder, AStoreThatIsCutOffInPlaceIsNotCalledServed)
   ASSERT_TRUE(this->catalog.Reload());
   ASSERT_EQ(this->reports.size(), 1u);
   EXPECT_NE(
-    this->reports[0].find("; clients are told that it is damaged until the store is complete"),
+    this->reports[0].find("; clients get the error that it is damaged until the store is complete"),
     std::string::npos)
     << this->reports[0];
   const auto status = this->catalog.Find("a")->CheckUnchanged();

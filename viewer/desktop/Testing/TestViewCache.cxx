@@ -107,7 +107,7 @@ TEST_F(TestViewCache, WhatWasSeenIsThereWithoutTheServer)
     at = this->Err.find(": error: ", at + 1);
   }
   EXPECT_EQ(lines, 2u) << this->Err;
-  EXPECT_NE(this->Err.find(" more such errors\n"), std::string::npos) << this->Err;
+  EXPECT_NE(this->Err.find(" more errors of this kind\n"), std::string::npos) << this->Err;
   // A folder that cannot be is no reason to show nothing, where there is a server.
   EXPECT_EQ(this->Run(url + " " + look + "d.png --cache s.json"), 1);
   EXPECT_NE(this->Err.find("warning: s.json: "), std::string::npos) << this->Err;

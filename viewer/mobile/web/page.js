@@ -4,34 +4,35 @@
 // shared.js lists its parts.
 //
 // What tests and pages around this one may rely on:
-// - #models holds one button [data-model="ID"] a model; #view is the canvas; #back leads back to the list; #status, #message say
-//   how it stands and what went wrong.
+// - #models holds one button [data-model="ID"] a model; #view is the canvas; #back leads back to the list; #status, #message show
+//   the state and errors.
 // - window.kdstream.status() returns
 //     mode          "no model", "browsing" (the list and a preview) or "full screen"
 //     model, title  of the selected model
-//     shownLevel, targetLevel, finestLevel; by the view the finest of what is shown and wanted
-//     original      by the view: whether some of it is the original; errorLeft: points that a budget leaves
-//                   levels of detail: shown, asked for by the zoom, there at all; null or missing before they are known
+//     shownLevel, targetLevel, finestLevel
+//                   levels of detail: shown, asked for by the zoom, the model's finest; by the view the finest that is shown and
+//                   wanted; null or missing before they are known
+//     original      by the view: whether a part is shown as the original; errorLeft: the error that a budget leaves, in points
 //     region        null, or { cell, rings, partitions, shown }: the region around the last double tap, and how many of
 //                   its partitions are shown as the original
 //     vertices, triangles
-//                   of the drawn surface; `surface` is its version, `colored` whether it came with colours
+//                   of the drawn surface; `surface` is its version, `colored` whether it has colours
 //     blobsLoaded, blobsWanted, bytesLoaded
-//                   since nothing was outstanding last
-//     waits         whether more of the viewer must come first (rest.js)
-//     idle          whether all that is wanted has come and is drawn, and nothing moves
-//     canUndo       whether there is a jump of the view to take back; turnsOn: the model turns, spinning: by itself
-//     measuring     whether taps measure; tool: in hand, 0 none, 1 measure, 2 section, 3 light, 4 second light
-//     depth         how much a section cuts away, 0-1, or null; lamp, secondLamp, relief: of raking light, where there is any
+//                   since the last moment when nothing was outstanding
+//     waits         whether more of the viewer must be loaded first (rest.js)
+//     idle          whether everything that is wanted has arrived and is drawn, and nothing moves
+//     canUndo       whether a jump of the view can be undone; turnsOn: the model still turns after a release; spinning: by itself
+//     measuring     whether taps measure; tool: the chosen one, 0 none, 1 measure, 2 section, 3 light, 4 second light
+//     depth         how much a section cuts away, 0-1, or null; lamp, secondLamp, relief: of raking light, if there is any
 //     error         what failed last, or ""
-//     connection    "connecting", "streaming", "lost" (is tried again) or "getting" (no stream: blob by blob)
-//     trouble       why nothing comes, or ""
+//     connection    "connecting", "streaming", "lost" (it is retried) or "getting" (no stream: one GET for each blob)
+//     trouble       why nothing arrives, or ""
 //     stale         what the list says of the selected model: "removed", "replaced" or ""
-//     gliding       whether new vertices are on the way to their places
-//     plain         whether hollows are still to become darker, once a slow device's view rests
-//     frames        pictures drawn so far; drawingError: why the last one could not be
-//     memory        { budget, heap, used, pieces, graphics } in bytes: of the WebAssembly, what of it is allocated, and of
-//                   that by decoded pieces; and of buffers and textures
+//     gliding       whether new vertices are morphing to their places
+//     plain         whether ambient occlusion is still missing, because a slow device draws it only when the view rests
+//     frames        pictures drawn so far; drawingError: why the last one could not be drawn
+//     memory        { budget, heap, used, pieces, graphics } in bytes: the WebAssembly's memory, the part that is
+//                   allocated, the part of that for decoded pieces; and buffers and textures
 
 import { Fingers } from "./fingers.js";
 import { Line, takeToken } from "./line.js";
