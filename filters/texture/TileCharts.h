@@ -82,7 +82,7 @@ struct TileCharts
 // 4. Charts of a material whose common box is not larger than their own boxes together share one
 //    box. gutter: texels around each box, included in its size.
 //
-//  O(n log n), but for the last step, which looks at no more than a few neighbours of each box.
+// O(n log n), but for the last step, which looks at no more than a few neighbours of each box.
 //  Deterministic. REQUIRES: corners and materials of each triangle, materials that are there.
 TileCharts FindTileCharts(const TexturedTriangles& textured, const TextureSet& textures,
   const TexelSource& source, std::int64_t gutter);
