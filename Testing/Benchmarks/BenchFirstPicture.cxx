@@ -74,7 +74,7 @@ public:
   }
 
 private:
-  // The preview alone, or what is shown once all has come.
+  // The time of the preview, or of the picture after everything has arrived.
   Cost Picture(bool settled) const
   {
     const path session = this->Folder / "first.jsonl";

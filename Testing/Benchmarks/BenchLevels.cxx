@@ -281,7 +281,7 @@ private:
     }
   }
 
-  // With sheets a cell has several vertices: so many fewer cells are asked for.
+  // With sheets a cell has several vertices; then fewer cells are asked for.
   ClusterLevel OctreeLevel(std::size_t mostVertices, const ClusterOptions& options) const
   {
     std::size_t wanted = mostVertices;

@@ -185,7 +185,7 @@ SpillFile Spill(SpillFolder& folder, const std::vector<Vec3>& points)
   return file;
 }
 
-// Runs on all threads and tells when the survey of the points ended: the paper's initialization.
+// Runs on all threads, and returns when the survey of the points ended: the paper's initialization.
 class TimedExecution
 {
 public:
@@ -378,7 +378,7 @@ void PrintHeaps(const NamedPoints& named, const Settings& settings)
 // --- in memory
 // ------------------------------------------------------------------------------------
 
-// The tree by std::nth_element alone: records, boxes and medians to depth L, no outputs.
+// Only the tree, by std::nth_element: records, boxes and medians to depth L, no outputs.
 class BareTree
 {
 public:

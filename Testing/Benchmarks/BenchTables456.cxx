@@ -117,7 +117,7 @@ double WheelTo(const ServedModel& model, const std::vector<double>& earlier, uns
   Fail(model.Description().id + ": no zoom asks for level " + std::to_string(level));
 }
 
-// The coarsest level, the preview or finer, with so many vertices.
+// The coarsest level, the preview or finer, that has at least this number of vertices.
 unsigned LevelOf(const ModelDescription& model, int vertices, unsigned atLeast)
 {
   for (std::size_t level = atLeast; level < model.levels.size(); ++level)

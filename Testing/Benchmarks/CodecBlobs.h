@@ -25,7 +25,7 @@ struct BlobFile
   std::vector<Blob> blobs;
 };
 
-// Reads or writes what is told, until something fails.
+// Reads or writes what it is given, until something fails.
 class BlobStream
 {
 public:

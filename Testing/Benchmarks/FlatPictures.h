@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pictures of painted surfaces without any light, so that they differ by paint and outline alone.
+// Pictures of textured surfaces without light, so that they differ only by colours and outline.
 #pragma once
 
 #include "filters/core/Attribute.h"

@@ -41,7 +41,7 @@ struct Look
   std::uint64_t triangles = 0, wasted = 0;
 };
 
-// What a view is compared with: the original, and the background alone.
+// What a view is compared with: the original, and the background without the model.
 struct Reference
 {
   WindowPicture original, background;
@@ -52,7 +52,7 @@ struct Reference
   }
 };
 
-// Selects the model and waits for its preview. line: that session's alone.
+// Selects the model and waits for its preview. line: used only by that session.
 void OpenPreview(ViewerSession& session, SimulatedLine& line, const std::string& model, Look& look);
 
 // Views until nothing more arrives, at `rate` bytes a second. Without a reference: draws only the

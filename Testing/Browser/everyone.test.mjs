@@ -262,7 +262,7 @@ test("in the browser's language, or the address's", async () => {
   assert.ok(!english.requests.some((url) => url.includes("/words/")), "English is there already");
   await english.close();
 
-  // A language that nobody has translated, one whose file does not come, and one that is none.
+  // A language without a translation, one whose file does not come, and an invalid code.
   for (const [query, block] of [["?lang=de", true], ["?lang=xx", false], ["?lang=../../evil", false]]) {
     const other = await Visit.phone(browser);
     if (block) {

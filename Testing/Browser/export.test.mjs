@@ -70,7 +70,7 @@ after(async () => {
   await server?.stop();
 });
 
-// Opens the first model, taps a region, and tells what is shown then.
+// Opens the first model, taps a region, and returns what is shown then.
 async function walk(url) {
   const visit = await Visit.phone(browser);
   await visit.open(url);

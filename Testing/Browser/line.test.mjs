@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The way to the server: it goes away and comes back; there is no stream; there are only files.
+// The line to the server: it fails and comes back; there is no stream; there are only files.
 
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";

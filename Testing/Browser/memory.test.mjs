@@ -184,7 +184,7 @@ async function linkToView() {
   return new URL(link).hash;
 }
 
-// As a browser does with a tab that nobody sees: it says so, and calls for no frame.
+// As a browser does with a hidden tab: it sends the event, and asks for no frame.
 async function hide(hidden) {
   await visit.page.evaluate(async (hides) => {
     Object.defineProperty(document, "hidden", { configurable: true, get: () => hides });

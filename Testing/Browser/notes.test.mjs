@@ -19,7 +19,7 @@ const notesOf = (...notes) => JSON.stringify({
   })),
 });
 
-// Until the list of models tells so many notes.
+// Until the list of models has this number of notes.
 const untilListed = (number, model = "pebble") => eventually(`${number} notes on ${model}`, async () => {
   const list = await (await fetch(`${server.url}/api/models.json`)).json();
   return list.models.find(({ id }) => id === model).notes ?? 0;

@@ -33,7 +33,7 @@ afterEach(async () => {
 const workerIsActive = () => eventually("the service worker", () => visit.page.evaluate(
   async () => (await navigator.serviceWorker.getRegistration())?.active?.state === "activated"));
 
-// The paths of the blobs that are kept, and the sum that is told of them beside the true one.
+// The paths of the blobs that are kept, and the reported sum of their bytes beside the true one.
 const stored = (page = visit.page) => page.evaluate(() => new Promise((resolve) => {
   const request = indexedDB.open("kdstream", 1);
   request.onupgradeneeded = () => request.transaction.abort(); // there is none, and making it is not our affair
@@ -105,7 +105,7 @@ test("what was seen opens without the server, and the rest says that it is not t
   await eventually("a mark in the list", marks, (count) => count >= 1);
   await visit.picture("offline-1-list");
 
-  // Full screen wants more than was seen; what is not there is no error.
+  // Full screen wants more than was seen; a missing blob is not an error.
   await visit.tap(await visit.centre());
   await visit.until("full screen", ({ mode, shownLevel }) => mode === "full screen" && shownLevel !== null);
   await visit.picture("offline-2-full-screen");

@@ -216,7 +216,7 @@ test("another version's second part is not taken", async () => {
   assert.notEqual(shownLevel, null);
 });
 
-// What nobody should need: a function of the second part is called before that has come.
+// Normally not needed: a function of the second part is called before that part has come.
 async function callEarly() {
   await visit.page.addInitScript(() => {
     const instantiate = WebAssembly.instantiate.bind(WebAssembly);

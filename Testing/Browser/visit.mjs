@@ -10,7 +10,7 @@ import { join } from "node:path";
 
 export const longest = 1000 * Number(process.env.KDSTREAM_LONGEST_WAIT ?? 180); // ms, of a single wait
 
-// What the environment tells: harness.mjs lists the names.
+// The environment's variables: harness.mjs lists the names.
 export function place(name) {
   const value = process.env[name];
   assert.ok(value, `${name} is not set: see Testing/Browser/harness.mjs`);
@@ -73,7 +73,7 @@ export class PageVisit {
     }), (status) => status.mode && condition(status));
   }
 
-  // Counts from now on the frames in whose status a member is true; gives what tells how many.
+  // Counts from now on the frames in whose status a member is true; returns a function for the count.
   async countFrames(member) {
     await this.page.evaluate((name) => {
       window.framesCounted = 0;

@@ -237,7 +237,7 @@ function walk(symbols, own, ghosts, count, stepCount) {
   return { vertices, triangles };
 }
 
-// "Positions", told by planes: the differences along x, y, z.
+// "Positions", predicted by planes: the differences along x, y, z.
 function offPlane(vertex, positions, told) {
   const [i, j, h] = vertex.gate.map((w) => positions[w]);
   const u = j.map((value, axis) => value - i[axis]), v = h.map((value, axis) => value - i[axis]);

@@ -143,7 +143,7 @@ RunningText CommentsOf(std::string_view path, std::string_view text)
 
 RunningText ProseOf(std::string text)
 {
-  // Where links lead is looked at elsewhere; addresses are none of ours.
+  // Where links lead is checked elsewhere; addresses of the web are not checked.
   BlankBetween(text, "](", ")");
   for (const std::string_view scheme : { "https:", "http:" })
   {

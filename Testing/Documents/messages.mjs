@@ -103,7 +103,7 @@ class Level {
     this.needsOperand = false;
   }
 
-  // A value that is no literal: {} once, however many tokens it has.
+  // A value that is not a literal: {} once, however many tokens it has.
   operand() {
     if (this.needsOperand) {
       this.text += "{}";

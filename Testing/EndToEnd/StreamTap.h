@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A tap in the line between a client and a server: passes everything on, counts the blobs that
-// arrive complete through streams, and can hold data back until told to pass them.
+// A tap in the line between a client and a server. It passes everything on, counts the blobs that
+// arrive complete through streams, and can hold data back until it is asked to pass them.
 #pragma once
 
 #include "filters/protocol/BinaryFrame.h"

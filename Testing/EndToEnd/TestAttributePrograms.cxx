@@ -226,7 +226,7 @@ TEST_F(AttributePrograms, AGridOfLargeCoordinatesIsAsFineAsItsBitsSay)
       }
       ASSERT_TRUE(found) << point[0] << " " << point[1] << " " << point[2];
     }
-    // Levels lie where the model does, but for what their coarser grid and their error allow.
+    // Levels lie where the model does, within their coarser grid and their error.
     const double off = longest / 1000;
     EXPECT_EQ(this->Extract({ "--level", "9" }, "out.ply"), "");
     for (const Vec3& point : this->Read("out.ply").points)

@@ -18,7 +18,7 @@ using namespace kdstream::fixtures;
 
 using Options = std::set<std::string>;
 
-// The words "--like-this" of a text, but for those of every program.
+// The words "--like-this" of a text, without those of every program.
 Options OptionsIn(const std::string& text)
 {
   Options options;

@@ -108,7 +108,7 @@ protected:
     this->WriteText("buffer.bin", buffer.Bytes);
   }
 
-  // Converts it; whatever comes of it must be told cleanly. Whether it was refused.
+  // Converts it; the outcome must be reported cleanly. Returns whether the file was refused.
   bool Refused(const std::string& file, const std::string& how)
   {
     std::filesystem::remove(this->Folder / "out.ply");

@@ -721,7 +721,7 @@ TEST_F(TestConvertGltf, WhatIsShownTooOftenIsRefusedBeforeItTakesMemory)
     outcome.err.find("its nodes show more than 4294967294 points or triangles"), std::string::npos)
     << outcome.err;
   EXPECT_LE(outcome.peakBytes, std::uint64_t{ 200 } << 20);
-  // Elements behind which there are no bytes.
+  // Elements for which there are no bytes.
   GltfBuffer zeros;
   zeros.AddJson("{\"componentType\":5126,\"type\":\"VEC3\",\"count\":1000000000}");
   this->ExpectGlbError(zeros.Glb(Scene("\"attributes\":{\"POSITION\":0}", "{\"mesh\":0}")),
@@ -815,7 +815,7 @@ TEST_F(TestConvertGltf, WhatMeshoptimizerCompressedIsRead)
   damaged.bytes[0] = 0;
   this->ExpectGlbError(glb(damaged, Corners(false)),
     "mesh 0, part 0: accessor 0 lies in a bufferView that is damaged");
-  // The same bytes plain, for those who cannot decompress.
+  // The same bytes, not compressed, for readers that cannot decompress.
   this->WriteText("plain.bin",
     std::string(reinterpret_cast<const char*>(cube.data()), cube.size() * sizeof(float)));
   fallback = "\"byteLength\":96,\"uri\":\"plain.bin\"";

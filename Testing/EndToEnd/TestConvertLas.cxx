@@ -201,7 +201,7 @@ TEST_F(TestConvertLas, PointsThatTheHeaderDoesNotCountAreRead)
         19U);
     }
   }
-  // Whole records of something else, which the header's own box tells apart.
+  // Whole records of something else, which only the header's box shows.
   std::string las = MakeLas(2);
   las.resize(las.size() - 11);
   for (std::size_t k = 0; k < 3; ++k)

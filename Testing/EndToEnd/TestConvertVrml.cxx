@@ -280,7 +280,8 @@ TEST_F(TestConvertVrml, ProtosAreWhatTheyStandFor)
   EXPECT_NEAR(VolumeOf(read), 1 + 8, 1e-5);
 }
 
-// Those after it take the later one; in a PROTO's body one that is defined there alone.
+// Nodes after a second PROTO of one name use that one; in a PROTO's body, one that is defined only
+// there.
 TEST_F(TestConvertVrml, TheLaterOfTwoProtosCounts)
 {
   const auto box = [](const std::string& size)
@@ -980,7 +981,8 @@ TEST_F(TestConvertVrml, CoarseFloatsAreSaid)
   this->WriteText("far.wrl", scene("0 4000000.4565 0, 10 4000000 0, 0 4000010 0"));
   this->Converted("far.wrl", "kdstream-convert: warning: far.wrl: " +
                                std::string("coordinates are read as floats: ") + text + "\n");
-  // A millionth of the longest side: floats are 0.25 apart here too, or there is nothing to tell.
+  // A millionth of the longest side: floats are 0.25 apart here too, or the test would show
+  // nothing.
   this->WriteText("wide.wrl", scene("0 -4000000 0, 10 0 0, 0 4000010 0"));
   this->Converted("wide.wrl");
   this->WriteText("near.wrl", scene("0 0 0, 1 0 0, 0 1 0"));

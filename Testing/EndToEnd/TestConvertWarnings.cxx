@@ -160,7 +160,7 @@ TEST_F(TestConvertWarnings, ColumnsOfXyzAreTakenForWhatTheyAre)
     "column4 column5 column6 r g b\" too (--columns decides)");
   EXPECT_EQ(ValuesOf(behindColors, "RGB"), (std::vector<double>{ 255, 0, 7 }));
   EXPECT_EQ(ValuesOf(behindColors, "column7"), (std::vector{ 30.0 }));
-  // A scan has no normal at some points; black is no normal.
+  // A scan has no normal at some points; black is not a normal.
   EXPECT_EQ(ValuesOf(read("0 0 0 0 0.6 0.8\n1 0 0 0 0 0\n"), "Normals"),
     (std::vector<double>{ 0, double(0.6F), double(0.8F), 0, 0, 0 }));
   EXPECT_EQ(ValuesOf(read("0 0 0 0 0 0\n"), "RGB"), (std::vector<double>{ 0, 0, 0 }));

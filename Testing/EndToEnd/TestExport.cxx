@@ -106,7 +106,7 @@ TEST_F(TestExport, ModelsAreAddedAndReplaced)
   ASSERT_EQ(this->Export({ "ring.kds", "www" }).exitCode, 0);
   ASSERT_EQ(this->List().size(), 2u);
   EXPECT_NE(this->List()[1].digest, before);
-  // Whoever looks at the old one goes on.
+  // A reader of the old file can go on.
   EXPECT_TRUE(fs::exists(this->Folder / "www/api/models/ring" / before));
 }
 

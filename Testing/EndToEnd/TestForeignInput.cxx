@@ -139,7 +139,7 @@ TEST_F(TestForeignInput, WithoutKdstreamConvert)
   };
   this->WriteText("in.xyz", "0 0 0\n");
   expect({ "in.xyz", "-o", "m.kds" }, "in.xyz: reading this format needs ");
-  // Of a format that it reads itself, that is no reason.
+  // A file of a format that it reads itself is not refused for that.
   Mesh mesh = Torus(40, 20);
   ASSERT_TRUE(WriteMesh(this->Folder / "mesh.ply", mesh));
   mesh.triangles.clear();
@@ -315,7 +315,7 @@ TEST_F(TestForeignInput, ReconstructedCloudsAreSurfaces)
     "kdstream-build: error: line.xyz: all points lie on one line: there is no surface\n");
 }
 
-// PCL tells nothing while it makes the surface: no fraction may stand still meanwhile.
+// PCL reports nothing while it makes the surface; the fraction must not stand still meanwhile.
 TEST_F(TestForeignInput, ReconstructionTellsAFractionOfTheNormalsAlone)
 {
   Mesh cloud = DisplacedSphere(4);

@@ -59,7 +59,7 @@ protected:
       EXPECT_EQ(line.rfind(begin, 0), 0U) << line;
       warnings.push_back(line.substr(std::min(begin.size(), line.size())));
     }
-    // --strict refuses the same, and allows what is only told.
+    // --strict refuses the same, and allows what is only reported.
     all.push_back("--strict");
     const Outcome strict = this->Build(all);
     EXPECT_EQ(strict.exitCode, forgiven.empty() ? 0 : 1) << strict.err;
@@ -163,7 +163,7 @@ TEST_F(TestTolerance, PointsThatAreNotFiniteGoWithTheirFaces)
     }
     ASSERT_NEAR(sum[0], expected[0], 1e-3) << i; // the text has six digits
   }
-  // The same store out of core, and the last line tells.
+  // The same store out of core; the last line says so.
   const std::string inMemory = ReadWhole(this->Folder / "m.kds");
   const Outcome external =
     this->Build({ "nan.ply", "-o", "m.kds", "--precision", "lossless", "--memory", "64M" });
@@ -504,7 +504,7 @@ TEST_F(TestTolerance, TheFirstColumnOfPointsMayBeANumberOrATime)
   EXPECT_NE(this->Built("in.xyz", { { "columns_guessed", 1 } })[0].find("they could be"),
     std::string::npos);
   EXPECT_EQ(this->Convert("in.xyz", { "--strict", "--columns", "x y z i" }).err, "");
-  // Colours tell that x y z are before them; and rasters go along x slowly.
+  // Colours show that x y z are before them; and rasters go slowly along x.
   for (const std::string& text : { lines([](int i) { return i; }, "").insert(0, "x y z i\n"),
          lines([](int i) { return i / 10; }, "") })
   {
@@ -656,7 +656,7 @@ TEST_F(TestTolerance, VrmlOfOtherPrograms)
   }
 }
 
-// VTK knows none of these; attributes that are no numbers stay so.
+// VTK knows none of these; attributes that are not numbers stay so.
 TEST_F(TestTolerance, TextsOfVtkAreTexts)
 {
   const std::string text = "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 4 "

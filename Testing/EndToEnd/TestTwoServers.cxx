@@ -37,7 +37,7 @@ std::string Replaced(
   return text;
 }
 
-// nginx before two servers, as the example has it but for paths and ports.
+// nginx before two servers, as in the example except for paths and ports.
 class Proxy
 {
 public:
@@ -60,7 +60,7 @@ public:
   const std::uint16_t Port;
 
 private:
-  // nginx cannot tell which port it was given.
+  // nginx cannot report which port it was given.
   static std::uint16_t FreePort()
   {
     boost::asio::io_context context;

@@ -169,7 +169,7 @@ void Put(const void* data, std::size_t bytes)
   }
 }
 
-// A path as it is written down: absolute, as far as the folder it is in can be told.
+// An absolute path, if the folder that it is relative to can be found out.
 struct Whole
 {
   char text[2 * PATH_MAX] = {};

@@ -74,7 +74,7 @@ struct Faults
   static constexpr const char* hangingWord = "hangs";
   std::atomic<int> hanging{ 0 };
   std::atomic<std::uint64_t> leastBytes{ 0 }; // of the allocations that fail
-  // The system's time is so many seconds ahead of what it is.
+  // The process sees a system time that is this number of seconds ahead.
   std::atomic<std::int64_t> ahead{ 0 };
 
   // How often any of them has struck.

@@ -23,7 +23,7 @@ struct NamedMesh
 Mesh DisplacedSphere(unsigned subdivisions, const Vec3& centre = {}, double radius = 1);
 // Closed.
 Mesh Torus(unsigned around, unsigned through);
-// A sphere inside a sphere: two closed surfaces that clustering by cells alone would tie together.
+// A sphere inside a sphere: two closed surfaces that clustering only by cells would join.
 Mesh NestedSpheres(unsigned subdivisions);
 // A closed plate, `side` × `side` quads above and below, a thousandth as thick as wide.
 Mesh ThinPlate(unsigned side);

@@ -18,7 +18,7 @@ export function readMesh(file) {
   return readers[extname(file).toLowerCase()](bytes, (name) => readFileSync(join(dirname(file), name)));
 }
 
-// Byte order marks, UTF-16 and what stands after the end of a text are no text.
+// Byte order marks, UTF-16 and bytes after the end of a text do not count as text.
 export function textOf(bytes) {
   let text = bytes[0] === 0xff && bytes[1] === 0xfe ? bytes.toString("utf16le")
     : bytes[0] === 0xfe && bytes[1] === 0xff ? Buffer.from(bytes).swap16().toString("utf16le") : bytes.toString("utf8");
@@ -65,7 +65,7 @@ function readPly(bytes) {
     at += size;
     return Number(bytes[`read${name}${order}`](at - size));
   };
-  // Where there is a line for each record, what it holds beyond the header's properties is no value.
+  // Where each record has a line, tokens beyond the header's properties do not count as values.
   const byLine = lines.length === header.filter(([word]) => word === "element").reduce((sum, [, , count]) => sum + Number(count), 0);
   let lineNumber = 0, lineEnd = 0;
   const points = [], faces = [], colors = [];
@@ -134,7 +134,7 @@ function readOff(bytes) {
     faces: numbers.slice(counts[0], counts[0] + counts[1]).map((row) => row.slice(1, 1 + row[0])) };
 }
 
-// Text of version 3, meshes of polygons alone.
+// Text of version 3, only meshes of polygons.
 function readVtk(bytes) {
   const numbersOf = (part) => new RegExp(`${part} \\d+ \\w+\\s([-+.\\deE\\s]*)`).exec(textOf(bytes))?.[1].trim().split(/\s+/).map(Number) ?? [];
   const triples = (list) => Array.from({ length: list.length / 3 }, (_, i) => list.slice(3 * i, 3 * i + 3));

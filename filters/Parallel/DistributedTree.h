@@ -18,7 +18,7 @@
 namespace kdstream
 {
 
-// The depth at which nodes are distributed: 2^depth >= ranks, with so many nodes that no rank has
+// The depth at which nodes are distributed: 2^depth >= ranks, with enough nodes that no rank has
 // much more than another; at most P.
 unsigned DepthOfGroup(std::size_t ranks, const TreeDepths& depths);
 

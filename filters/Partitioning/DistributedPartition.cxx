@@ -433,7 +433,7 @@ private:
     Box all = BoxOfPoints(this->Points);
     KDSTREAM_TRY(this->Ranks.JoinBoxes(std::span(&all, 1)));
     const std::vector<std::pair<std::int64_t, VertexId>> sorted = this->PointsById(ids);
-    // First checks what this rank alone has: otherwise all points of one id, however many, could be
+    // First checks what only this rank has: otherwise all points of one id, however many, could be
     // sent to one rank.
     Result<bool> believed = this->Ranks.AllHave(this->AreOfPoints(sorted, 5 * MostApart(all)));
     if (!believed || !*believed)

@@ -21,7 +21,7 @@ namespace kdstream
 struct ArrayFacts
 {
   std::optional<vtkIdType> points, cells; // tuples
-  // The least and the greatest value of an array; none: nobody's is known.
+  // The least and the greatest value of an array; none: no value is known.
   std::function<std::optional<std::pair<double, double>>(const AttributeInfo&)> rangeOf;
 };
 

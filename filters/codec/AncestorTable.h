@@ -107,7 +107,7 @@ private:
   std::vector<std::uint32_t> FinerBegin, FinerNear; // kept, so that each level takes no memory anew
 };
 
-// The entries of one level in groups of siblings, as far as edges tell, one entry after the other.
+// The entries of one level in groups of siblings, as far as edges show them, one after the other.
 class SiblingGroups
 {
 public:

@@ -216,7 +216,7 @@ SoType TypeOfCoin(const std::string& type, bool isFirst)
 
 bool IsNodeOfCoin(const std::string& type, bool isFirst)
 {
-  // "File" names one that is not opened; "Shape" is no more than a kind of nodes in VRML 1.
+  // "File" names a file that is not opened; "Shape" is only a kind of nodes in VRML 1.
   const SoType made = TypeOfCoin(type, isFirst);
   return !type.starts_with("Nurbs") && type != "File" &&
          made.isDerivedFrom(SoNode::getClassTypeId()) && made.canCreateInstance();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The seam between algorithms and whoever runs them: threads, progress, cancelling.
+// The interface between algorithms and their callers: threads, progress, cancelling.
 //
 // Core uses no thread library. VTK modules fill in vtkSMPTools, programs TBB; the default runs
 // serially and reports nothing. Every algorithm that takes an Execution gives the same bits with

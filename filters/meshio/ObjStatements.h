@@ -120,7 +120,7 @@ struct ObjPlace
 Status ParseObjPlace(
   std::string_view text, bool asFloats, ObjPlace& place, std::size_t colorsAt = 3);
 
-// "u [v …]"; a number that is too large becomes NaN, which is no place in a picture.
+// "u [v …]"; a number that is too large becomes NaN, which is not a place in a picture.
 Status ParseObjTextureCoordinate(std::string_view text, std::array<float, 2>& values);
 // "x y z", and at most one number more, which is not read.
 Status ParseObjNormal(std::string_view text, std::array<float, 3>& values);

@@ -96,7 +96,7 @@ public:
     in[this->Rank()] = lists[this->Rank()];
     return in;
   }
-  // The same of lists that nobody needs any more.
+  // The same for lists that are not needed any more.
   template <class T>
   Result<RankLists<T>> Exchange(RankLists<T>&& lists)
   {

@@ -27,7 +27,7 @@ constexpr const char* examples =
 
 constexpr std::int64_t longest = std::int64_t{ 3660 } * 86400; // ten years
 
-// "90s", "30m", "12h", "7d" or "4w" in seconds, at most `longest`; 0 where it is none of these.
+// "90s", "30m", "12h", "7d" or "4w" in seconds, at most `longest`; 0 for other texts.
 std::int64_t SecondsIn(const std::string& text)
 {
   std::int64_t count = 0;

@@ -317,7 +317,7 @@ public:
   }
 
 private:
-  // null where nobody asks what becomes of partitions.
+  // null if nobody asks for the log of partitions.
   std::shared_ptr<const PartitionLedger> MakeLedger()
   {
     if (!this->Options.quotas && !this->Options.onPartition)

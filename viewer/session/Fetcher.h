@@ -57,7 +57,7 @@ public:
   // As ViewerSession::BlobArrived.
   Answer BlobArrived(std::uint32_t request, const protocol::BlobId& blob,
     std::span<const std::uint8_t> bytes, double transmissionSeconds, bool fromCache);
-  // False where nobody has waited for it.
+  // False if nobody has waited for it.
   bool BlobFailed(std::uint32_t request, const protocol::BlobId& blob, const std::string& message);
   bool RequestFailed(std::uint32_t request, const std::string& message);
 

@@ -261,11 +261,11 @@ protected:
    */
   virtual std::string ModelName() const = 0;
   /**
-   * Whether the boxes of all partitions are read, and told.
+   * Whether the boxes of all partitions are read and reported.
    */
   virtual bool WantsBoxes() const = 0;
   /**
-   * Whether all of the original is read for what is told of it.
+   * Whether all of the original is read for its description.
    */
   virtual bool WantsFacts() const { return false; }
 

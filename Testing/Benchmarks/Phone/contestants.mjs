@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Who is measured: how each is opened, and when it is settled. The measuring itself, alike for all.
+// Who is measured: how each is opened, and when it has settled. All are measured alike.
 
 import { readFileSync } from "node:fs";
 import { Visit, launchBrowser } from "../../Browser/harness.mjs";

@@ -67,7 +67,7 @@ export class Line {
   }
 }
 
-// Does what it is told at its times, in the order in which it was told; at once where the time has come.
+// Runs each task at its time, in the order in which they were added; at once if the time has come.
 class Schedule {
   #actions = []; // { time, act }
   #timer = null;

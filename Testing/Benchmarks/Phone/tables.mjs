@@ -14,7 +14,7 @@ const inMegabytes = (bytes) => (bytes / 1e6).toFixed(bytes < 1e7 ? 2 : 1);
 const inMilliseconds = (ms) => ms.toFixed(ms < 10 ? 1 : 0);
 const inThousands = (count) => Math.round(count / 1000).toLocaleString("en");
 
-// What is told of a cell: { key, title, text(value) }. A key that a contestant lacks is a gap.
+// The values of a cell: { key, title, text(value) }. A key that a contestant lacks is a gap.
 const columns = [
   { key: "first", title: "first picture, ms", text: inMilliseconds },
   { key: "settled", title: "settled, ms", text: inMilliseconds },

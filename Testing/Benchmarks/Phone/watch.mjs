@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is measured within a page, the same for whoever draws in it. These functions run there, so each is whole by itself.
+// What is measured within a page, the same for all contestants. These functions run in the page, so none may use anything outside
+// itself.
 
 // Runs before the page's own scripts. window.watched: { first: ms until the first frame with a model was drawn; drawn: triangles
 // of the last frame's calls; memories: of WebAssembly }.

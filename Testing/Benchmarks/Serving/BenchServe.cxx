@@ -250,7 +250,7 @@ private:
     return at == metrics.npos ? 0 : std::atof(metrics.c_str() + at + name.size());
   }
 
-  // More clients than descriptors: those who get no place come again and again.
+  // More clients than descriptors: those that get no slot connect again and again.
   void Crush(Crowd& crowd)
   {
     crowd.Arrive();

@@ -206,7 +206,7 @@ private:
         }));
   }
 
-  // told: by an answer, else the connection was closed.
+  // told: by an answer; otherwise the connection was closed.
   void Refused(bool told)
   {
     const auto& answer = this->Current->answer;
@@ -226,7 +226,8 @@ private:
     this->Read();
   }
 
-  // Comes again, as viewers do: 1 to 3 times as late as it was told, or half a second.
+  // Connects again, as viewers do: after 1 to 3 times the delay that the server named, or half a
+  // second.
   void TurnedAway(double retryAfter)
   {
     ++this->Tally.refused;

@@ -34,10 +34,11 @@ public:
   SessionRequest Preview() const;
   // Four to eight pieces side by side and one that is finer, as a view near the surface wants them.
   SessionRequest Zoom();
-  // The region around a partition, but for what it has of the last one; a Zoom where it has all.
+  // The region around a partition, without the partitions of the last region; a Zoom if all are
+  // there.
   SessionRequest Tap();
   SessionRequest LookAround(); // pages of the tree
-  // The finest level, or so many partitions.
+  // The finest level, or this number of partitions.
   SessionRequest FinestLevel() const;
   SessionRequest Partitions(std::uint64_t count) const;
 

@@ -22,7 +22,7 @@ public:
   // descriptors: its limit; without a number the same as this process's.
   ServerProcess(const std::vector<std::string>& command, const std::filesystem::path& log,
     std::optional<rlim_t> descriptors = {});
-  // Tells it to end, and waits.
+  // Signals it to end, and waits.
   ~ServerProcess();
   ServerProcess(const ServerProcess&) = delete;
   ServerProcess& operator=(const ServerProcess&) = delete;
@@ -34,7 +34,7 @@ public:
   double ProcessorSeconds() const;  // so far, with those of its children
   std::size_t Descriptors() const;  // that are open
   bool IsAlive() const;
-  // Tells it to end, and waits. Whether it did so without an error.
+  // Signals it to end, and waits. Returns whether it ended without an error.
   bool End();
 
 private:

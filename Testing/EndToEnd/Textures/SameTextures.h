@@ -20,7 +20,7 @@ namespace kdstream::fixtures
 using TexturedCorner = std::pair<Vec3, std::uint64_t>;
 using TexturedTriangle = std::array<TexturedCorner, 3>;
 
-// What is no number has no bits of its own.
+// NaN has no bits of its own.
 inline std::uint64_t BitsOf(const PictureCoordinate& corner)
 {
   return std::isfinite(corner[0]) && std::isfinite(corner[1]) ? BitCast<std::uint64_t>(corner) : 0;

@@ -118,7 +118,7 @@ protected:
         "{\"source\":0,\"sampler\":1}]"));
   }
 
-  // What the tests and `extract` write. Corners of which one is no number have none.
+  // What the tests and `extract` write. Corners with a NaN have none.
   TexturedMesh ReadGlb(const std::string& name)
   {
     const std::string bytes = ReadWhole(this->Folder / name);

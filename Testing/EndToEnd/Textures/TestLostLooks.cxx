@@ -136,7 +136,7 @@ TEST_F(TestLostLooks, ValuesOfAGltfAreNamed)
     "the transparency of the material 3 is not carried\n");
 }
 
-// Metalness that is not told would be 1, which nobody means; an emissive picture is named itself.
+// Metalness that is not given would be 1, which nobody means; an emissive picture is named itself.
 TEST_F(TestLostLooks, UsualValuesOfAGltfAreNot)
 {
   EXPECT_EQ(this->WarningsOfGltf({ Pbr(""), Pbr(",\"metallicFactor\":0,\"roughnessFactor\":0.5"),

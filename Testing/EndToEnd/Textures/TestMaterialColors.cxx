@@ -62,7 +62,8 @@ TEST_F(TestMaterialColors, ColoursOfMaterialsBecomeThoseOfVertices)
   EXPECT_EQ(found[(Vec3{ 1, 1, 0 })], (std::array<double, 3>{ 0, 0, 255 }));
   EXPECT_EQ(found[(Vec3{ 1, 0, 0 })], (std::array<double, 3>{ mean, 0, mean }));
   EXPECT_EQ(found[(Vec3{ 5, 6, 5 })], (std::array<double, 3>{ 255, 0, 0 }));
-  // One that is no grey, two greys; one grey, one that no face has, vertices with colours.
+  // Kept: one colour that is not grey; two greys. Not kept: one grey; a colour that no face has.
+  // Then vertices with colours.
   EXPECT_EQ(colors("newmtl a\nKd 1 0 0\nnewmtl b\nKd 1 0 0\n", "", {}, "").size(), 7U);
   EXPECT_EQ(colors("newmtl a\nKd 0.5 0.5 0.5\nnewmtl b\nKd 1 1 1\n", "", {}, "").size(), 7U);
   EXPECT_TRUE(colors("newmtl a\nKd 0.8 0.8 0.8\nnewmtl b\nKd 0.8\n", "", {}, left).empty());

@@ -170,7 +170,7 @@ TEST_F(TestTextures, HostileMaterialsAreBounded)
 {
   this->WritePicture("a.png", Row({ red, blue }), PictureType::Png);
   this->WriteText("m.mtl", "newmtl a\nmap_Kd a.png\n");
-  // A library that names itself is no library; the mesh as its own materials neither.
+  // A library that names itself is not one; nor is the mesh its own library of materials.
   std::string names;
   for (int i = 0; i < 300; ++i)
   {

@@ -24,7 +24,8 @@ inline void SetUpRanks()
   ::setenv("OMPI_MCA_rmaps_base_oversubscribe", "1", 1);
   ::setenv("OMPI_MCA_mpi_yield_when_idle", "1", 1);
   ::setenv("OMPI_MCA_hwloc_base_binding_policy", "none", 1);
-  // Open MPI waits so many seconds after a rank with an exit code. All have cleaned up by then.
+  // Open MPI waits this number of seconds after a rank with an exit code. All have cleaned up by
+  // then.
   ::setenv("OMPI_MCA_odls_base_sigkill_timeout", "0", 1);
   ::setenv("MPIEXEC_TIMEOUT", "300", 1); // s: a job that hangs fails its test
 }

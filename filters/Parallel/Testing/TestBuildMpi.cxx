@@ -99,7 +99,8 @@ TEST(BuildMpi, OptionsAndRanks)
   CheckSame(mesh, { 2 }, { "--precision", "8" }); // warns that vertices fall together
 }
 
-// The rank that reads the end of the file sees what is after the last face, the first one tells.
+// One rank reads the end of the file and sees what is after the last face; the first rank reports
+// it.
 TEST(BuildMpi, TellsWhatItIgnores)
 {
   const TemporaryFolder folder;
@@ -309,7 +310,7 @@ TEST(BuildMpi, AHubThatNoMemoryHoldsIsNamed)
   CheckMemoryOfRanks(folder, 3, 69, {});
 }
 
-// When vertices are welded, or before anything is read where the header tells it.
+// When vertices are welded; or before anything is read, if the header shows it.
 TEST(BuildMpi, PartitionsThatNoMemoryHoldsAreRefused)
 {
   const TemporaryFolder folder;
@@ -338,7 +339,7 @@ namespace
 void CheckInterrupted(bool oneRank, bool whileItWrites)
 {
   const TemporaryFolder folder;
-  // mpirun tells the ranks a second later: they are to be at work then.
+  // mpirun signals the ranks a second later: they must be at work then.
   ASSERT_TRUE(WriteMesh(folder / "mesh.ply", GridPlate(oneRank || whileItWrites ? 350 : 700)));
   const std::vector<std::string> command = Ranks(
     2, { buildMpi, "mesh.ply", "-o", "out.kds", "--quiet", "--threads", "1", "--memory", "64M" });

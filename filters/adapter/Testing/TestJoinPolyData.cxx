@@ -173,7 +173,7 @@ TEST(JoinPolyData, PointsOfDroppedCellsGoWherePointsAreNotMarked)
   EXPECT_EQ(joined.mesh->GetNumberOfPoints(), 3);
 }
 
-// Two points in one place, told apart by an array, and a copy of each.
+// Two points in one place, which differ in an array, and a copy of each.
 TEST(JoinPolyData, CopiesGoToThePointWithTheSameValues)
 {
   const auto part = [](bool isCopy)

@@ -40,7 +40,7 @@ TEST(PolyDataMesh, ElementsOfAllKindsInTheOrderOfCells)
   EXPECT_EQ(elements->Triangles()[0], (Triangle{ 0, 1, 8 }));
 }
 
-// Whoever waits for a large mesh can stop it after every 2^18 points or triangles.
+// A large mesh can be cancelled after every 2^18 points or triangles.
 TEST(PolyDataMesh, FillingStopsBetweenItsSteps)
 {
   Mesh mesh;
@@ -218,7 +218,7 @@ TEST(PolyDataMesh, OffsetsThatAreNoOffsetsInEachKindOfCell)
   }
 }
 
-// VTK says that the last offset is the length of the list; a longer one harms nobody.
+// VTK says that the last offset is the length of the list; a longer list does no harm.
 TEST(PolyDataMesh, CornersThatNoCellHas)
 {
   const PolyData mesh = MakePoints({ { 0, 0, 0 }, { 1, 0, 0 }, { 0, 1, 0 } });

@@ -61,7 +61,7 @@ public:
   {
   }
 
-  // Does one to three things to the folder; what, for whoever reads of a failure.
+  // Damages the folder in one to three ways; returns which, for the message of a failure.
   std::string Do(KeptFolder& folder)
   {
     std::string done;

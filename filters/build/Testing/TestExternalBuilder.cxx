@@ -219,7 +219,7 @@ TEST_F(ExternalBuilderTest, SaysWhatIsWrong)
   this->ExpectNothingLeft();
 }
 
-// In a process of its own, since the limit stays: files of at most so many bytes.
+// In a process of its own, since the limit stays: files of at most this size.
 TEST_F(ExternalBuilderTest, AFullDiskIsAnErrorThatSaysWhatWasNeeded)
 {
   this->Write(Shuffled(Torus(96, 48), 2));

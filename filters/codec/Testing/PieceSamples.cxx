@@ -280,7 +280,7 @@ int main(int argc, char** argv)
       file << Sample(piece, { depths, CoordinateGrid::Exact(mesh.scalarType), { 5 } });
     }
   }
-  // Smooth enough that positions are told by planes, and of several levels below S.
+  // Smooth enough that planes predict positions, and of several levels below S.
   const Mesh smooth = DisplacedSphere(5);
   const auto model = MakeModel(smooth, { 600, {}, 8 }, {}, {}, 5);
   Box box;

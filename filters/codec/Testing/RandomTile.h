@@ -13,7 +13,7 @@
 namespace kdstream::fixtures
 {
 
-// A grid of so many by so many squares, each of two triangles, some corners turned.
+// A grid of squares, each of two triangles, some corners turned.
 inline std::vector<Triangle> TileGrid(std::uint32_t side)
 {
   std::vector<Triangle> triangles;

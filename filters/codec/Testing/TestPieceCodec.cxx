@@ -530,7 +530,7 @@ TEST(PieceCodec, MoreThan65536VerticesComeBack)
   EXPECT_LT(allocated, 2048 * blob.size()) << "the blob is padded to bound the reader's memory";
 }
 
-// Up to so many a triangle's corners are sorted as one number; of one more they are not.
+// Up to this number a triangle's corners are sorted as one number; from the next on they are not.
 TEST(PieceCodec, PiecesAboutTheMostVerticesThatFitPackedTrianglesComeBack)
 {
   constexpr std::uint32_t most = 1U << PackedTriangles::bits;

@@ -71,7 +71,7 @@ double NumberAt(const std::uint8_t* place, GltfComponent type)
 }
 
 // Where the `count` elements of `size` bytes are that an object (an accessor, or a part of a sparse
-// one) has in its bufferView. told: the count as it is written.
+// one) has in its bufferView. told: the count as written in the file.
 struct Elements
 {
   GltfBytes bytes; // from the first

@@ -198,7 +198,8 @@ VertexTreeLevel PartOfLevel(const Whole& whole, std::size_t d, unsigned depth, s
   return OrderLevel(std::move(part), firstAtHand, {}).level;
 }
 
-// Cuts one block of a resolution, all its pieces at once and each alone, and adds up the counts.
+// Cuts one block of a resolution, all its pieces at once and each separately, and adds up the
+// counts.
 struct BlockCheck
 {
   const std::vector<Piece>& expected; // of the whole

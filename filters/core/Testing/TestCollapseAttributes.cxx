@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What colours, normals and values that are no numbers do to levels by edge collapse.
+// How levels by edge collapse change with colours, normals and NaN values.
 #include "filters/core/Light.h"
 #include "filters/core/Testing/BuiltLevels.h"
 #include "filters/core/VectorMath.h"
@@ -93,7 +93,7 @@ TEST(CollapseLevels, ColoursKeepTheirEdges)
   ClusterLevels painted = BuildAllLevels(board).levels, means = BuildAllLevels(plain).levels;
   AddLevelAttributes(board, painted);
   AddLevelAttributes(board, means);
-  // 64 fields have four corners each: from 256 vertices on all of it can be told.
+  // 64 fields have four corners each: from 256 vertices on all corners can be kept.
   for (const unsigned d : { 8U, 9U, 10U })
   {
     const double error = PictureError(painted.levels[d]);

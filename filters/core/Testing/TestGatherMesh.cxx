@@ -154,7 +154,7 @@ TEST(GatherMesh, GatheredTrianglesLieByLowestPartition)
     }));
 }
 
-// Triangles or vertices alone are enough; a small mesh, or one in order, is left as it is.
+// Only triangles or only vertices are enough; a small mesh, or one in order, is left as it is.
 TEST(GatherMesh, SeesWhatIsScattered)
 {
   constexpr VertexId vertices = 20000;

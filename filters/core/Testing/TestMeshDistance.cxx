@@ -117,7 +117,7 @@ TEST(MeshDistance, IsThatOfBruteForce)
 
 TEST(MeshDistance, LooksAtBothWays)
 {
-  // A second sphere far away in the other mesh alone.
+  // A second sphere, far away, only in the other mesh.
   const Mesh sphere = DisplacedSphere(3);
   Mesh both = sphere;
   const Mesh second = Moved(sphere, { 10, 0, 0 });

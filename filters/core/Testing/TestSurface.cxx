@@ -231,7 +231,7 @@ Cut RandomCut(std::mt19937& random, const Model& model)
   }
 }
 
-// Whether an edge is used by one triangle alone, as BoundaryEdges says, but quickly.
+// Whether an edge is used by only one triangle, as BoundaryEdges says, but quickly.
 bool HasBoundary(const std::vector<Triangle>& triangles)
 {
   std::vector<std::uint64_t> edges;
@@ -375,7 +375,7 @@ TEST(MakeClosure, ShowsWhatIsWantedAndNothingLessWould)
 
 TEST(DrawSurface, OfPiecesThatLieIsSomethingOrAnError)
 {
-  // Each piece alone is one that a builder could have written; together they contradict each other.
+  // Each single piece could have been written by a builder; together they contradict each other.
   const auto model = MakeModel(Torus(60, 30), { 40, {}, 8 }, {}, {}, 2);
   const TreeDepths& depths = model->tree.depths;
   std::mt19937 random(13);

@@ -197,7 +197,7 @@ TEST(SurfaceParts, TellWhatShowedTheirPointsBefore)
             }
             else if (node)
             {
-              // What a base showed that is gone may not be told of by what is there now.
+              // No parent is found only for points whose base is gone.
               ASSERT_NE(BaseOf(walk.Now()), BaseOf(cutBefore)) << "point " << k << " of part " << i;
               ++missed;
             }

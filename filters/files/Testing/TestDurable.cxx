@@ -77,7 +77,7 @@ TEST_F(DurableFile, WaitsForItsBytesThenForItsName)
   EXPECT_EQ(calls, "");
 }
 
-// A disk that fails is told of, and where the file is then.
+// A failing disk is reported, with the place of the file after the failure.
 TEST_F(DurableFile, SaysWhereItIsWhenTheFolderFails)
 {
   const TemporaryFolder folder;

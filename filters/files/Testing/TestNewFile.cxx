@@ -42,7 +42,7 @@ std::set<std::string> NamesIn(const fs::path& folder)
   return names;
 }
 
-// What a user who is not root makes of it, in a process of its own: true, or it ended otherwise.
+// As a user who is not root, in a process of its own: true, or the process ended otherwise.
 template <class Work>
 bool AsAnybody(const Work& work)
 {
@@ -223,7 +223,7 @@ TEST_F(NewFileTest, WhatKilledWritersHaveLeftGoesAndWhatIsBeingWrittenStays)
   ASSERT_TRUE(writing->Finish());
 }
 
-// The rename worked: that the folder cannot be waited for is no reason to tell of a failure.
+// The rename worked: a folder that cannot be synchronized is not reported as a failure.
 TEST_F(NewFileTest, IsWrittenInAFolderThatCannotBeRead)
 {
   ASSERT_EQ(::chmod(this->Folder.Path.c_str(), 0777), 0);

@@ -94,7 +94,7 @@ public:
     return this->Bytes;
   }
 
-  // One value alone.
+  // One value.
   std::string EmitOne(const std::string& type, double value)
   {
     this->Bytes.clear();

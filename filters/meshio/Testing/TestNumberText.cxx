@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// NumberText: words become numbers of a type, rounded once, or are told to be none.
+// NumberText: words become numbers of a type, rounded once, or are refused.
 #include "filters/meshio/NumberText.h"
 
 #include <gtest/gtest.h>

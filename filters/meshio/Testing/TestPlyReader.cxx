@@ -158,7 +158,7 @@ TEST(PlyReader, TellsBytesBehindTheEnd)
   EXPECT_EQ(told(padded), behind(100, padded, " zeros after the end are padding"));
   // A cloud has an end, too.
   EXPECT_EQ(told(asciiVertices + "end_header\n" + fourPoints + "left over\n").size(), 1U);
-  // What the header counts after the faces is no surprise.
+  // Elements that the header counts after the faces are accepted.
   std::string edges = WithFaces(1, "3 0 1 2\n0 1\n");
   edges.insert(
     edges.find("end_header"), "element edge 1\nproperty int vertex1\nproperty int vertex2\n");

@@ -118,7 +118,7 @@ TEST(StlReader, BinaryFilesMayBeginWithSolid)
   const std::string whole = BinaryStl("solid exported", onePlace);
   ExpectError(whole.substr(0, whole.size() - 1),
     "the header claims 1 triangles, 134 bytes with it; the file has 133");
-  // Nothing but the triangle tells that this is not a text.
+  // Only the triangle shows that this file is not a text.
   ExpectError("solid" + std::string(75, ' ') + "\xFE\xFF\xFF\xFF" + whole.substr(84),
     "the header claims 4294967294 triangles, 214748364784 bytes with it; the file has 134");
 }

@@ -40,8 +40,8 @@ public:
   // MeshReader::ReadTriangles); empty: the system's.
   static Result<std::unique_ptr<MeshReader>> Open(
     ByteSource source, const std::filesystem::path& scratch = {});
-  // The same for a body at which `source` stands, with a header made by other code. told: what that
-  // code has counted.
+  // The same for a body at which `source` stands, with a header made by other code. told: the
+  // counts that this code has reported.
   static Result<std::unique_ptr<MeshReader>> OpenAs(ByteSource source, PlyHeader header,
     const std::filesystem::path& scratch, const Tolerance& told = {});
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The description as servers tell it.
+// The description as servers send it.
 #include "filters/model/ModelJson.h"
 #include "filters/model/Testing/RandomModels.h"
 

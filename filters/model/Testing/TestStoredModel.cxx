@@ -15,7 +15,7 @@ using Json = nlohmann::json;
 namespace
 {
 
-// Of a store of version 9, but for three numbers made hard.
+// Of a store of version 9, with three numbers made hard.
 constexpr const char* earlier =
   R"({"attributes":[{"association":0,"components":3,"name":"RGB","type":1}],"box":{"hi":[0.59230)"
   R"(49449920654,1.7963732481002808,1e+16],"lo":[-0.5922176837921143,-0.0,-0.592219889163971]},"c)"
@@ -85,7 +85,7 @@ TEST(TestStoredModel, EarlierStoresSayTheSame)
   EXPECT_FALSE(ParseStoredModel(written, StoredForm::Earlier));
 }
 
-// What is told is what is kept, but for the id before it, and the build after it.
+// What servers send is what is stored, without the id before it and the build after it.
 TEST(TestStoredModel, ServersTellWhatStoresKeep)
 {
   RandomModels random(3);
@@ -176,7 +176,7 @@ TEST(TestStoredModel, RangesOfNumbersAreChecked)
   }
 }
 
-// Those that servers tell as well are checked by TestModelDescription.
+// Members that servers send as well are checked by TestModelDescription.
 TEST(TestStoredModel, EveryMemberOfTheBuildIsChecked)
 {
   const auto good = Json::parse(written);

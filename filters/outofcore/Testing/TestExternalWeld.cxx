@@ -44,7 +44,7 @@ std::vector<std::byte> TuplesOf(const Mesh& mesh, std::size_t& tupleBytes)
 // Bit for bit what core does, for memories from nearly none to enough.
 void CompareWithCore(const std::string& name, const Mesh& mesh)
 {
-  // For each vertex a triangle of it alone tells where welding has put it.
+  // A triangle for each vertex shows where welding has put it.
   Mesh welded = mesh;
   welded.triangles.clear();
   for (VertexId v = 0; v < mesh.points.size(); ++v)

@@ -102,7 +102,7 @@ TEST(LockedFolder, StaysWhileThisProcessHasIt)
   EXPECT_EQ(CountEntries(parent.Path), 0U);
 }
 
-// Names are no proof: files, links and what others made stay.
+// Names do not prove who made a file: files, links and what others made stay.
 TEST(LockedFolder, WhatOnlyLooksLikeOneStays)
 {
   const TemporaryFolder parent, elsewhere;

@@ -17,7 +17,7 @@
 namespace kdstream
 {
 
-// Bytes of the process that are in memory; the most that there are where nobody knows.
+// Bytes of the process that are in memory; the maximum if the system does not say.
 inline std::uint64_t ResidentBytes()
 {
 #ifdef __GLIBC__

@@ -52,7 +52,7 @@ TEST(TestProgram, EveryExceptionBecomesOneLine)
   expect(RunThrowing(42), "unexpected: an exception without a message");
 }
 
-// An error of an input ends with what to do, after the place, unless its message tells.
+// An error of an input ends with advice, after the place, unless its message has some.
 TEST(TestProgram, RefusalsSayWhatToDo)
 {
   const auto said = [](const Error& error)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Rates and times left are told when they can be known, and are right then.
+// Rates and times left are reported when they can be known, and are right then.
 #include "filters/program/ProgressEstimate.h"
 
 #include <gtest/gtest.h>

@@ -195,7 +195,7 @@ TEST_F(TestDistance, HoldsForAllWaysToMakeLevels)
   this->Check(Torus(40, 24), options);
 }
 
-// Specks lie 0.4 to 0.6 off the ball; their planes tell nothing of that.
+// Specks lie 0.4 to 0.6 off the ball; their planes show nothing of that.
 TEST_F(TestDistance, WhatHasNoTriangleInALevelCounts)
 {
   this->Check(BallWithSpecks());

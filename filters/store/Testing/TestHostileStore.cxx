@@ -329,7 +329,7 @@ TEST_F(HostileStore, ATreeWithoutAnEndIsEnded)
   EXPECT_EQ(damage.front().message, "pieces: takes too long to read for a store");
 }
 
-// Files beside the store belong to nobody: neither read nor removed.
+// Files beside the store are not the store's: they are neither read nor removed.
 TEST_F(HostileStore, AJournalBesideTheStoreIsLeftAlone)
 {
   this->Make("");

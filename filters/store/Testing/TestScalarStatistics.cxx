@@ -21,7 +21,7 @@ const std::vector<AttributeInfo> all{ { "RGB", AttributeType::UInt8, AttributeAs
                                         3 },
   intensity, { "area", AttributeType::Float32, AttributeAssociation::Cell, 1 }, height, kind };
 
-// Pieces of so many own vertices, and one ghost whose values do not count.
+// Pieces with this number of own vertices, and one ghost whose values do not count.
 Piece PieceOf(NodeId node, std::uint32_t own, std::mt19937& random)
 {
   Piece piece;

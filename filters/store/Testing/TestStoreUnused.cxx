@@ -180,7 +180,7 @@ TEST_F(StoreUnused, AScanWithOneStrayVertexLooksAsWithoutIt)
   }
 }
 
-// So do those that lie within the box: they are no vertices of the surface either.
+// So do those that lie within the box: they are not vertices of the surface either.
 TEST_F(StoreUnused, TheyComeBackExactlyWhereverTheyLie)
 {
   const Mesh survey = Survey();

@@ -141,7 +141,7 @@ TEST_F(StoreWriterTest, AStoreThatIsReplacedKeepsItsPermissions)
   }
 }
 
-// At every report of progress: nobody can open what he could not read in the store.
+// At every report of progress: nobody can open an output that is readable only in the store.
 TEST_F(StoreWriterTest, WhatIsUnfinishedIsNoMoreReadableThanTheStore)
 {
   const auto readable = [&](const BuildOptions& options)
@@ -171,7 +171,7 @@ TEST_F(StoreWriterTest, WhatIsUnfinishedIsNoMoreReadableThanTheStore)
   EXPECT_EQ(readable({}), mode_t{ 0600 }) << "the store that is replaced is private";
 }
 
-// In a process of its own, since the limit stays: files of at most so many bytes.
+// In a process of its own, since the limit stays: files of at most this size.
 TEST_F(StoreWriterTest, AFullDiskSaysHowMuchTheStoreTakes)
 {
   BuildOptions options;

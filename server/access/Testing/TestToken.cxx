@@ -108,7 +108,7 @@ TEST(Token, OnlyOneAlgorithmIsTaken)
     EXPECT_EQ(RefusalOfHeader(R"({"alg":)" + algorithm + "}"), other) << algorithm;
   }
   EXPECT_EQ(RefusalOfHeader(R"({"typ":"JWT"})"), other);
-  // As whoever confuses algorithms would send them: without a signature, or with another's.
+  // As from an attacker who confuses algorithms: without a signature, or with another one.
   const std::string none =
     forged::Base64(R"({"alg":"none"})") + "." + forged::Base64(forged::claims) + ".";
   EXPECT_EQ(Refusal(none), other);

@@ -49,7 +49,7 @@ public:
   {
     return PortIn(this->OutLine(), "listening on " + scheme + "://127.0.0.1:");
   }
-  // The same of the line that tells where the metrics are.
+  // The same for the line that says where the metrics are.
   std::uint16_t AdminPort() const
   {
     return PortIn(this->ErrorLine(), "kdstream-serve: metrics on http://127.0.0.1:");

@@ -257,7 +257,7 @@ TEST_F(Serve, TakesAllTheDescriptorsThatItMayHave)
   EXPECT_EQ(serve.ErrorLine(), "") << "enough for all clients";
 }
 
-// Of warnings there are more than a pipe takes that nobody reads.
+// More warnings than fit into a pipe that nobody reads.
 TEST_F(Serve, WaitsForNobodyWhoReadsWhatItSays)
 {
   this->Build("one.kds");
@@ -550,7 +550,7 @@ TEST_F(Serve, TellsWhyItCannotServe)
                            "needs the folder of the stores; its only command is token)");
 }
 
-// Values that mean nothing are told apart from those that do, exactly.
+// Values without a meaning are refused, and only these.
 TEST_F(Serve, RefusesValuesThatMeanNothing)
 {
   const std::string seconds = "a number from 0.001 to 1000000";
@@ -597,7 +597,7 @@ TEST_F(Serve, RefusesValuesThatMeanNothing)
   EXPECT_NE(good.Port(), 0);
 }
 
-// What is too large to be served is said, once, and not told to be the server's illness.
+// A file that is too large to be served is reported once, and not as the server's fault.
 TEST_F(Serve, SaysWhatOfThePageItCannotServe)
 {
   std::ofstream(this->folder / "index.html") << "home";

@@ -664,7 +664,7 @@ TEST_F(Faulty, QuotasWhileMemoryFailsNowAndThen)
   EXPECT_EQ(serve.Wait(), 0);
 }
 
-// Nobody reads what the server says: its stderr is full, and so is the pipe of its log.
+// Nobody reads the server's output: its stderr is full, and so is the pipe of its log.
 TEST_F(Faulty, PipesThatNobodyReads)
 {
   const auto log = this->folder / "access.log";
@@ -762,7 +762,7 @@ TEST_F(Faulty, ATokenWhileTheClockJumps)
   }
 }
 
-// A store that is broken is told of though its time is far ahead of the clock, which was set back.
+// A damaged store is reported even if its time is far ahead of the clock, which was set back.
 TEST_F(Faulty, AClockThatWasSetBackHidesNothing)
 {
   Process serve(this->Arguments());

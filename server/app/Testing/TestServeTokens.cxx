@@ -117,7 +117,7 @@ TEST_F(Guarded, FollowsItsFileWithinASecond)
   EXPECT_EQ(StatusFor(port, first.token), 401u);
   EXPECT_EQ(StatusFor(port, second.token), 200u);
 
-  // What is no file of keys changes nothing, and is told once; nor does its absence.
+  // An invalid file of keys changes nothing, and is reported once; so is a missing one.
   std::ofstream(this->keys) << "nonsense";
   EXPECT_EQ(serve.ErrorLine().substr(0, 25), "kdstream-serve: warning: ");
   EXPECT_EQ(StatusFor(port, first.token), 401u);
@@ -163,7 +163,7 @@ TEST_F(Guarded, FollowsItsFileThoughDescriptorsHaveRunOut)
   EXPECT_EQ(stream.CloseCode(), 1008u);
 }
 
-// What is in flight when the server is told to end may take long.
+// Requests in flight when the server is asked to end may take long.
 TEST_F(Guarded, FollowsItsFileWhileItEnds)
 {
   Mesh sheet;

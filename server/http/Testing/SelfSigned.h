@@ -30,7 +30,7 @@ inline void WriteKey(const std::filesystem::path& file, EVP_PKEY* key, std::stri
   std::fclose(out);
 }
 
-// A certificate for so many seconds from an hour ago on, signed by itself.
+// A certificate signed by itself, valid for this number of seconds from an hour ago on.
 inline void WriteCertificate(
   const std::filesystem::path& file, EVP_PKEY* key, const std::string& name, long seconds = 7200)
 {

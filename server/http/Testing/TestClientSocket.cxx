@@ -18,8 +18,8 @@
 using namespace kdstream;
 using asio::ip::tcp;
 
-// The socket's thread only moves bytes; while nobody does the work that it gives away, it is free
-// for others.
+// The socket's thread only moves bytes. While nobody does the work that it gives away, it is free
+// for other sockets.
 TEST(ClientSocket, LeavesTheHandshakeToOthers)
 {
   const fixtures::TemporaryFolder folder;

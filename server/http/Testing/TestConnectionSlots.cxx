@@ -94,7 +94,7 @@ TEST_F(ConnectionSlots, ARequestsIsFreeWhenItsClientIsReset)
   this->EndHanging();
 }
 
-// Who has only said that nothing more is sent may wait for an answer: not for ever.
+// A client that has only closed its sending side may wait for an answer, but not for ever.
 TEST_F(ConnectionSlots, AReaderIsNotWaitedForForEver)
 {
   const auto port = this->Start();
@@ -109,7 +109,7 @@ TEST_F(ConnectionSlots, AReaderIsNotWaitedForForEver)
   EXPECT_TRUE(client.AwaitEnd(RawSocket::patience));
   EXPECT_TRUE(this->AwaitMetric("kdstream_connections 0"));
   this->EndHanging();
-  // Once the disk answers again; until then one is told to ask again.
+  // Once the disk answers again; until then the client is asked to retry.
   EXPECT_TRUE(fixtures::Eventually(
     [&] {
       return HttpTestClient(port).Get(this->Blob(protocol::BlobId::Partition(3)))->status == 200;

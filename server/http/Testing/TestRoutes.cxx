@@ -395,7 +395,7 @@ TEST_F(Page, GzipKeepsHeadTagsAndRangesRight)
   EXPECT_EQ(this->Ask(Gzip("GET", plainTag)).status, 200u) << "the other one's tag";
   EXPECT_EQ(this->Ask({ "GET", "/", tag, "", "" }).status, 200u) << "the other one's tag";
 
-  // A range is one of the bytes that are sent, and its tag tells of which.
+  // A range is a range of the bytes that are sent, and its tag is that of these bytes.
   const auto part = this->Ask(Gzip("GET", "", "bytes=90-"));
   EXPECT_EQ(part.status, 206u);
   EXPECT_EQ(part.Field("Content-Range"), "bytes 90-99/100");

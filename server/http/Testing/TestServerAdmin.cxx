@@ -106,7 +106,8 @@ TEST_F(Admin, CountsHowLongClientsWait)
   EXPECT_TRUE(Has(metrics, "kdstream_first_blob_seconds_bucket{le=\"+Inf\"} 2\n"));
   EXPECT_TRUE(Has(metrics, "kdstream_last_blob_seconds_count 2\n"));
   EXPECT_TRUE(Has(metrics, "kdstream_answer_seconds_count 1\n"));
-  // Opening, searching the region, 128 partitions, the preview, and the last: each alone.
+  // Opening, searching the region, 128 partitions, the preview, and the last: each in its own
+  // request.
   EXPECT_TRUE(Has(metrics, "kdstream_reader_queue_length_bucket{le=\"0\"} 0\n"));
   EXPECT_TRUE(Has(metrics, "kdstream_reader_queue_length_bucket{le=\"1\"} 132\n"));
   EXPECT_TRUE(Has(metrics, "kdstream_reader_wait_seconds_count 132\n"));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How a server ends: what is in flight is finished, and what is new is told so.
+// How a server ends: requests in flight are finished, and new ones are refused with the reason.
 #include "Testing/Fixtures/Eventually.h"
 #include "filters/protocol/Testing/AskedBlobs.h"
 #include "server/http/Testing/ServerTest.h"

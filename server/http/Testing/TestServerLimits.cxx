@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Who is let in, how much each may have, and who has to go.
+// Which clients are let in, how much each may have, and which have to go.
 #include "Testing/Fixtures/Eventually.h"
 #include "filters/protocol/Testing/AskedBlobs.h"
 #include "server/http/Testing/ServerTest.h"

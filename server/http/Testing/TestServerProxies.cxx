@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Behind a proxy a client is who the proxy says, if the proxy is trusted; and nobody else is.
+// After a trusted proxy the client is the one that the proxy names; otherwise it is the peer.
 #include "filters/protocol/Testing/RandomMessages.h"
 #include "server/http/Testing/ServerTest.h"
 
@@ -55,7 +55,7 @@ TEST_F(Proxies, AProxysClientsAreCountedByTheirOwnAddress)
   EXPECT_EQ(pooled.Get("/healthz", "X-Forwarded-For: 1.2.3.9\r\n")->status, 429u);
   EXPECT_EQ(pooled.Get("/healthz", "X-Forwarded-For: 1.2.3.10\r\n")->status, 200u);
   this->server->Stop();
-  // Streams are told of when they end, here beside the last request.
+  // Streams are logged when they end, here beside the last request.
   EXPECT_NE(std::find_if(this->records.begin(), this->records.end(),
               [](const AccessRecord& record)
               { return record.client == "1.2.3.10" && record.target == "/healthz"; }),
@@ -104,7 +104,7 @@ TEST_F(Proxies, ANamedClientHasItsOwnSlots)
   EXPECT_EQ(first.Receive()->status, 200u);
   EXPECT_EQ(StatusOf(port, textHeader + askHealth), 429u);
   EXPECT_EQ(StatusOf(port, "PROXY TCP4 1.2.3.5 5.6.7.8 1 443\r\n" + askHealth), 200u);
-  // A proxy before the proxy: of its client it is told as ever.
+  // A proxy before the proxy: its client is logged as ever.
   const std::string forwarded =
     "PROXY TCP4 10.1.1.1 5.6.7.8 1 443\r\n"
     "GET /healthz HTTP/1.1\r\nHost: x\r\nX-Forwarded-For: 9.9.9.9\r\n\r\n";

@@ -233,7 +233,7 @@ TEST_F(Tls, ReadsItsCertificateAgainWhenToldTo)
   before.Send(this->ask);
   EXPECT_EQ(before.Receive("ok\n").substr(0, 15), "HTTP/1.1 200 OK") << "earlier ones go on";
 
-  // What is no certificate, or not one of this key, is left alone.
+  // A file that is not a certificate, or not one of this key, is not used.
   std::ofstream(this->certificate) << "half a certif";
   auto kept = server->ReloadTls();
   ASSERT_FALSE(kept);

@@ -195,7 +195,7 @@ std::string FrameOf(unsigned opcode, const std::string& payload, bool isLast = t
   return ClientFrame{ opcode, payload, isLast }.Bytes();
 }
 
-// "{}" and so many spaces.
+// "{}" and this number of spaces.
 std::string Json(std::size_t bytes)
 {
   return "{}" + std::string(bytes - 2, ' ');

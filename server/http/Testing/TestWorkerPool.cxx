@@ -22,7 +22,7 @@ namespace
 // Long enough for anything that is to happen on a machine that is busy.
 constexpr auto deadline = 20s;
 
-// A disk that answers when it is told to.
+// A disk that answers when the test lets it.
 class Disk
 {
 public:

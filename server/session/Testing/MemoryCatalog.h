@@ -103,7 +103,7 @@ public:
   std::map<protocol::BlobId, BlobBytes> blobs;
   bool inMemory = false; // all blobs
   bool unclear = false;  // whether it has changed takes a disk to tell
-  // While it is set, whoever reads a blob or the tree waits.
+  // While it is set, readers of blobs or of the tree wait.
   std::atomic<bool> diskHangs{ false };
   mutable std::atomic<int> hanging{ 0 };
   std::set<protocol::BlobId> damaged;

@@ -21,7 +21,7 @@ protected:
   BlobCache::Model model = this->cache.AddModel();
   std::atomic<std::size_t> reads{ 0 };
 
-  // A blob of so many bytes; `number` is in each of them.
+  // A blob of this size; `number` is in each of its bytes.
   BlobBytes Get(std::uint32_t number, std::size_t bytes = 100)
   {
     const auto blob = this->cache.Get(this->model, BlobId::Partition(number),

@@ -87,7 +87,7 @@ protected:
     return answer ? *answer : none;
   }
 
-  // The request was answered by an error alone.
+  // The request was answered only by an error.
   void ExpectError(const ClientMessage& message, unsigned code)
   {
     this->answers.clear();

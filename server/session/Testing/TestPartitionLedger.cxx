@@ -175,7 +175,7 @@ TEST_F(Ledger, BuildsOfOneInputAreOneOriginal)
   {
     EXPECT_EQ(record.original, builds[0].inputDigest) << "for who reads the audit log";
   }
-  // More partitions, each of which is less; and of a store that does not tell its input.
+  // More partitions, each of which is less; and of a store that does not name its input.
   ModelDescription finer = builds[0], another = builds[0];
   finer.digest = std::string(32, 'c');
   finer.partitions *= 2;

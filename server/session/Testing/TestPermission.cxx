@@ -160,7 +160,7 @@ TEST_F(Access, AConversationGivesWhatTheTokenAllows)
   }
 }
 
-// What is finer than the token allows is not told of either, by GET as on a stream.
+// Resolutions finer than the token allows are not listed either, by GET as on a stream.
 TEST_F(Access, ADescriptionTellsNoMoreThanTheTokenAllows)
 {
   const auto& all = this->model->Description();

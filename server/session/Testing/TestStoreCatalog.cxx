@@ -261,7 +261,7 @@ TEST_F(Folder, TexturesAreReadLikePartitions)
   }
   const auto missing = static_cast<std::uint32_t>(told.partitions);
   EXPECT_EQ(model->ReadBlob(BlobId::Texture(missing)).GetError().code, ErrorCode::NotFound);
-  // Who may have less is not told of them.
+  // With a permission for less, textures are not listed.
   EXPECT_FALSE(ToldWith(told, ModelDetail::Levels).textures);
   // A plain model has none.
   this->Build("plain.kds", 20);
@@ -366,7 +366,7 @@ TEST_F(Folder, ADamagedBlobIsReportedOnceAndTheRestIsRead)
   EXPECT_NE(this->reports[0].find("partitions/3"), std::string::npos) << this->reports[0];
 }
 
-// But for the id before it, and the build behind it.
+// Without the id before it, and the build after it.
 TEST_F(Folder, WhatIsToldIsWhatTheStoreKeeps)
 {
   this->Build("sheet.kds", 40, "A \"sheet\"");

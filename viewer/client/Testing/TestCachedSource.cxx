@@ -67,7 +67,8 @@ protected:
     return CachedSource::Offline(*DiskCache::Open(this->Folder.Path, this->MostBytes), origin);
   }
 
-  // Looks at the whole torus, in a window of so many pixels; the triangles that are shown.
+  // Looks at the whole torus, in a window of this number of pixels; returns the triangles that are
+  // shown.
   static std::uint64_t Look(ModelSource& source, ViewerSession& session, int width = 100)
   {
     session.Resize({ width, width * 3 / 4, 1 });
@@ -142,7 +143,7 @@ TEST_F(TestCachedSource, ARegionIsAskedForWithoutWhatIsThere)
   EXPECT_LT(read.size(), session.GetStatus().region->partitions);
 }
 
-// A server finds the partitions of a region itself, so it has to be told which it need not send.
+// A server finds the partitions of a region itself, so the client has to name those that it has.
 TEST_F(TestCachedSource, ARegionIsAskedForWithoutWhatIsKept)
 {
   class Listening final : public ModelSource

@@ -71,7 +71,7 @@ std::optional<Bytes> FindSoon(DiskCache& cache, const CacheKey& key)
   return std::nullopt;
 }
 
-// Whoever may write to the folder could otherwise have what is asked for computed, without an end.
+// Otherwise anybody who may write to the folder could cause computing without an end.
 TEST(TestDiskCache, AStrangersTablesAreMadeAnew)
 {
   const std::string endless = "(WITH RECURSIVE c(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM c) "
@@ -262,7 +262,8 @@ TEST(TestDiskCache, AFullDiskIsToldOnceAndWhatIsThereStays)
   EXPECT_FALSE(cache->Find(Key(3)));
 }
 
-// In /tmp, say: who may write there is not the cache's to decide. The file is its owner's alone.
+// In /tmp, say: the cache does not decide who may write there. Its file is readable only by the
+// owner.
 TEST(TestDiskCache, AFolderThatWasThereKeepsItsPermissions)
 {
   const TemporaryFolder folder;
@@ -321,7 +322,7 @@ TEST(TestDiskCache, ALockedFileStaysAsItIs)
   Sql(folder.Path, "SELECT x FROM precious");
 }
 
-// Whoever keeps it busy is not waited for again and again: it is told once.
+// A program that keeps the file busy is not waited for again and again: this is reported once.
 TEST(TestDiskCache, AFileThatStaysBusyIsToldOnce)
 {
   const TemporaryFolder folder;

@@ -456,7 +456,7 @@ TEST_F(TestClientWithToken, SaysWhyItIsRefused)
     << session.GetStatus().error;
 }
 
-// As one that is being restarted says to whoever comes at that moment.
+// The answer of a server that is being restarted.
 TEST_F(TestServerClient, ABusyServerIsAskedForItsModelsAgain)
 {
   std::atomic<int> asked{ 0 };

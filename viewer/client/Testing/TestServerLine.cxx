@@ -304,7 +304,7 @@ TEST(TestServerLine, AConnectionThatGarblesEveryFrameIsTriedEverMoreRarely)
   ServerLine line(Patient());
   Stream(line, 0);
   const std::vector<std::uint8_t> garbled(7);
-  // Once at once; then the greeting alone earns no further haste.
+  // The first retry is immediate; after only a greeting the next one is not.
   line.SocketFrame(garbled, 1);
   EXPECT_EQ(Actions(line), Names{ "connect" });
   line.SocketOpened(1);

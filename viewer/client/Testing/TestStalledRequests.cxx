@@ -103,7 +103,7 @@ public:
     this->Line.Send(cancel, this->Now);
     this->Listen();
   }
-  // One frame of a blob of so many bytes.
+  // One frame of a blob of this size.
   void SayFrame(
     std::uint32_t wire, std::uint32_t partition, std::uint32_t offset = 0, std::uint32_t total = 3)
   {
@@ -265,7 +265,7 @@ TEST(TestStalledRequests, AModelThatIsNeverOpenedIsNamedToo)
   EXPECT_EQ(events[0].request, 1u);
 }
 
-// A host whose timer asks NextTick is told in time, and never of what does not count.
+// A host whose timer asks NextTick is informed in time, and never of what does not count.
 TEST(TestStalledRequests, TheNextTickIsWhenPatienceEnds)
 {
   constexpr double never = std::numeric_limits<double>::infinity();

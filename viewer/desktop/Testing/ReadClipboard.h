@@ -7,7 +7,7 @@
 namespace kdstream::testing
 {
 
-// The X server's CLIPBOARD as UTF-8; empty where nobody offers any within five seconds.
+// The X server's CLIPBOARD as UTF-8; empty if no program offers any within five seconds.
 std::string ReadClipboard();
 
 }

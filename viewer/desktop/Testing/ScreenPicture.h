@@ -15,7 +15,7 @@ struct ScreenPicture
   bool operator==(const ScreenPicture&) const = default;
 };
 
-// This part of the screen now. Throws std::runtime_error where there is no screen.
+// This part of the screen now. Throws std::runtime_error if there is no screen.
 ScreenPicture LookAtScreen(int left, int top, int width, int height);
 
 }

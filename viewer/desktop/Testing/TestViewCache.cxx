@@ -99,7 +99,7 @@ TEST_F(TestViewCache, WhatWasSeenIsThereWithoutTheServer)
   EXPECT_EQ(this->Err.rfind("kdstream-view: warning: " + url + ": ", 0), 0u) << this->Err;
   EXPECT_NE(this->Err.find("; only cached data is shown\n"), std::string::npos) << this->Err;
   EXPECT_EQ(ReadText(this->Folder / "c.png"), ReadText(this->Folder / "a.png"));
-  // Of much that was not seen, some is told, and how much more.
+  // Of many parts that were not seen some are named, then their number.
   ASSERT_EQ(this->Run(url + " " + look + "e.png --detail full --cache kept"), 1);
   std::size_t lines = 0;
   for (auto at = this->Err.find(": error: "); at != std::string::npos; ++lines)
@@ -108,7 +108,7 @@ TEST_F(TestViewCache, WhatWasSeenIsThereWithoutTheServer)
   }
   EXPECT_EQ(lines, 2u) << this->Err;
   EXPECT_NE(this->Err.find(" more errors of this kind\n"), std::string::npos) << this->Err;
-  // A folder that cannot be is no reason to show nothing, where there is a server.
+  // A folder that cannot be made does not prevent showing, if there is a server.
   EXPECT_EQ(this->Run(url + " " + look + "d.png --cache s.json"), 1);
   EXPECT_NE(this->Err.find("warning: s.json: "), std::string::npos) << this->Err;
 }

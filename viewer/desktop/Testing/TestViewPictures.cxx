@@ -138,7 +138,7 @@ TEST_F(TestViewPictures, ALinkOpensTheViewThatItTells)
     this->Run("'" + url + "/#model=torus&colours=partition&detail=level'" + look + "b.png"), 0)
     << this->Err;
   EXPECT_EQ(ReadText(this->Folder / "b.png"), ReadText(this->Folder / "a.png"));
-  // What one report tells, shows the same elsewhere.
+  // The link of one report shows the same elsewhere.
   this->Write("zoom.jsonl",
     "{\"turning\":\"upright\"}\n{\"select\":\"torus\"}\n{\"select\":\"torus\"}\n"
     "{\"wait\":\"idle\"}\n{\"zoom\":2,\"x\":120,\"y\":70}\n{\"wait\":\"idle\"}\n");

@@ -264,7 +264,7 @@ TEST_F(TestWindow, SettingsAreRecorded)
   }
 }
 
-// K goes from array to array, and back to the model's own colours; a recording tells it.
+// K goes from array to array, and back to the model's own colours; a recording has it.
 TEST_F(TestWindow, ColoursByTheNextArray)
 {
   std::ofstream cloud(this->Folder / "cloud.ply");
@@ -356,7 +356,7 @@ TEST_F(TestWindow, PanelsAreThereWithTheirButton)
   EXPECT_EQ(this->End(), 0) << this->Err();
 }
 
-// Whoever looks at the screen all the while sees the list of keys, though no picture has it.
+// Somebody who looks at the screen all the while sees the list of keys, though no picture has it.
 TEST_F(TestWindow, PanelsStayWhileAPictureIsWritten)
 {
   this->Open(this->Server->Url() + " --model third --size " + Size());
@@ -422,7 +422,7 @@ TEST_F(TestWindow, ToolsMeasureAndCopy)
   EXPECT_NE(recorded.find("{\"side\":\"top\"}"), std::string::npos) << recorded;
 }
 
-// Beside the store that is looked at; keys that are written are no commands.
+// Beside the store that is shown; keys that are typed as text are not commands.
 TEST_F(TestWindow, NotesAreWrittenAndSteppedThrough)
 {
   const std::string tools = program.substr(0, program.rfind("kdstream-view"));

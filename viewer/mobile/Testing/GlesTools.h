@@ -36,7 +36,7 @@ inline void UploadTexels(
   glGenerateMipmap(GL_TEXTURE_2D);
 }
 
-// A renderer and what it draws into. Throws, and so fails its test, where there is no OpenGL ES.
+// A renderer and what it draws into. Throws, and so fails its test, if there is no OpenGL ES.
 struct Canvas
 {
   int width, height;

@@ -33,7 +33,7 @@ inline void WritePngFile(const std::string& file, const Image& pixels, int width
   writer->Write();
 }
 
-// Empty where there is no such file, or one of another size or kind.
+// Empty if there is no such file, or one of another size or kind.
 inline Image ReadPngFile(const std::string& file, int width, int height)
 {
   const vtkNew<vtkPNGReader> reader;

@@ -11,7 +11,7 @@ namespace
 
 constexpr double start = 1000;
 
-// Draws a geomorph at so many pictures a second until it is over, and tells when that was.
+// Draws a geomorph at this number of pictures a second until it is over, and returns when that was.
 double Geomorph(GeomorphClock& clock, double now, double rate)
 {
   clock.Begin(now);

@@ -195,7 +195,7 @@ async function showOffline() {
   changed();
 }
 
-// Options of the open model. told: called whenever the stored data have changed.
+// Options of the open model. told: a function called whenever the stored data have changed.
 export async function openOfflineOptions(id, told) {
   if (changed !== told) {
     changed = told;

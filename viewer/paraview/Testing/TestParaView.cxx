@@ -55,7 +55,7 @@ protected:
   }
   static void TearDownTestSuite() { Folder.reset(); }
 
-  // plugin.py in pvbatch on so many processes.
+  // plugin.py in pvbatch on this number of processes.
   static Session Ask(unsigned ranks, std::vector<std::string> arguments)
   {
     // -noreset: ParaView tries a first connection and closes it; Xvfb would restart, and might miss
@@ -225,7 +225,7 @@ TEST_F(TestParaView, ProcessesCutOneMeshTogether)
   ExpectTogether(KDSTREAM_DRAGON, KDSTREAM_DRAGON, 100);
 }
 
-// The same where each process has only a part of the mesh, and ids tell what is one.
+// The same where each process has only a part of the mesh, and ids show which points are one.
 TEST_F(TestParaView, ProcessesCutTheirPartsTogether)
 {
   constexpr int side = 150;

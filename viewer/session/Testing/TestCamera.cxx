@@ -49,7 +49,7 @@ TEST(TestCamera, FitsTheBoxInPortraitAndLandscape)
   {
     Camera camera = Fitted(width, height);
     EXPECT_EQ(camera.Focal(), (Vec3{ 101.5, 203, -48 }));
-    // All corners are visible, and the box fills one side of the window but for a margin.
+    // All corners are visible, and the box fills one side of the window except for a margin.
     std::array<double, 2> lo{ 1e9, 1e9 }, hi{ -1e9, -1e9 };
     const Box box = TestBox();
     for (unsigned corner = 0; corner < 8; ++corner)

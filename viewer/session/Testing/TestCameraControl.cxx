@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What fingers and keys do to the camera of a model, and that nobody gets lost in it.
+// How fingers and keys move the camera of a model, and that the model cannot get out of sight.
 #include "viewer/session/Testing/TorusModel.h"
 #include "viewer/session/camera/CameraControl.h"
 
@@ -70,7 +70,7 @@ TEST(TestCameraControl, EyeStaysOutsideOfWhatIsShown)
   }
 }
 
-// A finer surface comes around the eye: that steps back, but for a host's own camera.
+// A finer surface comes around the eye: the eye steps back, except with a host's own camera.
 TEST(TestCameraControl, StepsBackOutOfASurfaceThatComesAroundTheEye)
 {
   for (const bool isLed : { false, true })
@@ -96,7 +96,7 @@ TEST(TestCameraControl, StepsBackOutOfASurfaceThatComesAroundTheEye)
   }
 }
 
-// Who has not moved sees the first view in another window, too.
+// A user who has not moved sees the first view in another window, too.
 TEST(TestCameraControl, AHostThatLooksFromTheSamePlaceHasNotMoved)
 {
   Controlled torus;

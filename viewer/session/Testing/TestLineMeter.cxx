@@ -35,7 +35,7 @@ TEST(TestLineMeter, FillsALineWithALongWay)
   EXPECT_NEAR(double(meter.Window()), 110e3, 2e3); // two ways of 0.55 s
 }
 
-// The first answer alone: a round trip, or a slow line. Little is asked for until that is known.
+// Only the first answer: a round trip, or a slow line. Little is asked for until that is known.
 TEST(TestLineMeter, WhatCameAloneIsNoLongWayOnASlowLine)
 {
   LineMeter meter;

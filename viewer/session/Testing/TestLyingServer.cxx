@@ -26,7 +26,7 @@ namespace
 
 constexpr std::size_t mostAnswers = 20'000; // of what ends
 
-// Any boxes at all that lie in their parents', as all that a page can tell do.
+// Any boxes that lie within their parents' boxes: a page cannot say anything else.
 std::vector<Box> LiesOfBoxes(const std::vector<Box>& boxes, std::mt19937& random)
 {
   std::uniform_real_distribution<double> part(0, 1);

@@ -137,7 +137,7 @@ TEST(TestPicker, TellsWhetherAClosedSurfaceIsAroundAPoint)
   EXPECT_FALSE(IsAround(DrawnSurface(), {}));
 }
 
-// Of a grid of points of the triangle, which are no farther apart than `step`.
+// Points of the triangle on a grid, no farther apart than `step`.
 double DistanceBySamples(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c, double& step)
 {
   constexpr int count = 16;

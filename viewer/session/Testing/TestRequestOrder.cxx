@@ -22,7 +22,7 @@ using protocol::BlobId;
 namespace
 {
 
-// What the page tells of a piece, seen from a camera.
+// The page's facts of a piece, seen from a camera.
 class Expectation
 {
 public:

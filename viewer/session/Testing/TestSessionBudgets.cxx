@@ -42,7 +42,7 @@ TEST(TestSessionBudgets, SharesGrowWithThem)
   EXPECT_EQ(SharesOfBudgets(manyTriangles, muchMemory).levelTriangles, manyTriangles);
 }
 
-// Told at the beginning or later, it is the same.
+// Set at the beginning or later, the budgets act the same.
 ViewerSession SessionWith(
   SessionOptions options, std::uint64_t triangles, std::size_t memory, bool later)
 {

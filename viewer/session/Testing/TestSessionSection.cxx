@@ -159,7 +159,7 @@ TEST(TestSessionSection, FingersMoveAndTurnIt)
   const double at = session->GetSection().Plane()->offset;
   Drag(fingers, *session, 400, 300, 100, 0);
   EXPECT_EQ(session->GetCamera(), before);
-  // The finger's way on the screen, but for what it went before it counted.
+  // The finger's way on the screen, without the distance before it counted as a drag.
   const double unit = session->GetCamera().PixelsPerUnit();
   EXPECT_NEAR(session->GetSection().Plane()->offset - at, 100 / unit, 11 / unit);
   const double turned = session->GetSection().Plane()->offset;

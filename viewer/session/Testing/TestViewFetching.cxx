@@ -179,13 +179,13 @@ TEST(TestViewFetching, WhatIsPrefetchedMayFail)
   }
   EXPECT_TRUE(session.IsIdle());
   EXPECT_EQ(session.GetStatus().error, "");
-  // What is wanted is told.
+  // The wanted parts are reported.
   session.Zoom(6, onRingX, onRingY);
   server.Serve(session);
   EXPECT_NE(session.GetStatus().error.find(" of torus cannot be loaded: "), std::string::npos);
 }
 
-// A page keeps what comes undamaged; that something prefetched is damaged, no sentence tells.
+// A page keeps undamaged blobs; no sentence says that a prefetched blob is damaged.
 TEST(TestViewFetching, ADamagedBlobIsReportedToItsBringerAlsoWhereNobodyMissesIt)
 {
   MemoryServer server = Torus();
@@ -234,7 +234,7 @@ TEST(TestViewFetching, WhatFailsIsToldOnlyWhereItIsMissed)
   }
   ASSERT_FALSE(stepsAlone.empty());
   ASSERT_TRUE(used);
-  // Came first alone, until something finer was there.
+  // Came first without others, until something finer was there.
   const auto withoutSteps = look(server, stepsAlone);
   EXPECT_EQ(withoutSteps->GetStatus().error, "");
   EXPECT_EQ(withoutSteps->Parts().model.surface.Pieces(), whole->Parts().model.surface.Pieces());
@@ -273,7 +273,7 @@ std::size_t Lose(ViewerSession& session)
   return requests.size();
 }
 
-// Of all that is asked for until nothing is, in at most so many rounds.
+// Everything that is asked for until nothing is left, in at most this number of rounds.
 void LoseAll(ViewerSession& session)
 {
   for (int round = 0; round < 9; ++round)
@@ -404,7 +404,7 @@ TEST(TestViewFetching, WhatIsLostEachTimeIsNotAskedForWithoutEnd)
   EXPECT_NE(session.GetStatus().error.find(" cannot be loaded: no"), std::string::npos);
 }
 
-// What is told of something else stays, and what came damaged is not asked for again.
+// Messages about something else stay, and blobs that came damaged are not asked for again.
 TEST(TestViewFetching, WhatWasNotLostStaysTold)
 {
   MemoryServer server = Torus();

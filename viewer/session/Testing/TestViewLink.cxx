@@ -33,7 +33,7 @@ double PixelsApart(const ViewerScene& a, const ViewerScene& b)
   return most;
 }
 
-// Somebody who has looked around, and served all of it.
+// A user who has looked around, and a server that has answered everything.
 std::unique_ptr<ViewerSession> SomeView(Fingers& fingers, unsigned seed, MemoryServer& server)
 {
   auto session = std::make_unique<ViewerSession>();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which pieces a view needs, against what the pages of a torus tell.
+// Which pieces a view needs, compared with the pages of a torus.
 #include "viewer/session/Testing/MemoryServer.h"
 #include "viewer/session/model/PieceCache.h"
 #include "viewer/session/model/ViewRefinement.h"
@@ -402,7 +402,7 @@ TEST(TestViewRefinement, PagesAreAskedForAlongTheView)
   EXPECT_EQ(refinement.Pieces(), other.Pieces());
 }
 
-// Whatever pages tell, the walk ends within its budgets.
+// Whatever pages contain, the walk ends within its budgets.
 TEST(TestViewRefinement, LiesAboutErrorsEndAtABudget)
 {
   MemoryServer server = Torus();

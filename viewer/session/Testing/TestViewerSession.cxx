@@ -169,7 +169,7 @@ TEST(TestViewerSession, AWheelZoomsAsAPinchDoesAndBackShowsThePreviewAgain)
   EXPECT_TRUE(server.log.empty()); // the preview was kept
 }
 
-// Where the shape alone would do with the preview, paint does not.
+// The preview would do for the shape, but not for the colours.
 TEST(TestViewerSession, AColoredModelIsShownFiner)
 {
   Mesh torus = MakeTorus(200, 80);

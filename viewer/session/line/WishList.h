@@ -61,7 +61,7 @@ public:
   void Prefetch(const std::vector<protocol::BlobId>& next, const Estimate& bytesOf);
   void SetPrefetch(std::size_t bytes);
 
-  // ---- answers; false where nobody waits for them
+  // ---- answers; false if nobody waits for them
   bool Opened(std::uint32_t request) { return this->Requests.SettleOpen(request); }
   // seconds: as in LineMeter; those of a cached blob are ignored.
   bool Arrived(std::uint32_t request, const protocol::BlobId& blob, std::size_t bytes,

@@ -33,7 +33,7 @@ struct ColorChoice
 // "resolution", or "by:NAME[:MAP[:LOW:HIGH]]". NAME is percent-encoded, except letters, digits,
 // '-', '.' and '_'.
 std::string FormatColors(const ColorChoice& choice);
-// Nothing where the text is none of these.
+// Nothing if the text is none of these.
 std::optional<ColorChoice> ParseColors(std::string_view text);
 // Two finite numbers, the first below the second, with `between` between them.
 std::optional<std::array<double, 2>> ParseRange(std::string_view text, char between);

@@ -64,7 +64,7 @@ bool Execute(vtkAlgorithm& algorithm)
   return writer ? writer->Write() != 0 : (algorithm.Update(), algorithm.GetErrorCode() == 0);
 }
 
-// All ranks tell that the rank has failed, and why; there is no output.
+// All ranks report that the rank has failed, and why; there is no output.
 void ExpectErrorOf(
   int failed, vtkAlgorithm& algorithm, const std::string& what, const std::string& said = "")
 {

@@ -344,7 +344,7 @@ void ComparePartitions(vtkDataObject* own, vtkPolyData* whole, vtkIdType size, v
     Expect((here != nullptr) == isOwn, "who has partition " + std::to_string(i));
     Expect(!here || AreSame(here, PartitionAt(one, i)), "partition " + std::to_string(i));
   }
-  // Port 1 alone says the same of the points.
+  // Port 1 without port 0 says the same of the points.
   together->Modified();
   together->Update(1);
   const auto ids = vtkPolyData::SafeDownCast(together->GetOutputDataObject(1));
@@ -498,7 +498,7 @@ void ExpectNoIdsOfCutCells()
   }
 }
 
-// An error of one rank's input: all tell it, and nobody waits.
+// An error in one rank's input: all ranks report it, and none waits.
 void ExpectErrorOfInput(const std::string& folder)
 {
   vtkNew<vtkKdMeshReader> reader;
@@ -546,7 +546,7 @@ void ExpectNameOfFirst(const std::string& folder, vtkMPIController* controller)
   }
 }
 
-// An error of one rank is told by all, and nobody waits.
+// An error of one rank is reported by all, and none waits.
 void ExpectErrorOfAll()
 {
   const PolyData input = MakeSphere(20);

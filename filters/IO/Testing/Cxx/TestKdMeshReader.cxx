@@ -120,7 +120,7 @@ TEST_F(TestKdMeshReader, TheHeaderIsToldBeforeAnythingIsRead)
   this->Reader->UpdateInformation();
   EXPECT_EQ(told(vtkDataObject::POINT_DATA_VECTOR()), "heat 11 1 4; ");
 
-  // Of another file: points that become one are not told, nor what there is not.
+  // Another file: neither merged points nor missing ones are reported.
   this->Write("triangle.stl",
     "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
     "endloop\nendfacet\nendsolid\n");

@@ -22,7 +22,7 @@ struct Input
   PolyData mesh;
 };
 
-// With the arrays "Point" and "Cell", which tell where a point or cell in the output came from.
+// With the arrays "Point" and "Cell": the input's point or cell of each one in the output.
 std::vector<Input> Inputs()
 {
   PolyData soup = MakePlate(12); // edges of three triangles, repeated and degenerate triangles

@@ -206,7 +206,8 @@ TYPED_TEST(MeshPartitionPipeline, RunsAgainOnlyWhenSomethingChanged)
   EXPECT_EQ(observer.runs, 5);
 }
 
-// Port 1 alone: whose each point is, and nothing is cut; then port 0 without finding it out again.
+// Port 1 without port 0: the partition of each point, and nothing is cut. Then port 0, without
+// partitioning again.
 TYPED_TEST(MeshPartitionPipeline, IdsAloneCutNothing)
 {
   vtkNew<TypeParam> filter, both;

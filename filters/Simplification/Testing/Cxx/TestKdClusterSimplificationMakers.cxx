@@ -499,7 +499,7 @@ TEST(KdClusterSimplificationMakers, ArraysComeAlong)
   }
 }
 
-// What tells points and cells apart has no means, whatever numbers it is of.
+// Arrays that identify points and cells have no means, whatever their numbers are.
 TEST(KdClusterSimplificationMakers, IdsAreLeftOutWhateverTheirType)
 {
   for (const int type : { VTK_ID_TYPE, VTK_DOUBLE, VTK_FLOAT })

@@ -282,7 +282,7 @@ TEST_F(ExternalOctreeStore, ACancelOrAnErrorLeavesNothing)
     EXPECT_TRUE(this->NothingLeft());
   }
 
-  // So many vertices in one place are one partition, whatever is wanted.
+  // This number of vertices in one place are one partition, whatever is wanted.
   this->Write(WithCopiesOfTheFirst(Torus(96, 48), 2000));
   this->Options.weld = false;
   const auto report = this->External();

@@ -161,7 +161,7 @@ TEST_F(TestKdStreamActor, RefinesByTheViewWithinItsBudget)
   EXPECT_GT(double(this->Actor->GetNumberOfDrawnTriangles()), 1.5 * double(whole));
 }
 
-// Pictures that nobody asks for: the interactor's timers fire by hand, as often as they are made.
+// Pictures without a request: the interactor's timers fire by hand, as often as they are made.
 TEST_F(TestKdStreamActor, IdleTimeRefinesUntilAllIsThere)
 {
   vtkNew<vtkGenericRenderWindowInteractor> interactor;

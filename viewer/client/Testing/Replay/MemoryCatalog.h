@@ -30,7 +30,7 @@ public:
     , Facts(this->Server.Description())
   {
     this->Facts.id = std::move(id);
-    // Levels follow the shape alone: a painted model would be shown in the finest at once.
+    // Levels follow only the shape: a model with colours would be shown in the finest at once.
     this->Facts.attributes.clear();
   }
   const ModelDescription& Description() const override { return this->Facts; }

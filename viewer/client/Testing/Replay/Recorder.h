@@ -60,7 +60,7 @@ public:
   bool Answer();
   // Answers everything, with frames in between.
   void Settle();
-  // At most so many answers; returns how many there were.
+  // At most this number of answers; returns how many there were.
   std::size_t Settle(std::size_t answers);
   // The connection breaks, or what is fetched does not come.
   void Break();
@@ -72,7 +72,7 @@ public:
   bool drawsEach = false;
   // Blobs of which all has been sent, in order.
   std::vector<protocol::BlobId> sent;
-  // Edges with one triangle alone, of all surfaces that were drawn.
+  // Edges with only one triangle, of all surfaces that were drawn.
   std::size_t Holes() const { return this->BoundaryEdges; }
   std::size_t Surfaces() const { return this->SurfacesDrawn; }
   TroubledCatalog catalog;

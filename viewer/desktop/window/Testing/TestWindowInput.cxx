@@ -146,7 +146,7 @@ TEST(TestWindowInput, KeysTurnZoomJumpAndTap)
   withControl.control = true;
   EXPECT_EQ(Input().Handle(withControl), Steps());
 
-  // What Return does is a double tap for whoever recognizes these.
+  // Return acts as a double tap, for code that recognizes these.
   GestureRecognizer gestures;
   std::vector<Gesture> all;
   for (const SessionStep& step : Input().Handle(Key("Return")))

@@ -29,7 +29,7 @@ inline PolyData AsPolyData(const Mesh& mesh)
   return data;
 }
 
-// Lossless, in partitions of at most so many vertices.
+// Lossless, in partitions of at most this number of vertices.
 inline void BuildTo(const std::filesystem::path& file, const Mesh& mesh,
   std::uint32_t verticesPerPartition, const PartitionMethod* partitioner = &KdTreeMethod())
 {

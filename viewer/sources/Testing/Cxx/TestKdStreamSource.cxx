@@ -246,7 +246,7 @@ public:
   std::shared_future<void> gone = letGo.get_future().share();
 };
 
-// Aborts at the first progress that is told once something is the case; knows when.
+// Aborts at the first report of progress after something is the case; knows when.
 struct AbortWhen
 {
   vtkAlgorithm& filter;
