@@ -32,8 +32,8 @@ TEST_F(TestSpoiledMaterials, CoordinatesOutsideRepeatOrAreClamped)
   this->WriteMtl("-clamp on a.png");
   this->ExpectObj({}, { red, blue, red, blue });
   this->WriteObj({ { "1e30", "0" }, { "-1e30", "1e38" }, { "0.25", "0.5" } });
-  this->ExpectObj({ "2 triangles have texture coordinates of 2^30 texels or more, which tell no "
-                    "place in a picture" },
+  this->ExpectObj({ "2 triangles have texture coordinates of 2^30 texels or more, which are "
+                    "not places in a picture" },
     { blue, red, red });
 }
 

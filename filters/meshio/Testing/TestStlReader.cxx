@@ -270,7 +270,7 @@ TEST(StlReader, CountsThatAreTooSmallOrNotKnown)
     EXPECT_EQ(read.info.tolerance.Warnings(),
       std::vector<std::string>{ "2" + two +
                                 "the first: byte 134, after the 1 triangles that the "
-                                "header counts, which alone are read" });
+                                "header counts; only these are read" });
   }
   for (const std::string& count : { std::string(4, '\0'), std::string(4, '\xFF') })
   {
