@@ -267,6 +267,10 @@ void AddAccess(CLI::App& app, ServeOptions& line)
         "tokens [default: everybody may load everything]")
       ->type_name("FILE")
       ->group("Access");
+  CheckText(app.add_option("--contact", line.server.contact,
+              "who runs this server and how to get a token, for visitors who have none"))
+    ->needs(tokens)
+    ->group("Access");
   AddQuotas(app, line, tokens);
   app
     .add_option("--audit-log", line.auditLog,

@@ -66,6 +66,7 @@ struct HttpServerOptions
   std::size_t headerBytes = 8192; // most of a request's header; a body none may have
   ConversationLimits stream;      // what the client of each may ask for at once
   std::string allowOrigin;        // RouteOptions::allowOrigin
+  std::string contact;            // RouteOptions::contact
   // Whose tokens clients need to have models; null: everybody may have all.
   std::shared_ptr<const TokenGuard> guard;
   // What the bearers of tokens may have of the original; null: any number of it.

@@ -203,7 +203,12 @@ HttpResponse Routes::Finished(const HttpRequest& request, HttpResponse response)
 {
   response.omitBody = request.method == "HEAD";
   response.fields.emplace_back("X-Content-Type-Options", "nosniff");
-  if (!this->Options.allowOrigin.empty())
+  if (PathOf(request.target) == "/embed.js")
+  {
+    // Any page may have it as a module, which browsers load across origins only where they may.
+    response.fields.emplace_back("Access-Control-Allow-Origin", "*");
+  }
+  else if (!this->Options.allowOrigin.empty())
   {
     response.fields.emplace_back("Access-Control-Allow-Origin", this->Options.allowOrigin);
     response.fields.emplace_back(
@@ -216,11 +221,16 @@ HttpResponse Routes::Finished(const HttpRequest& request, HttpResponse response)
   return response;
 }
 
-HttpResponse Routes::Failure(
-  unsigned status, std::string_view message, std::chrono::seconds retryAfter) const
+HttpResponse Routes::Failure(unsigned status, std::string_view message,
+  std::chrono::seconds retryAfter, std::string_view contact) const
 {
   JsonWriter json;
-  json.BeginObject().Member("error", message).EndObject();
+  json.BeginObject().Member("error", message);
+  if (!contact.empty())
+  {
+    json.Member("contact", contact);
+  }
+  json.EndObject();
   auto response = NoStore(status, "application/json", json.Text() + "\n");
   if (status == 503 || status == 429 || retryAfter.count() > 0)
   {
@@ -246,8 +256,10 @@ Result<Permission> Routes::Admit(
 HttpResponse Routes::Forbidden(const Refusal& refusal) const
 {
   this->Counters.CountRefusal(Metrics::Reason::Token);
-  auto response = this->Failure(refusal.status, refusal.message);
-  if (refusal.status == 401)
+  const bool lacksToken = refusal.status == 401;
+  auto response = this->Failure(refusal.status, refusal.message, std::chrono::seconds(0),
+    lacksToken ? std::string_view(this->Options.contact) : std::string_view());
+  if (lacksToken)
   {
     response.fields.emplace_back("WWW-Authenticate", "Bearer");
   }

@@ -31,6 +31,7 @@ struct RouteOptions
   std::shared_ptr<const TokenGuard> guard = {}; // whose tokens models take; null: they take none
   std::shared_ptr<const PartitionLedger> ledger = {}; // where partitions are entered; null: nowhere
   std::function<std::uint64_t()> lostLines = {};      // of the server's logs; none: there are none
+  std::string contact = {}; // told to clients without a valid token; empty: nothing is
 };
 
 class Routes
@@ -79,9 +80,9 @@ public:
   // The answer to a client that may not have what it asks for, which is counted.
   HttpResponse Forbidden(const Refusal& refusal) const;
 
-  // {"error":"…"} with the fields that every answer has.
+  // {"error":"…"}, and "contact" unless it is empty, with the fields that every answer has.
   HttpResponse Failure(unsigned status, std::string_view message,
-    std::chrono::seconds retryAfter = std::chrono::seconds(0)) const;
+    std::chrono::seconds retryAfter = std::chrono::seconds(0), std::string_view contact = {}) const;
 
   // Whether a page from `origin` (the header field; "" = not a browser) may open a stream at
   // `host`: pages of this server may, and those that allowOrigin names. The server must check this,

@@ -91,7 +91,7 @@ public:
     , Answers(catalog, Counters,
         RouteOptions{ this->Options.allowOrigin, this->Options.web, this->Options.version,
           !this->Options.admin, [this] { return this->Draining(); }, this->Options.guard,
-          this->MakeLedger(), this->Options.lostLines })
+          this->MakeLedger(), this->Options.lostLines, this->Options.contact })
   {
   }
 

@@ -99,6 +99,20 @@ TEST_F(Guarded, TakesTheTokensThatItMakes)
   EXPECT_EQ(serve.AnyErrorLine(), "") << "it has nothing to warn of";
 }
 
+TEST_F(Guarded, TellsWhoGivesTokens)
+{
+  Process serve({ this->stores, "--port", "0", "--tokens", this->keys, "--contact",
+    "Museum <b>, \"ann\"@example.org" });
+  const auto refused = HttpTestClient(serve.Port()).Get("/api/models.json");
+  ASSERT_TRUE(refused);
+  EXPECT_EQ(refused->status, 401u);
+  EXPECT_EQ(refused->body, "{\"error\":\"this server requires a token\","
+                           "\"contact\":\"Museum <b>, \\\"ann\\\"@example.org\"}\n");
+  Process wrong({ this->stores, "--port", "0", "--contact", "Ann" });
+  EXPECT_NE(wrong.ErrorLine().find("--tokens"), std::string::npos) << "there are none to get";
+  EXPECT_EQ(wrong.Wait(), 2);
+}
+
 TEST_F(Guarded, FollowsItsFileWithinASecond)
 {
   Process serve({ this->stores, "--port", "0", "--tokens", this->keys });

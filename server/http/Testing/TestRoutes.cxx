@@ -377,6 +377,21 @@ TEST_F(Page, GoesAsGzipToThoseWhoTakeIt)
   EXPECT_EQ(wasm.Field("Vary"), "");
 }
 
+TEST_F(Page, TheScriptOfOtherPagesIsForAnyOrigin)
+{
+  std::ofstream(this->folder / "embed.js") << "script";
+  EXPECT_EQ(
+    this->Ask({ "GET", "/embed.js", "", "", "" }).Field("Access-Control-Allow-Origin"), "*");
+  EXPECT_EQ(
+    this->Ask({ "GET", "/embed.js?1", "", "", "" }).Field("Access-Control-Allow-Origin"), "*");
+  EXPECT_EQ(this->Ask({ "GET", "/", "", "", "" }).Field("Access-Control-Allow-Origin"), "");
+  const Routes named(this->catalog, this->metrics,
+    { "https://example.org", *StaticFiles::Open(this->folder.Path), "1" });
+  const auto answer = Answer(named, { "GET", "/embed.js", "", "", "" });
+  EXPECT_EQ(answer.Field("Access-Control-Allow-Origin"), "*");
+  EXPECT_EQ(answer.Field("Vary"), "") << "it is the same for all";
+}
+
 TEST_F(Page, GzipKeepsHeadTagsAndRangesRight)
 {
   const auto get = this->Ask(Gzip("GET"));
