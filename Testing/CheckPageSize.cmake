@@ -6,7 +6,7 @@ list(GET sizes 0 first)
 list(GET sizes 1 bytes)
 list(GET sizes 2 compiler)
 set(most_first 166900)
-set(most_bytes 241600)
+set(most_bytes 246500)
 if(compiler VERSION_GREATER_EQUAL 16) # Debian 12 has 14; Debian 13's makes some 3 kB more of the same sources
   math(EXPR most_first "${most_first} + 4000")
   math(EXPR most_bytes "${most_bytes} + 4000")

@@ -205,7 +205,7 @@ test("a coloured model", async () => {
     await visit.untilQuiet();
     return shown;
   };
-  assert.deepEqual(await show("Stone"), ["Colours", "Stone", "Partitions", "Detail"]);
+  assert.deepEqual(await show("Stone"), ["Colours", "Stone", "Pieces", "Detail"]);
   const stone = await visit.around(middle);
   assert.ok(difference(coloured, stone) > 0.3, "stone is not the colours");
   await visit.picture("desktop-5-stone");
@@ -216,7 +216,7 @@ test("a coloured model", async () => {
   await visit.choose("pebble");
   await visit.choose("pebble");
   await visit.until("the pebble", ({ model, mode, idle }) => model === "pebble" && mode === "full screen" && idle);
-  assert.deepEqual(await show("Stone"), ["Stone", "Partitions", "Detail"]);
+  assert.deepEqual(await show("Stone"), ["Stone", "Pieces", "Detail"]);
   assert.deepEqual(await visit.messages(), []);
   visit.assertClean(server.url);
   await visit.close();

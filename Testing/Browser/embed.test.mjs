@@ -13,11 +13,12 @@ let server, browser, host;
 // A museum's own site: it gives the page that is set last.
 class Host {
   body = "";
+  scripts = ""; // whose, too
   #server = createServer((request, response) => {
     response.setHeader("Content-Type", "text/html; charset=utf-8");
     const policy = request.url === "/example" ? "" : "Content-Security-Policy"; // the example has its script in the page
     policy && response.setHeader(policy,
-      `default-src 'none'; script-src ${server.url}; frame-src ${server.url}; style-src 'nonce-a'; img-src 'self' data:`);
+      `default-src 'none'; script-src ${server.url}${this.scripts}; frame-src ${server.url}; style-src 'nonce-a'; img-src 'self' data:`);
     response.end(["/", "/example"].includes(request.url) ? this.body : "");
   });
   url;
@@ -45,11 +46,11 @@ after(async () => {
   await server?.stop();
 });
 
-async function openHost(elements, isPhone = false) {
+async function openHost(elements, isPhone = false, script = `<script src="${server.url}/embed.js"></script>`, options = {}) {
   host.body = `<!doctype html><title>A museum</title><link rel="icon" href="data:,"><meta name="viewport" content="width=device-width">
     <style nonce="a">kdstream-viewer { width: 320px; height: 240px; } .far { margin-top: 3000px; } .tall { height: 1500px; }</style>
-    <script src="${server.url}/embed.js"></script>${elements}`;
-  const visit = await (isPhone ? Visit.phone(browser) : Visit.desktop(browser));
+    ${script}${elements}`;
+  const visit = await (isPhone ? Visit.phone(browser, undefined, options) : Visit.desktop(browser, options));
   await visit.page.addInitScript(() => {
     window.told = [];
     for (const name of ["ready", "viewchange", "error", "sleep"]) {
@@ -102,6 +103,50 @@ test("three lines show a model, and a page may ask and tell", async () => {
   await assert.rejects(visit.page.evaluate(() => document.createElement("kdstream-viewer").home()), /not ready/);
   assert.deepEqual(visit.errors, [], "no policy is broken");
   await visit.picture("embed-1");
+  await visit.close();
+});
+
+test("as a module of another origin, and imported by one", async () => {
+  for (const [script, from] of [[`<script type="module" src="${server.url}/embed.js"></script>`, ""],
+    [`<script type="module" src="data:text/javascript,import '${server.url}/embed.js'"></script>`, " data:"]]) {
+    host.scripts = from;
+    const visit = await openHost('<kdstream-viewer id="a" model="pebble"></kdstream-viewer>', false, script);
+    await untilTold(visit, "a picture", "ready", "a");
+    assert.deepEqual(visit.errors, []);
+    await visit.close();
+  }
+  host.scripts = "";
+});
+
+const dot = (color) => `data:image/svg+xml,${encodeURIComponent(`<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"><rect width="9" height="9" fill="${color}"/></svg>`)}`;
+
+test("a poster waits to be pressed, and a logo stays", async () => {
+  const visit = await openHost(`<kdstream-viewer id="a" model="pebble" title="A pebble" poster='${dot("red")}' logo='${dot("lime")}' autoplay="false">
+    </kdstream-viewer>`);
+  const poster = visit.page.locator("#a button");
+  await poster.waitFor();
+  await pause(500);
+  assert.equal(visit.page.frames().length, 1, "nothing is loaded");
+  assert.equal(await poster.getAttribute("aria-label"), "A pebble");
+  await visit.picture("embed-5-poster");
+  await poster.click();
+  await untilTold(visit, "a picture", "ready", "a");
+  assert.equal(await poster.count(), 0);
+  assert.ok(await visit.page.locator("#a [part=logo]").isVisible());
+  assert.deepEqual(visit.errors, [], "no policy is broken");
+  await visit.close();
+});
+
+test("it turns by itself, and fingers turn it at once", async () => {
+  const visit = await openHost('<kdstream-viewer id="a" model="pebble" turn scroll="off"></kdstream-viewer>', true, undefined,
+    { reducedMotion: "no-preference" });
+  await untilTold(visit, "a picture", "ready", "a");
+  await eventually("it turns", () => ask(visit, "a", "status"), ({ spinning }) => spinning);
+  const frame = visit.page.frames()[1];
+  assert.equal(await frame.evaluate(() => document.body.hasAttribute("data-entered")), true);
+  await visit.page.evaluate(() => document.getElementById("a").removeAttribute("turn"));
+  await eventually("it rests", () => ask(visit, "a", "status"), ({ spinning }) => !spinning);
+  assert.deepEqual(visit.errors, []);
   await visit.close();
 });
 

@@ -64,9 +64,15 @@ for (const lang of ["en", "de", "ar"]) {
       },
       tools: async () => {
         await page.click("#tools-button");
+        await page.locator("#tabs button").nth(1).click();
         await page.locator("#measure").waitFor();
       },
+      help: async () => {
+        await page.click("#help-button");
+        await page.locator("#help dl").waitFor();
+      },
       notes: async () => {
+        await page.keyboard.press("Escape");
         await page.locator("#notes-open").dispatchEvent("click");
         await page.locator("#notes-list button").first().click();
         await page.locator("#note h3").waitFor();
@@ -85,7 +91,6 @@ for (const lang of ["en", "de", "ar"]) {
       },
       legend: async () => {
         await page.evaluate(() => document.querySelector("[name=coloring][value='resolution']").click());
-        await page.keyboard.press("Escape");
         await page.locator("#legend li").first().waitFor();
       },
     };
@@ -287,9 +292,9 @@ test("a language that comes late is spoken from then on", async () => {
   await visit.open(`${server.url}/?lang=de`);
   await visit.untilIdle();
   assert.equal(await page.evaluate(() => document.documentElement.lang), "en", "nobody waits for it for ever");
-  assert.match(await page.locator("#status").textContent(), /triangles/);
+  assert.match(await page.locator("#live").textContent(), /^Preview of/);
   send();
-  await eventually("German", () => page.locator("#status").textContent(), (text) => /Dreiecke/.test(text));
+  await eventually("German", () => page.locator("#live").textContent(), (text) => /^Vorschau von/.test(text));
   assert.equal(await page.evaluate(() => document.documentElement.lang), "de");
   assert.equal(await page.locator("#menu-button").getAttribute("aria-label"), "Einstellungen");
   assert.deepEqual(visit.errors, []);
@@ -333,6 +338,39 @@ test("from right to left", async () => {
   await visit.close();
 });
 
+test("a title in another direction begins where its credit does", async () => {
+  for (const [lang, title, edge] of [["ar", "Nefertiti", "right"], ["en", "قناع من الذهب", "left"]]) {
+    const visit = await Visit.phone(browser);
+    await visit.open(`${server.url}/?lang=${lang}`);
+    await visit.untilIdle();
+    const edges = await visit.page.evaluate(([text, side]) => ["#title", "#credit", "#models .name"].map((selector) => {
+      const element = document.querySelector(selector);
+      element.textContent = text;
+      const words = document.createRange();
+      words.selectNodeContents(element);
+      return Math.abs(words.getBoundingClientRect()[side] - element.parentElement.getBoundingClientRect()[side]);
+    }), [title, edge]);
+    assert.ok(edges.every((distance) => distance < 6), `${lang}: ${edges}`);
+    await visit.close();
+  }
+});
+
+test("hints are read whole at 240 points", async () => {
+  const visit = await Visit.phone(browser, { width: 240, height: 420 });
+  await visit.open(`${server.url}/?lang=de`);
+  await visit.untilIdle();
+  await visit.page.click("#open");
+  await fullScreen(visit);
+  const hint = visit.page.locator("#hint");
+  await eventually("a hint", () => hint.textContent());
+  assert.ok(await hint.evaluate((element) => {
+    const { left, right } = element.getBoundingClientRect();
+    return element.scrollWidth <= element.clientWidth && element.scrollHeight <= element.clientHeight && left >= 0 && right <= innerWidth;
+  }));
+  await visit.picture("everyone-9-narrow");
+  await visit.close();
+});
+
 // Whether two boxes share room.
 const overlap = (a, b) => a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height;
 
@@ -354,7 +392,7 @@ for (const [width, height] of [[390, 844], [844, 390], [320, 568], [1280, 800], 
         assert.ok(one.x >= 0 && one.y >= 0 && one.x + one.width <= width + 0.5 && one.y + one.height <= height + 0.5, `${name} is on the screen`);
       }
     };
-    assertApart(await boxes("title", "about-button", "open", "view", "status"));
+    assertApart(await boxes("title", "about-button", "open", "view"));
     await visit.picture(`everyone-5-list-${width}x${height}`);
     await page.click("#open");
     await fullScreen(visit);
@@ -366,8 +404,8 @@ for (const [width, height] of [[390, 844], [844, 390], [320, 568], [1280, 800], 
     await page.evaluate(() => {
       document.getElementById("title").firstChild.data = "A very long title ".repeat(20);
     });
-    assertApart(await boxes("back", "title", "credit", "about-button", "undo", "home", "tools-button", "menu-button", "view", "hint"));
-    assert.ok((await boxes("view")).view.height > height / 3, "the picture has most of the room");
+    assertApart(await boxes("back", "title", "credit", "about-button", "help-button", "undo", "home", "tools-button", "menu-button", "hint"));
+    assert.deepEqual((await boxes("view")).view, { x: 0, y: 0, width, height }, "the picture has all of the room");
     await visit.picture(`everyone-6-full-${width}x${height}`);
     visit.assertClean(server.url);
     await visit.close();
@@ -391,7 +429,7 @@ test("a notch: nothing lies under it", async () => {
   }
   await page.click("#open");
   await fullScreen(visit);
-  for (const id of ["back", "title", "menu-button", "status", "hint"]) {
+  for (const id of ["back", "title", "menu-button", "help-button", "hint"]) {
     const { x, y, width, height } = await page.locator(`#${id}`).boundingBox();
     assert.ok(x >= 47 && x + width <= 844 - 47 && y >= 20 && y + height <= 390 - 21, id);
   }

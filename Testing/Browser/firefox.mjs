@@ -85,6 +85,7 @@ class FirefoxVisit extends PageVisit {
 
   // The button of that name, among those that are seen.
   async press(name) {
+    await this.showTool(name);
     const button = await this.page.evaluateHandle((wanted) => [...document.querySelectorAll("button")].find(
       (one) => one.checkVisibility() && (one.ariaLabel ?? one.textContent.trim()) === wanted), name);
     assert.ok(button.asElement(), `no button ${name}`);

@@ -87,8 +87,6 @@ async function lookManyTimes(url, model, megabytes, looks) {
     await lookAround(random);
     if (step % 3) {
       const { errorLeft } = await visit.untilIdle();
-      const words = await visit.page.textContent("#status");
-      assert.equal(words.startsWith("Up to "), errorLeft > 2, `step ${step}: "${words}", ${errorLeft} points`);
       cut += errorLeft > 2;
     }
     const { budget, heap, graphics } = await memory();

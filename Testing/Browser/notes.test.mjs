@@ -41,7 +41,10 @@ async function openPebble(visit, more = "") {
   return visit.until("full screen", ({ mode, idle, shownLevel }) => mode === "full screen" && idle && shownLevel !== null);
 }
 
-const press = (visit, name) => visit.page.getByRole("button", { name, exact: true }).click();
+const press = async (visit, name) => {
+  await visit.showTool(name);
+  await visit.page.getByRole("button", { name, exact: true }).click();
+};
 const textOf = (visit, id) => visit.page.locator(id).textContent();
 
 test("an author adds notes, moves and edits them, and saves a file that is then served", async () => {
@@ -120,6 +123,68 @@ test("a visitor steps through them by keyboard, and hears what they say", async 
   await visit.close();
 });
 
+test("a note's number stands on the object, hidden behind it, and opens it", async () => {
+  writeFileSync(file(), notesOf(["<b>One</b>", "From 1687.", goodView], ["Two", "No view.", "model=pebble"]));
+  await untilListed(2);
+  const visit = await Visit.phone(browser);
+  const { page } = visit;
+  await openPebble(visit);
+  const mark = page.locator(".note-mark").first();
+  await page.locator("#notes-open").click();
+  await page.locator("#notes-list button").first().click();
+  await visit.untilIdle();
+  await mark.waitFor();
+  assert.equal(await mark.textContent(), "1");
+  assert.equal(await mark.getAttribute("aria-label"), "1: <b>One</b>");
+  assert.equal(await page.locator(".note-mark").nth(1).isVisible(), false, "the first view looks at no place");
+  const [middle, box] = [await visit.centre(), await mark.boundingBox()];
+  assert.ok(Math.hypot(box.x + box.width / 2 - middle.x, box.y + box.height / 2 - middle.y) < 3, "where its view looks");
+  await visit.picture("notes-3-marks");
+  await press(visit, "Close");
+  await visit.drag({ x: middle.x - 180, y: middle.y + 120 }, 360, 0, 12); // half around
+  await visit.untilIdle();
+  await eventually("behind it", () => mark.isVisible(), (seen) => !seen);
+  await visit.drag({ x: middle.x + 180, y: middle.y + 120 }, -340, 0, 12);
+  await visit.untilIdle();
+  await mark.waitFor();
+  await mark.click();
+  await eventually("its note", () => textOf(visit, "#note h3"), (text) => text === "<b>One</b>");
+  assert.equal(await page.locator("#note b").count(), 0);
+  await page.keyboard.press("Escape");
+  await page.locator("#tools-button").click();
+  await page.locator("#tabs").waitFor();
+  await press(visit, "Measure");
+  await eventually("taps are for the tool in hand", () => mark.isVisible(), (seen) => !seen);
+  visit.assertClean(server.url);
+  await visit.close();
+});
+
+test("a tour plays by itself, until somebody takes over", async () => {
+  const visit = await Visit.phone(browser);
+  const { page } = visit;
+  await page.addInitScript(() => {
+    const wait = window.setTimeout; // a note stays for seconds
+    window.setTimeout = (act, time, ...more) => wait(act, time > 3999 && time < 31000 ? 400 : time, ...more);
+  });
+  await openPebble(visit);
+  await page.locator("#notes-open").click();
+  await page.locator("#notes-list button").first().click();
+  await press(visit, "Play the tour");
+  assert.equal(await textOf(visit, "#note h3"), "Two");
+  await eventually("it ends with the last", () => textOf(visit, "#note-play"), (text) => text === "Play the tour");
+  await press(visit, "Play the tour");
+  assert.equal(await textOf(visit, "#note h3"), "<b>One</b>");
+  assert.equal(await textOf(visit, "#note-play"), "Pause");
+  await eventually("the next", () => textOf(visit, "#note h3"), (text) => text === "Two");
+  await press(visit, "Previous note");
+  assert.equal(await textOf(visit, "#note-play"), "Play the tour");
+  await pause(1500);
+  assert.equal(await textOf(visit, "#note h3"), "<b>One</b>", "who takes over has it");
+  await visit.close();
+  rmSync(file());
+  await untilListed(0);
+});
+
 test("notes that are too long, or no notes, are not served", async () => {
   for (const wrong of [" ".repeat(262145), notesOf(["a".repeat(201), "", "model=pebble"]), "{}"]) {
     writeFileSync(file(), wrong);
@@ -133,6 +198,39 @@ test("notes that are too long, or no notes, are not served", async () => {
   assert.equal((await fetch(`${server.url}/api/models/pebble/notes.json`, { method: "PUT" })).status, 405);
   rmSync(file());
   await untilListed(0);
+});
+
+test("a note that was begun outlasts Escape, and what is to be done with notes is seen", async () => {
+  const visit = await Visit.phone(browser);
+  const { page } = visit;
+  const written = () => page.locator("#notes-written span").allTextContents();
+  await openPebble(visit);
+  await page.locator("#tools-button").click();
+  await press(visit, "Write notes");
+  await press(visit, "Add a note here");
+  await page.locator("#note-title").fill("Begun");
+  await page.locator("#note-text").fill("and not ended");
+  await page.keyboard.press("Escape");
+  assert.equal(await page.locator("#tools").isVisible(), false);
+  await page.locator("#tools-button").click();
+  await press(visit, "Add a note here");
+  assert.equal(await page.locator("#note-title").inputValue(), "Begun");
+  assert.equal(await page.locator("#note-text").inputValue(), "and not ended");
+  await press(visit, "Keep this note");
+  await press(visit, "Add a note here");
+  await page.locator("#note-text").fill("without a title");
+  await press(visit, "Edit");
+  assert.match(await textOf(visit, "#notes-remark"), /needs a title/);
+  await page.locator("#note-title").fill("Another");
+  await press(visit, "Edit");
+  assert.deepEqual(await written(), ["Begun", "Another"], "it is kept before the other is edited");
+  assert.equal(await page.locator("#note-title").inputValue(), "Begun");
+  await Promise.all([page.waitForEvent("download"), press(visit, "Save notes")]);
+  assert.ok(await page.locator("#notes-remark").evaluate((element) => {
+    const [{ top, bottom }, sheet] = [element.getBoundingClientRect(), document.getElementById("tools").getBoundingClientRect()];
+    return top >= sheet.top && bottom <= sheet.bottom;
+  }), "where to put the file");
+  await visit.close();
 });
 
 test("notes that are not saved are not lost without a question", async () => {

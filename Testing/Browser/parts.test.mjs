@@ -86,6 +86,8 @@ test("tools wait for it, and say so", async () => {
   await visit.picture("parts-1-waiting");
   assert.equal(await visit.page.locator("#tools").isVisible(), false);
   held.letGo();
+  await visit.page.locator("#tabs").waitFor();
+  await visit.showTool("Measure");
   await visit.page.locator("#measure").click();
   await visit.until("it measures", ({ measuring }) => measuring);
   assert.equal(await loading(), "");
@@ -133,6 +135,8 @@ test("a link waits for it, and is followed then; the last of several", async () 
   await visit.open(server.url);
   await openFullScreen(({ idle }) => idle);
   await visit.page.locator("#tools-button").click();
+  await visit.page.locator("#tabs").waitFor();
+  await visit.showTool("Facing me");
   await visit.page.getByRole("button", { name: "Facing me", exact: true }).click();
   await visit.until("it is cut", ({ depth, idle }) => depth !== null && idle);
   const link = await visit.copied("#copy-link");
@@ -187,7 +191,7 @@ test("a server that has not got it is asked again", async () => {
   await visit.picture("parts-2-refused");
   await openFullScreen();
   await visit.page.locator("#tools-button").click();
-  await visit.page.locator("#measure").waitFor();
+  await visit.page.locator("#tabs").waitFor();
   await visit.untilQuiet();
   assert.ok(refusals < 0);
 });

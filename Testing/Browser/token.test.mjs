@@ -5,7 +5,7 @@ import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { Server, Visit, eventually, launchBrowser, makeModels, makeToken, temporaryFolder } from "./harness.mjs";
+import { Server, Visit, eventually, launchBrowser, makeModels, makeToken, pause, temporaryFolder } from "./harness.mjs";
 import { Proxy } from "./proxy.mjs";
 
 const keys = join(temporaryFolder(), "tokens.json");
@@ -60,7 +60,7 @@ test("a link with a token shows the models that it is for, and is forgotten", as
 test("without a link, and with one that has expired, the page says what is wrong", async () => {
   const without = await Visit.phone(browser);
   await without.open(server.url);
-  await without.untilSaid(/the server requires a token: open the link that you were given/);
+  await without.untilSaid(/requires a token: open the link that you were given/);
   // The link opened in the same tab.
   const reloaded = without.page.waitForEvent("load");
   await without.open(`${server.url}/#token=${tokenFor("*", "levels")}`);
@@ -70,8 +70,33 @@ test("without a link, and with one that has expired, the page says what is wrong
 
   const late = await Visit.phone(browser);
   await late.open(`${server.url}/#token=${tokenFor("*", "levels")}A`);
-  await late.untilSaid(/the server requires a token: your link has expired/);
+  await late.untilSaid(/requires a token: your link has expired/);
   await late.close();
+});
+
+test("without a token the page says whose it is, and waits for one", async () => {
+  const guarded = await Server.start(makeModels({ dragon: false }),
+    { more: ["--tokens", keys, "--contact", "The museum of <b>stones</b>: ann@example.org sends links."] });
+  const visit = await Visit.phone(browser);
+  try {
+    await visit.open(guarded.url);
+    await visit.untilSaid(/^The server requires a token: open the link that you were given\. The museum of <b>stones<\/b>: ann@example\.org sends links\.$/);
+    assert.equal(await visit.page.locator("#message b").count(), 0);
+    await visit.picture("token-2-contact");
+    const asked = () => visit.requests.filter((url) => url.includes("/api/")).length;
+    await pause(3000);
+    const before = asked();
+    await pause(9000);
+    assert.equal(asked(), before, "nobody gets a token by asking again");
+    await visit.page.click("#message-action");
+    await visit.page.fill("#token", tokenFor("*", "levels"));
+    await visit.page.keyboard.press("Enter");
+    await visit.untilIdle();
+    await visit.untilQuiet();
+  } finally {
+    await visit.close();
+    await guarded.stop();
+  }
 });
 
 test("a token and a view come in one link, in either order", async () => {
@@ -110,7 +135,7 @@ test("a token that is entered is in no address at all", async () => {
   const token = tokenFor("pebble", "levels");
   const visit = await Visit.phone(browser);
   await visit.open(server.url);
-  await visit.untilSaid(/the server requires a token: open the link that you were given/);
+  await visit.untilSaid(/requires a token: open the link that you were given/);
   await visit.page.click("#message-action");
   await visit.page.fill("#token", "nonsense!");
   await visit.page.getByRole("button", { name: "Enter", exact: true }).click();
@@ -132,6 +157,7 @@ test("levels without the original: nothing is missing until it is asked for", as
   await visit.open(`${server.url}/#token=${tokenFor("pebble", "levels")}`);
   await openFullScreen(visit);
   await visit.pinch(await visit.centre(), 40, 320);
+  assert.equal(await visit.page.locator("#hint").textContent(), "", "nobody is invited to what is refused then");
   const near = await visit.until("the finest level", ({ idle, shownLevel, finestLevel }) => idle && shownLevel === finestLevel);
   assert.equal(near.error, "");
   assert.equal(near.original, false);
@@ -145,7 +171,7 @@ test("a token that is revoked ends the stream, and the page says so", async () =
   await visit.open(`${server.url}/#token=${tokenFor("*", "regions")}`);
   await openFullScreen(visit);
   writeFileSync(keys, JSON.stringify({ secret, revoked_subjects: ["ann"] }));
-  await visit.untilSaid(/the server requires a token: your link has expired/);
+  await visit.untilSaid(/requires a token: your link has expired/);
   assert.equal((await visit.status()).triangles > 0, true, "what is there stays");
 
   // Another one is asked for, and all goes on where it was.
@@ -175,7 +201,7 @@ test("where nothing streams another token can be entered, too", async () => {
       (await fetch(`${server.url}/api/models.json`, { headers: { Authorization: `Bearer ${tokenOf("eve")}` } })).status,
     (status) => status === 401);
     await visit.doubleTap(await visit.centre());
-    await visit.untilSaid(/^The token has been revoked\. Trying again …$/);
+    await visit.untilSaid(/^The token has been revoked\.$/);
     assert.equal(await visit.page.locator("#message-action").textContent(), "Enter it");
     await visit.page.click("#message-action");
     await visit.page.fill("#token", tokenOf("bob"));

@@ -27,7 +27,10 @@ async function turnPanel(visit) {
   await visit.untilIdle();
 }
 
-const press = (visit, name) => visit.page.getByRole("button", { name, exact: true }).click();
+const press = async (visit, name) => {
+  await visit.showTool(name);
+  await visit.page.getByRole("button", { name, exact: true }).click();
+};
 
 test("the tools come only when they are used", async () => {
   const visit = await Visit.phone(browser);
@@ -38,6 +41,30 @@ test("the tools come only when they are used", async () => {
   await visit.picture("tools-1-panel");
   await visit.page.keyboard.press("Escape");
   assert.equal(await visit.page.locator("#tools").isVisible(), false);
+  visit.assertClean(server.url);
+  await visit.close();
+});
+
+// Whether the middle of the element can be seen.
+const isSeen = (visit, selector) => visit.page.locator(selector).evaluate((element) => {
+  const { left, right, top, bottom } = element.getBoundingClientRect();
+  const [x, y] = [(left + right) / 2, (top + bottom) / 2];
+  return document.elementsFromPoint(x, y).some((each) => element.contains(each)) && top >= 0 && bottom <= innerHeight;
+});
+
+test("what was done is told where one sees it", async () => {
+  const visit = await Visit.phone(browser);
+  await openPebble(visit);
+  await turnPanel(visit);
+  await visit.copied("#copy-link");
+  const said = () => visit.page.locator("#notice").textContent();
+  await eventually("it is copied", said, (text) => text === "Link copied.");
+  await visit.page.locator("#notice").evaluate((element) => (element.style.pointerEvents = "auto"));
+  assert.ok(await isSeen(visit, "#notice"));
+  await visit.picture("tools-10-copied");
+  await Promise.all([visit.page.waitForEvent("download"), press(visit, "Save picture")]);
+  await eventually("it is saved", said, (text) => text === "Picture saved.");
+  await eventually("it goes", said, (text) => text === "");
   visit.assertClean(server.url);
   await visit.close();
 });
@@ -151,8 +178,8 @@ test("two taps measure, on the original", async () => {
   await measurePebble(visit);
   await turnPanel(visit);
   const told = await visit.page.locator("#measurements li span").textContent();
-  const [, distance, height] = told.match(/^([\d.]+) ± \S+, height (-?[\d.]+), across [\d.]+$/) ?? assert.fail(told);
-  assert.ok(Number(distance) > 0.1 && Number(distance) < 2.2 && Math.abs(Number(height)) < Number(distance), told);
+  const [, distance, height] = told.match(/^([\d.]+)(?: ± \S+)?, height (-?[\d.]+), across [\d.]+$/) ?? assert.fail(told);
+  assert.ok(Number(distance) > 0.1 && Number(distance) < 2.2 && distance.length > 4 && Math.abs(Number(height)) < Number(distance), told);
   assert.equal(await visit.page.locator("#overlay line").count(), 1);
   await visit.page.locator("#measurements input").fill("the width");
   await visit.page.locator("#measurements input").press("Tab");
@@ -163,6 +190,37 @@ test("two taps measure, on the original", async () => {
   assert.equal(await visit.page.locator("#overlay line").count(), 0);
   visit.assertClean(server.url);
   await visit.close();
+});
+
+test("a tap beside the model says that there is nothing to measure", async () => {
+  const visit = await Visit.phone(browser);
+  await openPebble(visit);
+  await turnPanel(visit);
+  await press(visit, "Measure");
+  await visit.until("it measures", ({ measuring }) => measuring);
+  await visit.tap({ x: 20, y: 250 });
+  await eventually("it is told", () => visit.page.locator("#notice").textContent(), (text) => /nothing to measure/.test(text));
+  assert.equal(await visit.page.locator("#measurements li").count(), 0);
+  assert.ok(await visit.page.locator("#tools").isVisible(), "the tools stay in sight");
+  await visit.close();
+});
+
+test("on a phone the tools leave the model in sight, and begin with what is carried away", async () => {
+  for (const [name, viewport] of [["portrait", portrait], ["landscape", landscape]]) {
+    const visit = await Visit.phone(browser, viewport);
+    await openPebble(visit);
+    await turnPanel(visit);
+    const { width, height } = await visit.page.locator("#tools").boundingBox();
+    assert.ok(width * height < 0.37 * viewport.width * viewport.height, `${width} x ${height}`);
+    assert.deepEqual(await visit.page.locator("#carry button").allTextContents(), ["Copy link", "Save picture"]);
+    await visit.page.locator("#tabs button").first().click();
+    assert.ok(await visit.page.getByRole("button", { name: "Front", exact: true }).isVisible());
+    await visit.page.locator("#tabs button").nth(1).click();
+    assert.equal(await visit.page.getByRole("button", { name: "Front", exact: true }).isVisible(), false, "one kind at a time");
+    assert.ok(await visit.page.locator("#measure").isVisible());
+    await visit.picture(`tools-11-${name}`);
+    await visit.close();
+  }
 });
 
 test("a link shows its distances at once", async () => {

@@ -126,6 +126,22 @@ export class PageVisit {
       (status) => status.model === model && status.idle && status.shownLevel !== null);
   }
 
+  // Shows the tool of that name where it is in a group that is closed.
+  async showTool(name) {
+    await this.#askUntil("tools in their sheet", () => {
+      const sheet = document.getElementById("tools");
+      return sheet.hidden || sheet.querySelector("#tabs") !== null;
+    }, Boolean);
+    await this.page.evaluate((wanted) => {
+      const button = [...document.querySelectorAll("#tools fieldset button")].find(({ textContent }) => textContent === wanted);
+      const group = button?.closest("fieldset");
+      if (group && !button.checkVisibility()) {
+        const place = [...document.querySelectorAll("#tools fieldset")].indexOf(group);
+        document.querySelectorAll("#tabs button")[place].click();
+      }
+    }, name);
+  }
+
   // What the page copies at a click, by its own way where there is no clipboard.
   async copied(selector) {
     await this.page.evaluate(() => {

@@ -121,7 +121,7 @@ async function walk(name, viewport, elsewhere, detail, screen = {}) {
   await visit.picture(`${name}-6-region`);
   const finer = difference(before_, await visit.around(middle), 8);
   assert.ok(finer > (byView ? 0.01 : 0.05), `the region looks finer: ${finer}`);
-  assert.match(await visit.page.locator("#status").textContent(), /original/);
+  assert.match(await visit.page.locator("#status").textContent(), /^Original$/);
 
   // A double tap elsewhere moves on.
   await visit.doubleTap({ x: middle.x + elsewhere.x, y: middle.y + elsewhere.y });

@@ -46,7 +46,7 @@ copy_stripped(index.html)
 minify(style.css)
 # Fetched when they are first used, or after the first picture. What they import and page.js has is there already: they have
 # it from page.js, which exports it for them by short names.
-set(later tools.js notes.js gallery.js legend.js offline.js about.js access.js embedding.js words/de.js words/ar.js)
+set(later tools.js notes.js gallery.js legend.js offline.js about.js help.js access.js embedding.js words/de.js words/ar.js)
 list(TRANSFORM later PREPEND "--external:./" OUTPUT_VARIABLE externals)
 set(made "${PARTS}/scripts.json")
 minify(page.js "--metafile=${made}" ${externals})

@@ -7,6 +7,7 @@
 #include "filters/model/ModelJson.h"
 #include "filters/protocol/ResourcePath.h"
 #include "viewer/session/Geometry.h"
+#include "viewer/session/Picker.h"
 #include "viewer/session/SessionParts.h"
 #include "viewer/session/look/SceneRules.h"
 
@@ -392,6 +393,78 @@ std::string PageSession::MeasurementsJson() const
     put("from", each.from);
     each.to ? put("to", *each.to) : void(json.Key("to").PutJson("null"));
     json.EndObject();
+  }
+  json.EndArray();
+  return json.Text();
+}
+
+void PageSession::SetMarks(std::string_view links)
+{
+  this->Marks.clear();
+  this->MarkedSurface.reset();
+  while (!links.empty())
+  {
+    const std::string_view text = links.substr(0, links.find('\n'));
+    const auto link = ParseViewLink(text);
+    this->Marks.push_back({ link ? link->place : std::nullopt, std::nullopt });
+    links.remove_prefix(std::min(text.size() + 1, links.size()));
+  }
+}
+
+// A finer surface is elsewhere, if not by much.
+void PageSession::PlaceMarks()
+{
+  const ViewerScene scene = this->Viewer.Scene();
+  if (this->MarkedSurface == scene.surfaceVersion)
+  {
+    return;
+  }
+  this->MarkedSurface = scene.surfaceVersion;
+  for (Mark& mark : this->Marks)
+  {
+    mark.point.reset();
+    if (mark.view)
+    {
+      Camera camera = this->Viewer.GetCamera();
+      camera.SetPlace(*mark.view);
+      const auto hit = PickSurface(
+        *scene.surface, { camera.Eye(), camera.Forward() }, camera.TangentOf(fingerPoints));
+      mark.point = hit ? std::optional(hit->point) : std::nullopt;
+    }
+  }
+}
+
+bool PageSession::Sees(const Vec3& point) const
+{
+  constexpr double slack = 0.01; // of the distance: a mark lies on what hides it, but for rounding
+  const ViewerScene scene = this->Viewer.Scene();
+  if (scene.section && scene.section->CutsAway(point))
+  {
+    return false;
+  }
+  const double distance = Length(point - scene.eye);
+  const Ray ray{ scene.eye, Normalized(point - scene.eye) };
+  const double begin = scene.section ? scene.section->KeptOf(ray).begin : 0;
+  const auto hit = PickSurface(*scene.surface, ray, 0, nullptr, begin);
+  return !hit || hit->distance > distance * (1 - slack);
+}
+
+std::string PageSession::MarksJson()
+{
+  this->PlaceMarks();
+  JsonWriter json;
+  json.BeginArray();
+  for (const Mark& mark : this->Marks)
+  {
+    const auto pixel = mark.point ? this->Viewer.GetCamera().PixelOf(*mark.point) : std::nullopt;
+    if (pixel)
+    {
+      json.BeginArray().Put((*pixel)[0]).Put((*pixel)[1]).Put(this->Sees(*mark.point)).EndArray();
+    }
+    else
+    {
+      json.PutJson("null");
+    }
   }
   json.EndArray();
   return json.Text();

@@ -80,6 +80,13 @@ public:
   // [{"name","distance","height","horizontal","error","exact","waits","from","to"}]. from, to: the
   // ends on the screen, [x, y] in pixels, or null; heights are along the model's up.
   std::string MeasurementsJson() const;
+  // Marks the surface where the views of these links look at it, a line each; the earlier marks are
+  // gone.
+  void SetMarks(std::string_view links);
+  // [[x, y, isSeen]] of all marks by their order, in pixels; null where a link has no view, its view
+  // misses the surface, or the mark is behind the eye. isSeen: nothing hides it, and no section has
+  // cut it away.
+  std::string MarksJson();
   // Writes what the user sees into an object; page.js describes its members. isInFlight: whether
   // the picture will still change by what is in flight.
   void Describe(JsonWriter& json, bool isInFlight) const;
@@ -93,6 +100,13 @@ private:
     bool isAgain = false;       // while nothing comes from the server
     bool isOutstanding = false; // by the server too
   };
+  struct Mark
+  {
+    std::optional<CameraPlace> view;
+    std::optional<Vec3> point; // on the surface `MarkedSurface`
+  };
+  void PlaceMarks();
+  bool Sees(const Vec3& point) const;
   void Send(double now);
   void Send(const SessionRequest& request, double now);
   Searched* FindSearch(std::uint32_t id);
@@ -117,6 +131,8 @@ private:
   std::vector<Searched> Searches; // that have not ended
   bool IsAway = false;            // nothing comes from the server
   bool Misses = false;            // what has failed for that reason
+  std::vector<Mark> Marks;
+  std::optional<std::uint64_t> MarkedSurface; // its version; none: marks are to be placed anew
 };
 
 }

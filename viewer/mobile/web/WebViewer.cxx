@@ -295,6 +295,16 @@ extern "C"
   {
     viewer->outbox = viewer->page.MeasurementsJson();
   }
+  // The inbox is links, a line each.
+  EMSCRIPTEN_KEEPALIVE void ViewerSetMarks(WebViewer* viewer)
+  {
+    viewer->page.SetMarks(viewer->inbox);
+  }
+  // As the text.
+  EMSCRIPTEN_KEEPALIVE void ViewerMarks(WebViewer* viewer)
+  {
+    viewer->outbox = viewer->page.MarksJson();
+  }
   // The inbox is the name.
   EMSCRIPTEN_KEEPALIVE void ViewerNameMeasurement(WebViewer* viewer, std::size_t index)
   {

@@ -3,9 +3,10 @@
 // Fetched when it is first opened. Texts are untrusted: they never become HTML, and only http links are made.
 
 import { makeButton } from "./elements.js";
+import { describeLengths } from "./lengths.js";
 import { make, nameOf } from "./list.js";
 import { addressIn } from "./origin.js";
-import { figure, language, t } from "./words.js";
+import { kilobytes, t } from "./words.js";
 
 // ---- links
 
@@ -28,46 +29,32 @@ export function withLinks(text) {
   return [...parts, text.slice(end)].filter(Boolean);
 }
 
-// ---- lengths
-
-const metres = { pm: 1e-12, nm: 1e-9, "µm": 1e-6, mm: 1e-3, cm: 1e-2, m: 1, km: 1e3 };
-const aliases = { "μm": "µm", um: "µm", micron: "µm", microns: "µm", millimetre: "mm", millimeter: "mm", centimetre: "cm",
-  centimeter: "cm", metre: "m", meter: "m", metres: "m", meters: "m", kilometre: "km", kilometer: "km" };
-const preferred = ["pm", "nm", "µm", "mm", "m", "km"];
-
-// Three digits of the longest side, in the unit of metres in which they are easily read; of other units as they are.
-export function describeLengths(sides, unit) {
-  const longest = Math.max(...sides);
-  const known = aliases[unit.toLowerCase()] ?? unit;
-  if (!(longest > 0) || !Number.isFinite(longest)) {
-    return "";
-  }
-  let shown = unit;
-  let factor = 1;
-  const isOdd = longest < 0.1 || longest >= 10000;
-  if (isOdd && Object.hasOwn(metres, known)) {
-    shown = preferred.findLast((each) => longest * metres[known] >= metres[each]) ?? preferred[0];
-    factor = metres[known] / metres[shown];
-  }
-  const digits = 2 - Math.floor(Math.log10(longest * factor)); // after the point, of all sides alike
-  const plain = digits < 8 && digits > -7;
-  const figures = sides.map((side) => {
-    const value = side * factor;
-    if (!plain) {
-      return value.toLocaleString(language, { notation: "scientific", maximumSignificantDigits: 3 });
-    }
-    const step = 10 ** Math.max(-digits, 0);
-    const rounded = digits < 0 ? Math.round(value / step) * step : value;
-    return rounded.toLocaleString(language, { maximumFractionDigits: Math.max(digits, 0) });
-  });
-  return figure(figures.join(" × "), shown);
-}
-
 // ---- the sheet
 
 function row(name, ...what) {
   return [make("dt", { textContent: name }), make("dd", { dir: "auto" }, ...what)];
 }
+
+// Where a budget leaves much of it coarser, the finest of it is told as such.
+function describeSurface({ shownLevel, finestLevel, triangles, vertices, region, original, errorLeft }) {
+  if (shownLevel === null) {
+    return "";
+  }
+  const isCut = errorLeft > 2;
+  const detail = region?.shown || original
+    ? t(isCut ? "Up to the original" : "Level {level} and original", { level: shownLevel })
+    : t(isCut ? "Up to level {level} of {finest}" : "Level {level} of {finest}", { level: shownLevel, finest: finestLevel });
+  return `${detail} · ${triangles ? t("{n} triangles", { n: triangles }) : t("{n} points", { n: vertices })}`;
+}
+
+function describeProgress({ blobsLoaded, blobsWanted, bytesLoaded }) {
+  return blobsWanted
+    ? t("{done} of {all} parts, {bytes}", { done: blobsLoaded, all: blobsWanted, bytes: kilobytes(bytesLoaded) })
+    : "";
+}
+
+// What is drawn, for who wants to know.
+export const describeDetails = (status) => [describeSurface(status), describeProgress(status)].filter(Boolean).join(" · ");
 
 // close: what the button does. Gives what goes into the sheet.
 export function describeModel(model, { sides = [], unit, credit, license, description }, close) {
@@ -86,6 +73,7 @@ export function describeModel(model, { sides = [], unit, credit, license, descri
     make("h2", { dir: "auto", textContent: nameOf(model) }),
     ...(text ? [make("p", { dir: "auto" }, ...withLinks(text))] : []),
     make("dl", {}, ...rows),
+    make("details", {}, make("summary", { textContent: t("Details") }), make("p", { id: "details" })),
     makeButton("Close", close, { className: "plain" }),
   ];
 }

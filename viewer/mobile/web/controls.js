@@ -7,7 +7,7 @@ import { entryOf } from "./list.js";
 import { askForPreviews, showPreview, showsPreview } from "./previews.js";
 import { lastStatus, redraw, rest, wake } from "./frames.js";
 import { canClosePreview, closePreview, colourBy, followLink, linkInAddress, models, refreshing, takeLink, tryNow } from "./choosing.js";
-import { closeSheets, openAbout, openMenu, openTools, shownSheet } from "./sheets.js";
+import { closeSheets, openAbout, openHelp, openMenu, openTools, shownSheet } from "./sheets.js";
 import { canvas, fingers, find, isEmbedded, line, viewer } from "./shared.js";
 
 export let contextLost = false;
@@ -86,6 +86,7 @@ export function listenToButtons() {
   find("menu-button").addEventListener("click", () => openMenu(find("menu").hidden));
   find("tools-button").addEventListener("click", () => openTools(find("tools").hidden));
   find("about-button").addEventListener("click", () => openAbout(find("about").hidden));
+  find("help-button").addEventListener("click", () => openHelp(find("help").hidden));
   for (const form of ["tools", "menu"]) {
     find(form).addEventListener("submit", (event) => event.preventDefault());
   }
@@ -107,9 +108,11 @@ export function listenToButtons() {
     line.exchange();
     wake();
   });
-  canvas.addEventListener("pointerdown", closeSheets);
+  canvas.addEventListener("pointerdown", () => shownSheet() === "tools" || closeSheets()); // tools are for what is tapped
   listenToKeys();
 }
+
+const isField = ({ nodeName }) => /^(input|select|textarea)$/i.test(nodeName);
 
 function listenToKeys() {
   // Only for users who navigate by keyboard the focus is announced; not after a single key press, or after opening a link.
@@ -127,7 +130,9 @@ function listenToKeys() {
       find(`${open}-button`).focus();
     } else if (key === "Escape" && (canClosePreview() || (lastStatus.mode === "full screen" && !isEmbedded))) {
       goBack();
-    } else if (key === "/" && !find("search").hidden && !/^(input|select|textarea)$/i.test(target.nodeName)) {
+    } else if (key === "?" && lastStatus.mode === "full screen" && !isField(target)) {
+      openHelp(find("help").hidden);
+    } else if (key === "/" && !find("search").hidden && !isField(target)) {
       event.preventDefault(); // it is not what is searched
       find("search").focus();
     } else if (key === "Enter" && document.activeElement === canvas) {

@@ -14,6 +14,18 @@ export function group(title, ...children) {
   return make("fieldset", {}, make("legend", { textContent: t(title) }), ...children);
 }
 
+// Says what was done, over all that is open, for some seconds.
+export function notice(text) {
+  let box = document.getElementById("notice");
+  if (!box) {
+    box = make("p", { id: "notice", role: "status" });
+    document.body.append(box);
+  }
+  clearTimeout(box.timer);
+  box.timer = setTimeout(() => (box.textContent = ""), 6000);
+  requestAnimationFrame(() => (box.textContent = text)); // a change is said aloud, not what comes with its element
+}
+
 export function download(blob, name) {
   const link = make("a", { href: URL.createObjectURL(blob), download: name });
   link.click();

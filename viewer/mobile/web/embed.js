@@ -2,22 +2,37 @@
 // <kdstream-viewer src="https://SERVER" model="ID" view="…">: the viewer on anybody's page (doc/embedding.md).
 //
 // The viewer itself is the server's page in a frame, which shows one model and no list. The page and this element exchange
-// messages (embedding.js answers there). This is a plain script, because modules of other origins need that server's permission.
+// messages (embedding.js answers there). It works as a plain script and as a module. It has no import.meta, which a plain script
+// may not have.
 (() => {
-  const here = new URL(document.currentScript.src);
+  const isOurs = (address) => /\/embed\.js([?#]|$)/.test(address);
+  const from = document.currentScript?.src || [...document.scripts].find(({ src }) => isOurs(src))?.src
+    || performance.getEntriesByType("resource").find(({ name }) => isOurs(name))?.name; // imported by another module
+  const here = from && new URL(".", from).href;
   const mostAwake = 4; // frames at a time: browsers give a page few contexts to draw with
   const awake = []; // that were seen last, the last one last
-  const look = ":host{display:block;width:100%;aspect-ratio:4/3;min-height:160px;background:#1a1c20}"
-    + ":host([hidden]){display:none}iframe{display:block;border:0;width:100%;height:100%}";
+  const look = ":host{display:block;position:relative;width:100%;aspect-ratio:4/3;min-height:160px;background:#1a1c20}"
+    + ":host([hidden]){display:none}iframe{display:block;border:0;width:100%;height:100%}"
+    + "button{position:absolute;inset:0;width:100%;height:100%;padding:0;border:0;background:none;cursor:pointer}"
+    + "button[disabled]{pointer-events:none}button img{display:block;width:100%;height:100%;object-fit:cover}"
+    + "[part=logo]{position:absolute;right:8px;bottom:8px;max-width:25%;max-height:15%;pointer-events:none}";
+  const make = (name, part, properties) => {
+    const element = Object.assign(document.createElement(name), properties);
+    element.part = part;
+    return element;
+  };
 
   class KdStreamViewer extends HTMLElement {
-    static observedAttributes = ["src", "model", "view"];
+    static observedAttributes = ["src", "model", "view", "turn", "scroll", "poster", "logo"];
     #frame = null;
     #link = ""; // of what was seen last
     #waiting = new Map(); // deeds that have no answer yet
     #commands = 0;
     #ready = false;
     #isSeen = false;
+    #isWanted = false; // somebody has pressed the poster
+    #poster = null;
+    #logo = null;
     #watch = new IntersectionObserver(([{ isIntersecting }]) => this.#see(isIntersecting), { rootMargin: "200px" });
 
     constructor() {
@@ -29,6 +44,7 @@
     }
 
     connectedCallback() {
+      this.src || console.error("kdstream-viewer: set src to the address of the server of the models");
       addEventListener("message", this);
       addEventListener("pointerdown", this, true);
       this.#watch.observe(this);
@@ -46,6 +62,19 @@
       if (before === now) {
         return;
       }
+      if (name === "turn") {
+        this.#ready && this.spin(this.hasAttribute("turn")).catch(() => {});
+        return;
+      }
+      if (name === "poster" || name === "logo") {
+        this.#showPictures();
+        return;
+      }
+      if (name === "scroll") { // the view stays
+        this.#sleep();
+        this.#see(this.#isSeen);
+        return;
+      }
       this.#link = "";
       if (name !== "src" && this.#ready && this.model) {
         this.#do("follow", this.#wanted()).catch(() => {});
@@ -56,7 +85,7 @@
     }
 
     get src() {
-      return this.getAttribute("src") ?? here.origin;
+      return this.getAttribute("src") ?? here ?? "";
     }
     set src(value) {
       this.setAttribute("src", value);
@@ -107,6 +136,33 @@
       return new URL(this.src, document.baseURI);
     }
 
+    // The poster lies over the frame until that has a picture; where nothing starts by itself, a press starts it.
+    #showPictures() {
+      this.#poster?.remove();
+      this.#logo?.remove();
+      this.#poster = this.#logo = null;
+      const { poster, logo } = Object.fromEntries(["poster", "logo"].map((name) => [name, this.getAttribute(name)]));
+      if (poster && !this.#ready) {
+        const name = this.title || "3D model";
+        this.#poster = make("button", "poster", { type: "button", ariaLabel: name, disabled: !this.#waits() });
+        this.#poster.append(make("img", "poster-picture", { src: poster, alt: "" }));
+        this.#poster.addEventListener("click", () => {
+          this.#isWanted = true;
+          this.#poster.disabled = true;
+          this.#see(this.#isSeen);
+        });
+        this.shadowRoot.append(this.#poster);
+      }
+      if (logo) {
+        this.#logo = make("img", "logo", { src: logo, alt: "" });
+        this.shadowRoot.append(this.#logo);
+      }
+    }
+
+    #waits() {
+      return this.getAttribute("autoplay") === "false" && this.hasAttribute("poster") && !this.#isWanted;
+    }
+
     // "model=ID&view=…", or all of a link as `view`.
     #wanted() {
       const { view } = this;
@@ -116,7 +172,7 @@
 
     #see(isSeen) {
       this.#isSeen = isSeen;
-      if (!isSeen || !(this.model || this.view)) {
+      if (!isSeen || !this.src || this.#waits() || !(this.model || this.view)) {
         return;
       }
       if (awake.includes(this)) {
@@ -132,11 +188,11 @@
       }
       awake.push(this);
       const address = this.#address();
-      address.searchParams.set("embed", "");
+      address.searchParams.set("embed", this.getAttribute("scroll") === "off" ? "entered" : "");
       address.hash = this.#wanted();
-      this.#frame = Object.assign(document.createElement("iframe"),
+      this.#frame = make("iframe", "frame",
         { src: address.href, title: this.title || "3D model", allow: "fullscreen; web-share; clipboard-write" });
-      this.shadowRoot.append(this.#frame);
+      this.shadowRoot.prepend(this.#frame); // below poster and logo
     }
 
     // The frame goes; the view stays known.
@@ -148,6 +204,7 @@
         this.#ready = false;
         this.#waiting.forEach(({ reject }) => reject(new Error("The viewer is unloaded.")));
         this.#waiting.clear();
+        this.#showPictures();
         this.#tell("sleep");
       }
     }
@@ -179,7 +236,11 @@
         error ? answer?.reject(new Error(error)) : answer?.resolve(result);
         return;
       }
-      this.#ready = true;
+      if (!this.#ready) {
+        this.#ready = true;
+        this.#showPictures();
+        this.hasAttribute("turn") && !matchMedia("(prefers-reduced-motion: reduce)").matches && this.spin().catch(() => {});
+      }
       if (event === "viewchange") {
         this.#link = String(detail);
       }

@@ -55,7 +55,9 @@ export class Embedding {
       fingers.entered && canvas.focus({ preventScroll: true });
       wake();
     };
-    const leave = () => fingers.enter(Boolean(document.fullscreenElement));
+    const asked = new URLSearchParams(location.search);
+    const isEntered = asked.get("embed") === "entered"; // the page around it is not scrolled over it
+    const leave = () => fingers.enter(isEntered || Boolean(document.fullscreenElement));
     document.addEventListener("fullscreenchange", () => {
       open.setAttribute("aria-pressed", Boolean(document.fullscreenElement));
       leave();
@@ -64,6 +66,7 @@ export class Embedding {
     new IntersectionObserver(([{ intersectionRatio }]) => intersectionRatio < leastSeen && leave(), { threshold: [0, leastSeen] })
       .observe(canvas);
     this.#leave = leave;
+    leave();
   }
 
   // The page's own origin is answered in any case, others where nothing is guarded.

@@ -74,9 +74,28 @@ export function enterToken(given) {
   return Boolean(found);
 }
 
-// Whether the server's latest answer was that it wants one, or another one.
+// Whether the server's latest answer was that it wants one, or another one; and what it says to those who have none.
 let lacking = false;
+export let contact = "";
 export const lacksToken = () => lacking;
+
+// Whether the token, if there is one, is for the original too. The server decides; this only spares an invitation.
+export function mayHaveOriginal() {
+  try {
+    return !token || JSON.parse(atob(token.split(".")[1].replace(/-/g, "+").replace(/_/g, "/"))).detail === "regions";
+  } catch {
+    return true;
+  }
+}
+
+function contactIn(bytes) {
+  try {
+    const { contact: told } = JSON.parse(new TextDecoder().decode(bytes));
+    return typeof told === "string" ? told : "";
+  } catch {
+    return "";
+  }
+}
 
 // What needs a token is for its bearer, and not for the next user of this browser.
 export const mayKeep = () => !token;
@@ -103,6 +122,9 @@ const now = () => performance.now() / 1000;
 // The seconds that a busy server asks for; 0 if it does not say.
 function retryAfterOf({ status, headers }) {
   const seconds = [403, 429, 503].includes(status) ? Number(headers.get("Retry-After")) : 0;
+  if (status === 401) {
+    return longestRetryAfter; // nobody gets a token by asking again
+  }
   return Math.min(Math.max(seconds, 0), longestRetryAfter) || 0;
 }
 
@@ -126,7 +148,9 @@ export async function get(path, mostBytes, cache = "default") {
       wait();
       const { done, value } = await reader.read();
       if (done) {
-        return { status: response.status, bytes: join(parts, length), retryAfter: retryAfterOf(response) };
+        const bytes = join(parts, length);
+        contact = lacking ? contactIn(bytes) : contact;
+        return { status: response.status, bytes, retryAfter: retryAfterOf(response) };
       }
       length += value.length;
       if (length > mostBytes) {

@@ -43,6 +43,7 @@ function sentence(text) {
 //   listed       whether there is a list of models
 //   listTrouble  why there is no new list
 //   lacksToken   the server requires a token
+//   contact      what it says to those who have none: who runs it, and how to get one
 //   away         nothing comes from the server
 //   wellAgain    it does again
 //   offline      only what is kept can be shown
@@ -53,8 +54,9 @@ export function findMessage(situation) {
   const { status, name, listed, listTrouble } = situation;
   const again = { label: t("Try now"), act: situation.tryNow };
   const cure = situation.lacksToken ? { label: t("Enter it"), act: situation.askForToken } : again;
-  const trying = (text) => `${sentence(text)} ${t("Trying again …")}`;
-  const noList = () => ({ text: trying(t("the list of models cannot be loaded: {why}", { why: listTrouble })), ...cure });
+  const trying = (text) => `${sentence(text)} ${situation.lacksToken ? situation.contact : t("Trying again …")}`.trim();
+  const noList = () => ({ text: trying(situation.lacksToken ? listTrouble
+    : t("the list of models cannot be loaded: {why}", { why: listTrouble })), ...cure });
   if (situation.failed?.isPartMissing) {
     return { text: t("The viewer could not be loaded from the server."), stays: true, ...reload() };
   }

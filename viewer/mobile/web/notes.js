@@ -3,13 +3,14 @@
 // store (format: filters/model/Notes.h). Fetched when a model with notes is shown in full screen, or when notes are to be
 // written. Texts are untrusted: they never become HTML.
 
-import { download, group, makeButton } from "./elements.js";
+import { download, makeButton } from "./elements.js";
 import { getOrFind } from "./line.js";
 import { make } from "./list.js";
 import { language, t } from "./words.js";
 
 const mostBytes = 256 << 10;
 const mostNotes = 100;
+const leastTime = 4000, timeOfLetter = 60, mostTime = 30000; // ms, that a note stays while the tour plays
 const longest = { title: 200, text: 4000, link: 2048 };
 
 // ---- the file
@@ -62,7 +63,10 @@ export class Notes {
   constructor(page) {
     this.#page = page;
     document.head.append(make("link", { rel: "stylesheet", href: new URL("notes.css", import.meta.url).href }));
-    const step = (id, text, by) => makeButton(text, () => this.#goTo(this.#at + by), { id, className: "tool" });
+    const step = (id, text, by) => makeButton(text, () => {
+      this.#play(false);
+      this.#goTo(this.#at + by);
+    }, { id, className: "tool" });
     this.opener = makeButton("Notes", () => this.#open(), { id: "notes-open", className: "tool", hidden: true });
     this.list = make("ol", { id: "notes-list" });
     this.said = make("div", { id: "note", ariaLive: "polite", tabIndex: 0 });
@@ -72,7 +76,11 @@ export class Notes {
     this.all = makeButton("All notes", () => this.#showList(), { id: "notes-all", className: "tool" });
     this.box = make("section", { id: "notes", ariaLabel: t("Notes"), hidden: true }, this.list, this.said, make("div", { className: "row" },
       this.previous, this.place, this.next, this.all, makeButton("Close", () => this.#close(), { id: "notes-close", className: "tool" })));
-    page.canvas.after(this.opener, this.box);
+    this.markers = make("div", { id: "note-marks" });
+    this.play = makeButton("Play the tour", () => this.#play(!this.#isPlaying()), { id: "note-play", className: "tool" });
+    this.all.after(this.play);
+    page.canvas.addEventListener("pointerdown", () => this.#play(false));
+    page.canvas.after(this.markers, this.opener, this.box);
     document.addEventListener("keydown", (event) => {
       const another = document.querySelector(".sheet:not([hidden]), dialog[open]");
       if (event.key === "Escape" && !this.box.hidden && !another) {
@@ -90,8 +98,10 @@ export class Notes {
   // After each frame.
   show() {
     const { mode, model } = this.#page.status();
+    this.#showMarkers();
     if (mode !== "full screen") {
       this.#keepDraft();
+      this.#play(false);
       this.box.hidden = this.opener.hidden = true;
       this.#model = null;
     } else if (model !== this.#model) {
@@ -121,7 +131,52 @@ export class Notes {
     this.#notes = notes;
     this.#at = -1;
     this.box.hidden = true;
+    this.#page.viewer.setMarks(notes.map((note) => linkOf(this.#model, note)));
+    this.markers.replaceChildren(...notes.map(({ title }, i) => makeButton(String(i + 1), () => {
+      this.box.hidden = false;
+      this.#goTo(i);
+    }, { className: "note-mark", ariaLabel: `${i + 1}: ${title}`, hidden: true })));
     this.#showAll();
+  }
+
+  // Where their notes are, and nothing hides them; what is tapped with a tool in hand is the model.
+  #showMarkers() {
+    const { mode, tool } = this.#page.status();
+    this.markers.hidden = mode !== "full screen" || tool > 0 || !this.#notes.length;
+    if (this.markers.hidden) {
+      return;
+    }
+    const ratio = this.#page.canvas.width / this.#page.canvas.clientWidth;
+    this.#page.viewer.marks().forEach((mark, i) => {
+      const marker = this.markers.children[i];
+      marker.hidden = !mark?.[2];
+      if (!marker.hidden) {
+        marker.style.transform = `translate(${mark[0] / ratio}px, ${mark[1] / ratio}px) translate(-50%, -50%)`;
+        marker.setAttribute("aria-current", i === this.#at);
+      }
+    });
+  }
+
+  // ---- a tour that plays by itself
+
+  #timer = 0;
+  #isPlaying = () => this.#timer !== 0;
+
+  #play(plays) {
+    clearTimeout(this.#timer);
+    this.#timer = 0;
+    if (plays) {
+      this.#goTo(this.#at + 1 < this.#notes.length ? this.#at + 1 : 0);
+      this.#playOn();
+    }
+    this.play.textContent = t(plays ? "Pause" : "Play the tour");
+  }
+
+  // The next one once this one can have been read.
+  #playOn() {
+    const { title, text } = this.#notes[this.#at];
+    const time = Math.min(leastTime + timeOfLetter * (title.length + text.length), mostTime);
+    this.#timer = setTimeout(() => this.#play(this.#at + 1 < this.#notes.length), time);
   }
 
   // ---- stepping
@@ -132,12 +187,14 @@ export class Notes {
   }
 
   #close() {
+    this.#play(false);
     this.box.hidden = true;
     this.#showAll();
     (this.opener.hidden ? this.#page.canvas : this.opener).focus();
   }
 
   #showList() {
+    this.#play(false);
     this.#at = -1;
     this.#showAll();
     this.list.querySelector("button")?.focus();
@@ -163,6 +220,7 @@ export class Notes {
     for (const each of [this.previous, this.next, this.place, this.all]) {
       each.hidden = !note;
     }
+    this.play.hidden = this.#notes.length < 2;
     this.previous.disabled = this.#at <= 0;
     this.next.disabled = this.#at + 1 >= this.#notes.length;
     this.place.textContent = note ? t("{n} of {all}", { n: this.#at + 1, all: this.#notes.length }) : "";
@@ -189,7 +247,7 @@ export class Notes {
       this.entries = make("ol", { id: "notes-written" });
       this.remark = make("p", { id: "notes-remark", role: "status" });
       this.save = makeButton("Save notes", () => this.#save(), { id: "notes-save", className: "tool" });
-      this.#author = group("Notes", makeButton("Add a note here", () => this.#edit(this.#notes.length), { id: "note-add", className: "tool" }),
+      this.#author = make("div", {}, makeButton("Add a note here", () => this.#edit(this.#notes.length), { id: "note-add", className: "tool" }),
         this.editor, this.entries, this.save, this.remark);
     }
     place.replaceWith(this.#author);
@@ -197,8 +255,24 @@ export class Notes {
     this.#author.querySelector("button").focus();
   }
 
+  // In the sheet, whose end may be out of sight.
+  #say(text) {
+    this.remark.textContent = text;
+    text && this.remark.scrollIntoView({ block: "nearest" });
+  }
+
+  // Of what stands in the fields, whether it would be lost.
+  #isBegun() {
+    const { title = "", text = "" } = this.#notes[this.edited] ?? {};
+    return !this.editor.hidden && (this.title.value !== title || this.text.value !== text);
+  }
+
   // index: of the note; null: none.
   #edit(index) {
+    if (index !== null && this.#isBegun() && (this.edited === index || !this.#keep())) {
+      this.title.focus(); // it goes on where it was
+      return;
+    }
     this.#drafts.delete(this.#model);
     this.#fill(index, this.#notes[index]);
     if (index !== null) {
@@ -216,9 +290,7 @@ export class Notes {
 
   // What is written on one model waits while others are looked at.
   #keepDraft() {
-    const open = this.#author && this.#model && !this.editor.hidden;
-    const { title = "", text = "" } = (open && this.#notes[this.edited]) || {};
-    if (open && (this.title.value !== title || this.text.value !== text)) {
+    if (this.#author && this.#model && this.#isBegun()) {
       this.#drafts.set(this.#model, { index: this.edited, title: this.title.value, text: this.text.value });
     }
   }
@@ -228,30 +300,35 @@ export class Notes {
     this.#author && this.#fill(draft?.index ?? null, draft);
   }
 
+  // Whether the note is one.
   #keep() {
     const { title, text } = { title: this.title.value.trim(), text: this.text.value };
     if (!title) {
-      this.remark.textContent = t("A note needs a title.");
+      this.#say(t("A note needs a title."));
       this.title.focus();
-      return;
+      return false;
     }
     const colours = this.#page.colours();
     const before = this.#notes[this.edited];
     const link = before?.link ?? `${this.#page.viewer.link()}${colours ? `&colours=${colours}` : ""}`;
-    this.#change((notes) => notes.splice(this.edited, 1, { link, language: language.split("-")[0], ...before, title, text }));
-    this.#edit(null);
+    const isKept = this.#change((notes) =>
+      notes.splice(this.edited, 1, { link, language: language.split("-")[0], ...before, title, text }));
+    isKept && this.#edit(null);
+    return isKept;
   }
 
+  // Whether they are changed.
   #change(act) {
     const notes = [...this.#notes];
     act(notes);
     const most = notes.length > mostNotes ? t("A model can have at most {n} notes.", { n: mostNotes }) : "";
-    this.remark.textContent = most;
+    this.#say(most);
     if (!most) {
       this.#written.set(this.#model, notes);
       this.#unsaved.add(this.#model);
       this.#use(notes);
     }
+    return !most;
   }
 
   #move(from, to) {
@@ -277,12 +354,12 @@ export class Notes {
   #save() {
     const file = new Blob([writeNotes(this.#notes)], { type: "application/json" });
     if (file.size > mostBytes) {
-      this.remark.textContent = t("These notes are too long for the server: shorten them.");
+      this.#say(t("These notes are too long for the server: shorten them."));
       return;
     }
     download(file, `${this.#model}.notes.json`);
     this.#unsaved.delete(this.#model);
-    this.remark.textContent = t("Copy {file} to the folder of {store} on the server: then everyone sees the notes.",
-      { file: `${this.#model}.notes.json`, store: `${this.#model}.kds` });
+    this.#say(t("Copy {file} to the folder of {store} on the server: then everyone sees the notes.",
+      { file: `${this.#model}.notes.json`, store: `${this.#model}.kds` }));
   }
 }

@@ -26,7 +26,8 @@ function nameOfLicence({ hostname, pathname }) {
   return kind ? `CC ${kind.toUpperCase()} ${version}` : domain === "zero" ? `CC0 ${version}` : `Public Domain Mark ${version}`;
 }
 
-// Where there is not room for both the credit is cut, not the licence. All of both is in the model's sheet (about.js).
+// Where there is not room for both, as over a preview, the credit is cut, not the licence. All of both is in the model's sheet
+// (about.js).
 export function showOrigin(element, credit, licence) {
   if (element.dataset.shown === `${credit}\n${licence}`) {
     return;

@@ -118,6 +118,8 @@ async function start() {
   shareLine(new Line(viewer, wake), new Fingers(canvas, viewer, wake));
   window.kdstream = { status: () => (viewer.failure ? lastStatus : { ...viewer.status(), memory: viewer.memory() }) };
   startFrames(show);
+  const bar = find("bar");
+  new ResizeObserver(() => find("stage").style.setProperty("--bar", `${bar.offsetHeight}px`)).observe(bar);
   listenToButtons();
   moveIfLiked();
   saveDataIfAsked();

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The sheets: options, tools, what is known of the model; and its notes. What they hold is fetched when it is first used.
 
-import { hasToken } from "./line.js";
+import { hasToken, mayHaveOriginal } from "./line.js";
 import { nameOf } from "./list.js";
 import { lastStatus, redraw, rest, wake } from "./frames.js";
 import { colouring, followLink, selectedModel, takeDistances } from "./choosing.js";
-import { canvas, find, line, viewer } from "./shared.js";
+import { canvas, coarse, find, line, say, viewer } from "./shared.js";
 
-const sheets = ["menu", "tools", "about"];
+const sheets = ["menu", "tools", "about", "help"];
 let tools = null; // once they have been used, or a link has brought distances
 let about = null;
 let notes = null; // once a model has some, or somebody writes some
@@ -103,11 +103,39 @@ function tokenForgotten() {
 export async function openAbout(open) {
   showSheet("about", open);
   if (open) {
-    about ??= (await import("./about.js")).describeModel;
-    find("about").replaceChildren(...about(selectedModel(), lastStatus, () => {
+    about ??= await import("./about.js");
+    find("about").replaceChildren(...about.describeModel(selectedModel(), lastStatus, () => {
       openAbout(false);
       find("about-button").focus();
     }));
     find("about").focus();
+    showDetails();
   }
+}
+
+export async function openHelp(open) {
+  showSheet("help", open);
+  if (open) {
+    const { describeHelp } = await import("./help.js");
+    find("help").replaceChildren(...describeHelp(coarse, mayHaveOriginal(), () => {
+      openHelp(false);
+      find("help-button").focus();
+    }));
+    find("help").focus();
+  }
+}
+
+let fingerShown = false;
+
+// Once there is a picture on the whole screen; not for people who want nothing to move by itself.
+export function showFinger() {
+  if (!fingerShown && !matchMedia("(prefers-reduced-motion: reduce)").matches) {
+    fingerShown = true;
+    import("./help.js").then((help) => help.showFinger(canvas), () => {});
+  }
+}
+
+export function showDetails() {
+  const place = find("details");
+  place && say(place, about.describeDetails(lastStatus));
 }

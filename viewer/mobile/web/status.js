@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What is said of how it stands, after each frame: messages, hints, what is loading, the legend, the status line.
 
-import { isOffline, lacksToken } from "./line.js";
+import { contact, isOffline, lacksToken, mayHaveOriginal } from "./line.js";
 import { markChosen, nameOf } from "./list.js";
 import { hideLoading, showLoading } from "./loading.js";
 import { findMessage, showMessage } from "./message.js";
 import { showOrigin } from "./origin.js";
 import { arrayOf } from "./viewer.js";
-import { describeProgress, describeSurface, t } from "./words.js";
+import { t } from "./words.js";
 import { lastStatus, rest, wake } from "./frames.js";
 import { askAgain, colourBy, colouring, goOnOnce, linkTrouble, linked, missColours, models, refreshing, selectedModel, site, tryNow, update } from "./choosing.js";
-import { showNotes, showTools, shownSheet } from "./sheets.js";
+import { showDetails, showFinger, showNotes, showTools, shownSheet } from "./sheets.js";
 import { askForToken, contextLost, embedding, followMode } from "./controls.js";
 import { canvas, coarse, fingers, find, say, viewer } from "./shared.js";
 
@@ -27,6 +27,7 @@ export function show(before) {
   embedding?.show();
   showNotes(lastStatus);
   showStatus(lastStatus);
+  showDetails();
   showHint(lastStatus, wrong);
   showWhatComes(lastStatus, wrong);
   showLegend(lastStatus);
@@ -36,6 +37,7 @@ export function show(before) {
   }
   if (lastStatus.idle && lastStatus.shownLevel !== null) {
     tellAloud(lastStatus);
+    lastStatus.mode === "full screen" && fingers.entered && showFinger();
     goOnOnce(); // now that it takes nothing away from the first picture
   }
 }
@@ -63,7 +65,7 @@ function showWhatIsWrong(status) {
   const { trouble: listTrouble } = refreshing;
   const offline = isOffline();
   const told = { ...status, error: status.error || linkTrouble };
-  return showMessage(findMessage({ status: told, name, failed, contextLost, listed, listTrouble, lacksToken: lacksToken(), away, wellAgain, offline, rest, update, tryNow, askAgain, askForToken }));
+  return showMessage(findMessage({ status: told, name, failed, contextLost, listed, listTrouble, lacksToken: lacksToken(), contact, away, wellAgain, offline, rest, update, tryNow, askAgain, askForToken }));
 }
 
 // ---- how it stands
@@ -84,7 +86,7 @@ function showHint({ mode, shownLevel, region, measuring, tool }, wrong) {
     return;
   }
   knowsDoubleTap ||= region !== null;
-  const needed = shownLevel !== null && !knowsDoubleTap && !tool && !wrong && !shownSheet();
+  const needed = shownLevel !== null && !knowsDoubleTap && !tool && !wrong && !shownSheet() && mayHaveOriginal();
   const words = t(coarse ? "Double-tap the surface for its original detail" : "Double-click the surface for its original detail");
   say(find("hint"), needed ? words : "");
 }
@@ -132,7 +134,7 @@ function showStatus(status) {
   find("stone").hidden = !status.colored;
   find("undo").disabled = !status.canUndo;
   canvas.setAttribute("aria-label", t("{name} in 3D", { name }));
-  say(find("status"), [describeSurface(status), describeProgress(status)].filter(Boolean).join(" · "));
+  say(find("status"), status.region?.shown || status.original ? t("Original") : "");
   const busy = status.blobsWanted > 0 || status.waits;
   find("progress").classList.toggle("busy", busy);
   find("progress").firstElementChild.style.transform =

@@ -2,32 +2,24 @@
 // Tools for viewing: views from six sides, turning by itself, measuring, sections, light, links to views, pictures. Fetched when
 // they are first used. WebAssembly decides what they do; here are their buttons, and the lines over the picture.
 
-import { download, group, makeButton } from "./elements.js";
+import { download, group, makeButton, notice } from "./elements.js";
+import { formatError, formatLength } from "./lengths.js";
 import { make } from "./list.js";
 import { Looks, tool } from "./looks.js";
 import { composePicture } from "./picture.js";
-import { figure, language, t } from "./words.js";
+import { t } from "./words.js";
 
 const find = (id) => document.getElementById(id);
 
-// ---- figures
-
-// As many digits as the error leaves; of what is exact six.
-export function formatLength(value, error, unit) {
-  const size = Math.abs(value);
-  const digits = error > 0 ? Math.ceil(Math.log10(Math.max(size, error) / error)) + 1 : 6;
-  const rounded = Number(value.toPrecision(Math.min(Math.max(digits, 1), 9)));
-  const plain = size === 0 || (size >= 1e-6 && size < 1e9);
-  const text = plain ? rounded.toLocaleString(language, { maximumFractionDigits: 9 }) : rounded.toExponential();
-  return unit ? figure(text, unit) : text;
-}
+const slop = 8; // points: who has moved less has tapped
 
 export function describeMeasurement({ distance, height, horizontal, error, exact, waits, to }, unit) {
   if (!to) {
     return t("from here to …");
   }
-  const length = (value) => formatLength(value, error, unit);
-  const doubt = error > 0 ? ` ± ${formatLength(error, error / 2, unit)}` : "";
+  const length = (value) => formatLength(value, error, unit, distance);
+  const bound = formatError(error, unit, distance);
+  const doubt = bound && ` ± ${bound}`;
   const told = waits ? ` ${t("(the original is loading)")}` : exact ? "" : ` ${t("(of a coarser level)")}`;
   return t("{distance}, height {height}, across {across}",
     { distance: `${length(distance)}${doubt}${told}`, height: length(height), across: length(horizontal) });
@@ -72,23 +64,56 @@ export class Tools {
     this.measure = toggle("measure", "Measure", () => this.#do((viewer) => viewer.setTool(page.status().measuring ? tool.none : tool.measure)));
     this.looks = new Looks(page, (act) => this.#do(act));
     const share = navigator.share ? [makeButton("Share…", () => this.#share(), { className: "tool" })] : [];
-    this.#panel.append(
+    const carry = make("div", { id: "carry" }, makeButton("Copy link", () => this.#copyLink(), { className: "tool", id: "copy-link" }), ...share,
+      makeButton("Save picture", () => this.#savePicture(), { className: "tool", id: "save-picture" }));
+    this.groups = [
       group("Look from", make("div", { className: "grid" }, ...["Front", "Back", "Left", "Right", "Top", "Bottom"].map(side)), this.spin),
       group("Distances", this.measure, this.#list,
         makeButton("Copy as text", () => this.#copyMeasurements(), { className: "tool", id: "copy-measurements" })),
       ...this.looks.groups,
-      group("This view", makeButton("Copy link", () => this.#copyLink(), { className: "tool", id: "copy-link" }), ...share,
-        makeButton("Save picture", () => this.#savePicture(), { className: "tool", id: "save-picture" })),
-      this.#notesGroup(),
-      make("p", { id: "tools-note", role: "status" }));
+      this.#notesGroup()];
+    this.#panel.append(carry, make("div", { id: "tabs" }, ...this.groups.map((each) => this.#tab(each))), ...this.groups);
+    page.canvas.addEventListener("pointerdown", (event) => this.#press(event), true);
+    page.canvas.addEventListener("pointerup", (event) => this.#lift(event)); // after the viewer has been told
     this.show();
+  }
+
+  // A tap that measures nothing says so.
+  #press({ clientX, clientY }) {
+    this.pressed = this.#page.status().measuring && { clientX, clientY, ends: this.#ends() };
+  }
+
+  #lift({ clientX, clientY }) {
+    const { pressed } = this;
+    if (pressed && Math.hypot(clientX - pressed.clientX, clientY - pressed.clientY) < slop && pressed.ends === this.#ends()) {
+      this.#note("There is nothing to measure: tap the surface.");
+    }
+  }
+
+  #ends() {
+    return this.#page.viewer.measurements().map(({ to }) => (to ? 2 : 1)).join();
+  }
+
+  // On a small screen opens one kind of tools, or closes it.
+  #tab(each) {
+    each.classList.add("closed");
+    const tab = make("button", { type: "button", className: "tool", textContent: each.querySelector("legend").textContent, ariaExpanded: false });
+    tab.addEventListener("click", () => {
+      const opens = each.classList.contains("closed");
+      this.groups.forEach((other, i) => {
+        const open = opens && other === each;
+        other.classList.toggle("closed", !open);
+        tab.parentElement.children[i].ariaExpanded = open;
+      });
+    });
+    return tab;
   }
 
   // What writes notes is fetched with them.
   #notesGroup() {
     const write = async () => (await this.#page.getNotes()).write(place);
-    const place = group("Notes", makeButton("Write notes", write, { className: "tool", id: "write-notes" }));
-    return place;
+    const place = make("div", {}, makeButton("Write notes", write, { className: "tool", id: "write-notes" }));
+    return group("Notes", place);
   }
 
   #do(act) {
@@ -98,7 +123,7 @@ export class Tools {
   }
 
   #note(text) {
-    find("tools-note").textContent = t(text);
+    notice(t(text));
   }
 
   link() {

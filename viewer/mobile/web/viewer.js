@@ -184,6 +184,17 @@ class Viewer {
     return this.#describe("Measurements", "[]");
   }
 
+  // Marks the surface where the views of these links look at it.
+  setMarks(links) {
+    this.#putText(links.join("\n"));
+    this.#call("SetMarks");
+  }
+
+  // By their order [x, y, isSeen], in pixels of the canvas; null where there is none to be had.
+  marks() {
+    return this.#describe("Marks", "[]");
+  }
+
   nameMeasurement(index, name) {
     this.#putText(name);
     this.#call("NameMeasurement", index);

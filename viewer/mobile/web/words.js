@@ -112,23 +112,5 @@ export function kilobytes(bytes, digits = 1) {
     : figure((bytes / 1e6).toLocaleString(language, { minimumFractionDigits: digits, maximumFractionDigits: digits }), "MB");
 }
 
-// If a budget leaves much of it coarser, the finest part is described as such.
-export function describeSurface({ shownLevel, finestLevel, triangles, vertices, region, original, errorLeft }) {
-  if (shownLevel === null) {
-    return "";
-  }
-  const isCut = errorLeft > 2;
-  const detail = region?.shown || original
-    ? t(isCut ? "Up to the original" : "Level {level} and original", { level: shownLevel })
-    : t(isCut ? "Up to level {level} of {finest}" : "Level {level} of {finest}", { level: shownLevel, finest: finestLevel });
-  return `${detail} · ${triangles ? t("{n} triangles", { n: triangles }) : t("{n} points", { n: vertices })}`;
-}
-
-export function describeProgress({ blobsLoaded, blobsWanted, bytesLoaded }) {
-  return blobsWanted
-    ? t("{done} of {all} parts, {bytes}", { done: blobsLoaded, all: blobsWanted, bytes: kilobytes(bytesLoaded) })
-    : "";
-}
-
 // level: -1 for the original.
 export const nameOfLevel = (level) => (level < 0 ? t("Original") : t("Level\u00a0{n}", { n: level }));

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Lengths for people: in the unit in which they are read easily, with the digits that their bound allows.
+
+import { figure, language } from "./words.js";
+
+const metres = { pm: 1e-12, nm: 1e-9, "µm": 1e-6, mm: 1e-3, cm: 1e-2, m: 1, km: 1e3 };
+const aliases = { "μm": "µm", um: "µm", micron: "µm", microns: "µm", millimetre: "mm", millimeter: "mm", centimetre: "cm",
+  centimeter: "cm", metre: "m", meter: "m", metres: "m", meters: "m", kilometre: "km", kilometer: "km" };
+const smallestFirst = Object.keys(metres);
+const mostDigits = 5; // of a length that is exact: nobody reads more
+
+// A unit in which `size` is from 1 to 1000, if there is one, and what to multiply by. Another unit than these stays as it is.
+export function readableUnit(size, unit) {
+  const known = aliases[unit.toLowerCase()] ?? unit;
+  if (!Object.hasOwn(metres, known) || size === 0 || (size >= 1 && size < 1000)) {
+    return { unit, factor: 1 };
+  }
+  const shown = smallestFirst.findLast((each) => size * metres[known] >= metres[each]) ?? smallestFirst[0];
+  return { unit: shown, factor: metres[known] / metres[shown] };
+}
+
+const orderOf = (number) => Math.floor(Math.log10(number));
+
+// Down to the digit that is worth 10 ** -places; its zeros at the end are written where they are known to be.
+function write(value, places, isKnown = true) {
+  const size = Math.abs(value);
+  if (size >= 1e9 || places > 9) {
+    return Number(value.toPrecision(Math.max(Math.min(orderOf(size) + places + 1, mostDigits), 1))).toExponential();
+  }
+  const step = 10 ** -places;
+  return (places < 0 ? Math.round(value / step) * step : value).toLocaleString(language,
+    { minimumFractionDigits: isKnown ? Math.max(places, 0) : 0, maximumFractionDigits: Math.max(places, 0) });
+}
+
+// No digit is worth less than a tenth of the error, and no length has more than a few. of: the length that the unit is chosen
+// by, for several that stand together.
+export function formatLength(value, error, unit, of = value) {
+  const { unit: shown, factor } = readableUnit(Math.abs(of), unit);
+  const size = Math.abs(value * factor);
+  if (size === 0) {
+    return shown ? figure("0", shown) : "0";
+  }
+  const longest = Math.max(Math.abs(of * factor), size);
+  const byError = error > 0 ? -orderOf(error * factor) : Infinity;
+  const places = Math.min(byError, mostDigits - 1 - orderOf(longest));
+  const text = write(value * factor, places, places === byError);
+  return shown ? figure(text, shown) : text;
+}
+
+// The error as one figure; "" where no digit of the length is in doubt.
+export function formatError(error, unit, of) {
+  const { unit: shown, factor } = readableUnit(Math.abs(of), unit);
+  const places = -orderOf(error * factor);
+  if (!(error > 0) || places > mostDigits - 1 - orderOf(Math.max(Math.abs(of * factor), error * factor))) {
+    return "";
+  }
+  const text = write(Math.ceil(error * factor * 10 ** places - 1e-6) / 10 ** places, places);
+  return shown ? figure(text, shown) : text;
+}
+
+// Three digits of the longest side, of all alike.
+export function describeLengths(sides, unit) {
+  const longest = Math.max(...sides);
+  if (!(longest > 0) || !Number.isFinite(longest)) {
+    return "";
+  }
+  const { unit: shown, factor } = readableUnit(longest, unit);
+  const digits = 2 - orderOf(longest * factor); // after the point
+  const plain = digits < 8 && digits > -7;
+  const figures = sides.map((side) => {
+    const value = side * factor;
+    if (!plain) {
+      return value.toLocaleString(language, { notation: "scientific", maximumSignificantDigits: 3 });
+    }
+    const step = 10 ** Math.max(-digits, 0);
+    const rounded = digits < 0 ? Math.round(value / step) * step : value;
+    return rounded.toLocaleString(language, { maximumFractionDigits: Math.max(digits, 0) });
+  });
+  return figure(figures.join(" × "), shown);
+}
