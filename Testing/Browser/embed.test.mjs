@@ -6,6 +6,7 @@ import { createServer } from "node:http";
 import { readFileSync, writeFileSync } from "node:fs";
 import { after, before, test } from "node:test";
 import { fileURLToPath } from "node:url";
+import { PNG } from "pngjs";
 import { Server, Visit, eventually, launchBrowser, makeModels, makeToken, pause, temporaryFolder } from "./harness.mjs";
 
 let server, browser, host;
@@ -137,13 +138,19 @@ test("a poster waits to be pressed, and a logo stays", async () => {
   await visit.close();
 });
 
-test("it turns by itself, and fingers turn it at once", async () => {
-  const visit = await openHost('<kdstream-viewer id="a" model="pebble" turn scroll="off"></kdstream-viewer>', true, undefined,
+test("it turns by itself, on a light ground, and fingers turn it at once", async () => {
+  const visit = await openHost('<kdstream-viewer id="a" model="pebble" turn theme="light" scroll="off"></kdstream-viewer>', true, undefined,
     { reducedMotion: "no-preference" });
   await untilTold(visit, "a picture", "ready", "a");
   await eventually("it turns", () => ask(visit, "a", "status"), ({ spinning }) => spinning);
   const frame = visit.page.frames()[1];
   assert.equal(await frame.evaluate(() => document.body.hasAttribute("data-entered")), true);
+  const light = (selector) => frame.evaluate((wanted) => getComputedStyle(document.querySelector(wanted)).color, selector);
+  await eventually("dark writing", () => light("#title"), (color) => color === "rgb(29, 28, 25)");
+  await visit.picture("embed-6-light");
+  const { x, y } = await visit.page.locator("#a").boundingBox();
+  const { data } = PNG.sync.read(await visit.page.screenshot({ clip: { x: x + 6, y: y + 120, width: 8, height: 8 } }));
+  assert.ok(data.every((channel) => channel > 200), "a light ground");
   await visit.page.evaluate(() => document.getElementById("a").removeAttribute("turn"));
   await eventually("it rests", () => ask(visit, "a", "status"), ({ spinning }) => !spinning);
   assert.deepEqual(visit.errors, []);

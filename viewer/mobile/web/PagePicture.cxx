@@ -133,6 +133,7 @@ PagePicture::State PagePicture::StateOf(const ViewerScene& scene, double morphed
 void PagePicture::Render(const ViewerScene& scene, const State& state)
 {
   this->Renderer->SetColoring(ColoringOf(this->Chosen, scene.scalars));
+  this->Renderer->SetBackground(this->Background[0], this->Background[1]);
   this->Renderer->SetMorphed(state.morphed);
   this->Renderer->SetOcclusion(state.occluded);
   const Status drawn = this->Renderer->Draw(scene, this->Window);

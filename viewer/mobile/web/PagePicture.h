@@ -12,7 +12,9 @@
 #include "viewer/mobile/web/PageSession.h"
 #include "viewer/session/look/Coloring.h"
 #include "viewer/session/look/OcclusionClock.h"
+#include "viewer/session/look/SceneLook.h"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -39,6 +41,9 @@ public:
   void SetGeomorphs(bool geomorphs) { this->MayMorph = geomorphs; }
   void SetColors(const ColorChoice& colors);
   const ColorChoice& Colors() const { return this->Chosen; }
+
+  // The background from the next picture on: colours, 0-1. At first the usual ones.
+  void SetBackground(const Vec3& bottom, const Vec3& top) { this->Background = { bottom, top }; }
 
   // Draws if anything has changed. True if it did, or if the next frame has more to do. Without a
   // renderer it does nothing.
@@ -82,6 +87,7 @@ private:
   Viewport Window;
   ColorChoice Chosen;
   std::uint64_t ColorsVersion = 0;
+  std::array<Vec3, 2> Background{ backgroundBottom, backgroundTop };
   std::optional<State> Drawn;
   bool Again = false;
   SurfacePace Pace;

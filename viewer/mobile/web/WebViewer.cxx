@@ -223,6 +223,18 @@ extern "C"
     viewer->picture.Redraw();
   }
 
+  // 0xrrggbb each.
+  EMSCRIPTEN_KEEPALIVE void ViewerSetBackground(WebViewer* viewer, unsigned bottom, unsigned top)
+  {
+    const auto color = [](unsigned hex)
+    {
+      return kdstream::Vec3{ (hex >> 16 & 0xff) / 255.0, (hex >> 8 & 0xff) / 255.0,
+        (hex & 0xff) / 255.0 };
+    };
+    viewer->picture.SetBackground(color(bottom), color(top));
+    viewer->picture.Redraw();
+  }
+
   EMSCRIPTEN_KEEPALIVE void ViewerGoHome(WebViewer* viewer)
   {
     viewer->page.Session().GoHome();

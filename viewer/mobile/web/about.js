@@ -35,7 +35,7 @@ function row(name, ...what) {
   return [make("dt", { textContent: name }), make("dd", { dir: "auto" }, ...what)];
 }
 
-// Where a budget leaves much of it coarser, the finest of it is told as such.
+// If a budget leaves much of it coarser, the finest part is described as such.
 function describeSurface({ shownLevel, finestLevel, triangles, vertices, region, original, errorLeft }) {
   if (shownLevel === null) {
     return "";

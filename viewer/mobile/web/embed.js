@@ -12,7 +12,7 @@
   const mostAwake = 4; // frames at a time: browsers give a page few contexts to draw with
   const awake = []; // that were seen last, the last one last
   const look = ":host{display:block;position:relative;width:100%;aspect-ratio:4/3;min-height:160px;background:#1a1c20}"
-    + ":host([hidden]){display:none}iframe{display:block;border:0;width:100%;height:100%}"
+    + ":host([theme=light]){background:#e9e7e2}:host([hidden]){display:none}iframe{display:block;border:0;width:100%;height:100%}"
     + "button{position:absolute;inset:0;width:100%;height:100%;padding:0;border:0;background:none;cursor:pointer}"
     + "button[disabled]{pointer-events:none}button img{display:block;width:100%;height:100%;object-fit:cover}"
     + "[part=logo]{position:absolute;right:8px;bottom:8px;max-width:25%;max-height:15%;pointer-events:none}";
@@ -23,7 +23,7 @@
   };
 
   class KdStreamViewer extends HTMLElement {
-    static observedAttributes = ["src", "model", "view", "turn", "scroll", "poster", "logo"];
+    static observedAttributes = ["src", "model", "view", "turn", "theme", "scroll", "poster", "logo"];
     #frame = null;
     #link = ""; // of what was seen last
     #waiting = new Map(); // deeds that have no answer yet
@@ -70,7 +70,7 @@
         this.#showPictures();
         return;
       }
-      if (name === "scroll") { // the view stays
+      if (name === "theme" || name === "scroll") { // the view stays
         this.#sleep();
         this.#see(this.#isSeen);
         return;
@@ -189,6 +189,7 @@
       awake.push(this);
       const address = this.#address();
       address.searchParams.set("embed", this.getAttribute("scroll") === "off" ? "entered" : "");
+      this.getAttribute("theme") === "light" && address.searchParams.set("theme", "light");
       address.hash = this.#wanted();
       this.#frame = make("iframe", "frame",
         { src: address.href, title: this.title || "3D model", allow: "fullscreen; web-share; clipboard-write" });

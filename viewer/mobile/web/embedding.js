@@ -9,6 +9,7 @@
 // answered.
 
 import { hasToken } from "./line.js";
+import { make } from "./list.js";
 
 const commands = {
   home: ({ viewer }) => viewer.goHome(),
@@ -58,6 +59,11 @@ export class Embedding {
     const asked = new URLSearchParams(location.search);
     const isEntered = asked.get("embed") === "entered"; // the page around it is not scrolled over it
     const leave = () => fingers.enter(isEntered || Boolean(document.fullscreenElement));
+    if (asked.get("theme") === "light") {
+      document.documentElement.dataset.theme = "light";
+      viewer.setBackground(0xd9d6cf, 0xf4f2ee); // as light.css has them
+      document.head.append(make("link", { rel: "stylesheet", href: new URL("light.css", import.meta.url).href }));
+    }
     document.addEventListener("fullscreenchange", () => {
       open.setAttribute("aria-pressed", Boolean(document.fullscreenElement));
       leave();

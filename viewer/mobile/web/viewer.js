@@ -235,6 +235,11 @@ class Viewer {
     this.#call("SetColors", colorings.indexOf(by), colorMaps.indexOf(map), low, high);
   }
 
+  // What the model stands before, 0xrrggbb each.
+  setBackground(bottom, top) {
+    this.#call("SetBackground", bottom, top);
+  }
+
   // Of WebAssembly and graphics together, at most; what is shown follows.
   setMemory(bytes) {
     this.#call("SetMemory", bytes);
