@@ -53,7 +53,7 @@ function describeProgress({ blobsLoaded, blobsWanted, bytesLoaded }) {
     : "";
 }
 
-// What is drawn, for who wants to know.
+// What is drawn, in figures.
 export const describeDetails = (status) => [describeSurface(status), describeProgress(status)].filter(Boolean).join(" · ");
 
 // close: what the button does. Gives what goes into the sheet.
