@@ -168,6 +168,19 @@ double TilePartOfSpacing(const ModelDescription& model)
   return colored || model.textures || model.primitive == PrimitiveType::Points ? 1 : 1.0 / 3;
 }
 
+// With the places that vertices may be rounded to.
+Box BoundsOfTile(const std::vector<Vec3>& points)
+{
+  Box box;
+  std::for_each(points.begin(), points.end(), [&](const Vec3& point) { box.Add(point); });
+  const Vec3 sides = Minus(box.hi, box.lo);
+  const double most = *std::max_element(sides.begin(), sides.end()) * mostTileRounding;
+  const Box inner = box;
+  box.Add(Minus(inner.lo, { most, most, most }));
+  box.Add(Plus(inner.hi, { most, most, most }));
+  return box;
+}
+
 class TilesExport
 {
 public:
@@ -322,6 +335,19 @@ private:
     Box box;
   };
 
+  TileFrame FrameOf(const Step& step) const
+  {
+    TileFrame frame = this->Frame;
+    if (!this->Info.grid.Lossless())
+    {
+      const bool isLevel = !step.resolution.IsOriginal();
+      frame.latticeStep =
+        this->Info.grid.step * (isLevel ? this->Info.levels[step.resolution.Depth()].spacing : 1);
+      frame.latticeOrigin = this->Info.grid.origin;
+    }
+    return frame;
+  }
+
   Result<Encoded> Encode(std::size_t s, std::size_t t) const
   {
     const Step& step = this->Steps[s];
@@ -350,13 +376,10 @@ private:
     Encoded encoded;
     if (!mesh.Empty())
     {
-      auto bytes = EncodeTileGlb(mesh, this->Frame, this->Options.compression);
+      auto bytes = EncodeTileGlb(mesh, this->FrameOf(step), this->Options.compression);
       KDSTREAM_TRY(bytes);
       encoded.bytes = std::move(*bytes);
-      for (const Vec3& point : mesh.points)
-      {
-        encoded.box.Add(point);
-      }
+      encoded.box = BoundsOfTile(mesh.points);
     }
     return encoded;
   }

@@ -300,7 +300,8 @@ private:
     }
   }
 
-  void AddPositions()
+  // Where the numbers of positions begin, and how far apart they are.
+  void ChooseLattice()
   {
     const Box box = this->BoundsOfUsed();
     double side = 0;
@@ -309,7 +310,30 @@ private:
       side = std::max(side, box.hi[k] - box.lo[k]);
       this->Begin[k] = this->Small ? box.lo[k] : box.lo[k] + (box.hi[k] - box.lo[k]) / 2;
     }
-    this->Step = this->Small && side > 0 ? side / mostShort : 1;
+    if (!this->Small || !(side > 0))
+    {
+      return;
+    }
+    this->Step = side / mostShort;
+    if (this->Frame.latticeStep > 0)
+    {
+      const double finest = this->Step * mostShort / (mostShort - 1); // it begins below the box
+      for (this->Step = this->Frame.latticeStep; this->Step < finest;)
+      {
+        this->Step *= 2;
+      }
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        const double origin = this->Frame.latticeOrigin[k];
+        this->Begin[k] =
+          origin + std::floor((this->Begin[k] - origin) / this->Step + 1e-9) * this->Step;
+      }
+    }
+  }
+
+  void AddPositions()
+  {
+    this->ChooseLattice();
     std::string bytes;
     Box stored;
     for (const unsigned v : this->Used)
