@@ -113,6 +113,25 @@ test("normals have a length of 1, colours and none where they are not wanted", a
   assert.deepEqual(Object.keys(gltf.meshes[0].primitives[0].attributes), ["POSITION", "COLOR_0"]);
 });
 
+test("tiles beside each other are lit alike along their border", async () => {
+  const folder = exportTiles("pebble", "lit", "--compression", "none");
+  const known = new Map();
+  let shared = 0;
+  for (const { content } of allTiles(readTileset(folder)).filter(({ content }) => content && levelOf(content) === "original")) {
+    const { primitives: [{ positions, indices, attributes }] } = await readTile(join(folder, content));
+    for (const v of new Set(indices)) {
+      const place = positions[v].map((x) => Math.round(x * 1e5)).join();
+      const [normal, other] = [attributes.NORMAL[v], known.get(place)];
+      known.set(place, normal);
+      if (other) {
+        ++shared;
+        assert.ok(Math.hypot(...normal.map((x, k) => x - other[k])) < 1e-5, `${content}: ${normal} | ${other}`);
+      }
+    }
+  }
+  assert.ok(shared > 100, String(shared));
+});
+
 test("an origin places the tileset on the globe", () => {
   const { transform } = readTileset(exportTiles("pebble", "globe", "--origin", "13.05,47.8,430,90"));
   const [x, y, z] = transform.slice(12, 15);

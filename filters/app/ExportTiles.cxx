@@ -23,7 +23,7 @@
 #include <cerrno>
 #include <cmath>
 #include <map>
-#include <numeric>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -371,8 +371,8 @@ private:
     // is mostly of this level, or of the one above.
     const unsigned below = s == 0 ? 0 : step.depth - this->Steps[s - 1].depth;
     const double depth = s == 0 ? 0 : this->Steps[s - 1].tiles[t >> below].error;
-    const TileMesh mesh =
-      CutTileMesh(*piece, texture ? &*texture : nullptr, { this->Options.normals, depth });
+    const TileMesh mesh = CutTileMesh(
+      *piece, texture ? &*texture : nullptr, { this->Options.normals, depth, this->Borders });
     Encoded encoded;
     if (!mesh.Empty())
     {
@@ -389,31 +389,76 @@ private:
     return step.folder + "/" + std::to_string(tile) + ending;
   }
 
-  Status WriteTiles(std::size_t s)
+  // Whether tiles beside each other would be lit differently along their border.
+  bool NeedsBorders(const Step& step) const
   {
-    Step& step = this->Steps[s];
-    KDSTREAM_TRY(this->Folder.MakeFolder(step.folder));
+    return this->Options.normals && step.tiles.size() > 1 &&
+           this->Info.primitive == PrimitiveType::Triangles &&
+           std::none_of(this->Info.attributes.begin(), this->Info.attributes.end(),
+             [](const AttributeInfo& array) { return RoleOf(array) == AttributeRole::Normals; });
+  }
+
+  // Calls make(piece's number), on threads, and take(piece's number, result), in their order.
+  template <class Make, class Take>
+  Status ForPieces(const Step& step, const Make& make, const Take& take)
+  {
+    using Made = decltype(make(std::size_t{}));
     for (std::size_t begin = 0; begin < step.tiles.size(); begin += tilesAtATime)
     {
-      KDSTREAM_TRY(this->Runs.Report("export", double(this->Done) / double(this->AllTiles)));
+      KDSTREAM_TRY(this->Runs.Report("export", double(this->Done) / double(2 * this->AllTiles)));
       const std::size_t count = std::min(tilesAtATime, step.tiles.size() - begin);
-      std::vector<Result<Encoded>> encoded(count, Encoded{});
+      std::vector<std::optional<Made>> made(count);
       this->Runs.parallelFor(count, 1,
         [&](std::size_t from, std::size_t to)
         {
           for (std::size_t i = from; i < to; ++i)
           {
-            encoded[i] = this->Encode(s, begin + i);
+            made[i] = make(begin + i);
           }
         });
       for (std::size_t i = 0; i < count; ++i)
       {
-        KDSTREAM_TRY(encoded[i]);
-        KDSTREAM_TRY(this->WriteTile(s, begin + i, *encoded[i]));
+        KDSTREAM_TRY(*made[i]);
+        KDSTREAM_TRY(take(begin + i, **made[i]));
       }
       this->Done += count;
     }
     return {};
+  }
+
+  Status FindBorders(const Step& step)
+  {
+    this->Borders.clear();
+    if (!this->NeedsBorders(step))
+    {
+      this->Done += step.tiles.size();
+      return {};
+    }
+    using Normals = std::vector<BorderNormal>;
+    return this->ForPieces(
+      step,
+      [&](std::size_t t) -> Result<Normals>
+      {
+        const Result<Piece> piece =
+          this->From.ReadPiece({ step.resolution, step.First() + static_cast<NodeId>(t) });
+        KDSTREAM_TRY(piece);
+        return BorderNormalsOf(*piece);
+      },
+      [&](std::size_t, const Normals& normals) -> Status
+      {
+        this->Borders.insert(this->Borders.end(), normals.begin(), normals.end());
+        return {};
+      });
+  }
+
+  Status WriteTiles(std::size_t s)
+  {
+    Step& step = this->Steps[s];
+    KDSTREAM_TRY(this->Folder.MakeFolder(step.folder));
+    KDSTREAM_TRY(this->FindBorders(step));
+    return this->ForPieces(
+      step, [&](std::size_t t) { return this->Encode(s, t); },
+      [&](std::size_t t, const Encoded& encoded) { return this->WriteTile(s, t, encoded); });
   }
 
   Status WriteTile(std::size_t s, std::size_t t, const Encoded& encoded)
@@ -606,7 +651,8 @@ private:
   const TilesOptions& Options;
   const Execution& Runs;
   TileFrame Frame;
-  std::vector<Step> Steps; // coarse to fine
+  std::vector<Step> Steps;           // coarse to fine
+  std::vector<BorderNormal> Borders; // of the step that is written
   std::uint64_t AllTiles = 0, Done = 0;
   TilesReport Report;
 };

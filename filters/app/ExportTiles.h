@@ -32,10 +32,10 @@ struct TilesReport
 // original, into the new folder `folder`, which appears whole or not at all. Layout:
 // doc/3dtiles.md.
 //
-// Peak memory: some pieces at a time, and 100 bytes a piece. Threads: `execution` encodes pieces.
-// Reports the step "export". The same bytes for any number of threads. Errors: those of the store;
-// Unsupported where it has no levels, or for a compression that is not built in; InputOutput, also
-// where the folder is there and not empty; Cancelled.
+// Peak memory: some pieces at a time, and 5 kB a piece for normals on their borders. Threads:
+// `execution` encodes pieces. Reports the step "export". The same bytes for any number of threads.
+// Errors: those of the store; Unsupported where it has no levels, or for a compression that is not
+// built in; InputOutput, also where the folder is there and not empty; Cancelled.
 Result<TilesReport> ExportTiles(const Store& store, const std::filesystem::path& folder,
   const TilesOptions& options, const Execution& execution = {});
 

@@ -116,15 +116,33 @@ private:
   const double Depth;
 };
 
+// Of each vertex of a piece the sum of the area vectors around it; nothing of a cloud.
+std::vector<Vec3> SumsOf(const Piece& piece, std::span<const BorderNormal> borders)
+{
+  if (piece.triangles.empty())
+  {
+    return {};
+  }
+  std::vector<Vec3> sums = SumOfNormals(piece.positions, piece.triangles);
+  for (std::size_t v = piece.ownVertices; v < sums.size(); ++v)
+  {
+    const auto found = std::lower_bound(borders.begin(), borders.end(), piece.keys[v],
+      [](const BorderNormal& border, VertexKey key) { return border.key < key; });
+    if (found != borders.end() && found->key == piece.keys[v])
+    {
+      sums[v] = { found->normal[0], found->normal[1], found->normal[2] };
+    }
+  }
+  return sums;
+}
+
 class TileCut
 {
 public:
   TileCut(const Piece& piece, const TextureTile* texture, const TileMeshOptions& options)
     : From(piece)
     , Texture(texture)
-    , Vertices(this->Out, piece.positions, piece.attributes,
-        piece.triangles.empty() ? std::vector<Vec3>()
-                                : SumOfNormals(piece.positions, piece.triangles),
+    , Vertices(this->Out, piece.positions, piece.attributes, SumsOf(piece, options.borders),
         options.normals, options.skirtDepth)
   {
   }
@@ -280,6 +298,37 @@ private:
   std::unordered_map<TileCorner, VertexId, TileCornerHash, SameTileCorner> Numbers;
 };
 
+}
+
+std::vector<BorderNormal> BorderNormalsOf(const Piece& piece)
+{
+  if (piece.GhostCount() == 0)
+  {
+    return {};
+  }
+  std::vector<bool> onBorder(piece.ownVertices, false);
+  for (const Triangle& t : piece.triangles)
+  {
+    const bool crosses = *std::max_element(t.begin(), t.end()) >= piece.ownVertices;
+    for (const VertexId v : t)
+    {
+      if (crosses && v < piece.ownVertices)
+      {
+        onBorder[v] = true;
+      }
+    }
+  }
+  const std::vector<Vec3> sums = SumOfNormals(piece.positions, piece.triangles);
+  std::vector<BorderNormal> borders;
+  for (std::uint32_t v = 0; v < piece.ownVertices; ++v)
+  {
+    if (onBorder[v])
+    {
+      const Vec3 unit = UnitOrZero(sums[v]);
+      borders.push_back({ piece.keys[v], { float(unit[0]), float(unit[1]), float(unit[2]) } });
+    }
+  }
+  return borders;
 }
 
 TileMesh CutTileMesh(const Piece& piece, const TextureTile* texture, const TileMeshOptions& options)

@@ -11,6 +11,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace kdstream
@@ -31,10 +32,21 @@ struct TileMesh
   bool Empty() const { return this->triangles.empty() && this->points.empty(); }
 };
 
+// The normal of a vertex that is a ghost in other pieces, which have only some of the triangles
+// around it. Lists of them have ascending keys.
+struct BorderNormal
+{
+  VertexKey key = 0;
+  std::array<float, 3> normal{}; // of length 1, or 0
+};
+// Those of a piece's own vertices. O(size).
+std::vector<BorderNormal> BorderNormalsOf(const Piece& piece);
+
 struct TileMeshOptions
 {
   bool normals = true;
-  double skirtDepth = 0; // model units
+  double skirtDepth = 0;                      // model units
+  std::span<const BorderNormal> borders = {}; // of the whole resolution; empty: not known
 };
 
 // The part of its resolution that a piece shows: the triangles of which it is the lowest owner of a
@@ -46,7 +58,7 @@ struct TileMeshOptions
 // depth; and bands hang from the outer edges of the triangles that are shown.
 //
 // texture: of a partition, or null. Normals: the array of that role, else the sum of the areas of
-// the piece's triangles. REQUIRES: a checked piece, and its texture.
+// the triangles around a vertex. REQUIRES: a checked piece, and its texture.
 TileMesh CutTileMesh(
   const Piece& piece, const TextureTile* texture, const TileMeshOptions& options);
 
