@@ -490,8 +490,10 @@ private:
     }
     const ModelDescription& model = store.Info();
     const Vec3 up = model.homeView.value_or(HomeView{}).up, front = FrontOf(up);
-    const TileFrame frame{ { Cross(up, front), up, front }, {},
-      MetresOfUnit(model.unit).value_or(1), model.credit };
+    TileFrame frame;
+    frame.axes = { Cross(up, front), up, front };
+    frame.scale = MetresOfUnit(model.unit).value_or(1);
+    frame.copyright = model.credit;
     const TilesOptions options = this->WantedTiles();
     const auto bytes =
       EncodeTileGlb(WholeTileMesh(*mesh, options.normals), frame, options.compression);
