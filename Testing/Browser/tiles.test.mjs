@@ -70,7 +70,7 @@ async function check(folder, model) {
     runProgram("kdstream-store", "extract", join(models, `${model}.kds`), ...(level === "original" ? ["--all"] : ["--level", level]), "-o", obj, "--quiet");
     const { points, triangles } = readObj(obj);
     assert.equal(list.length, triangles.length, `${folder}: triangles of ${level}`);
-    const finder = new PointFinder(points.map((point) => point.map((x, k) => x - middle[k])), size * 3e-6);
+    const finder = new PointFinder(points.map((point) => point.map((x, k) => x - middle[k])), size * 2e-5);
     const key = (corners) => {
       const first = corners.indexOf(Math.min(...corners));
       return [0, 1, 2].map((k) => corners[(first + k) % 3]).join();
