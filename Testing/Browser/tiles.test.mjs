@@ -94,11 +94,10 @@ function describe(model) {
 }
 
 test("tiles are valid, lie in their boxes and hold the triangles of each level", async () => {
-  const { tiles, shown } = await check(exportTiles("pebble", "pebble"), "pebble");
-  assert.ok(tiles.length > 32);
-  assert.ok(shown.size > 2);
+  await check(exportTiles("pebble", "pebble"), "pebble");
   await check(exportTiles("pebble", "plain", "--compression", "none"), "pebble");
-  await check(exportTiles("vase", "vase"), "vase");
+  const { tiles, shown } = await check(exportTiles("vase", "vase"), "vase");
+  assert.ok(tiles.length > 32 && shown.size > 2);
 });
 
 test("normals have a length of 1, colours and none where they are not wanted", async () => {
