@@ -10,7 +10,7 @@ import { extname, join } from "node:path";
 import { after, before, test } from "node:test";
 import { fileURLToPath } from "node:url";
 import validator from "gltf-validator";
-import { launchBrowser, makeModels, runProgram, temporaryFolder } from "./harness.mjs";
+import { buildStore, launchBrowser, makeModels, runProgram, temporaryFolder } from "./harness.mjs";
 import { difference } from "./pixels.mjs";
 import { PointFinder, allTiles, readObj, readTile, readTileset } from "./tileset.mjs";
 import { PNG } from "pngjs";
@@ -313,6 +313,24 @@ test("3d-tiles-renderer shows what the whole mesh looks like, and less where les
     before = shown.triangles;
     assert.ok(difference(picture, whole) < most, `${errorTarget}: ${difference(picture, whole)}, ${JSON.stringify(shown)}`);
   }
+});
+
+test("textured tiles show their pictures", async () => {
+  const meshes = temporaryFolder();
+  runProgram("kdstream-generate", "statue", join(meshes, "statue.obj"), "--vertices", "20000", "--picture-side", "512", "--quiet");
+  buildStore(join(meshes, "statue.obj"), join(models, "statue.kds"), "--textures", "tiles");
+  const folder = exportTiles("statue", "statue");
+  runProgram("kdstream-store", "extract", join(models, "statue.kds"), "--all", "-o", join(out, "statue.glb"), "--quiet");
+  const sphere = sphereOf(readTileset(folder));
+  const draw = async (name, ...more) => {
+    await visit.evaluate(([how, ...options]) => window[how](...options), [name, ...more]);
+    return visit.locator("canvas").screenshot();
+  };
+  const whole = await draw("drawFile", `${url}statue.glb`, [0.5, 0.4, 1], sphere);
+  const shown = await draw("drawTileset", `${url}statue/tileset.json`, [0.5, 0.4, 1], sphere, 0);
+  keep("statue", shown);
+  keep("statue-whole", whole);
+  assert.ok(difference(shown, whole) < 0.02, String(difference(shown, whole)));
 });
 
 // A cut through the tree of tiles, not finer than a level.
