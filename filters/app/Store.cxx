@@ -5,6 +5,7 @@
 #include "filters/app/ConvertedInput.h"
 #include "filters/app/DirectionText.h"
 #include "filters/app/ExportStore.h"
+#include "filters/app/ExportTiles.h"
 #include "filters/app/ExtractMesh.h"
 #include "filters/app/ExtractTextured.h"
 #include "filters/app/OutputFolders.h"
@@ -12,6 +13,8 @@
 #include "filters/app/WriteTextured.h"
 #include "filters/core/CaughtError.h"
 #include "filters/core/MeshDistance.h"
+#include "filters/core/VectorMath.h"
+#include "filters/files/WriteWhole.h"
 #include "filters/meshio/FileEnding.h"
 #include "filters/meshio/MeshWriter.h"
 #include "filters/model/ModelJson.h"
@@ -34,7 +37,8 @@ namespace
 using namespace kdstream;
 
 constexpr const char* description =
-  "Describes and checks a store, and extracts meshes or the files of a web server from it.";
+  "Describes and checks a store, and extracts meshes, the files of a web server or a tileset for "
+  "other viewers from it.";
 
 // What each command's help ends with, and the program's with all of them.
 constexpr const char* infoExample = "  kdstream-store info dragon.kds\n";
@@ -47,13 +51,25 @@ constexpr const char* distanceExample =
 constexpr const char* editExample =
   "  kdstream-store edit dragon.kds --title \"Stanford dragon\" --unit mm\n";
 
-constexpr const char* exportExample =
-  "  kdstream-store export dragon.kds /var/www/scans --page /usr/share/kdstream/web\n";
+constexpr const char* exportExamples =
+  "  kdstream-store export dragon.kds /var/www/scans --page /usr/share/kdstream/web\n"
+  "  kdstream-store export dragon.kds tiles --format 3dtiles --origin 13.05,47.8,430\n"
+  "  kdstream-store export dragon.kds dragon.glb --format glb --level 14\n";
+
+constexpr const char* formatFiles = "files";
+constexpr const char* formatTiles = "3dtiles";
+constexpr const char* formatGlb = "glb";
 
 struct CommandLine
 {
   std::string store, output, against;
   ExportOptions exported;
+  std::string format = formatFiles;
+  std::string compression = HasMeshoptCompression() ? "meshopt" : "none";
+  std::string normals = "on";
+  TilesOptions tiles; // its origin
+  // Options of export, and the formats that they go with.
+  std::vector<std::pair<const CLI::Option*, std::string>> ofFormats;
   bool json = false, all = false, quiet = false;
   WantedMesh wanted;
   StoreTexts texts;
@@ -153,11 +169,27 @@ public:
 
   int Export()
   {
+    for (const auto& [option, formats] : this->Line.ofFormats)
+    {
+      if (!option->empty() && formats.find(this->Line.format) == std::string::npos)
+      {
+        return PrintError(this->Program, "",
+          { ErrorCode::InvalidArgument, option->get_name() + " does not go with --format " +
+                                          this->Line.format + ", only with " + formats });
+      }
+    }
+    if (this->Line.format == formatGlb && FileEnding(this->Line.output) != ".glb")
+    {
+      return PrintError(this->Program, this->Line.output,
+        { ErrorCode::InvalidArgument, "does not end in .glb, as a file of --format glb does" });
+    }
     return this->WithStore(
       [this](const Store& store)
       {
         CatchInterrupts();
-        const int exitCode = this->Export(store);
+        const int exitCode = this->Line.format == formatTiles ? this->ExportTiles(store)
+                             : this->Line.format == formatGlb ? this->ExportGlb(store)
+                                                              : this->Export(store);
         ReleaseInterrupts();
         return exitCode;
       });
@@ -383,6 +415,107 @@ private:
     return exitDone;
   }
 
+  TilesOptions WantedTiles() const
+  {
+    TilesOptions options = this->Line.tiles;
+    options.compression =
+      this->Line.compression == "none" ? TileCompression::None : TileCompression::Meshopt;
+    options.normals = this->Line.normals == "on";
+    return options;
+  }
+
+  int ExportTiles(const Store& store) const
+  {
+    const auto begin = std::chrono::steady_clock::now();
+    Result<TilesReport> report = Error{};
+    {
+      ProgressReporter progress(this->Program, this->Line.quiet);
+      Execution execution = MakeTbbExecution(0);
+      execution.progress = std::ref(progress);
+      report = kdstream::ExportTiles(store, this->Line.output, this->WantedTiles(), execution);
+    }
+    if (!report)
+    {
+      return PrintError(this->Program, this->Line.store, report.GetError(), this->Line.output);
+    }
+    this->WarnOfTileLosses(store.Info());
+    if (!this->Line.quiet)
+    {
+      const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
+      std::cerr << this->Program << ": wrote " << report->tiles << " tiles to " << this->Line.output
+                << ", " << report->bytes / 1000 << " kB in "
+                << std::round(seconds.count() * 10) / 10 << " s\n";
+    }
+    return exitDone;
+  }
+
+  // What neither a tileset nor a small .glb has of the model.
+  void WarnOfTileLosses(const ModelDescription& model) const
+  {
+    const std::string left = AttributesWithoutPlace(model.attributes);
+    if (!left.empty())
+    {
+      this->WarnOfLoss("this format cannot hold these attributes: " + left);
+    }
+    if (model.unused && !this->Line.wanted.level)
+    {
+      this->WarnOfLoss(
+        "this format cannot hold " + UnusedText(model) + "; .ply, .vtp, .obj and .wrl can");
+    }
+    if (!model.unit.empty() && !MetresOfUnit(model.unit))
+    {
+      this->WarnOfLoss(
+        "the unit '" + model.unit + "' is not known: coordinates are written as metres");
+    }
+  }
+
+  // All of one level, or of the original, as one small file.
+  int ExportGlb(const Store& store) const
+  {
+    const auto begin = std::chrono::steady_clock::now();
+    Result<OutputFolders> folders = OutputFolders::Make(this->Line.output);
+    if (!folders)
+    {
+      return PrintError(this->Program, this->Line.output, folders.GetError());
+    }
+    const auto output = CheckOutput(this->Line.output, OutputKind::File, { this->Line.store });
+    if (!output)
+    {
+      return PrintError(this->Program, this->Line.output, output.GetError());
+    }
+    const Result<Mesh> mesh = ExtractMesh(store, this->Line.wanted);
+    if (!mesh)
+    {
+      return PrintError(this->Program, this->Line.store, mesh.GetError());
+    }
+    const ModelDescription& model = store.Info();
+    const Vec3 up = model.homeView.value_or(HomeView{}).up, front = FrontOf(up);
+    TileFrame frame;
+    frame.axes = { Cross(up, front), up, front };
+    frame.scale = MetresOfUnit(model.unit).value_or(1);
+    frame.copyright = model.credit;
+    const TilesOptions options = this->WantedTiles();
+    const auto bytes =
+      EncodeTileGlb(WholeTileMesh(*mesh, options.normals), frame, options.compression);
+    const Status written = bytes ? WriteWhole(*output, *bytes) : Status{ bytes.GetError() };
+    if (!written)
+    {
+      return PrintError(this->Program, this->Line.output, written.GetError());
+    }
+    folders->Keep();
+    this->WarnOfTileLosses(model);
+    if (model.textures && !this->Line.wanted.level)
+    {
+      this->WarnOfLoss("the original's textures are left out: kdstream-store extract --all -o "
+                       "OUT.glb has them");
+    }
+    this->TellWritten(this->Line.output,
+      mesh->triangles.empty() ? std::to_string(mesh->points.size()) + " points"
+                              : std::to_string(mesh->triangles.size()) + " triangles",
+      begin);
+    return exitDone;
+  }
+
   int PrintDistance(const Store& store) const
   {
     const Result<Mesh> level = ExtractMesh(store, this->Line.wanted);
@@ -506,17 +639,72 @@ void AddExtract(CLI::App& extract, CommandLine& line)
 void AddExport(CLI::App& exported, CommandLine& line)
 {
   exported.add_option("STORE", line.store, "the store")->required();
-  exported.add_option("DIR", line.output, "folder to write to; other models in it are kept")
+  exported
+    .add_option("DIR", line.output,
+      "folder to write to; of files, other models in it are kept; of 3dtiles, a new one; of glb, "
+      "the file")
     ->required();
   exported
-    .add_option(
-      "--model", line.exported.model, "name of the model for viewers [default: the store's name]")
-    ->type_name("ID");
-  exported
-    .add_option("--page", line.exported.page, "copy the viewer's web page from this folder as well")
-    ->type_name("WEB");
+    .add_option("--format", line.format,
+      "files of KdStream's own viewers, a tileset of 3D Tiles 1.1 (Cesium, three.js and others), "
+      "or one small glTF")
+    ->check(CLI::IsMember({ formatFiles, formatTiles, formatGlb }))
+    ->capture_default_str();
+  const char* const files = "Files";
+  const auto only = [&line](CLI::Option* option, const char* formats)
+  { line.ofFormats.emplace_back(option, formats); };
+  only(exported
+         .add_option("--model", line.exported.model,
+           "name of the model for viewers [default: the store's name]")
+         ->type_name("ID")
+         ->group(files),
+    formatFiles);
+  only(exported
+         .add_option(
+           "--page", line.exported.page, "copy the viewer's web page from this folder as well")
+         ->type_name("WEB")
+         ->group(files),
+    formatFiles);
+  const char* const tiles = "3dtiles and glb";
+  only(exported
+         .add_option("--compression", line.compression,
+           "of the .glb files: meshopt (EXT_meshopt_compression, 16 bits a coordinate), or none")
+         ->check(CLI::IsMember({ "meshopt", "none" }))
+         ->capture_default_str()
+         ->group(tiles),
+    "3dtiles and glb");
+  only(exported
+         .add_option("--normals", line.normals, "write normals; without them viewers show facets")
+         ->check(CLI::IsMember({ "on", "off" }))
+         ->capture_default_str()
+         ->group(tiles),
+    "3dtiles and glb");
+  only(
+    exported
+      .add_option_function<std::string>(
+        "--origin", [&line](const std::string& text) { line.tiles.origin = ParseGlobePlace(text); },
+        "3dtiles: where the point (0, 0, 0) of the model stands on the globe, in degrees and "
+        "metres "
+        "above the ellipsoid; the heading turns it clockwise")
+      ->check(
+        [](const std::string& text) -> std::string
+        {
+          return ParseGlobePlace(text)
+                   ? ""
+                   : "\"" + text +
+                       "\" is not a place: give longitude (-180 to 180), "
+                       "latitude (-90 to 90), height and, where needed, heading, "
+                       "such as 13.05,47.8,430";
+        })
+      ->type_name("LON,LAT,HEIGHT[,HEADING]")
+      ->group(tiles),
+    formatTiles);
+  only(exported.add_option("--level", line.wanted.level, "glb: level D [default: the original]")
+         ->type_name("D")
+         ->group(tiles),
+    formatGlb);
   exported.add_flag("--quiet", line.quiet, "print no progress and no summary")->group("Output");
-  exported.footer(std::string("Example:\n") + exportExample);
+  exported.footer(std::string("Examples:\n") + exportExamples);
 }
 
 void AddEdit(CLI::App& edit, CommandLine& line)
@@ -571,7 +759,7 @@ try
   CLI::App app(description, "kdstream-store");
   app.require_subcommand(1);
   app.footer(std::string("Examples:\n") + infoExample + verifyExample + extractExamples +
-             distanceExample + editExample + exportExample);
+             distanceExample + editExample + exportExamples);
   CLI::App* info = app.add_subcommand("info", "prints what the store contains");
   info->add_option("STORE", line.store, "the store")->required();
   info->add_flag("--json", line.json, "print JSON")->group("Output");
@@ -591,7 +779,8 @@ try
   AddEdit(*edit, line);
   CLI::App* exported =
     app.add_subcommand("export", "writes the files that a plain web server (nginx, Apache, object "
-                                 "storage) needs to serve the model");
+                                 "storage) needs to serve the model, or a tileset for other "
+                                 "viewers");
   AddExport(*exported, line);
   return RunProgram(app, argc, argv,
     [&]()

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Reads what kdstream-store export --format 3dtiles writes, as any other client would: tilesets, and tiles by npm's meshoptimizer.
+
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { dirname, join, normalize } from "node:path";
+import { MeshoptDecoder } from "meshoptimizer";
+
+// All tiles below a tileset's root, external tilesets followed: { box, error, content, children }, content relative to `folder`.
+export function readTileset(folder, file = "tileset.json") {
+  const { asset, root } = JSON.parse(readFileSync(join(folder, file), "utf8"));
+  assert.equal(asset.version, "1.1");
+  assert.equal(root.refine, "REPLACE");
+  const read = ({ boundingVolume: { box }, geometricError: error, content, children = [], transform }) => {
+    const uri = content && normalize(join(dirname(file), content.uri));
+    if (uri?.endsWith(".json")) {
+      assert.deepEqual(children, []);
+      const inner = readTileset(folder, uri);
+      assert.deepEqual({ box: inner.box, error: inner.error }, { box, error });
+      return { ...inner, tileset: uri };
+    }
+    return { box, error, content: uri, children: children.map(read), transform };
+  };
+  return read(root);
+}
+
+export function allTiles(tile) {
+  return [tile, ...tile.children.flatMap(allTiles)];
+}
+
+const arrays = { 5120: Int8Array, 5121: Uint8Array, 5123: Uint16Array, 5125: Uint32Array, 5126: Float32Array };
+const sizes = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4 };
+
+// A tile's JSON and what its primitives hold: positions in the tileset's coordinates (z up), as [x, y, z], and indices.
+export async function readTile(file) {
+  await MeshoptDecoder.ready;
+  const bytes = readFileSync(file);
+  assert.equal(bytes.toString("latin1", 0, 4), "glTF");
+  assert.equal(bytes.readUInt32LE(8), bytes.length);
+  const jsonLength = bytes.readUInt32LE(12);
+  const gltf = JSON.parse(bytes.toString("utf8", 20, 20 + jsonLength));
+  const binary = bytes.subarray(20 + jsonLength + 8);
+  const views = gltf.bufferViews.map((view) => {
+    const packed = view.extensions?.EXT_meshopt_compression;
+    if (!packed) {
+      return binary.subarray(view.byteOffset ?? 0, (view.byteOffset ?? 0) + view.byteLength);
+    }
+    const { count, byteStride, byteOffset, byteLength, mode, filter } = packed;
+    const out = new Uint8Array(count * byteStride);
+    MeshoptDecoder.decodeGltfBuffer(out, count, byteStride, binary.subarray(byteOffset, byteOffset + byteLength), mode, filter);
+    return out;
+  });
+  const read = (index) => {
+    const { bufferView, componentType, count, type } = gltf.accessors[index];
+    const array = arrays[componentType], size = sizes[type];
+    const stride = gltf.bufferViews[bufferView].byteStride ?? size * array.BYTES_PER_ELEMENT;
+    const values = [];
+    for (let i = 0; i < count; ++i) {
+      const part = views[bufferView].slice(i * stride, i * stride + size * array.BYTES_PER_ELEMENT);
+      values.push([...new array(part.buffer, part.byteOffset, size)]);
+    }
+    return values;
+  };
+  const m = gltf.nodes[0].matrix;
+  const primitives = gltf.meshes[0].primitives.map((primitive) => {
+    const positions = read(primitive.attributes.POSITION).map(([a, b, c]) => {
+      const [x, y, z] = [0, 1, 2].map((k) => m[k] * a + m[4 + k] * b + m[8 + k] * c + m[12 + k]);
+      return [x, -z, y];
+    });
+    const indices = primitive.indices === undefined ? null : read(primitive.indices).map(([index]) => index);
+    const others = Object.entries(primitive.attributes).filter(([name]) => name !== "POSITION");
+    return { positions, indices, isSkirt: primitive.extras?.skirt === true, attributes: Object.fromEntries(others.map(([name, i]) => [name, read(i)])) };
+  });
+  return { gltf, primitives };
+}
+
+// Points and triangles of an OBJ.
+export function readObj(file) {
+  const points = [], triangles = [];
+  for (const line of readFileSync(file, "utf8").split("\n")) {
+    const words = line.split(" ");
+    if (words[0] === "v") {
+      points.push(words.slice(1, 4).map(Number));
+    } else if (words[0] === "f") {
+      triangles.push(words.slice(1, 4).map((word) => Number.parseInt(word) - 1));
+    }
+  }
+  return { points, triangles };
+}
+
+// Finds the point of a list that is nearest to a place, not farther than `reach`.
+export class PointFinder {
+  #cells = new Map();
+  #points;
+  #reach;
+
+  constructor(points, reach) {
+    this.#points = points;
+    this.#reach = reach;
+    points.forEach((point, i) => {
+      const key = this.#cell(point).join();
+      this.#cells.set(key, [...(this.#cells.get(key) ?? []), i]);
+    });
+  }
+  #cell(point) {
+    return point.map((x) => Math.floor(x / (4 * this.#reach)));
+  }
+  // All within reach.
+  near(place) {
+    const found = [];
+    const cell = this.#cell(place);
+    for (let code = 0; code < 27; ++code) {
+      const key = cell.map((x, k) => x + (Math.floor(code / 3 ** k) % 3) - 1).join();
+      for (const i of this.#cells.get(key) ?? []) {
+        if (Math.hypot(...place.map((x, k) => x - this.#points[i][k])) <= this.#reach) {
+          found.push(i);
+        }
+      }
+    }
+    return found;
+  }
+}

@@ -1,0 +1,306 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A store as a tileset of 3D Tiles, and a level as a small .glb: what is written of any mesh, and
+// that nothing half is. Whether other people's clients read it: Testing/Browser/tiles.test.mjs.
+#include "Testing/EndToEnd/ProgramsTest.h"
+#include "Testing/Fixtures/Meshes.h"
+
+#include <nlohmann/json.hpp>
+
+#include <sys/resource.h>
+#include <sys/wait.h>
+
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstring>
+#include <functional>
+#include <thread>
+
+using namespace kdstream;
+using namespace kdstream::fixtures;
+
+namespace
+{
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+Json JsonOfGlb(const fs::path& file)
+{
+  const std::string bytes = ReadWhole(file);
+  std::uint32_t size = 0;
+  EXPECT_GT(bytes.size(), 20u) << file;
+  std::memcpy(&size, bytes.data() + 12, sizeof(size));
+  EXPECT_EQ(bytes.substr(0, 4), "glTF") << file;
+  return Json::parse(bytes.substr(20, size));
+}
+
+class TestExportTiles : public ProgramsTest
+{
+protected:
+  Outcome Export(std::vector<std::string> arguments, const std::string& format = "3dtiles")
+  {
+    arguments.insert(arguments.begin(), "export");
+    arguments.insert(arguments.end(), { "--format", format });
+    return this->Store(arguments);
+  }
+  void Make(const std::string& name, const Mesh& mesh, std::vector<std::string> more = {})
+  {
+    this->Write(name + ".ply", mesh);
+    more.insert(more.begin(), { name + ".ply", "-o", name + ".kds", "--quiet" });
+    const Outcome built = this->Build(more);
+    ASSERT_EQ(built.exitCode, 0) << built.err;
+  }
+  Json Root(const std::string& folder) const
+  {
+    return Json::parse(ReadWhole(this->Folder / folder / "tileset.json")).at("root");
+  }
+  // The contents of all tiles, external tilesets followed.
+  std::vector<fs::path> Contents(const std::string& folder) const
+  {
+    std::vector<fs::path> all;
+    const std::function<void(const Json&, const fs::path&)> visit =
+      [&](const Json& tile, const fs::path& base)
+    {
+      if (tile.contains("content"))
+      {
+        const fs::path file = (base / tile["content"]["uri"].get<std::string>()).lexically_normal();
+        if (file.extension() == ".json")
+        {
+          visit(
+            Json::parse(ReadWhole(this->Folder / folder / file)).at("root"), file.parent_path());
+          return;
+        }
+        all.push_back(this->Folder / folder / file);
+      }
+      for (const Json& child : tile.value("children", Json::array()))
+      {
+        visit(child, base);
+      }
+    };
+    visit(this->Root(folder), {});
+    return all;
+  }
+};
+
+TEST_F(TestExportTiles, APointACloudAndATriangle)
+{
+  this->Make("point", Mesh{ { { 1, 2, 3 } }, {} });
+  ASSERT_EQ(this->Export({ "point.kds", "point" }).exitCode, 0);
+  ASSERT_FALSE(this->Contents("point").empty());
+  const Json point = JsonOfGlb(this->Contents("point").back());
+  EXPECT_EQ(point["meshes"][0]["primitives"][0]["mode"], 0);
+  EXPECT_EQ(point["accessors"][0]["count"], 1);
+  EXPECT_FALSE(point["meshes"][0]["primitives"][0].contains("indices"));
+
+  const Mesh cloud = Cloud(4);
+  this->Make("cloud", cloud, { "--vertices-per-partition", "500" });
+  const Outcome outcome = this->Export({ "cloud.kds", "cloud" });
+  EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+  std::size_t points = 0;
+  for (const fs::path& file : this->Contents("cloud"))
+  {
+    if (file.parent_path().filename() == "original")
+    {
+      points += JsonOfGlb(file)["accessors"][0]["count"].get<std::size_t>();
+    }
+  }
+  EXPECT_EQ(points, cloud.points.size());
+
+  this->Make("one", Mesh{ { { 0, 0, 0 }, { 1, 0, 0 }, { 0, 1, 0 } }, { { 0, 1, 2 } } });
+  ASSERT_EQ(this->Export({ "one.kds", "one" }).exitCode, 0);
+  const Json one = JsonOfGlb(this->Contents("one").back());
+  EXPECT_EQ(one["accessors"].back()["count"], 3);
+  EXPECT_EQ(one["meshes"][0]["primitives"].size(), 1u) << "no skirts where nothing is beside it";
+}
+
+TEST_F(TestExportTiles, LargeModelsHaveExternalTilesets)
+{
+  this->Make(
+    "ball", DisplacedSphere(7), { "--vertices-per-partition", "500", "--cell-vertices", "1" });
+  const Outcome outcome = this->Export({ "ball.kds", "ball" });
+  ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find(" tiles to ball, "), std::string::npos) << outcome.err;
+  const auto contents = this->Contents("ball");
+  EXPECT_EQ(std::set<fs::path>(contents.begin(), contents.end()).size(), contents.size());
+  std::size_t tilesets = 0, tiles = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(this->Folder / "ball"))
+  {
+    tilesets += entry.path().extension() == ".json";
+    tiles += entry.path().extension() == ".glb";
+  }
+  EXPECT_EQ(tiles, contents.size());
+  EXPECT_GT(tilesets, 1u);
+}
+
+TEST_F(TestExportTiles, WhatIsNotCarriedIsNamed)
+{
+  Mesh rich = Torus(40, 20);
+  const AttributeInfo colors{ "RGB", AttributeType::UInt8, AttributeAssociation::Point, 3 };
+  const AttributeInfo heat{ "heat", AttributeType::Float32, AttributeAssociation::Point, 1 };
+  for (const AttributeInfo& array : { colors, heat })
+  {
+    const std::size_t bytes = rich.points.size() * array.TupleSize();
+    rich.attributes.push_back({ array, std::vector<std::uint8_t>(bytes, 64) });
+  }
+  this->Make("rich", rich);
+  const Outcome outcome = this->Export({ "rich.kds", "rich" });
+  ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("warning: rich: this format cannot hold these attributes: heat"),
+    std::string::npos)
+    << outcome.err;
+  const Json attributes =
+    JsonOfGlb(this->Contents("rich").back())["meshes"][0]["primitives"][0]["attributes"];
+  EXPECT_TRUE(attributes.contains("NORMAL"));
+  EXPECT_TRUE(attributes.contains("COLOR_0"));
+
+  this->Make("ells", Torus(40, 20), { "--unit", "ells" });
+  EXPECT_NE(this->Export({ "ells.kds", "ells" }).err.find("the unit 'ells' is not known"),
+    std::string::npos);
+  this->Make("mm", Torus(40, 20), { "--unit", "mm" });
+  ASSERT_EQ(this->Export({ "mm.kds", "mm" }).err.find("warning"), std::string::npos);
+  const double metres = this->Root("ells")["boundingVolume"]["box"][3];
+  EXPECT_NEAR(
+    this->Root("mm")["boundingVolume"]["box"][3].get<double>(), metres / 1000, metres * 1e-6);
+}
+
+// Coordinates far from the origin, as surveys have them: in no float.
+TEST_F(TestExportTiles, LargeCoordinatesStandOnlyInTransforms)
+{
+  Mesh far = DisplacedSphere(5, { 4.5e6, 5.2e6, 800 });
+  far.scalarType = ScalarType::Float64;
+  this->Make("far", far, { "--precision", "lossless", "--vertices-per-partition", "500" });
+  for (const std::string compression : { "none", "meshopt" })
+  {
+    ASSERT_EQ(this->Export({ "far.kds", compression, "--compression", compression }).exitCode, 0);
+    EXPECT_GT(std::abs(this->Root(compression)["transform"][12].get<double>()), 4e6);
+    for (const fs::path& file : this->Contents(compression))
+    {
+      const Json matrix = JsonOfGlb(file)["nodes"][0]["matrix"];
+      for (int i = 12; i < 15; ++i)
+      {
+        EXPECT_LT(std::abs(matrix[static_cast<std::size_t>(i)].get<double>()), 3) << file;
+      }
+    }
+  }
+}
+
+TEST_F(TestExportTiles, NothingHalfIsWritten)
+{
+  this->Make("ring", Torus(200, 100), { "--vertices-per-partition", "200" });
+  const auto before = this->Files();
+
+  fs::create_directory(this->Folder / "there");
+  this->WriteText("there/mine", "precious");
+  this->ExpectError(this->Export({ "ring.kds", "there" }), 1,
+    "kdstream-store: error: there: is there already: remove it, or name a new folder");
+  this->ExpectError(this->Export({ "ring.kds", "ring.ply" }), 1,
+    "kdstream-store: error: ring.ply: is there already: remove it, or name a new folder");
+  EXPECT_EQ(ReadWhole(this->Folder / "there/mine"), "precious");
+  fs::remove_all(this->Folder / "there");
+  EXPECT_EQ(this->Export({ "ring.kds", "ring.ply/below" }).exitCode, 1);
+  EXPECT_EQ(this->Files(), before);
+
+  rlimit limits{};
+  ::getrlimit(RLIMIT_FSIZE, &limits);
+  rlimit small = limits;
+  small.rlim_cur = 2000; // children inherit it
+  ::setrlimit(RLIMIT_FSIZE, &small);
+  const Outcome full = this->Export({ "ring.kds", "new/full" });
+  ::setrlimit(RLIMIT_FSIZE, &limits);
+  EXPECT_EQ(full.exitCode, 1);
+  EXPECT_NE(full.err.find("kdstream-store: error: new/full"), std::string::npos) << full.err;
+  EXPECT_EQ(this->Files(), before) << "nor the folder above";
+
+  fs::create_directory(this->Folder / "empty");
+  EXPECT_EQ(this->Export({ "ring.kds", "empty/" }).exitCode, 0) << "an empty folder is taken";
+  EXPECT_TRUE(fs::exists(this->Folder / "empty/tileset.json"));
+}
+
+TEST_F(TestExportTiles, ADamagedStoreGivesNoTiles)
+{
+  this->Make("ring", Torus(200, 100));
+  std::fstream store(this->Folder / "ring.kds", std::ios::in | std::ios::out | std::ios::binary);
+  store.seekp(static_cast<std::streamoff>(fs::file_size(this->Folder / "ring.kds") / 2) + 100);
+  store.write("spoilt", 6);
+  store.close();
+  const auto before = this->Files();
+  const Outcome outcome = this->Export({ "ring.kds", "tiles" });
+  EXPECT_EQ(outcome.exitCode, 1);
+  EXPECT_NE(outcome.err.find("kdstream-store: error: ring.kds: "), std::string::npos)
+    << outcome.err;
+  EXPECT_EQ(this->Files(), before);
+}
+
+TEST_F(TestExportTiles, AnInterruptLeavesNothing)
+{
+  this->Make("ball", DisplacedSphere(7), { "--vertices-per-partition", "100" });
+  const auto before = this->Files();
+  const std::string program = std::string(KDSTREAM_PROGRAMS) + "/kdstream-store";
+  unsigned interrupted = 0;
+  for (unsigned milliseconds = 2; milliseconds < 500; milliseconds = milliseconds * 3 / 2 + 1)
+  {
+    const pid_t child = ::fork();
+    if (child == 0)
+    {
+      if (::chdir(this->Folder.Path.c_str()) == 0 && std::freopen("said", "w", stderr))
+      {
+        ::execl(program.c_str(), program.c_str(), "export", "ball.kds", "tiles", "--format",
+          "3dtiles", "--quiet", nullptr);
+      }
+      ::_exit(127);
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
+    ::kill(child, SIGINT);
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    const std::string said = ReadWhole(this->Folder / "said");
+    fs::remove(this->Folder / "said");
+    if (WIFEXITED(status) && WEXITSTATUS(status) != 0)
+    {
+      EXPECT_EQ(said, "kdstream-store: error: interrupted: tiles is not written\n");
+      ++interrupted;
+    }
+    const bool whole = fs::exists(this->Folder / "tiles/tileset.json");
+    EXPECT_EQ(fs::exists(this->Folder / "tiles"), whole);
+    fs::remove_all(this->Folder / "tiles");
+    EXPECT_EQ(this->Files(), before) << "after " << milliseconds << " ms";
+  }
+  EXPECT_GT(interrupted, 0u);
+}
+
+TEST_F(TestExportTiles, WrongUsageIsNamed)
+{
+  this->Make("ring", Torus(40, 20));
+  this->ExpectError(this->Export({ "ring.kds", "out", "--page", "web" }), 2,
+    "kdstream-store: error: --page does not go with --format 3dtiles, only with files");
+  this->ExpectError(this->Export({ "ring.kds", "out", "--origin", "1,2,3" }, "glb"), 2,
+    "kdstream-store: error: --origin does not go with --format glb, only with 3dtiles");
+  this->ExpectError(this->Export({ "ring.kds", "out" }, "glb"), 2,
+    "kdstream-store: error: out: does not end in .glb, as a file of --format glb does");
+  for (const std::string place : { "1,2", "1,2,3,4,5", "181,0,0", "0,91,0", "a,b,c", "1,2,nan" })
+  {
+    const Outcome outcome = this->Export({ "ring.kds", "out", "--origin", place });
+    EXPECT_EQ(outcome.exitCode, 2) << place;
+    EXPECT_NE(outcome.err.find("is not a place"), std::string::npos) << outcome.err;
+  }
+  ASSERT_EQ(this->Build({ "ring.ply", "-o", "flat.kds", "--partitioner", "octree" }).exitCode, 0);
+  const Outcome flat = this->Export({ "flat.kds", "out" });
+  EXPECT_EQ(flat.exitCode, 1);
+  EXPECT_NE(flat.err.find("has no levels"), std::string::npos) << flat.err;
+  EXPECT_FALSE(fs::exists(this->Folder / "out"));
+}
+
+TEST_F(TestExportTiles, ALevelIsASmallFile)
+{
+  this->Make("ring", Torus(200, 100));
+  ASSERT_EQ(this->Export({ "ring.kds", "level.glb", "--level", "10" }, "glb").exitCode, 0);
+  ASSERT_EQ(this->Export({ "ring.kds", "all.glb" }, "glb").exitCode, 0);
+  const Json all = JsonOfGlb(this->Folder / "all.glb");
+  EXPECT_EQ(all["accessors"].back()["count"], 3 * 2 * 200 * 100);
+  EXPECT_LT(fs::file_size(this->Folder / "level.glb"), fs::file_size(this->Folder / "all.glb") / 4);
+  EXPECT_EQ(this->Export({ "ring.kds", "no.glb", "--level", "30" }, "glb").exitCode, 2);
+  EXPECT_FALSE(fs::exists(this->Folder / "no.glb"));
+}
+
+}

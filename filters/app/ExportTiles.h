@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A store as a tileset of 3D Tiles 1.1, or one level of it as a small .glb: for kdstream-store
+// export --format 3dtiles and glb.
+#pragma once
+
+#include "filters/app/GlobePlace.h"
+#include "filters/app/TileGlb.h"
+#include "filters/core/Execution.h"
+#include "filters/core/Result.h"
+#include "filters/store/Store.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+
+namespace kdstream
+{
+
+struct TilesOptions
+{
+  TileCompression compression = TileCompression::Meshopt;
+  bool normals = true;
+  std::optional<GlobePlace> origin; // where the model's (0, 0, 0) stands; none: on no globe
+};
+
+struct TilesReport
+{
+  std::uint64_t tiles = 0, bytes = 0; // of the .glb files; of all files
+};
+
+// Writes tileset.json, and a .glb for each piece of the levels from the preview's on and of the
+// original, into the new folder `folder`, which appears whole or not at all. Layout:
+// doc/3dtiles.md.
+//
+// Peak memory: some pieces at a time, and 5 kB a piece for normals on their borders. Threads:
+// `execution` encodes pieces. Reports the step "export". The same bytes for any number of threads.
+// Errors: those of the store; Unsupported where it has no levels, or for a compression that is not
+// built in; InputOutput, also where the folder is there and not empty; Cancelled.
+Result<TilesReport> ExportTiles(const Store& store, const std::filesystem::path& folder,
+  const TilesOptions& options, const Execution& execution = {});
+
+}

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Where a model stands on the globe, for kdstream-store export --format 3dtiles.
+#pragma once
+
+#include "filters/core/Types.h"
+
+#include <array>
+#include <optional>
+#include <string>
+
+namespace kdstream
+{
+
+struct GlobePlace
+{
+  double longitude = 0, latitude = 0; // degrees, WGS 84
+  double height = 0;                  // metres above the ellipsoid
+  double heading = 0;                 // degrees from north to east: where the model's back looks
+};
+
+// "LON,LAT,HEIGHT" or "LON,LAT,HEIGHT,HEADING": finite numbers, the first two of the globe.
+std::optional<GlobePlace> ParseGlobePlace(const std::string& text);
+
+// Column by column, as 3D Tiles has it: from coordinates in metres whose x is right, y back and z
+// up to geocentric ones.
+using GlobeMatrix = std::array<double, 16>;
+GlobeMatrix MatrixOfPlace(const GlobePlace& place);
+
+// How many metres a unit is that the model's coordinates are in ("mm", "feet"); nothing where the
+// text names none that is known.
+std::optional<double> MetresOfUnit(const std::string& unit);
+
+}

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A tile as the bytes of a .glb, small for the network: for kdstream-store export --format 3dtiles
+// and glb.
+#pragma once
+
+#include "filters/app/TileMesh.h"
+#include "filters/core/Result.h"
+#include "filters/core/Types.h"
+
+#include <array>
+#include <string>
+#include <string_view>
+
+namespace kdstream
+{
+
+enum class TileCompression
+{
+  None,   // floats, no extension but that of WebP
+  Meshopt // EXT_meshopt_compression of KHR_mesh_quantization
+};
+
+// How far a place may be rounded: of the longest side of what is encoded.
+inline constexpr double mostTileRounding = 1.0 / 65534;
+
+// Whether libmeshoptimizer was there when this was built.
+bool HasMeshoptCompression();
+
+// How a tile stands in its file, and whose it is.
+struct TileFrame
+{
+  // The model's directions that are x, y and z in the file, each of length 1 and across the others.
+  std::array<Vec3, 3> axes{ Vec3{ 1, 0, 0 }, Vec3{ 0, 1, 0 }, Vec3{ 0, 0, 1 } };
+  Vec3 origin{};    // the model's point that lies at the file's
+  double scale = 1; // metres of the model's unit
+  // The points that coordinates lie on: whole steps from one of them. 0: anywhere.
+  double latticeStep = 0;
+  Vec3 latticeOrigin{};
+  std::string copyright; // empty: none is told
+};
+
+// Triangles and skirts are primitives of their own; the second has "extras": { "skirt": true }.
+//
+// Meshopt: positions are integers of 16 bits. Where 65535 steps of the frame's lattice reach along
+// the mesh's longest side, they are exact, and meshes beside each other have their common vertices
+// in the same places; else every 2nd, 4th … point is used. Without a lattice the side is divided.
+// Normals are bytes, colours (linear, as the format has them) and texture coordinates 16 bits.
+// None: floats, differences to the middle of the mesh. Large coordinates stand only in the node's
+// matrix, which has doubles. Deterministic. Errors: LimitExceeded beyond 4 GB; Unsupported where
+// there is no libmeshoptimizer. REQUIRES: points.
+Result<std::string> EncodeTileGlb(
+  const TileMesh& mesh, const TileFrame& frame, TileCompression compression);
+
+}
