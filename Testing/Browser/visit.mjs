@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A page in a browser, whichever drives it: what the page says of itself (window.kdstream.status, see
-// viewer/mobile/web/page.js), waiting for that, and pictures. Chromium's fingers are in harness.mjs, Firefox is in firefox.mjs.
+// viewer/mobile/web/page.js), waiting for that, and pictures. Chromium's fingers are in harness.mjs, Firefox
+// is in firefox.mjs, WebKit in webkit.mjs.
 //
 // Nothing here waits for a time: every wait is for a condition, and `longest` only ends a run that hangs.
 

@@ -1,0 +1,347 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The third engine: Debian's WebKitGTK in its small browser, as a stand-in for Safari. Nothing drives it (its WebDriver dies where
+// Mesa draws by the processor). So the page gets a script in front of its own, which asks the test what to run and returns the
+// result, by a server between it and kdstream-serve; mouse and keys are the X server's, and pictures are its memory.
+
+import assert from "node:assert/strict";
+import { spawn, spawnSync } from "node:child_process";
+import { once } from "node:events";
+import { readFileSync, writeFileSync } from "node:fs";
+import { join } from "node:path";
+import { PNG } from "pngjs";
+import { temporaryFolder } from "./harness.mjs";
+import { Proxy } from "./proxy.mjs";
+import { startScreen, stopScreen } from "./screen.mjs";
+import { PageVisit, longest, rememberMessages } from "./visit.mjs";
+
+const screen = { width: 1280, height: 960 };
+const paths = "/-test/"; // of what the script asks the test
+
+// In the page, before its own scripts.
+function agent(asked) {
+  const errors = []; // what a developer would see in red
+  const events = {}; // how many of each kind have come
+  let offset = null; // of the window's content on the screen
+  addEventListener("error", (event) => errors.push(String(event.message ?? event.target?.src)), true);
+  addEventListener("unhandledrejection", ({ reason }) => errors.push(String(reason)));
+  const { error } = console;
+  console.error = (...texts) => {
+    errors.push(texts.join(" "));
+    error.apply(console, texts);
+  };
+  for (const name of ["pointerdown", "pointermove", "pointerup", "wheel", "keydown", "keyup"]) {
+    addEventListener(name, (event) => {
+      events[name] = (events[name] ?? 0) + 1;
+      offset = event.screenX === undefined ? offset : { x: event.screenX - event.clientX, y: event.screenY - event.clientY };
+    }, { capture: true, passive: true });
+  }
+  window.agent = { errors, events, offset: () => offset };
+  const load = Math.random();
+  (async () => {
+    for (;;) {
+      const { code } = await (await fetch(`${asked}next?${load}`, { cache: "no-store" })).json();
+      const answer = {};
+      try {
+        answer.result = await (0, eval)(`(${code})`);
+      } catch (failure) {
+        answer.error = String(failure);
+      }
+      await fetch(`${asked}done`, { method: "POST", body: JSON.stringify(answer) });
+    }
+  })();
+}
+
+// Puts it into a page, whose policy would not let it run.
+function putAgentInto(_, body, fields) {
+  if (!fields["content-type"]?.startsWith("text/html")) {
+    return body;
+  }
+  delete fields["content-security-policy"];
+  return Buffer.from(body.toString().replace("<head>",
+    () => `<head><script>(${rememberMessages})(); (${agent})(${JSON.stringify(paths)});</script>`));
+}
+
+// The browser, its screen, and the server that its pages come from.
+export class WebKit {
+  #screen;
+  #browser;
+  #proxy;
+  #memory = temporaryFolder(); // the screen's
+  #poll = null; // the answer that the page waits for
+  #load = null; // which page that is
+  #left = null; // the one that is being left: nothing more is handed to it
+  #task = null; // { code, resolve, reject } that it is to run, or runs
+
+  // target: the port of kdstream-serve.
+  static async start(target) {
+    const webkit = new WebKit();
+    webkit.#proxy = await Proxy.start(target);
+    webkit.#proxy.intercept = (asked, answer) => webkit.#answer(asked, answer);
+    webkit.#proxy.alterFile = putAgentInto;
+    webkit.#screen = await startScreen(screen, "-fbdir", webkit.#memory, "-nocursor");
+    webkit.#browser = spawn(process.env.KDSTREAM_WEBKIT, ["--private", `--geometry=${screen.width}x${screen.height}`, webkit.url],
+      {
+        stdio: ["ignore", "ignore", "ignore"],
+        env: { ...process.env, DISPLAY: webkit.#screen.display, GDK_BACKEND: "x11", LIBGL_ALWAYS_SOFTWARE: "1", GTK_A11Y: "none",
+          NO_AT_BRIDGE: "1", HOME: webkit.#memory, XDG_CACHE_HOME: webkit.#memory, XDG_DATA_HOME: webkit.#memory },
+      });
+    process.on("exit", () => webkit.#browser.kill("SIGKILL"));
+    webkit.#browser.once("exit", (code) => webkit.#task?.reject(new Error(`MiniBrowser ended with ${code}`)));
+    return webkit;
+  }
+
+  get url() {
+    return this.#proxy.url;
+  }
+
+  async stop() {
+    const ended = once(this.#browser, "exit");
+    this.#browser.kill("SIGTERM");
+    await ended;
+    await this.#proxy.stop();
+    await stopScreen(this.#screen);
+  }
+
+  // ---- what the page asks
+
+  #answer(asked, answer) {
+    const { url: path } = asked;
+    if (path.startsWith(`${paths}next?`)) {
+      if (path !== this.#left) {
+        this.#load = path;
+        this.#poll = answer;
+        this.#hand();
+      }
+    } else if (path === `${paths}done`) {
+      this.#take(asked, answer);
+    } else if (path === "/worker.js") {
+      answer.writeHead(404).end(); // it would look whether the page is as it was built
+    } else {
+      delete asked.headers["accept-encoding"]; // its HTML is altered
+      return false;
+    }
+    return true;
+  }
+
+  #hand() {
+    if (this.#poll && this.#task && !this.#task.isHanded) {
+      this.#task.isHanded = true;
+      this.#poll.writeHead(200, { "content-type": "application/json" }).end(JSON.stringify({ code: this.#task.code }));
+      this.#poll = null;
+    }
+  }
+
+  async #take(asked, answer) {
+    let text = "";
+    for await (const part of asked) {
+      text += part;
+    }
+    answer.writeHead(204).end();
+    const { result, error } = JSON.parse(text);
+    const task = this.#task;
+    this.#task = null;
+    if (error) {
+      task.reject(new Error(error));
+    } else {
+      task.resolve(result);
+    }
+  }
+
+  // Runs a function in the page; its argument and its result are JSON.
+  run(action, argument) {
+    assert.equal(this.#task, null, "one at a time");
+    return new Promise((resolve, reject) => {
+      const late = setTimeout(() => this.#task?.reject(new Error(`the page did not run ${action}`)), longest);
+      const end = (finish) => (value) => {
+        clearTimeout(late);
+        this.#task = null;
+        finish(value);
+      };
+      this.#task = { code: `(${action})(${JSON.stringify(argument)})`, resolve: end(resolve), reject: end(reject) };
+      this.#hand();
+    });
+  }
+
+  // What runs next does so in the page that comes.
+  leave() {
+    this.#left = this.#load;
+    this.#poll = null;
+  }
+
+  // ---- the screen
+
+  // Does what xdotool is told.
+  input(...words) {
+    const { status, stderr } = spawnSync("xdotool", words.map(String),
+      { encoding: "utf8", env: { ...process.env, DISPLAY: this.#screen.display } });
+    assert.equal(status, 0, stderr);
+  }
+
+  // A part of the screen, once it has not changed for a moment (PNG). The memory is an X window dump: a head of big-endian numbers,
+  // colours, then rows of blue, green, red and nothing.
+  async picture({ x, y, width, height }) {
+    const read = () => {
+      const dump = readFileSync(join(this.#memory, "Xvfb_screen0"));
+      const [head, rowBytes, colors] = [0, 48, 76].map((at) => dump.readUInt32BE(at));
+      const png = new PNG({ width, height });
+      for (let j = 0; j < height; ++j) {
+        for (let i = 0; i < width; ++i) {
+          const from = head + 12 * colors + (y + j) * rowBytes + 4 * (x + i), to = 4 * (j * width + i);
+          [png.data[to], png.data[to + 1], png.data[to + 2], png.data[to + 3]] = [dump[from + 2], dump[from + 1], dump[from], 255];
+        }
+      }
+      return png;
+    };
+    for (let [last, end] = [read(), Date.now() + longest]; ;) {
+      await new Promise((resolve) => setTimeout(resolve, 150));
+      const now = read();
+      if (now.data.equals(last.data)) {
+        return PNG.sync.write(now);
+      }
+      assert.ok(Date.now() < end, "the picture does not come to rest");
+      last = now;
+    }
+  }
+
+  // A page; there is one at a time.
+  visit() {
+    return WebKitVisit.make(this);
+  }
+}
+
+// What PageVisit asks of a page.
+class WebKitPage {
+  #webkit;
+  #offset = null; // of the content on the screen
+  mouse;
+  keyboard;
+
+  constructor(webkit) {
+    this.#webkit = webkit;
+    this.mouse = { click: (x, y, options) => this.#click(x, y, options), move: (x, y) => this.move(x, y) };
+    this.keyboard = { press: (key) => this.#press(key) };
+  }
+
+  evaluate(action, argument) {
+    return this.#webkit.run(action, argument);
+  }
+
+  async goto(url) {
+    await this.evaluate((address) => {
+      setTimeout(() => location.replace(address));
+    }, url);
+    this.#webkit.leave();
+    await this.evaluate(() => new Promise((resolve) => {
+      if (document.readyState === "complete") {
+        resolve();
+      }
+      addEventListener("load", () => resolve());
+    }));
+    if (!this.#offset) {
+      this.#offset = await this.#findContent();
+    }
+  }
+
+  // By the pointer, wherever it is moved to.
+  async #findContent() {
+    this.#webkit.input("search", "--onlyvisible", "--class", "MiniBrowser", "windowfocus"); // there is no window manager
+    await this.#until("pointermove", () => this.#webkit.input("mousemove", 600, 500, "mousemove_relative", 1, 1));
+    return this.evaluate(() => window.agent.offset());
+  }
+
+  // Does something, and waits until the page has got an event of that kind by it.
+  async #until(name, act) {
+    const count = () => this.evaluate((kind) => window.agent.events[kind] ?? 0, name);
+    const before = await count();
+    act();
+    for (const end = Date.now() + longest; await count() === before;) {
+      assert.ok(Date.now() < end, `no ${name} came`);
+    }
+  }
+
+  #onScreen(x, y) {
+    return [Math.round(x + this.#offset.x), Math.round(y + this.#offset.y)];
+  }
+
+  async move(x, y) {
+    this.#webkit.input("mousemove", ...this.#onScreen(x, y));
+  }
+
+  async #click(x, y, { count = 1 } = {}) {
+    await this.move(x, y);
+    await this.#until("pointerup", () => this.#webkit.input("click", ...(count > 1 ? ["--repeat", count, "--delay", 60] : []), 1));
+  }
+
+  async drag(x, y, dx, dy) {
+    const steps = [0.25, 0.5, 0.75, 1].flatMap(
+      (part) => ["mousemove", ...this.#onScreen(x + part * dx, y + part * dy), "sleep", 0.03]);
+    await this.move(x, y);
+    await this.#until("pointerup", () => this.#webkit.input("mousedown", 1, ...steps, "sleep", 0.2, "mouseup", 1));
+  }
+
+  async wheel(x, y, deltaY) {
+    await this.move(x, y);
+    await this.#until("wheel", () => this.#webkit.input("click", deltaY < 0 ? 4 : 5));
+  }
+
+  async #press(key) {
+    await this.#until("keyup", () => this.#webkit.input("key", key));
+  }
+
+  async click(selector) {
+    const { x, y } = await this.evaluate((wanted) => {
+      const element = document.querySelector(wanted);
+      element.scrollIntoView({ block: "nearest" });
+      const box = element.getBoundingClientRect();
+      return { x: box.x + box.width / 2, y: box.y + box.height / 2 };
+    }, selector);
+    await this.#click(x, y);
+  }
+
+  async screenshot({ path, clip }) {
+    const size = clip ?? await this.evaluate(() => ({ x: 0, y: 0, width: innerWidth, height: innerHeight }));
+    const [x, y] = this.#onScreen(size.x, size.y);
+    const png = await this.#webkit.picture({ x, y, width: size.width, height: size.height });
+    if (path) {
+      writeFileSync(path, png);
+    }
+    return png;
+  }
+}
+
+class WebKitVisit extends PageVisit {
+  home;
+
+  static make(webkit) {
+    const visit = new WebKitVisit();
+    visit.home = webkit.url;
+    visit.page = new WebKitPage(webkit);
+    return visit;
+  }
+
+  async assertClean(url) {
+    this.errors = await this.page.evaluate(() => window.agent.errors);
+    this.requests = await this.page.evaluate(() => performance.getEntriesByType("resource").map(({ name }) => name));
+    super.assertClean(url);
+  }
+
+  // The button of that name, among those that are seen.
+  async press(name) {
+    assert.ok(await this.page.evaluate((wanted) => {
+      document.querySelector("[data-pressed]")?.removeAttribute("data-pressed");
+      const button = [...document.querySelectorAll("button")].find(
+        (one) => one.checkVisibility() && (one.ariaLabel ?? one.textContent.trim()) === wanted);
+      button?.setAttribute("data-pressed", "");
+      return Boolean(button);
+    }, name), `no button ${name}`);
+    await this.page.click("[data-pressed]");
+  }
+
+  async wheel({ x, y }, deltaY) {
+    await this.page.wheel(x, y, deltaY);
+  }
+
+  async drag({ x, y }, dx, dy) {
+    await this.page.drag(x, y, dx, dy);
+  }
+}
