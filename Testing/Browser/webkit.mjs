@@ -6,7 +6,7 @@
 import assert from "node:assert/strict";
 import { spawn, spawnSync } from "node:child_process";
 import { once } from "node:events";
-import { readFileSync, writeFileSync } from "node:fs";
+import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { PNG } from "pngjs";
 import { temporaryFolder } from "./harness.mjs";
@@ -36,10 +36,9 @@ function agent(asked) {
     }, { capture: true, passive: true });
   }
   window.agent = { errors, events, offset: () => offset };
-  const load = Math.random();
   (async () => {
     for (;;) {
-      const { code } = await (await fetch(`${asked}next?${load}`, { cache: "no-store" })).json();
+      const { code } = await (await fetch(`${asked}next`, { cache: "no-store" })).json();
       const answer = {};
       try {
         answer.result = await (0, eval)(`(${code})`);
@@ -68,8 +67,6 @@ export class WebKit {
   #proxy;
   #memory = temporaryFolder(); // the screen's
   #poll = null; // the answer that the page waits for
-  #load = null; // which page that is
-  #left = null; // the one that is being left: nothing more is handed to it
   #task = null; // { code, resolve, reject } that it is to run, or runs
 
   // target: the port of kdstream-serve.
@@ -79,39 +76,49 @@ export class WebKit {
     webkit.#proxy.intercept = (asked, answer) => webkit.#answer(asked, answer);
     webkit.#proxy.alterFile = putAgentInto;
     webkit.#screen = await startScreen(screen, "-fbdir", webkit.#memory, "-nocursor");
-    webkit.#browser = spawn(process.env.KDSTREAM_WEBKIT, ["--private", `--geometry=${screen.width}x${screen.height}`, webkit.url],
-      {
-        stdio: ["ignore", "ignore", "ignore"],
-        env: { ...process.env, DISPLAY: webkit.#screen.display, GDK_BACKEND: "x11", LIBGL_ALWAYS_SOFTWARE: "1", GTK_A11Y: "none",
-          NO_AT_BRIDGE: "1", HOME: webkit.#memory, XDG_CACHE_HOME: webkit.#memory, XDG_DATA_HOME: webkit.#memory },
-      });
-    process.on("exit", () => webkit.#browser.kill("SIGKILL"));
-    webkit.#browser.once("exit", (code) => webkit.#task?.reject(new Error(`MiniBrowser ended with ${code}`)));
     return webkit;
+  }
+
+  // A new browser, with nothing stored, that opens this address.
+  open(url) {
+    const folder = temporaryFolder();
+    // Nothing moves by itself, so that the same gestures give the same picture.
+    mkdirSync(join(folder, "gtk-3.0"));
+    writeFileSync(join(folder, "gtk-3.0", "settings.ini"), "[Settings]\ngtk-enable-animations=0\n");
+    const folders = Object.fromEntries(["HOME", "XDG_CONFIG_HOME", "XDG_CACHE_HOME", "XDG_DATA_HOME"].map((name) => [name, folder]));
+    const browser = spawn(process.env.KDSTREAM_WEBKIT, ["--private", `--geometry=${screen.width}x${screen.height}`, url], {
+      stdio: ["ignore", "ignore", "inherit"],
+      env: { ...process.env, ...folders, DISPLAY: this.#screen.display, GDK_BACKEND: "x11", LIBGL_ALWAYS_SOFTWARE: "1",
+        NO_AT_BRIDGE: "1" },
+    });
+    process.on("exit", () => browser.kill("SIGKILL"));
+    browser.once("exit", (code) => this.#task?.reject(new Error(`MiniBrowser ended with ${code}`)));
+    this.#browser = browser;
+  }
+
+  async close() {
+    const ended = once(this.#browser, "exit");
+    this.#browser.kill("SIGTERM");
+    await ended;
+    this.#poll = null;
+  }
+
+  async stop() {
+    await this.#proxy.stop();
+    await stopScreen(this.#screen);
   }
 
   get url() {
     return this.#proxy.url;
   }
 
-  async stop() {
-    const ended = once(this.#browser, "exit");
-    this.#browser.kill("SIGTERM");
-    await ended;
-    await this.#proxy.stop();
-    await stopScreen(this.#screen);
-  }
-
   // ---- what the page asks
 
   #answer(asked, answer) {
     const { url: path } = asked;
-    if (path.startsWith(`${paths}next?`)) {
-      if (path !== this.#left) {
-        this.#load = path;
-        this.#poll = answer;
-        this.#hand();
-      }
+    if (path === `${paths}next`) {
+      this.#poll = answer;
+      this.#hand();
     } else if (path === `${paths}done`) {
       this.#take(asked, answer);
     } else if (path === "/worker.js") {
@@ -162,12 +169,6 @@ export class WebKit {
     });
   }
 
-  // What runs next does so in the page that comes.
-  leave() {
-    this.#left = this.#load;
-    this.#poll = null;
-  }
-
   // ---- the screen
 
   // Does what xdotool is told.
@@ -203,9 +204,9 @@ export class WebKit {
     }
   }
 
-  // A page; there is one at a time.
+  // A page that is opened once, by itself; there is one at a time.
   visit() {
-    return WebKitVisit.make(this);
+    return new WebKitVisit(this);
   }
 }
 
@@ -227,19 +228,14 @@ class WebKitPage {
   }
 
   async goto(url) {
-    await this.evaluate((address) => {
-      setTimeout(() => location.replace(address));
-    }, url);
-    this.#webkit.leave();
+    this.#webkit.open(url);
     await this.evaluate(() => new Promise((resolve) => {
       if (document.readyState === "complete") {
         resolve();
       }
       addEventListener("load", () => resolve());
     }));
-    if (!this.#offset) {
-      this.#offset = await this.#findContent();
-    }
+    this.#offset = await this.#findContent();
   }
 
   // By the pointer, wherever it is moved to.
@@ -310,13 +306,18 @@ class WebKitPage {
 }
 
 class WebKitVisit extends PageVisit {
+  #webkit;
   home;
 
-  static make(webkit) {
-    const visit = new WebKitVisit();
-    visit.home = webkit.url;
-    visit.page = new WebKitPage(webkit);
-    return visit;
+  constructor(webkit) {
+    super();
+    this.#webkit = webkit;
+    this.home = webkit.url;
+    this.page = new WebKitPage(webkit);
+  }
+
+  async close() {
+    await this.#webkit.close();
   }
 
   async assertClean(url) {

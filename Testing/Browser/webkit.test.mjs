@@ -18,6 +18,14 @@ after(async () => {
   await server?.stop();
 });
 
-test("the list, a model, the wheel to the original, a double click for a region, and back", () => walk("webkit", webkit.visit()));
+test("the list, a model, the wheel to the original, a double click for a region, and back", async (context) => {
+  const visit = webkit.visit();
+  context.after(() => visit.close());
+  await walk("webkit", visit);
+});
 
-test("sides, a distance, a section, light", () => useTools("webkit", webkit.visit()));
+test("sides, a distance, a section, light", async (context) => {
+  const visit = webkit.visit();
+  context.after(() => visit.close());
+  await useTools("webkit", visit);
+});

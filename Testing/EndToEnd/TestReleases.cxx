@@ -7,8 +7,8 @@
 //   kdstream-generate vase vase.ply --vertices 600
 //   kdstream-build vase.ply -o vase.kds --vertices-per-partition 100 --title "Painted vase"
 //   kdstream-generate statue statue.obj --vertices 300 --picture-side 64
-//   kdstream-build statue.obj -o statue.kds --vertices-per-partition 100 --precision lossless \
-//     --texture-quality lossless
+//   kdstream-build statue.obj -o statue.kds --vertices-per-partition 100 --precision lossless
+//     --texture-quality lossless (in one line)
 //   KDSTREAM_RECORD_STREAM=FOLDER/stream.jsonl ReleasesTests TestReleases
 // and a line in `releases` below.
 #include "filters/codec/PieceCodec.h"
