@@ -9,7 +9,7 @@ import { once } from "node:events";
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { PNG } from "pngjs";
-import { temporaryFolder } from "./harness.mjs";
+import { pause, temporaryFolder } from "./harness.mjs";
 import { Proxy } from "./proxy.mjs";
 import { startScreen, stopScreen } from "./screen.mjs";
 import { PageVisit, longest, rememberMessages } from "./visit.mjs";
@@ -63,7 +63,7 @@ function putAgentInto(_, body, fields) {
 // The browser, its screen, and the server that its pages come from.
 export class WebKit {
   #screen;
-  #browser;
+  #browser = null;
   #proxy;
   #memory = temporaryFolder(); // the screen's
   #poll = null; // the answer that the page waits for
@@ -88,19 +88,20 @@ export class WebKit {
     const folders = Object.fromEntries(["HOME", "XDG_CONFIG_HOME", "XDG_CACHE_HOME", "XDG_DATA_HOME"].map((name) => [name, folder]));
     const browser = spawn(process.env.KDSTREAM_WEBKIT, ["--private", `--geometry=${screen.width}x${screen.height}`, url], {
       stdio: ["ignore", "ignore", "inherit"],
+      detached: true, // a group, with the processes that it starts
       env: { ...process.env, ...folders, DISPLAY: this.#screen.display, GDK_BACKEND: "x11", LIBGL_ALWAYS_SOFTWARE: "1",
-        NO_AT_BRIDGE: "1" },
+        NO_AT_BRIDGE: "1", MESA_SHADER_CACHE_DISABLE: "true" },
     });
-    process.on("exit", () => browser.kill("SIGKILL"));
+    process.on("exit", () => this.#browser === browser && process.kill(-browser.pid, "SIGKILL"));
     browser.once("exit", (code) => this.#task?.reject(new Error(`MiniBrowser ended with ${code}`)));
     this.#browser = browser;
   }
 
   async close() {
     const ended = once(this.#browser, "exit");
-    this.#browser.kill("SIGTERM");
+    process.kill(-this.#browser.pid, "SIGKILL");
     await ended;
-    this.#poll = null;
+    this.#browser = this.#poll = null;
   }
 
   async stop() {
@@ -178,30 +179,27 @@ export class WebKit {
     assert.equal(status, 0, stderr);
   }
 
-  // A part of the screen, once it has not changed for a moment (PNG). The memory is an X window dump: a head of big-endian numbers,
-  // colours, then rows of blue, green, red and nothing.
-  async picture({ x, y, width, height }) {
-    const read = () => {
-      const dump = readFileSync(join(this.#memory, "Xvfb_screen0"));
-      const [head, rowBytes, colors] = [0, 48, 76].map((at) => dump.readUInt32BE(at));
-      const png = new PNG({ width, height });
-      for (let j = 0; j < height; ++j) {
-        for (let i = 0; i < width; ++i) {
-          const from = head + 12 * colors + (y + j) * rowBytes + 4 * (x + i), to = 4 * (j * width + i);
-          [png.data[to], png.data[to + 1], png.data[to + 2], png.data[to + 3]] = [dump[from + 2], dump[from + 1], dump[from], 255];
-        }
-      }
-      return png;
-    };
-    for (let [last, end] = [read(), Date.now() + longest]; ;) {
-      await new Promise((resolve) => setTimeout(resolve, 150));
-      const now = read();
-      if (now.data.equals(last.data)) {
-        return PNG.sync.write(now);
-      }
-      assert.ok(Date.now() < end, "the picture does not come to rest");
-      last = now;
+  // The X server's memory: an X window dump, which is a head of big-endian numbers, colours, then rows of blue, green, red and nothing.
+  #screenRows() {
+    const dump = readFileSync(join(this.#memory, "Xvfb_screen0"));
+    const [head, rowBytes, colors] = [0, 48, 76].map((at) => dump.readUInt32BE(at));
+    return (x, y) => [2, 1, 0].map((part) => dump[head + 12 * colors + y * rowBytes + 4 * x + part]);
+  }
+
+  // A part of the screen as PNG, once the pixel at `mark` has this colour.
+  async picture({ x, y, width, height }, mark, color) {
+    let pixel = this.#screenRows();
+    for (const end = Date.now() + longest; !color.every((value, part) => pixel(...mark)[part] === value); pixel = this.#screenRows()) {
+      assert.ok(Date.now() < end, "the page is not drawn");
+      await pause(30);
     }
+    const png = new PNG({ width, height });
+    for (let j = 0; j < height; ++j) {
+      for (let i = 0; i < width; ++i) {
+        png.data.set([...pixel(x + i, y + j), 255], 4 * (j * width + i));
+      }
+    }
+    return PNG.sync.write(png);
   }
 
   // A page that is opened once, by itself; there is one at a time.
@@ -214,6 +212,7 @@ export class WebKit {
 class WebKitPage {
   #webkit;
   #offset = null; // of the content on the screen
+  #pictures = 0;
   mouse;
   keyboard;
 
@@ -294,10 +293,21 @@ class WebKitPage {
     await this.#click(x, y);
   }
 
+  // What is drawn after this call: the page's first pixel gets another colour each time.
   async screenshot({ path, clip }) {
-    const size = clip ?? await this.evaluate(() => ({ x: 0, y: 0, width: innerWidth, height: innerHeight }));
-    const [x, y] = this.#onScreen(size.x, size.y);
-    const png = await this.#webkit.picture({ x, y, width: size.width, height: size.height });
+    const color = [++this.#pictures % 250, 40, 200];
+    const whole = await this.evaluate((rgb) => new Promise((resolve) => {
+      requestAnimationFrame(() => requestAnimationFrame(() => {
+        const mark = document.getElementById("mark") ?? document.createElement("i");
+        mark.id = "mark";
+        mark.style = `position: fixed; inset: 0 auto auto 0; width: 2px; height: 2px; z-index: 9999; background: rgb(${rgb})`;
+        document.body.append(mark);
+        resolve({ x: 0, y: 0, width: innerWidth, height: innerHeight });
+      }));
+    }), color);
+    const { x: left, y: top, width, height } = clip ?? whole;
+    const [x, y] = this.#onScreen(left, top);
+    const png = await this.#webkit.picture({ x, y, width, height }, this.#onScreen(0, 0), color);
     if (path) {
       writeFileSync(path, png);
     }
