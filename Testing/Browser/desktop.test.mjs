@@ -65,6 +65,45 @@ test("mouse, wheel, double click and keys", async () => {
   await visit.close();
 });
 
+// Chromium has no such events; what the page does with Safari's is the same.
+test("a pinch on Safari's trackpad zooms", async () => {
+  const visit = await Visit.desktop(browser);
+  const { page } = visit;
+  await visit.open(server.url);
+  await visit.untilIdle();
+  await page.mouse.click(...Object.values(await visit.centre()));
+  await visit.until("full screen", ({ mode, idle }) => mode === "full screen" && idle);
+  const middle = await visit.centre();
+  const seen = async () => {
+    await visit.untilIdle();
+    return visit.around(middle, 400);
+  };
+  // Tells the canvas of the scales since the start; gives whether the browser may do with the events what it would.
+  const pinch = (...scales) => page.evaluate(([{ x, y }, all]) => ["gesturestart", ...all].map((scale, at) => {
+    const event = new Event(at ? "gesturechange" : scale, { bubbles: true, cancelable: true });
+    Object.assign(event, { scale: at ? scale : 1, clientX: x, clientY: y });
+    return document.getElementById("view").dispatchEvent(event);
+  }), [middle, scales]);
+
+  const far = await seen();
+  await page.mouse.move(middle.x, middle.y);
+  await page.mouse.wheel(0, -100);
+  const near = await seen();
+  assert.ok(difference(far, near) > 0.05, "the wheel zooms in");
+  await page.keyboard.press("h");
+  assert.ok(difference(far, await seen()) < 0.01);
+  assert.deepEqual(await pinch(1.2, 0.9, Math.exp(0.2)), [false, false, false, false], "the browser does not zoom the page");
+  assert.ok(difference(near, await seen()) < 0.01, "a pinch of the same factor shows the same");
+  await pinch(Math.exp(-0.2));
+  assert.ok(difference(far, await seen()) < 0.01, "the next one begins anew");
+  await page.mouse.down(); // as fingers, of which a phone has told by pointers
+  await pinch(1.5);
+  await page.mouse.up();
+  assert.ok(difference(far, await seen()) < 0.01, "what fingers do is not done twice");
+  visit.assertClean(server.url);
+  await visit.close();
+});
+
 // The first view, by button, key and double click beside the model, and the view before that.
 test("home and back", async () => {
   const visit = await Visit.desktop(browser);

@@ -3,27 +3,13 @@
 // llvmpipe; without a screen (headless) it has none.
 
 import assert from "node:assert/strict";
-import { spawn } from "node:child_process";
-import { once } from "node:events";
-import { createInterface } from "node:readline";
 import puppeteer from "puppeteer-core";
 import { temporaryFolder } from "./harness.mjs";
+import { startScreen, stopScreen } from "./screen.mjs";
 import { PageVisit, longest, rememberMessages } from "./visit.mjs";
 
 const screen = { width: 1280, height: 960 }; // a window's frame and bars included
 const desktop = { width: 1100, height: 760 };
-
-// An X server on a display that is free; gives the display's name and the process.
-async function startScreen() {
-  const server = spawn("Xvfb", ["-displayfd", "3", "-screen", "0", `${screen.width}x${screen.height}x24`, "-nolisten", "tcp"],
-    { stdio: ["ignore", "ignore", "inherit", "pipe"] });
-  process.on("exit", () => server.kill("SIGKILL"));
-  const failed = once(server, "error").then(([error]) => [error.message]);
-  const ended = once(server, "exit").then(([code]) => [`it ended with ${code}`]);
-  const [display] = await Promise.race([once(createInterface({ input: server.stdio[3] }), "line"), failed, ended]);
-  assert.match(display, /^\d+$/, "Xvfb did not start");
-  return { display: `:${display}`, server };
-}
 
 // Firefox, and the screen that it is on.
 export class Firefox {
@@ -33,7 +19,7 @@ export class Firefox {
 
   static async start() {
     const firefox = new Firefox();
-    firefox.#screen = await startScreen();
+    firefox.#screen = await startScreen(screen);
     firefox.#browser = await puppeteer.launch({
       browser: "firefox",
       executablePath: process.env.KDSTREAM_FIREFOX ?? "/usr/bin/firefox-esr",
@@ -54,19 +40,21 @@ export class Firefox {
 
   async stop() {
     await this.#browser?.close();
-    const ended = once(this.#screen.server, "exit");
-    this.#screen.server.kill("SIGTERM");
-    await ended;
+    await stopScreen(this.#screen);
   }
 
-  // A page with storage of its own.
-  async visit() {
+  // A page with storage of its own. home: the list's address.
+  async visit(home) {
     const context = await this.#browser.createBrowserContext();
-    return FirefoxVisit.make(await context.newPage());
+    const visit = await FirefoxVisit.make(await context.newPage());
+    visit.home = home;
+    return visit;
   }
 }
 
 class FirefoxVisit extends PageVisit {
+  home;
+
   static async make(page) {
     const visit = new FirefoxVisit();
     visit.page = page;

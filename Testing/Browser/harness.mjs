@@ -9,6 +9,7 @@
 //   KDSTREAM_PICTURES  folder that gets a screenshot of each stage
 //   KDSTREAM_CHROMIUM  the browser (/usr/bin/chromium)
 //   KDSTREAM_FIREFOX   the other one, for its own test (/usr/bin/firefox-esr)
+//   KDSTREAM_WEBKIT    WebKit's MiniBrowser, for its own test
 //   KDSTREAM_NGINX     nginx, for the test of what is exported (nginx)
 //   KDSTREAM_LONGEST_WAIT  seconds until a wait is given up (180)
 

@@ -32,6 +32,10 @@ export class Proxy extends EventEmitter {
   alterBlob = null;
   // (message) => message: a whole KdStream frame
   alterFrame = null;
+  // (path, bytes, fields) => bytes: of any other answer to a GET, with its fields, which may be changed
+  alterFile = null;
+  // (asked, answer) => whether it has answered instead of the server
+  intercept = null;
   bytesPerSecond = Infinity; // of each answer to a GET
   stallsAt = Infinity; // bytes of an answer after which nothing more comes
   holds = false; // true: of streams nothing comes any more
@@ -69,6 +73,9 @@ export class Proxy extends EventEmitter {
   // ---- GET
 
   #forward(asked, answer) {
+    if (this.intercept?.(asked, answer)) {
+      return;
+    }
     const { method, url: path, headers } = asked;
     const onward = request({ host: "127.0.0.1", port: this.#target, method, path, headers }, async (answered) => {
       const parts = [];
@@ -80,7 +87,9 @@ export class Proxy extends EventEmitter {
       if (name && answered.statusCode === 200) {
         body = this.#alter(name, body);
       }
-      const fields = { ...answered.headers, "content-length": method === "HEAD" ? answered.headers["content-length"] : body.length };
+      const altered = { ...answered.headers };
+      body = name ? body : this.alterFile?.(path, body, altered) ?? body;
+      const fields = { ...altered, "content-length": method === "HEAD" ? answered.headers["content-length"] : body.length };
       answer.writeHead(answered.statusCode, fields);
       await this.#pace(answer, body);
     });

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A page in a browser, whichever library drives it: the page's state (window.kdstream.status, see viewer/mobile/web/page.js),
-// waiting for it, and pictures. Chromium's fingers are in harness.mjs, Firefox is in firefox.mjs.
+// waiting for it, and pictures. Chromium's fingers are in harness.mjs, Firefox is in firefox.mjs, WebKit in webkit.mjs.
 //
 // Nothing here waits for a fixed time: every wait is for a condition, and `longest` only ends a run that hangs.
 

@@ -12,6 +12,7 @@ export class Fingers {
   #down = new Map(); // by pointer: { x, y, isPair } in points of the window
   #moved = 0; // time of the last move that the viewer has not been told
   #outside = null; // the finger's pointerdown that is down where one finger scrolls
+  #scale = 1; // of the last event of a trackpad's pinch
 
   entered = true; // else one finger scrolls the page around this one's frame (embedding.js)
   onEnter = () => {};
@@ -29,7 +30,10 @@ export class Fingers {
     listen("touchmove", (event) => this.#down.size && event.cancelable && event.preventDefault());
     listen("wheel", this.#wheel);
     listen("keydown", this.#key);
-    for (const name of ["contextmenu", "gesturestart", "selectstart"]) {
+    for (const name of ["gesturestart", "gesturechange"]) {
+      listen(name, this.#gesture);
+    }
+    for (const name of ["contextmenu", "selectstart"]) {
       listen(name, (event) => event.preventDefault());
     }
   }
@@ -133,8 +137,21 @@ export class Fingers {
     event.preventDefault();
     const { deltaY, deltaMode, ctrlKey, clientX, clientY } = event;
     const points = deltaMode === 0 ? deltaY : deltaY * wheelLine;
-    // Browsers report a trackpad's pinch as a wheel with the control key.
-    const factor = Math.exp(-Math.max(-100, Math.min(100, points)) * (ctrlKey ? .01 : .002));
+    // Browsers but Safari report a trackpad's pinch as a wheel with the control key.
+    this.#zoom(Math.exp(-Math.max(-100, Math.min(100, points)) * (ctrlKey ? .01 : .002)), clientX, clientY);
+  }
+
+  // Safari reports it by the scale since its start. On a phone these events come beside those of the fingers.
+  #gesture(event) {
+    event.preventDefault();
+    const { type, scale, clientX, clientY } = event;
+    if (type === "gesturechange" && !this.#down.size) {
+      this.#zoom(scale / this.#scale, clientX, clientY);
+    }
+    this.#scale = scale;
+  }
+
+  #zoom(factor, clientX, clientY) {
     const { x, y } = this.#pixel(clientX, clientY);
     this.#viewer.zoom(factor, x, y);
     this.#changed();
