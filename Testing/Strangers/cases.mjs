@@ -239,6 +239,14 @@ const vtp = (points, polygons) => `<?xml version="1.0"?>
 <Polys><DataArray type="Int32" Name="connectivity" format="ascii">${quads.flat().join(" ")}</DataArray>
 <DataArray type="Int32" Name="offsets" format="ascii">${quads.map((_, i) => 4 * i + 4).join(" ")}</DataArray></Polys></Piece></PolyData></VTKFile>\n`;
 
+function vtkBytes() {
+  const points = Buffer.alloc(96), cells = Buffer.alloc(120);
+  corners.flat().forEach((value, i) => points.writeFloatBE(value, 4 * i));
+  quads.flatMap((quad) => [4, ...quad]).forEach((value, i) => cells.writeInt32BE(value, 4 * i));
+  return Buffer.concat([Buffer.from("# vtk DataFile Version 3.0\nmade by hand\nBINARY\nDATASET POLYDATA\nPOINTS 8 float\n"), points,
+    Buffer.from("\nPOLYGONS 6 30\n"), cells, Buffer.from("\n")]);
+}
+
 // A ZIP archive of an empty file of that name.
 function zipOf(name) {
   const entry = Buffer.alloc(46), end = Buffer.alloc(22), file = Buffer.from(`PK\x03\x04${"\0".repeat(26)}${name}`);
@@ -582,5 +590,37 @@ export const cases = [
   one("a .vtk of a table", "a.vtk", vtk("TABLE", ["ROW_DATA 1", "FIELD f 1", "a 1 1 int", "7"]), cube, { mustRefuse: true, refused: /'TABLE', which is not a mesh/ }),
   one("a .glb of rubbish", "a.glb", Buffer.from("rubbish of some bytes, no scene"), cube, { mustRefuse: true, refused: /a\.glb: is not a glTF file: it begins neither/ }),
   one("a .vtp whose text ends in an element", "a.vtp", vtp(8, 6).slice(0, 400), cube, { mustRefuse: true, refused: /line \d+, column \d+: the text ends/ }),
+  // Siblings of the shared cases, in other formats.
+  one("points in quotes under names in quotes", "a.csv", `"X","Y","Z"\n${scatter(40).map((point) => point.map((v) => `"${v}"`).join(",")).join("\n")}`, { ...cloud, box: boxOfCloud }, { silent: /names/ }),
+  one("points in quotes", "a.csv", scatter(40).map((point) => point.map((v) => `"${v}"`).join(";")).join("\n"), { ...cloud, box: boxOfCloud }, { silent: /names/ }),
+  one("points under names in quotes, with units, in another order", "a.csv", `"Z [m]";"Y [m]";"X [m]"\n${scatter(40).map(([x, y, z]) => `${z};${y};${x}`).join("\n")}`,
+    { ...cloud, box: boxOfCloud }, { silent: /names/, isRead: false }),
+  one("points with points between thousands and decimal commas", "a.csv", `X;Y;Z\n${scatter(40).map(([x, y], i) => `1.0${10 + i},5;${x};${y}`.replace(/(\d)\.(\d+);/g, "$1,$2;")).join("\n")}`, cloud,
+    { mustRefuse: true, refused: /line 2: has commas and decimal points/ }),
+  one("points with an empty column", "a.csv", `X,Class,Y,Z,R,G,B\n${scatter(40).map(([x, y, z]) => `${x},,${y},${z},200,100,50`).join("\n")}`, { ...cloud, box: boxOfCloud }, { silent: /names/, colors: [[200, 100, 50]], isRead: false }),
+  one("points of which some have no class, and one no z", "a.csv", `X;Y;Z;Class\n${scatter(41).map(([x, y, z], i) => `${x};${y};${i === 40 ? "" : z};${i % 2 ? 3 : ""}`).join("\n")}`, { ...cloud, box: boxOfCloud }, { says: /1 point is not finite and is dropped: line 42/, isRead: false }),
+  one("an OBJ with a byte order mark in its middle", "a.obj", cubeObj.replace(/\nv 1 1 1/, "\n\ufeffv 1 1 1"), cube, { isRead: false }),
+  { name: "a library that was joined of two with byte order marks", file: "a.obj", right: twoCubes, colors: twoColors,
+    files: { "a.obj": twoMaterials("p", "q"), "a.mtl": `\ufeff${mtl("p", "r")}\ufeffnewmtl q\nKd 0 0 1\n` } },
+  one("points with a byte order mark in their middle", "a.xyz", rowsOf(" ").replace(/\n(?=[^\n]*$)/, "\n\ufeff"), { ...cloud, box: boxOfCloud }, { isRead: false }),
+  one("two text STL that were joined, with byte order marks", "a.stl", `\ufeff${stlText()}\ufeff${stlText().replace(/vertex (-?1)/g, (_, x) => `vertex ${Number(x) + 5}`)}`, { triangles: 24, volume: 16 }),
+  one("a text STL with bytes behind a Ctrl-Z", "a.stl", `${stlText()}\x1arubbish`, cube, { says: /8 bytes after the end .* a Ctrl-Z/ }),
+  one("a text PLY whose lines end with CR CR LF", "a.ply", plyOf(corners, quads).replaceAll("\n", "\r\r\n"), cube, { isRead: false }),
+  one("a .vtk with a polygon of two corners", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons.replace("6 30", "7 33"), "2 0 1"]), cube, { says: /1 face has fewer than three corners and is dropped: POLYGONS: cell 6/ }),
+  one("a .vtp with a polygon of two corners", "a.vtp", vtp(8, 7).replace("3 0 4 7</D", "3 0 4 7 0 1</D").replace("24</D", "24 26</D"), cube, { says: /1 face has fewer than three corners/ }),
+  one("a .vtk that counts too few polygons", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons.replace("6 30", "5 30")]), cube, { says: /1 point or face is in the file but not counted by its header: POLYGONS \(line 14\) counts 5 cells/ }),
+  one("a .vtk that counts too many polygons", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons.replace("6 30", "7 30")]), cube, { mustRefuse: true, refused: /POLYGONS \(line 14\) counts 7 cells, and has 6/ }),
+  one("a .vtk with METADATA behind its polygons", "a.vtk", `${vtk("POLYDATA", [vtkPoints, vtkPolygons])}METADATA\nINFORMATION 0\n\n`, cube, { isRead: false }),
+  one("a .vtk with values for other points", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons, "POINT_DATA 5", "SCALARS q float", "LOOKUP_TABLE default", "1 2 3 4 5"]), cube,
+    { mustRefuse: true, refused: /POINT_DATA \(line 21\) has values for 5 points, but there are 8/ }),
+  one("a binary .vtk", "a.vtk", vtkBytes(), cube, { isRead: false }),
+  one("a binary .vtk with zeros behind it", "a.vtk", Buffer.concat([vtkBytes(), Buffer.alloc(300)]), cube, { says: /300 zeros after the end/, isRead: false }),
+  one("a binary .vtk with bytes behind it", "a.vtk", Buffer.concat([vtkBytes(), Buffer.from("..")]), cube, { says: /2 bytes after the end/, isRead: false }),
+  one("a glTF with texture coordinates and a normal that are not there", "a.glb", glb([{ mesh: 0 }], { primitive: { attributes: { POSITION: 0, NORMAL: 77, TEXCOORD_0: 8 } } }), cube,
+    { says: /12 faces name .* 'NORMAL' names accessor 77, but there are 2/ }),
+  one("a .vtp of a type that is not known", "a.vtp", vtp(8, 6).replace("Float32", "Quad"), cube, { mustRefuse: true, refused: /'Quad', which is not known/ }),
+  one("a .vtp with painted colours", "a.vtp", vtp(8, 6).replace("<Polys>", `<PointData><DataArray type="UInt8" Name="PaintedColor" NumberOfComponents="3" format="ascii">${corners.map(() => "255 128 0").join(" ")}</DataArray></PointData><Polys>`), cube,
+    { says: /PaintedColor/, isRead: false }),
+  one("a .vtk with colours of cells", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons, "CELL_DATA 6", "COLOR_SCALARS c 3", ...quads.map(() => "1 0.5 0")]), cube, { says: /triangle colours are kept/ }),
   one("a .vtp without its polygons' ends", "a.vtp", vtp(8, 6).replace('"offsets"', '"ends"'), cube, { mustRefuse: true, refused: /<Polys>.*'offsets'/ }),
 ];

@@ -415,7 +415,9 @@ std::string HiddenColors(const std::vector<AttributeInfo>& attributes)
     const bool named = attribute.name == "red" || attribute.name == "r" ||
                        attribute.name == "diffuse_red" || attribute.name == "RGB" ||
                        attribute.name == "RGBA";
-    if (named && attribute.association == AttributeAssociation::Cell)
+    const bool looksSo = attribute.type == AttributeType::UInt8 &&
+                         (attribute.components == 3 || attribute.components == 4);
+    if ((named || looksSo) && attribute.association == AttributeAssociation::Cell)
     {
       return "triangle colours are kept, but viewers show only vertex colours";
     }

@@ -129,6 +129,7 @@ public:
       this->Damaged("has no DATASET, but fields or nothing: there is no mesh in it", true);
     }
     this->Damage.hasOtherNumbers = this->HasOtherNumbers;
+    this->Damage.forgiven = std::move(this->Forgiven);
     this->Order.leftOut = std::move(this->LeftOut);
     this->Damage.order = std::move(this->Order);
     this->Damage.lastPart =
@@ -341,9 +342,11 @@ private:
     if (const std::string small = LowercaseText(type);
         small == "string" || small == "utf8_string" || small == "variant")
     {
+      this->SizesAreSure = false;
       return small == "variant" ? this->TakeVariants(all) : this->TakeStrings(all);
     }
     const bool isBit = LowercaseText(type) == "bit";
+    this->SizesAreSure = this->SizesAreSure && !isBit;
     const std::size_t bits = isBit ? 1 : 8 * SizeOfType(LowercaseText(type));
     if (bits == 0)
     {
@@ -375,6 +378,28 @@ private:
     return true;
   }
 
+  // What the arrays that follow have values of. all: the file's points; 0: not known.
+  bool TakeTuples(std::uint64_t all)
+  {
+    return this->TakeCount(this->Tuples) &&
+           (all == 0 || this->Tuples == all ||
+             this->Damaged("has values for " + std::to_string(this->Tuples) +
+                           " points, but there are " + std::to_string(all)));
+  }
+
+  // Cells that the part does not count are read; those that are missing are not.
+  bool HasCells(std::uint64_t cells, std::uint64_t found)
+  {
+    if (found < cells)
+    {
+      return this->Damaged(
+        "counts " + std::to_string(cells) + " cells, and has " + std::to_string(found), true);
+    }
+    this->Forgiven.Count(Lapse::NotCounted, found - cells,
+      this->Part + " counts " + std::to_string(cells) + (cells == 1 ? " cell" : " cells"));
+    return true;
+  }
+
   bool CellIsCut(std::uint64_t cell, std::uint64_t numbers)
   {
     return this->Damaged("has " + std::to_string(numbers) + " numbers, of which its cell " +
@@ -383,7 +408,7 @@ private:
   }
 
   // The same of a binary file, big endian: whether the sizes of the cells fit the list.
-  bool TakeBinaryCells(std::uint64_t numbers)
+  bool TakeBinaryCells(std::uint64_t cells, std::uint64_t numbers)
   {
     constexpr std::uint64_t size = 4;
     this->SkipLine();
@@ -412,7 +437,7 @@ private:
       this->Source.Seek(this->Source.Position() + size * (1 + corners));
       left -= 1 + corners;
     }
-    return true;
+    return this->HasCells(cells, cell);
   }
 
   // A list of cells as files of before version 5 have it: of each cell its size, then its points.
@@ -420,7 +445,7 @@ private:
   {
     if (this->IsBinary)
     {
-      return this->TakeBinaryCells(numbers);
+      return this->TakeBinaryCells(cells, numbers);
     }
     double value = 0;
     std::uint64_t cell = 0, taken = 0;
@@ -449,8 +474,7 @@ private:
         }
       }
     }
-    return cell == cells || this->Damaged("counts " + std::to_string(cells) + " cells, and has " +
-                                          std::to_string(cell));
+    return this->HasCells(cells, cell);
   }
 
   // Whether the next line is "OFFSETS TYPE". In a binary file the next bytes may be numbers, too,
@@ -559,10 +583,35 @@ private:
              "is of the type " + QuotedText(this->Dataset) + ", which VTK does not have", true);
   }
 
+  // Bytes after the last part of a binary file, which begin no name; if it is sure that they are
+  // not of a part.
+  bool LeavesRest()
+  {
+    constexpr std::uint64_t most = 4096;
+    const std::uint64_t rest = this->Source.Remaining(), at = this->Source.Position();
+    const Result<std::string_view> ahead =
+      this->Source.Peek(static_cast<std::size_t>(std::min(rest, most)));
+    if (!this->IsBinary || !this->SizesAreSure || rest == 0 || rest > most || !ahead ||
+        IsLetter(ahead->front()))
+    {
+      return false;
+    }
+    const bool areZeros = ahead->substr(0, rest).find_first_not_of('\0') == ahead->npos;
+    this->Forgiven.Count(
+      areZeros ? Lapse::PaddedEnd : Lapse::BytesBehindEnd, rest, "byte " + std::to_string(at));
+    this->LeftOut.push_back({ at, at + rest });
+    this->Source.Seek(at + rest);
+    return true;
+  }
+
   // A keyword, and what it says; false at the end too.
   bool TakePart()
   {
     this->Ahead();
+    if (this->LeavesRest())
+    {
+      return false;
+    }
     const std::string at = this->Here();
     const std::string keyword = this->Keyword();
     this->Part = (keyword.size() > 40 ? QuotedText(keyword) : keyword) + " " + at;
@@ -578,7 +627,7 @@ private:
     {
       return false;
     }
-    const bool isAfterNumbers = std::exchange(this->IsAfterNumbers, false);
+    const bool isAfterArray = std::exchange(this->IsAfterArray, false);
     if (keyword == "DATASET")
     {
       return this->TakeDataset(this->Source.Position() - keyword.size());
@@ -592,13 +641,13 @@ private:
     {
       const std::uint64_t begin = this->Source.Position() - keyword.size();
       this->SkipToEmptyLine();
-      if (!isAfterNumbers)
+      if (!isAfterArray)
       {
         this->LeftOut.push_back({ begin, this->Source.Position() });
       }
       return true;
     }
-    this->IsAfterNumbers = true;
+    this->IsAfterArray = !IsOneOf(keyword, cells) && keyword != "CELL_TYPES";
     if (IsOneOf(keyword, places))
     {
       const bool isPoints = keyword == "POINTS";
@@ -624,7 +673,7 @@ private:
     }
     if (keyword == "POINT_DATA" || keyword == "CELL_DATA")
     {
-      return this->TakeCount(this->Tuples);
+      return this->TakeTuples(keyword == "POINT_DATA" ? this->Points : 0);
     }
     if (keyword == "SCALARS")
     {
@@ -673,8 +722,10 @@ private:
   std::uint64_t HeadEnd = 0;
   VtkOrder Order;
   std::vector<std::array<std::uint64_t, 2>> LeftOut; // of Order
-  bool IsAfterNumbers = false;                       // of a part that METADATA may follow
+  bool IsAfterArray = false;                         // which METADATA may follow for VTK
   bool HasOtherNumbers = false;
+  bool SizesAreSure = true; // of the parts so far
+  Tolerance Forgiven;
 };
 
 }

@@ -3,6 +3,8 @@
 // where. Part of step "convert".
 #pragma once
 
+#include "filters/meshio/Tolerance.h"
+
 #include <array>
 #include <cstdint>
 #include <filesystem>
@@ -17,7 +19,8 @@ struct VtkOrder
 {
   // Where the line of DATASET is, if parts come before it; else zeros.
   std::uint64_t headEnd = 0, begin = 0, end = 0;
-  // Blocks of METADATA that follow no array: in the order of the file, from begin to end.
+  // Blocks of METADATA that follow no array, and what is after the last part: in the order of the
+  // file, from begin to end.
   std::vector<std::array<std::uint64_t, 2>> leftOut{};
 };
 
@@ -38,6 +41,7 @@ struct VtkDamage
   VtkOrder order{};
   // For a message where no part is damaged: "something after POINTS (line 5) cannot be read".
   std::string lastPart{};
+  Tolerance forgiven{}; // cells that their part does not count, bytes after the last part
 };
 
 // Goes through the file once, in the memory of a block.

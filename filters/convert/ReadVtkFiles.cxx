@@ -140,16 +140,24 @@ Error Damaged(const std::string& part)
   return { ErrorCode::InvalidInput, "is damaged, or is not as its header says: " + part };
 }
 
-// Checks that the cells of each part use existing points. Errors: InvalidInput naming part, cell
-// and point.
-Status CheckParts(vtkPolyData& mesh)
+// Checks that the cells of each part use existing points. Counts faces of fewer than three corners,
+// which are dropped. Errors: InvalidInput naming part, cell and point.
+Status CheckParts(vtkPolyData& mesh, Tolerance& tolerance)
 {
   for (const auto& [cells, part] : { std::pair{ mesh.GetVerts(), "VERTICES: " },
          std::pair{ mesh.GetLines(), "LINES: " }, std::pair{ mesh.GetPolys(), "POLYGONS: " },
          std::pair{ mesh.GetStrips(), "TRIANGLE_STRIPS: " } })
   {
-    const Status right =
-      ForEachCell(cells, 0, mesh.GetNumberOfPoints(), [](vtkIdType, std::span<const vtkIdType>) {});
+    const bool areFaces = cells == mesh.GetPolys() || cells == mesh.GetStrips();
+    const Status right = ForEachCell(cells, 0, mesh.GetNumberOfPoints(),
+      [&, named = part](vtkIdType cell, std::span<const vtkIdType> corners)
+      {
+        if (areFaces && corners.size() < 3)
+        {
+          tolerance.Count(
+            Lapse::FaceTooSmall, 1, std::string(named) + "cell " + std::to_string(cell));
+        }
+      });
     if (!right)
     {
       return Error{ right.GetError().code, part + right.GetError().message };
@@ -160,11 +168,13 @@ Status CheckParts(vtkPolyData& mesh)
 
 Result<ForeignMesh> Finish(vtkPolyData* output, VtkMessages& messages, const Execution& execution)
 {
-  KDSTREAM_TRY(CheckParts(*output));
+  Tolerance small;
+  KDSTREAM_TRY(CheckParts(*output, small));
   KDSTREAM_TRY(execution.Report("read", 1));
   Result<ForeignMesh> mesh = ReadPolyData(*output, execution);
   if (mesh)
   {
+    mesh->tolerance.Add(small);
     for (const std::string& warning : messages.TakeWarnings())
     {
       std::string own = VtkWarning(warning);
@@ -394,6 +404,7 @@ Result<ForeignMesh> ReadVtk(const std::filesystem::path& file, const Execution& 
   if (mesh)
   {
     mesh->tolerance.Add(tolerance);
+    mesh->tolerance.Add(damage.forgiven);
   }
   if (mesh && damage.hasOtherNumbers)
   {

@@ -45,13 +45,14 @@ enum class Commas
   Unclear // can be read in two ways
 };
 
-// "1,234.5": a comma before each three digits, as between thousands.
+// "1,234.5", or "1.234,5": three digits between the sign of thousands and that of decimals.
 bool HasThousands(std::string_view word)
 {
   const std::size_t comma = word.find(','), point = word.find('.');
-  return comma != std::string_view::npos && point == comma + 4 && comma >= 1 && comma <= 4 &&
-         std::all_of(word.begin() + static_cast<std::ptrdiff_t>(comma) + 1,
-           word.begin() + static_cast<std::ptrdiff_t>(point), IsDigit);
+  const std::size_t first = std::min(comma, point), last = std::max(comma, point);
+  return last != std::string_view::npos && last == first + 4 && first >= 1 && first <= 4 &&
+         std::all_of(word.begin() + static_cast<std::ptrdiff_t>(first) + 1,
+           word.begin() + static_cast<std::ptrdiff_t>(last), IsDigit);
 }
 
 // words: of a line, split only at blanks and semicolons.
@@ -74,9 +75,7 @@ Commas CommasOf(const std::vector<std::string_view>& words)
   {
     return Commas::Separators;
   }
-  return points == 0                       ? Commas::Decimal
-         : both == 0 || thousands == inner ? Commas::Unclear
-                                           : Commas::Separators;
+  return points == 0 ? Commas::Decimal : both == thousands ? Commas::Unclear : Commas::Separators;
 }
 
 class XyzReader
@@ -149,6 +148,10 @@ private:
     if (!this->Columns)
     {
       KDSTREAM_TRY(this->SetColumns());
+    }
+    if (this->Words.size() < this->ColumnCount)
+    {
+      this->FillEmptyCells(this->ColumnCount);
     }
     if (this->Words.size() != this->ColumnCount)
     {
@@ -264,6 +267,7 @@ private:
       std::replace(this->Unquoted.begin(), this->Unquoted.end(), '"', ' ');
       line = this->Unquoted;
     }
+    this->SplitText = line;
     if (line.find(',') == std::string_view::npos)
     {
       this->PointSeen = this->PointSeen || line.find('.') != std::string_view::npos;
@@ -296,6 +300,7 @@ private:
         Remedy::Told);
     }
     this->Text = line;
+    this->SplitText = this->Text;
     SplitWords(this->Text, separatorsButCommas, this->Words);
     for (std::string_view& word : this->Words)
     {
@@ -306,8 +311,36 @@ private:
     return {};
   }
 
+  // "1,,3": what has no value between commas or semicolons is no number, if the line has as many
+  // columns then.
+  void FillEmptyCells(std::size_t columns)
+  {
+    const bool isCommas =
+      this->Comma == Commas::Separators && this->SplitText.find(',') != std::string_view::npos;
+    std::vector<std::string_view> cells;
+    for (std::string_view rest = this->SplitText; cells.size() <= columns;)
+    {
+      const std::size_t end = rest.find(isCommas ? ',' : ';');
+      const std::string_view cell = Trimmed(rest.substr(0, end), " \t\r\v\f");
+      cells.push_back(cell.empty() ? "nan" : cell);
+      if (end == std::string_view::npos)
+      {
+        break;
+      }
+      rest.remove_prefix(end + 1);
+    }
+    if (cells.size() == columns)
+    {
+      this->Words = std::move(cells);
+    }
+  }
+
   Status SetColumns()
   {
+    if (this->Layout && this->NamesInFile > 0 && this->Words.size() < this->NamedColumns)
+    {
+      this->FillEmptyCells(this->NamedColumns);
+    }
     this->ColumnCount = this->Words.size();
     if (this->Words[0].size() == 5 &&
         this->Words[0].find_first_not_of("nNcCoOlLsS") == this->Words[0].npos)
@@ -671,6 +704,7 @@ private:
   std::uint64_t NamesInFile = 0;   // the line; 0: none
   bool NamesAlone = false;         // it is not a comment
   std::vector<std::string_view> Words;
+  std::string_view SplitText; // what Words are of
   std::string Text, Unquoted; // of a line with decimal commas, or with quotes
   Commas Comma = Commas::Unknown;
   std::uint64_t CommaLine = 0;

@@ -168,6 +168,9 @@ const std::vector<Phrase>& Phrases()
     { std::regex("Compressor has no type"), true,
       [](const std::smatch&, const std::filesystem::path&)
       { return "its compressor is not named"; } },
+    { std::regex("Unknown data type \"(.*)\""), true,
+      [](const std::smatch& m, const std::filesystem::path&)
+      { return "an array is of the type " + QuotedText(m[1].str()) + ", which is not known"; } },
     { std::regex("Unsupported data type"), true,
       [](const std::smatch&, const std::filesystem::path&)
       { return "an array has a type that is not known"; } },

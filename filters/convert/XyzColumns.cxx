@@ -2,6 +2,7 @@
 // What the columns of an .xyz are: see XyzColumns.h.
 #include "filters/convert/XyzColumns.h"
 
+#include "filters/core/Texts.h"
 #include "filters/meshio/NumberText.h"
 #include "filters/meshio/QuotedText.h"
 #include "filters/meshio/TextWords.h"
@@ -20,9 +21,26 @@ using Block = XyzLayout::Block;
 
 constexpr std::uint64_t manyPoints = 20; // of which small values say something
 
+std::string_view NameWithoutQuotes(std::string_view word)
+{
+  constexpr std::string_view quotes = "\"'";
+  while (word.size() > 1 && quotes.find(word.front()) != quotes.npos && word.front() == word.back())
+  {
+    word = word.substr(1, word.size() - 2);
+  }
+  return word;
+}
+
+bool IsNumberText(std::string_view word)
+{
+  double value = 0;
+  return ParseNumber(Trimmed(NameWithoutQuotes(word), " "), value) != NumberTextError::NotANumber;
+}
+
 // The short name of what is known by several.
 std::string PlainName(std::string_view name)
 {
+  name = NameWithoutQuotes(name);
   // Without its unit.
   if (const std::size_t unit = name.find_first_of("(["); unit != name.npos && unit > 0)
   {
@@ -31,11 +49,6 @@ std::string PlainName(std::string_view name)
   constexpr std::array<std::array<std::string_view, 2>, 9> others{ { { "red", "r" },
     { "green", "g" }, { "blue", "b" }, { "rf", "r" }, { "gf", "g" }, { "bf", "b" },
     { "i", "intensity" }, { "class", "classification" }, { "skip", "-" } } };
-  constexpr std::string_view quotes = "\"'";
-  while (name.size() > 1 && quotes.find(name.front()) != quotes.npos && name.front() == name.back())
-  {
-    name = name.substr(1, name.size() - 2);
-  }
   std::string plain = LowercaseText(name);
   for (const auto& [other, known] : others)
   {
@@ -177,21 +190,18 @@ bool AreOtherNames(const std::vector<std::string_view>& words)
   return std::all_of(words.begin(), words.end(),
     [](std::string_view word)
     {
-      double value = 0;
-      return std::string_view("0123456789+-.").find(word.front()) == std::string_view::npos &&
-             ParseNumber(word, value) == NumberTextError::NotANumber;
+      const std::string_view bare = Trimmed(NameWithoutQuotes(word), "\" ");
+      return (bare.empty() ||
+               std::string_view("0123456789+-.").find(bare.front()) == std::string_view::npos) &&
+             !IsNumberText(word);
     });
 }
 
 bool AreXyzNames(const std::vector<std::string_view>& words)
 {
-  for (const std::string_view word : words)
+  if (std::any_of(words.begin(), words.end(), IsNumberText))
   {
-    double value = 0;
-    if (ParseNumber(word, value) != NumberTextError::NotANumber)
-    {
-      return false;
-    }
+    return false;
   }
   const std::vector<std::string> names = PlainNames(words);
   const std::set<std::string> plain(names.begin(), names.end());

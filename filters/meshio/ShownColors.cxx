@@ -76,18 +76,31 @@ bool IsPackedName(const AttributeInfo& array)
          (name == "rgb" || name == "rgba");
 }
 
-// One array of three or four components, or of spherical harmonics.
-std::optional<HiddenColors> FindArray(std::span<const AttributeInfo> attributes, bool harmonics)
+// Names such as "PaintedColor" say it of bytes.
+bool IsColorName(const AttributeInfo& array, bool isPart)
 {
   constexpr std::array<std::string_view, 7> names{ "rgb", "rgba", "color", "colour", "colors",
     "colours", "diffuse" };
+  const std::string name = LowercaseText(array.name);
+  return std::any_of(names.begin(), names.end(),
+    [&](std::string_view each)
+    {
+      return name == each || (isPart && array.type == AttributeType::UInt8 &&
+                               each.starts_with("col") && name.find(each) != name.npos);
+    });
+}
+
+// One array of three or four components, or of spherical harmonics.
+std::optional<HiddenColors> FindArray(
+  std::span<const AttributeInfo> attributes, bool harmonics, bool isPart = false)
+{
   for (std::size_t i = 0; i < attributes.size(); ++i)
   {
     const AttributeInfo& array = attributes[i];
     const std::string name = LowercaseText(array.name);
-    const bool known = harmonics ? name == "f_dc" && array.components == 3 && IsReal(array.type)
-                                 : std::find(names.begin(), names.end(), name) != names.end() &&
-                                     (array.components == 3 || array.components == 4);
+    const bool known =
+      harmonics ? name == "f_dc" && array.components == 3 && IsReal(array.type)
+                : IsColorName(array, isPart) && (array.components == 3 || array.components == 4);
     if (known && array.association == AttributeAssociation::Point)
     {
       return HiddenColors{ { i, i, i }, { 0, 1, 2 }, harmonics, false, false, {} };
@@ -213,6 +226,7 @@ std::optional<HiddenColors> FindHiddenColors(std::span<const AttributeInfo> attr
   found = found ? found : FindArray(attributes, false);
   found = found ? found : FindArray(attributes, true);
   found = found ? found : FindPacked(attributes);
+  found = found ? found : FindArray(attributes, false, true);
   const std::optional<AttributeInfo> shown = FreeName(attributes);
   if (!found || !shown)
   {

@@ -32,8 +32,9 @@ struct HiddenColors
 // The arrays that may be colours; nothing if there are none, or if viewers already show colours
 // (RoleOf). Certain colours, in lower or upper case: red green blue, r g b, diffuse_red …,
 // ambient_red …, as three arrays of numbers of one type; one array of three or four components
-// named rgb, rgba, color, colour, colors, diffuse; rgb or rgba of one whole number of 32 bits; f_dc
-// of three floats. Possible colours: rgb or rgba of one number of another type.
+// named rgb, rgba, color, colour, colors, diffuse, or of bytes with color or colour in its name;
+// rgb or rgba of one whole number of 32 bits; f_dc of three floats. Possible colours: rgb or rgba
+// of one number of another type.
 std::optional<HiddenColors> FindHiddenColors(std::span<const AttributeInfo> attributes);
 
 // Finds the value of white in colours that are numbers, for every format: 1, 255 or 65535, by the

@@ -430,6 +430,7 @@ struct TextState
   // triangles of all others.
   std::uint64_t endless = 0, foreign = 0, small = 0, triangles = 0;
   std::string firstForeign{}, firstSmall{};
+  std::uint64_t behind = 0; // bytes from a Ctrl-Z on, after the last solid
 };
 
 class TextStlReader : public StlReader
@@ -533,8 +534,18 @@ Status TextStlReader::SkipName(bool isEnd, const std::string& word)
 
 Result<bool> TextStlReader::PassBetween()
 {
-  const Result<std::string_view> word = this->NextWord();
+  Result<std::string_view> word = this->NextWord();
   KDSTREAM_TRY(word);
+  const bool isBetween = !this->At.inSolid && this->At.facet > 0;
+  if (isBetween && word->starts_with('\x1A')) // where a text ends for DOS
+  {
+    this->At.behind = this->Source.Size() - (this->Words.Position() - word->size());
+    return true;
+  }
+  if (isBetween && word->starts_with(utf8Mark)) // of a file that was joined with another
+  {
+    word->remove_prefix(utf8Mark.size());
+  }
   const bool isSolid = IsWord(*word, "solid"), isEnd = IsWord(*word, "endsolid");
   const bool endsHere = this->At.inSolid && (word->empty() || isSolid) && this->At.facet > 0;
   this->At.endless += endsHere ? 1 : 0;
@@ -675,6 +686,8 @@ Status TextStlReader::Start(const Execution& execution)
   const std::uint64_t triangles = this->At.triangles;
   this->FileInfo.tolerance.Count(Lapse::EndMissing, this->At.endless, "'endsolid'");
   this->FileInfo.tolerance.Count(Lapse::FaceTooSmall, this->At.small, this->At.firstSmall);
+  this->FileInfo.tolerance.Count(Lapse::BytesBehindEnd, this->At.behind,
+    "byte " + std::to_string(this->Source.Size() - this->At.behind) + ", a Ctrl-Z");
   if (this->At.foreign > 0)
   {
     this->FileInfo.ignoredAttributes.push_back(
@@ -776,6 +789,7 @@ Status TextStlReader::ReadPoints(std::vector<Vec3>& points, std::size_t number)
 // copying adds after a text (PlainText.h) are ignored.
 bool LooksLikeText(std::string_view head)
 {
+  head = head.substr(0, headerBytes + facetBytes);
   head.remove_prefix(head.starts_with(utf8Mark) ? utf8Mark.size() : 0);
   const std::size_t last = head.find_last_not_of(std::string_view("\x1A\0 \t\r\n", 6));
   head = head.substr(0, last == head.npos ? 0 : last + 1);

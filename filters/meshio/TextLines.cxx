@@ -2,8 +2,6 @@
 // A text file line by line, in bounded memory: see TextLines.h.
 #include "filters/meshio/TextLines.h"
 
-#include "filters/meshio/PlainText.h"
-
 namespace kdstream
 {
 

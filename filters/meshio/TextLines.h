@@ -4,6 +4,7 @@
 
 #include "filters/core/Result.h"
 #include "filters/meshio/ByteSource.h"
+#include "filters/meshio/PlainText.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -26,9 +27,9 @@ public:
   }
 
   // Goes to the next line; false at the end. Lines end with \n or \r\n; and also with \r, if the
-  // first MiB of the text has a \r without \n. The text begins after a byte order mark and ends
-  // before Ctrl-Z and zeros (PlainText.h). Memory: a block, and a line that is longer than one.
-  // Errors: InputOutput; a line that is longer than the longest; text in UTF-16.
+  // first MiB of the text has a \r without \n. The text, and each line, begins after a byte order
+  // mark; the text ends before Ctrl-Z and zeros (PlainText.h). Memory: a block, and a line that is
+  // longer than one. Errors: InputOutput; a line that is longer than the longest; text in UTF-16.
   Result<bool> Next()
   {
     const char* const end = this->FindEnd();
@@ -95,6 +96,11 @@ private:
   }
   void TakeText(std::string_view text)
   {
+    // Of a file that was joined with another.
+    if (text.starts_with(utf8Mark))
+    {
+      text.remove_prefix(utf8Mark.size());
+    }
     this->Text = text;
     if (!this->Text.empty() && this->Text.back() == '\r')
     {

@@ -114,6 +114,14 @@ std::vector<PlainArray> PlainArraysOf(const Json& accessors, const Json& attribu
   return arrays;
 }
 
+// Whether an attribute names an accessor that does not exist: the part is read without it, unless
+// it decides where the points are.
+bool IsMissing(const Json& accessors, const std::string& name, const Json& number)
+{
+  return !number.is_null() && IndexIn(accessors, number) == CountOf(accessors) &&
+         name != "POSITION" && !name.starts_with("JOINTS_") && !name.starts_with("WEIGHTS_");
+}
+
 bool IsFinite(const Vec3& point)
 {
   return std::isfinite(point[0]) && std::isfinite(point[1]) && std::isfinite(point[2]);
@@ -278,6 +286,7 @@ public:
     KDSTREAM_TRY(this->AddShapes(weights, part));
     KDSTREAM_TRY(corners);
     this->Join(static_cast<int>(mode), *corners, named, part);
+    this->CountMissing(named, std::max<std::size_t>(1, part.triangles.size()));
     if (isShared)
     {
       KeepNamedPoints(part);
@@ -341,7 +350,21 @@ private:
 
   bool Has(const std::string& name) const
   {
-    return !Member(this->Attributes, name.c_str()).is_null();
+    const Json& number = Member(this->Attributes, name.c_str());
+    return !number.is_null() && !IsMissing(this->Accessors, name, number);
+  }
+
+  void CountMissing(const std::string& named, std::size_t triangles)
+  {
+    for (const auto& [name, number] : this->Attributes.items())
+    {
+      if (IsMissing(this->Accessors, name, number))
+      {
+        this->Meshes.DroppedPoints.Count(Lapse::AttributeMissing, triangles,
+          named + QuotedText(name) + " " + NamesNone("accessor", number, this->Accessors));
+        return;
+      }
+    }
   }
 
   // One of `Attributes`, of a kind that is read.
@@ -703,7 +726,12 @@ Result<GltfMeshes::Claims> GltfMeshes::ClaimsOf(std::size_t mesh) const
   for (std::size_t i = 0; i < CountOf(parts); ++i)
   {
     const Json &attributes = Member(parts[i], "attributes"), &indices = Member(parts[i], "indices");
-    const auto has = [&](const char* name) { return !Member(attributes, name).is_null(); };
+    const auto has = [&](const char* name)
+    {
+      const Json& number = Member(attributes, name);
+      return !number.is_null() &&
+             !IsMissing(Member(this->Document.json, "accessors"), name, number);
+    };
     const Result<double> points = this->CountedBy(Member(attributes, "POSITION"));
     const Result<double> corners = indices.is_null() ? points : this->CountedBy(indices);
     if (!points || !corners)

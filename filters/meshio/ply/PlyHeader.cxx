@@ -66,8 +66,13 @@ class LineReader
 public:
   explicit LineReader(std::string_view bytes)
     : Bytes(bytes)
-    , Terminator(bytes.starts_with("ply\r") && !bytes.starts_with("ply\r\n") ? '\r' : '\n')
+    , Terminator('\n')
   {
+    const std::size_t next = bytes.find_first_not_of('\r', magic);
+    if (next != bytes.npos && bytes[magic] == '\r' && bytes[next] != '\n')
+    {
+      this->Terminator = '\r';
+    }
   }
 
   // Empty at the end: a line without its terminator is none.
@@ -79,7 +84,7 @@ public:
       return std::nullopt;
     }
     std::string_view line = this->Bytes.substr(this->Consumed, end - this->Consumed);
-    if (line.ends_with('\r'))
+    while (line.ends_with('\r')) // two, where a program turned \n into \r\n twice
     {
       line.remove_suffix(1);
     }
@@ -92,6 +97,8 @@ public:
   std::size_t LineNumber() const { return this->Number; }
 
 private:
+  static constexpr std::size_t magic = 3; // bytes of "ply"
+
   std::string_view Bytes;
   char Terminator;
   std::size_t Consumed = 0;
