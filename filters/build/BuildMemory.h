@@ -29,31 +29,16 @@ MeshSize SizeOf(const Mesh& mesh);
 // normals and colours are in what a cluster takes anyway.
 std::uint64_t SumBytesOf(std::span<const AttributeInfo> attributes);
 
-// Bytes that a build in memory takes at most, measured on surfaces, clouds, soups and meshes with
-// attributes (BuildMemory.StaysBelowTheMemoryLimit). partitions: some, or one that is large, are
-// held while they are encoded. clusters: of the finest level, at least one a cell, at most four;
-// known once the sheets are found.
-std::uint64_t EstimateBuildMemory(
-  const MeshSize& size, std::uint64_t partitions, std::uint64_t clusters);
+// Bytes that a build in memory takes at most of a mesh that is not larger, whatever welding leaves,
+// however many vertices no triangle uses, and with that many clusters in each cell of the finest
+// level (mostCellComponents, or 1 without sheets and levels). Measured on surfaces, clouds, soups
+// and meshes with attributes (BuildMemory.StaysBelowTheMemoryLimit).
+std::uint64_t MostBuildMemory(
+  const MeshSize& size, const KdTreeOptions& tree, std::uint64_t clustersOfCell);
 
-// Bytes that reading and welding take at most: measured on binary STL.
-std::uint64_t EstimateWeldMemory(const MeshSize& size);
-
-// Whether `limit` bytes (0 = no limit) allow to take so many unused vertices out of the mesh.
-// Errors: LimitExceeded.
-Status CheckPartingMemory(const MeshSize& size, std::uint64_t unused, std::uint64_t limit);
-
-// Whether `limit` bytes (0 = no limit) allow the mesh the least that it needs: a cluster a cell.
-// Errors: LimitExceeded.
-Status CheckBuildMemory(const MeshSize& size, const KdTreeOptions& tree, std::uint64_t limit);
-
-// The same before welding, which may leave few of the vertices. With more vertices than triangles
-// (an STL: all corners) the result of welding is unknown: the least that a closed surface keeps is
-// counted, and CheckBuildMemory checks afterwards. Errors: LimitExceeded.
-Status CheckUnweldedMemory(const MeshSize& size, const KdTreeOptions& tree, std::uint64_t limit);
-
-// The most clusters of the finest level that `limit` leaves room for; 0 = no limit.
-std::uint64_t MostClusters(const MeshSize& size, std::uint64_t partitions, std::uint64_t limit);
+// Whether `limit` bytes (0 = no limit) are as much. Errors: LimitExceeded.
+Status CheckBuildMemory(const MeshSize& size, const KdTreeOptions& tree,
+  std::uint64_t clustersOfCell, std::uint64_t limit);
 
 // Of a build in blocks, out of core or on several ranks: what is left of a limit for its steps;
 // libraries, threads and SQLite take the rest.
@@ -80,11 +65,9 @@ std::uint64_t MostBlockVertices(const BlockedSize& mesh, std::uint64_t memory);
 std::uint64_t EstimateTemporaryBytes(const BlockedSize& mesh, bool soup, ScalarType scalars);
 
 // Whether partitions can be made in blocks within `limit` bytes: a partition is never divided. Of
-// some sizes only the least may be known. mayBeWhole: a limit that holds the whole mesh does, too,
-// as kdstream-build then builds it in memory; ranks do not. O(1). Errors: LimitExceeded, with what
-// a limit must be.
+// some sizes only the least may be known. O(1). Errors: LimitExceeded, with what a limit must be.
 Status CheckPartitionMemory(
-  const BlockedSize& mesh, const KdTreeOptions& tree, std::uint64_t limit, bool mayBeWhole = true);
+  const BlockedSize& mesh, const KdTreeOptions& tree, std::uint64_t limit);
 
 // "64 MiB", "12 KiB": for messages.
 std::string Mebibytes(std::uint64_t bytes);

@@ -82,9 +82,10 @@ class ExternalBuilder : public BuildBackEnd
 public:
   ExternalBuilder(const std::filesystem::path& input, const std::filesystem::path& store,
     const BuildOptions& options, const Execution& execution, const ExternalBuildProbe& probe,
-    const ExternalMethod& method)
-    : Build{ { options, execution }, input, store,
-      probe.stepMemory > 0 ? probe.stepMemory : StepMemory(options.memory) }
+    const ExternalMethod& method, OpenedInput opened)
+    : Build{ { options, execution, std::move(opened.clock) }, input, store,
+      probe.stepMemory > 0 ? probe.stepMemory : StepMemory(options.memory),
+      std::move(opened.reader) }
     , Hook(probe.hook)
     , Digest(FilesOfInput(input, options))
     , Method(method)
@@ -260,10 +261,11 @@ std::string DescribeResumable(const std::filesystem::path& input,
 
 Result<BuildReport> BuildStoreExternally(const std::filesystem::path& input,
   const std::filesystem::path& store, const BuildOptions& options, const Execution& execution,
-  const ExternalBuildProbe& probe)
+  const ExternalBuildProbe& probe, OpenedInput opened)
 {
   KDSTREAM_TRY(CheckExternalBuild(options));
-  return ExternalBuilder(input, store, options, execution, probe, **options.partitioner->External())
+  return ExternalBuilder(
+    input, store, options, execution, probe, **options.partitioner->External(), std::move(opened))
     .Run();
 }
 

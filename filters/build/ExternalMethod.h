@@ -47,10 +47,7 @@ class ExternalMethod
 public:
   virtual ~ExternalMethod() = default;
   // Whether partitions of such a mesh fit the memory, before they are made: CheckPartitionMemory.
-  virtual Status CheckPartitions(const BlockedSize&, const BuildOptions&, bool /*mayBeWhole*/) const
-  {
-    return {};
-  }
+  virtual Status CheckPartitions(const BlockedSize&, const BuildOptions&) const { return {}; }
   // Orders the vertices by partitions. records: ids ascending; consumed.
   virtual Result<ExternalPartitions> Partition(
     ExternalBuildState& build, const MeshFacts& facts, SpillFile& records) const = 0;

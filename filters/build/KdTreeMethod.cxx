@@ -89,10 +89,9 @@ Status MakeNumbers(ExternalBuildState& build)
 class ExternalKdTree : public ExternalMethod
 {
 public:
-  Status CheckPartitions(
-    const BlockedSize& size, const BuildOptions& options, bool mayBeWhole) const override
+  Status CheckPartitions(const BlockedSize& size, const BuildOptions& options) const override
   {
-    return CheckPartitionMemory(size, options.tree, options.memory, mayBeWhole);
+    return CheckPartitionMemory(size, options.tree, options.memory);
   }
   Result<ExternalPartitions> Partition(
     ExternalBuildState& build, const MeshFacts& facts, SpillFile& records) const override

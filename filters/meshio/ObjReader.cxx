@@ -30,7 +30,7 @@ constexpr std::uint64_t mostPlaces = noVertex - 1; // of places, texture coordin
 struct Survey
 {
   ObjCounts counts{};
-  std::uint64_t faces = 0;
+  std::uint64_t faces = 0, triangles = 0;
   std::uint64_t statements = 0; // v, vt, vn, f
   bool materials = false;
   ObjPassedOver passedOver;
@@ -182,9 +182,17 @@ void ObjReader::LookAtPlace(std::string_view text)
   this->Found.places.Add(text);
 }
 
-// Whether corners name more than places.
+// How many triangles the face has at most, and whether corners name more than places.
 void ObjReader::LookAtFace(std::string_view text)
 {
+  bool isBlank = true;
+  std::uint64_t corners = 0;
+  for (const char c : text)
+  {
+    corners += isBlank && !IsBlank(c) ? 1 : 0;
+    isBlank = IsBlank(c);
+  }
+  this->Found.triangles += corners - std::min<std::uint64_t>(corners, 2);
   if (text.find('/') == std::string_view::npos || (this->Found.named[1] && this->Found.named[2]))
   {
     return;
@@ -266,6 +274,7 @@ void ObjReader::Describe()
   MeshFileInfo& info = this->FileInfo;
   info.vertices = found.counts[0];
   info.faces = found.faces;
+  info.mostTriangles = found.triangles;
   info.scalarType = found.precision.FloatsSuffice() ? ScalarType::Float32 : ScalarType::Float64;
   this->PlacesHave = found.places.Decide(found.counts[0], found.named[2], info.tolerance);
   if (this->PlacesHave.what == ObjPlaceColumns::What::Colors)

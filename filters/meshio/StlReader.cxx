@@ -111,6 +111,7 @@ protected:
     }
     this->FileInfo.vertices = 3 * facets;
     this->FileInfo.faces = facets;
+    this->FileInfo.mostTriangles = facets;
     return {};
   }
 

@@ -43,9 +43,6 @@ struct ClusterOptions
   // Whether finest clusters of one partition that hold vertices in the same place are joined, also
   // across cells. Set by the maker that does so (collapse).
   bool joinCoincident = false;
-  // More clusters at the finest level than this are refused (LimitExceeded): they decide the
-  // memory; 0 = no limit.
-  std::uint64_t mostClusters = 0;
   // Of each vertex its id where the mesh has other numbers (GatherMesh), ascending inside each
   // partition; empty: its number.
   std::span<const VertexId> ids{};
@@ -84,7 +81,7 @@ struct ClusterLevels
 // and over children by lowest id above: the same bits for any number of threads. Where a cluster's
 // quadric is empty the representative is the mean, the deviation the RMS distance of its vertices.
 // Complexity: O(n + t log t) a level, levels halve; memory about 440 bytes a finest cluster.
-// Errors: LimitExceeded; Cancelled. Source: paper 4.3; sheets, quadrics and deviations are ours.
+// Errors: Cancelled. Source: paper 4.3; sheets, quadrics and deviations are ours.
 Result<ClusterLevels> BuildClusterLevels(std::span<const Vec3> points,
   std::span<const Triangle> triangles, const KdTree& tree,
   const TriangleBuckets& partitionTriangles, const ClusterOptions& options,

@@ -25,7 +25,7 @@ class SumsAside;
 // the box of a cluster's vertices, never outside the model's. Colours and normals (RoleOf) take
 // part: see CollapseAttributes.h. Complexity: O(n + t log t) for level L, O(c log c) over its
 // clusters for all others; memory about 440 bytes a finest cluster. The same bits for any number of
-// threads. Errors: LimitExceeded; Cancelled. Source: Garland and Heckbert 1997; rounds, thresholds
+// threads. Errors: Cancelled. Source: Garland and Heckbert 1997; rounds, thresholds
 // and fixed ghosts are ours.
 Result<ClusterLevels> BuildCollapseLevels(const Mesh& mesh, const KdTree& tree,
   const TriangleBuckets& partitionTriangles, const LevelOptions& options,

@@ -74,6 +74,7 @@ inline Contents ReadAll(
     }
   }
   contents.info = (*reader)->Info(); // what was ignored at the end is known now
+  EXPECT_LE(contents.mesh.triangles.size(), contents.info.mostTriangles);
   return contents;
 }
 

@@ -27,6 +27,9 @@ namespace kdstream
 //   floats hold exactly; else Float64. ASCII values are rounded once, to the type of the header.
 // - A strip of fewer than three vertices has no triangle and is skipped; a polygon of fewer is
 //   counted.
+// - A file that has more triangles than there is room for beside all that its header claims
+//   (Info().mostTriangles) is refused when they are read: it is truncated, or has faces of fewer
+//   than two vertices where as many triangles would just fit.
 //
 // Memory: one block of the file, and what is appended to the caller's vectors. These grow with the
 // bytes that were read, never with what the header or a list claims. One face can have as many
@@ -74,6 +77,7 @@ private:
   void FindAttributes();
   void FindFaceAttributes();
   void ListIgnoredAttributes();
+  std::uint64_t MostTriangles() const;
   void Prepare(Mesh& mesh) const;
 
   Status MoveTo(std::size_t element, std::uint64_t record);
@@ -81,8 +85,10 @@ private:
   Result<std::size_t> ReadSomeVertices(Mesh& mesh, std::size_t limit);
   Result<std::size_t> ReadSomeTriangles(Mesh& mesh, std::size_t limit);
   Result<std::uint64_t> SkipSomeFaces(std::uint64_t count);
-  std::uint64_t BytesOfTriangles(const FaceElement& faces) const;
+  std::uint64_t BytesOfTriangles(
+    const FaceElement& faces, std::uint64_t begin, std::uint64_t number) const;
   Status CheckTriangles(const FaceElement& faces) const;
+  Status CountTriangles(const PlyElement& element, std::uint64_t made);
   template <class Number>
   Result<Number> Remember(Result<Number> result);
   Status LookBehindEnd();
@@ -110,6 +116,7 @@ private:
   std::uint64_t VerticesRead = 0;
   std::size_t FaceElementsDone = 0;
   std::uint64_t FacesRead = 0; // of Faces[FaceElementsDone]
+  std::uint64_t TrianglesMade = 0;
   // Where some of these were skipped because all must be triangles: of one, and where the first is.
   std::uint64_t TriangleBytes = 0, TrianglesBegin = 0;
   std::filesystem::path Scratch;
