@@ -77,7 +77,6 @@ private:
   Status CutPolygons(Mesh& mesh);
   Status KeepPlaces();
   Status ReadCorners();
-  void Prepare(Mesh& mesh) const;
   void AppendColor(const ObjPlace& place, Attribute& attribute) const;
   void Count(ObjKeyword keyword);
 
@@ -126,7 +125,7 @@ std::string ObjReader::LineHere() const
 
 void ObjReader::CheckFinite(const Vec3& point)
 {
-  if (std::isfinite(point[0]) && std::isfinite(point[1]) && std::isfinite(point[2]))
+  if (IsFinite(point))
   {
     return;
   }
@@ -379,21 +378,9 @@ Status ObjReader::ReadCorners()
     this->Statements, this->SoFar, this->Found.counts, this->FacesRead, this->FileInfo.tolerance);
 }
 
-void ObjReader::Prepare(Mesh& mesh) const
-{
-  mesh.scalarType = this->FileInfo.scalarType;
-  if (mesh.attributes.empty())
-  {
-    for (const AttributeInfo& info : this->FileInfo.attributes)
-    {
-      mesh.attributes.push_back({ info, {} });
-    }
-  }
-}
-
 Result<std::size_t> ObjReader::ReadVertices(Mesh& mesh, std::size_t limit)
 {
-  this->Prepare(mesh);
+  PrepareArrays(mesh, this->FileInfo);
   if (this->Failure)
   {
     return *this->Failure;
@@ -413,7 +400,7 @@ Result<std::size_t> ObjReader::ReadVertices(Mesh& mesh, std::size_t limit)
 
 Result<std::size_t> ObjReader::ReadTriangles(Mesh& mesh, std::size_t limit)
 {
-  this->Prepare(mesh);
+  PrepareArrays(mesh, this->FileInfo);
   if (this->Failure)
   {
     return *this->Failure;

@@ -52,7 +52,6 @@ public:
   // A sentence about what can be read in two ways, and how it was read. --strict does not refuse
   // it.
   void Tell(std::string reading);
-  const std::vector<std::string>& Readings() const { return this->ReadingTexts; }
 
   // Adds what another part of the same file had.
   void Add(const Tolerance& other);

@@ -8,6 +8,7 @@
 #include "filters/convert/gltf/GltfCompression.h"
 #include "filters/convert/gltf/GltfNodes.h"
 #include "filters/core/VectorMath.h"
+#include "filters/meshio/DroppedPoints.h"
 #include "filters/meshio/QuotedText.h"
 
 #include <algorithm>
@@ -111,11 +112,6 @@ std::vector<PlainArray> PlainArraysOf(const Json& accessors, const Json& attribu
   std::stable_partition(arrays.begin(), arrays.end(),
     [](const PlainArray& array) { return array.info.name != array.attribute; });
   return arrays;
-}
-
-bool IsFinite(const Vec3& point)
-{
-  return std::isfinite(point[0]) && std::isfinite(point[1]) && std::isfinite(point[2]);
 }
 
 // Values of the points that stay, each of so many elements.

@@ -26,7 +26,7 @@ struct Contents
 // Leaves out the array of colours that is added to those of the file (ShownColors.h).
 inline void DropShownColors(Contents& contents)
 {
-  if (!contents.info.tolerance.Readings().empty())
+  if (("\n" + contents.info.tolerance.ToLines()).find("\nreading ") != std::string::npos)
   {
     contents.info.attributes.pop_back();
     contents.mesh.attributes.pop_back();

@@ -198,7 +198,7 @@ TEST(ObjReader, NumbersBehindTheCoordinatesAreTakenForWhatTheyAre)
         "v 0 0 0 " + c.behind[0] + "\nv 1 0 0 " + c.behind[1] + "\nv 0 1 0 " + c.behind[2] + "\n" +
         (corner.empty() ? "" : "vt 0 0\n") + "f 1" + corner + " 2" + corner + " 3" + corner + "\n");
       ASSERT_TRUE(read.status) << read.status.GetError().message;
-      EXPECT_EQ(read.info.tolerance.Readings(),
+      EXPECT_EQ(read.info.tolerance.Warnings(),
         c.reading.empty() ? std::vector<std::string>() : std::vector{ c.reading });
       ASSERT_EQ(read.mesh.attributes.size(), corner.empty() ? 1U : 2U);
       EXPECT_EQ(read.mesh.attributes[0].name, c.array);

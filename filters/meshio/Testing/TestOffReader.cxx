@@ -103,7 +103,7 @@ TEST(OffReader, ReadsWhatStandsBehindPlaces)
     const Contents read = ReadBytes(c.bytes);
     ASSERT_TRUE(read.status) << read.status.GetError().message;
     EXPECT_EQ(Values(read.mesh, c.array), c.values);
-    EXPECT_EQ(!read.info.tolerance.Readings().empty(), c.isTold);
+    EXPECT_EQ(!read.info.tolerance.Warnings().empty(), c.isTold);
     EXPECT_FALSE(read.info.tolerance.Any());
   }
 }

@@ -556,7 +556,7 @@ TEST(PlyReader, ReadsNamesAndNumbersAsOtherProgramsWriteThem)
   EXPECT_EQ(ReadBytes(twice).info.ignoredAttributes,
     std::vector<std::string>{ "vertex.x, which is named twice: the first counts" });
   EXPECT_EQ(ReadBytes(WithFaces(1, "3 0 1 2\n", "property list uchar int corners\n"))
-              .info.tolerance.Readings(),
+              .info.tolerance.Warnings(),
     std::vector<std::string>{
       "element 'face': its only list of integers, 'corners', is taken for the corners" });
   ExpectError(

@@ -3,6 +3,8 @@
 // read when; the records themselves are read by PlyBody.
 #include "filters/meshio/ply/PlyReader.h"
 
+#include "filters/meshio/MakeRoom.h"
+
 #include <algorithm>
 #include <limits>
 #include <set>
@@ -298,18 +300,6 @@ void PlyReader::ListIgnoredAttributes()
   }
 }
 
-void PlyReader::Prepare(Mesh& mesh) const
-{
-  mesh.scalarType = this->FileInfo.scalarType;
-  if (mesh.attributes.empty())
-  {
-    for (const AttributeInfo& info : this->FileInfo.attributes)
-    {
-      mesh.attributes.push_back({ info, {} });
-    }
-  }
-}
-
 // Brings the source to a record of an element: on from here, or on from the element's beginning if
 // that is ahead.
 Status PlyReader::MoveTo(std::size_t element, std::uint64_t record)
@@ -484,7 +474,7 @@ Status PlyReader::CountTriangles(const PlyElement& element, std::uint64_t made)
 
 Result<std::size_t> PlyReader::ReadSomeVertices(Mesh& mesh, std::size_t limit)
 {
-  this->Prepare(mesh);
+  PrepareArrays(mesh, this->FileInfo);
   this->VertexArrays.Start(
     std::span(mesh.attributes).first(this->PointArrays), mostRepeated * this->Source.Size());
   const std::uint64_t number =
@@ -507,7 +497,7 @@ Result<std::size_t> PlyReader::ReadSomeVertices(Mesh& mesh, std::size_t limit)
 
 Result<std::size_t> PlyReader::ReadSomeTriangles(Mesh& mesh, std::size_t limit)
 {
-  this->Prepare(mesh);
+  PrepareArrays(mesh, this->FileInfo);
   std::uint64_t done = 0;
   while (done < limit && this->FaceElementsDone < this->Faces.size())
   {

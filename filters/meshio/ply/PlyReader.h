@@ -78,7 +78,6 @@ private:
   void FindFaceAttributes();
   void ListIgnoredAttributes();
   std::uint64_t MostTriangles() const;
-  void Prepare(Mesh& mesh) const;
 
   Status MoveTo(std::size_t element, std::uint64_t record);
   Status SkipToRecord(std::uint64_t record);
