@@ -2,6 +2,7 @@
 // Reads a file in chunks of any sizes, as callers of a reader do.
 #pragma once
 
+#include "Testing/Fixtures/ErrorAt.h"
 #include "filters/meshio/MeshReader.h"
 
 #include <gtest/gtest.h>
@@ -9,6 +10,7 @@
 #include <cstring>
 #include <functional>
 #include <limits>
+#include <string>
 
 namespace kdstream::test
 {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "Testing/Fixtures/ErrorAt.h"
 #include "Testing/Fixtures/HardPoints.h"
 #include "filters/baselines/OctreeClustering.h"
 #include "filters/baselines/stores/ExternalOctree.h"
@@ -151,10 +152,9 @@ TEST(ExternalOctree, SaysWhatIsWrong)
     return octree ? Error{} : octree.GetError();
   };
   EXPECT_EQ(build({ 0, 1 << 20, false }).code, ErrorCode::InvalidArgument);
-  EXPECT_EQ(build({ 10, 100, false }).message,
-    "the octree needs at least 8192 bytes of memory; the limit is 100");
+  EXPECT_EQ(build({ 10, 100, false }).code, ErrorCode::LimitExceeded);
   points[77][0] = INFINITY;
-  EXPECT_EQ(build({ 10, 1 << 20, false }).message, "vertex 77: x is not finite");
+  EXPECT_TRUE(IsAt(build({ 10, 1 << 20, false }), ErrorCode::InvalidInput, "vertex 77: x"));
   points.clear();
   EXPECT_EQ(build({ 10, 1 << 20, false }).code, ErrorCode::InvalidArgument);
 }
