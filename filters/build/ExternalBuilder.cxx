@@ -1,21 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The build out of core: see ExternalBuilder.h. Phases:
 //   1. mesh     the file read in chunks, vertices welded, those that no triangle uses set aside,
-//               triangles renumbered: MeshPhase.h
-//   2. tree     the vertices in the order of the leaves, boxes: TreePhase.h
-//   3. faces    triangles and attributes by blocks: FacesPhase.h
+//               triangles renumbered: MeshPhase.cxx
+//   2. tree     the vertices in the order of the leaves, boxes: TreePhase.cxx
+//   3. faces    triangles and attributes by blocks: FacesPhase.cxx
 //   4. those of the partition method: levels and numbers (KdTreeMethod.cxx)
 // and then the pieces, from the phases' files into the store.
 #include "filters/build/ExternalBuilder.h"
 
 #include "filters/build/BuildMemory.h"
+#include "filters/build/BuildPhases.h"
 #include "filters/build/ExternalMethod.h"
-#include "filters/build/FacesPhase.h"
 #include "filters/build/InputDigest.h"
-#include "filters/build/MeshPhase.h"
 #include "filters/build/PhaseValues.h"
 #include "filters/build/SharedSteps.h"
-#include "filters/build/TreePhase.h"
 #include "filters/build/UnusedParts.h"
 #include "filters/core/TakeResult.h"
 #include "filters/outofcore/files/ReturnFreeMemory.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Phase "mesh": the file in chunks, what the build must know of it, welding, and what no triangle
 // uses is set aside.
-#include "filters/build/MeshPhase.h"
+#include "filters/build/BuildPhases.h"
 
 #include "filters/build/BuildInput.h"
 #include "filters/build/ExternalMethod.h"
