@@ -219,11 +219,14 @@ public:
     return { this->Points[t[0]], this->Points[t[1]], this->Points[t[2]] };
   }
 
-  // How far a triangle near `p` is: one that is at most `enough` away, else the nearest. found:
-  // where to begin; that triangle. visits: counts on, by boxes and triangles.
-  double FindNear(const Vec3& p, double enough, std::uint32_t& found, std::uint64_t& visits) const
+  // How far a triangle near `p` is: one that is at most `enough` away, else the nearest, or the
+  // nearest of `mostVisits` boxes and triangles. found: where to begin; that triangle. visits:
+  // counts on.
+  double FindNear(const Vec3& p, double enough, std::uint32_t& found, std::uint64_t& visits,
+    std::uint64_t mostVisits) const
   {
-    Walk walk{ p, enough > 0 ? enough * enough : 0, this->SquaredFrom(p, found), found, 1 };
+    Walk walk{ p, enough > 0 ? enough * enough : 0, this->SquaredFrom(p, found), found, mostVisits,
+      1 };
     if (walk.best > walk.ends)
     {
       this->Search(1, walk);
@@ -239,7 +242,7 @@ private:
     const Vec3& from;
     double ends, best; // squares: it ends when the best is so near
     std::uint32_t found;
-    std::uint64_t visits;
+    std::uint64_t mostVisits, visits;
   };
 
   void Search(std::size_t node, Walk& walk) const
@@ -273,7 +276,7 @@ private:
     {
       this->Search(near, walk);
     }
-    if (next < walk.best && walk.best > walk.ends)
+    if (next < walk.best && walk.best > walk.ends && walk.visits < walk.mostVisits)
     {
       this->Search(far, walk);
     }
