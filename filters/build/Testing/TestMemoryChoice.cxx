@@ -13,7 +13,7 @@ using namespace kdstream::fixtures;
 namespace
 {
 
-std::string Text(const Vec3& point)
+std::string CoordinatesText(const Vec3& point)
 {
   std::string text;
   for (const double value : point)
@@ -31,7 +31,7 @@ std::string TextPly(const Mesh& mesh)
                      "\nproperty list uchar int vertex_indices\nend_header\n";
   for (const Vec3& point : mesh.points)
   {
-    text += Text(point).substr(1) + "\n";
+    text += CoordinatesText(point).substr(1) + "\n";
   }
   for (const Triangle& t : mesh.triangles)
   {
@@ -57,7 +57,7 @@ std::string TextStl(const Mesh& mesh)
     text += "facet normal 0 0 0\nouter loop\n";
     for (const VertexId corner : triangle)
     {
-      text += "vertex" + Text(mesh.points[corner]) + "\n";
+      text += "vertex" + CoordinatesText(mesh.points[corner]) + "\n";
     }
     text += "endloop\nendfacet\n";
   }
@@ -70,7 +70,7 @@ std::string ObjWithNormals(const Mesh& mesh)
   std::string text;
   for (const Vec3& point : mesh.points)
   {
-    text += "v" + Text(point) + "\nvn" + Text(point) + "\n";
+    text += "v" + CoordinatesText(point) + "\nvn" + CoordinatesText(point) + "\n";
   }
   for (const Triangle& triangle : mesh.triangles)
   {
@@ -145,7 +145,7 @@ protected:
 TEST_F(MemoryChoice, TheLimitDecidesAndTheStoreIsTheSame)
 {
   this->Options.tree.verticesPerPartition = 2000;
-  const Mesh mesh = Torus(300, 200);
+  const Mesh mesh = Torus(400, 200);
   for (const Format& format : Formats())
   {
     SCOPED_TRACE(format.file);
@@ -171,7 +171,7 @@ TEST_F(MemoryChoice, ItIsMadeBeforeAPointIsRead)
   const std::pair<const char*, std::string> files[] = {
     { "text.ply", withBadPoint(TextPly(mesh), "end_header\n") },
     { "text.stl", withBadPoint(TextStl(mesh), "vertex ") },
-    { "normals.obj", withBadPoint(ObjWithNormals(mesh).substr(0, 4000), "v ") },
+    { "plain.obj", "v ? 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n" },
     { "text.off", withBadPoint(TextOff(mesh), " 0\n") },
     { "binary.ply",
       "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
@@ -210,7 +210,7 @@ TEST_F(MemoryChoice, BoundsHoldForAllThatAFileCanHave)
     ASSERT_TRUE(reader);
     const bool isBound = format.file == std::string("text.ply"); // its corners are not counted
     EXPECT_GE((*reader)->Info().mostTriangles, triangles);
-    EXPECT_LE((*reader)->Info().mostTriangles, triangles * (isBound ? 10 : 1));
+    EXPECT_LE((*reader)->Info().mostTriangles, triangles * (isBound ? 20 : 1));
   }
   EXPECT_EQ(trianglesOf("quad.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nf 1 2\n"), 2U);
   EXPECT_EQ(trianglesOf("quad.off", "OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n"), 2U);
