@@ -2,6 +2,7 @@
 #include "Testing/Fixtures/ErrorAt.h"
 #include "Testing/Fixtures/HardPoints.h"
 #include "filters/baselines/stores/Baselines.h"
+#include "filters/outofcore/Testing/SpillTools.h"
 #include "filters/outofcore/files/RecordFile.h"
 #include "filters/outofcore/tree/ExternalTree.h"
 #include "filters/program/TbbExecution.h"
@@ -15,6 +16,7 @@
 #include <sys/resource.h>
 
 using namespace kdstream;
+using kdstream::testing::MakeSpillFolder;
 using namespace kdstream::fixtures;
 namespace fs = std::filesystem;
 
@@ -22,11 +24,6 @@ namespace
 {
 
 const char* const allMethods[] = { "histogram", "heaps", "torben", "sort" };
-
-SpillFolder MakeFolder()
-{
-  return std::move(*SpillFolder::Create(fs::temp_directory_path()));
-}
 
 template <class Scalar>
 std::vector<PointRecord<Scalar>> RecordsOf(const std::vector<Vec3>& points)
@@ -110,7 +107,7 @@ void Compare(SpillFolder& folder, const std::vector<Vec3>& points, const KdTree&
 
 TEST(ExternalTree, IsTheTreeInMemoryForEveryMethodAndLimit)
 {
-  SpillFolder folder = MakeFolder();
+  SpillFolder folder = MakeSpillFolder();
   for (const HardPoints& hard : AllHardPoints({ 65, 100, 2049 }))
   {
     const auto tree = BuildKdTree(hard.points, { 30, {}, 8 });
@@ -128,7 +125,7 @@ TEST(ExternalTree, IsTheTreeInMemoryForEveryMethodAndLimit)
         {
           Compare<float>(folder, hard.points, *tree, { memory, method, 0, false }, {});
         }
-        if (testing::Test::HasFatalFailure())
+        if (::testing::Test::HasFatalFailure())
         {
           return;
         }
@@ -139,7 +136,7 @@ TEST(ExternalTree, IsTheTreeInMemoryForEveryMethodAndLimit)
 
 TEST(ExternalTree, SmallMeshesOfEveryNumberOfVertices)
 {
-  SpillFolder folder = MakeFolder();
+  SpillFolder folder = MakeSpillFolder();
   for (std::size_t n = 1; n <= 100; ++n)
   {
     const std::vector<HardPoints> kinds = AllHardPoints({ n });
@@ -157,7 +154,7 @@ TEST(ExternalTree, SmallMeshesOfEveryNumberOfVertices)
 
 TEST(ExternalTree, IsTheSameOnAnyNumberOfThreads)
 {
-  SpillFolder folder = MakeFolder();
+  SpillFolder folder = MakeSpillFolder();
   // Large enough for several blocks in several slots.
   for (const HardPoints& hard : AllHardPoints({ 150000 }))
   {
@@ -177,7 +174,7 @@ TEST(ExternalTree, ADepthCostsOneReadAndOneWrite)
 {
   const HardPoints hard = AllHardPoints({ 40000 }).front();
   const auto tree = BuildKdTree(hard.points, { 2000, {}, 8 });
-  SpillFolder folder = MakeFolder();
+  SpillFolder folder = MakeSpillFolder();
   SpillFile file = FileOf<double>(folder, hard.points);
   const std::uint64_t bytes = file.Size();
   const auto external = BuildExternalTree<double>(
@@ -199,7 +196,7 @@ TEST(ExternalTree, ADepthCostsOneReadAndOneWrite)
 
 TEST(ExternalTree, SaysWhatIsWrong)
 {
-  SpillFolder folder = MakeFolder();
+  SpillFolder folder = MakeSpillFolder();
   std::vector<Vec3> points = AllHardPoints({ 5000 }).front().points;
   const TreeDepths depths = *ComputeDepths(points.size(), { 100, {}, 8 });
   const auto build = [&](std::uint64_t memory)
@@ -229,7 +226,7 @@ TEST(ExternalTree, LeavesNoFilesWhereverItIsCancelled)
 {
   const std::vector<Vec3> points = AllHardPoints({ 3000 }).front().points;
   const TreeDepths depths = *ComputeDepths(points.size(), { 100, {}, 8 });
-  SpillFolder parent = MakeFolder();
+  SpillFolder parent = MakeSpillFolder();
   for (const char* name : allMethods)
   {
     const MedianMethod method = MedianMethodOfName(name);
@@ -271,7 +268,7 @@ TEST(ExternalTree, AFullDiskIsAnErrorAndLeavesNoFiles)
 {
   const std::vector<Vec3> points = AllHardPoints({ 3000 }).front().points;
   const TreeDepths depths = *ComputeDepths(points.size(), { 100, {}, 8 });
-  SpillFolder folder = MakeFolder();
+  SpillFolder folder = MakeSpillFolder();
   SpillFile file = FileOf<double>(folder, points);
   rlimit old = {};
   getrlimit(RLIMIT_FSIZE, &old);

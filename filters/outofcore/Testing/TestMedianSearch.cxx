@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Testing/Fixtures/HardPoints.h"
 #include "filters/baselines/stores/Baselines.h"
+#include "filters/outofcore/Testing/SpillTools.h"
 #include "filters/outofcore/tree/MedianSearch.h"
 
 #include <gtest/gtest.h>
@@ -10,6 +11,7 @@
 #include <filesystem>
 
 using namespace kdstream;
+using kdstream::testing::MakeSpillFolder;
 using namespace kdstream::fixtures;
 
 namespace
@@ -73,11 +75,6 @@ MedianSearch SearchOf(const KeysInMemory& keys, std::uint64_t rank, std::uint64_
   return search;
 }
 
-SpillFolder MakeFolder()
-{
-  return std::move(*SpillFolder::Create(std::filesystem::temp_directory_path()));
-}
-
 }
 
 TEST(MedianSearch, OrderedBitsAreInTheOrderOfDoubles)
@@ -94,7 +91,7 @@ TEST(MedianSearch, OrderedBitsAreInTheOrderOfDoubles)
 
 TEST(MedianSearch, EveryMethodFindsEveryRankOfHardInput)
 {
-  SpillFolder folder = MakeFolder();
+  SpillFolder folder = MakeSpillFolder();
   for (const HardPoints& hard : AllHardPoints({ 1, 2, 3, 64, 1500 }))
   {
     KeysInMemory keys(hard.points);
@@ -124,7 +121,7 @@ TEST(MedianSearch, EveryMethodFindsEveryRankOfHardInput)
 
 TEST(MedianSearch, HistogramEndsWhereTheRangeCanBeKept)
 {
-  SpillFolder folder = MakeFolder();
+  SpillFolder folder = MakeSpillFolder();
   for (const HardPoints& hard : AllHardPoints({ 3000 }))
   {
     SCOPED_TRACE(hard.name);
@@ -148,7 +145,7 @@ TEST(MedianSearch, HistogramEndsWhereTheRangeCanBeKept)
 
 TEST(MedianSearch, PassesAreAsFewAsTheHeaderSays)
 {
-  SpillFolder folder = MakeFolder();
+  SpillFolder folder = MakeSpillFolder();
   for (const HardPoints& hard : AllHardPoints({ 10000 }))
   {
     SCOPED_TRACE(hard.name);
@@ -173,7 +170,7 @@ TEST(MedianSearch, PassesAreAsFewAsTheHeaderSays)
 
 TEST(MedianSearch, StopsWhenToldTo)
 {
-  SpillFolder folder = MakeFolder();
+  SpillFolder folder = MakeSpillFolder();
   const HardPoints hard = AllHardPoints({ 10000 }).front();
   for (const char* name : allMethods)
   {
