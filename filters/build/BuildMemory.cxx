@@ -62,18 +62,6 @@ std::string Mebibytes(std::uint64_t bytes)
                            : std::to_string(bytes >> 20) + " MiB";
 }
 
-MeshSize SizeOf(const Mesh& mesh)
-{
-  MeshSize size{ mesh.points.size(), mesh.triangles.size() };
-  for (const Attribute& attribute : mesh.attributes)
-  {
-    size.attributeBytes += attribute.values.size();
-  }
-  size.sumBytes =
-    SumBytesOf(std::vector<AttributeInfo>(mesh.attributes.begin(), mesh.attributes.end()));
-  return size;
-}
-
 std::uint64_t SumBytesOf(std::span<const AttributeInfo> attributes)
 {
   std::vector<AttributeInfo> numbers = ArraysOfLevels(attributes);

@@ -23,7 +23,6 @@ struct MeshSize
   std::uint64_t attributeBytes = 0; // of all arrays
   std::uint64_t sumBytes = 0;       // SumBytesOf its arrays
 };
-MeshSize SizeOf(const Mesh& mesh);
 
 // Bytes of the sums from which a cluster has its numbers and classes (AttributeSums); those of
 // normals and colours are in what a cluster takes anyway.
