@@ -97,7 +97,7 @@ TEST(ByteSource, RefusesWhatIsNoRegularFile)
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
   const Result<ByteSource> fifo = ByteSource::Open(pipe);
   ASSERT_FALSE(fifo) << "and it does not wait for a writer";
-  EXPECT_TRUE(fixtures::FailsAt(fifo, ErrorCode::InputOutput));
+  EXPECT_TRUE(fixtures::FailsAt(fifo, ErrorCode::InvalidInput));
 
   const Result<ByteSource> nameTooLong = ByteSource::Open(std::string(5000, 'x'));
   ASSERT_FALSE(nameTooLong);

@@ -140,7 +140,7 @@ private:
   std::string_view Rest; // of the line, without its comment
   bool Held = false;     // NextLine gives this line once more
   bool HasNormals = false, HasColors = false, HasTexture = false;
-  std::uint64_t Vertices = 0, Faces = 0, Triangles = 0, Body = 0, End = 0;
+  std::uint64_t Vertices = 0, Faces = 0, Body = 0, End = 0;
   bool IsWhole = false; // as many lines as vertices and faces
   std::string Short;    // what is wrong with the first line of too few numbers
   OffColumns OfVertices{ false, 0 }, OfFaces{ false, 0 };
@@ -339,7 +339,6 @@ Status OffText::LookAtLines(const Execution& execution)
     {
       ++taken;
     }
-    this->Triangles += taken - std::min<std::uint64_t>(taken, 2);
     this->LookForShort("face", faces++, taken, corners);
     this->LookAtBehind(this->OfFaces);
   }
@@ -384,10 +383,6 @@ PlyHeader OffText::MakeHeader(Tolerance& told) const
     this->OfFaces.AddColors(faces);
   }
   header.elements = { std::move(vertices), std::move(faces) };
-  if (this->IsWhole)
-  {
-    header.triangles = this->Triangles;
-  }
   return header;
 }
 

@@ -7,7 +7,6 @@
 #include "filters/meshio/ByteSource.h"
 
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -107,8 +106,6 @@ struct PlyHeader
 {
   PlyEncoding encoding = PlyEncoding::Ascii;
   bool hasComments = false; // # begins one in the body (OffHeader.h)
-  std::optional<std::uint64_t>
-    triangles{}; // of the faces, where corners were counted (OffHeader.h)
   // "'Created' (header line 3)": a line before the elements that is not the format's, nor ends with
   // a number as the format's do; empty if there is none.
   std::string strayLine{};

@@ -154,9 +154,9 @@ Status PlyReader::UnderstandFaces(std::size_t element, PlyFaceSink::Kind kind)
 // corner that makes a triangle.
 std::uint64_t PlyReader::MostTriangles() const
 {
-  if (this->Faces.empty() || this->Header.triangles)
+  if (this->Faces.empty())
   {
-    return this->Header.triangles.value_or(0);
+    return 0;
   }
   const bool isText = this->Header.encoding == PlyEncoding::Ascii;
   const auto bytesOf = [&](PlyType type) // in a text a digit and a blank
