@@ -288,7 +288,7 @@ TEST(PieceCodec, SaysWhatItDoesNotKnow)
   blob[3] = 77;
   EXPECT_TRUE(FailsAt(DecodePiece(blob, id, context), ErrorCode::Unsupported, "piece 1"));
   blob[0] = 'X';
-  EXPECT_TRUE(FailsAt(DecodePiece(blob, id, context), ErrorCode::Damaged, "piece 1"));
+  EXPECT_TRUE(FailsAt(DecodePiece(blob, id, context), ErrorCode::InvalidInput, "piece 1"));
   const auto original = model->pieces.rbegin()->second;
   EXPECT_FALSE(DecodePiece(EncodePiece(original, context), id, context))
     << "a blob in the wrong place";

@@ -154,7 +154,7 @@ TEST(TestSqlite, ValuesThatAreTooLargeAreRefused)
   };
   EXPECT_EQ(hexadecimal(1 << 20).Value(), 2 << 20);
   ASSERT_FALSE(hexadecimal(1 << 26));
-  EXPECT_TRUE(fixtures::FailsAt(hexadecimal(1 << 26), ErrorCode::LimitExceeded));
+  EXPECT_TRUE(fixtures::FailsAt(hexadecimal(1 << 26), ErrorCode::Damaged));
   LimitValues(database->get(), 1000);
   EXPECT_FALSE(hexadecimal(1 << 20));
 }
