@@ -45,8 +45,7 @@ using namespace kdstream;
 
 using Clock = std::chrono::steady_clock;
 
-constexpr MedianMethod methods[] = { FindMedianByHeaps, FindMedianByTorben, FindMedianBySort,
-  FindMedianByHistogram };
+constexpr const char* methods[] = { "heaps", "torben", "sort", "histogram" };
 
 template <class T>
 T Need(Result<T> result)
@@ -225,9 +224,11 @@ std::uint32_t PartitionsOf(std::size_t vertices)
   return static_cast<std::uint32_t>(std::min<std::size_t>(wanted, std::bit_floor(vertices)));
 }
 
+// median: as kdstream-build has it.
 Row RunTree(const NamedPoints& named, const Settings& settings, std::uint64_t memory,
-  const ExternalTreeOptions& options)
+  const char* median, double heapShare = 0)
 {
+  const ExternalTreeOptions options{ memory, MedianMethodOfName(median), heapShare, false };
   SpillFolder folder = Need(SpillFolder::Create(settings.temporary));
   const BareSpeed bare = MeasureBare(folder, named.points.size() * sizeof(Record));
   TimedExecution timed;
@@ -238,8 +239,8 @@ Row RunTree(const NamedPoints& named, const Settings& settings, std::uint64_t me
     Need(ComputeDepths(named.points.size(), { 2000, PartitionsOf(named.points.size()), 0 }));
   const ExternalTree tree =
     Need(BuildExternalTree<float>(folder, file, depths, options, timed.Run));
-  Row row{ named.name, std::string(NameOfMedianMethod(options.median)), named.points.size(), memory,
-    std::uint64_t{ 1 } << depths.partition, 0, SecondsSince(timed.SurveyEnd), "", 0, 0, 0 };
+  Row row{ named.name, median, named.points.size(), memory, std::uint64_t{ 1 } << depths.partition,
+    0, SecondsSince(timed.SurveyEnd), "", 0, 0, 0 };
   row.initialization = std::chrono::duration<double>(timed.SurveyEnd - begin).count();
   for (const ExternalDepthStatistics& depth : tree.statistics.depths)
   {
@@ -324,15 +325,15 @@ void RunTable(const NamedPoints& named, const Settings& settings, std::ofstream&
 {
   const std::uint64_t bytes = named.points.size() * sizeof(Record);
   const std::uint64_t memory = settings.memory > 0 ? settings.memory : bytes / 3;
-  for (const MedianMethod method : methods)
+  for (const char* median : methods)
   {
-    Print(RunTree(named, settings, memory, { memory, method, 0, false }), csv);
+    Print(RunTree(named, settings, memory, median), csv);
   }
   Print(RunOctree(named, settings, memory), csv);
   const std::uint64_t ofPaper = std::uint64_t{ 256 } << 20;
   if (settings.memory == 0)
   {
-    Print(RunTree(named, settings, ofPaper, { ofPaper, FindMedianByHistogram, 0, false }), csv);
+    Print(RunTree(named, settings, ofPaper, "histogram"), csv);
   }
 }
 
@@ -368,7 +369,7 @@ void PrintHeaps(const NamedPoints& named, const Settings& settings)
     std::fabs(rank - 50) <= 5 ? "holds" : "FAILS");
   for (const double share : { 0.01, 0.05, 0.1 })
   {
-    const Row row = RunTree(named, settings, memory, { memory, FindMedianByHeaps, share, false });
+    const Row row = RunTree(named, settings, memory, "heaps", share);
     std::printf(" %12s", row.passes.c_str());
   }
   std::printf("\n");

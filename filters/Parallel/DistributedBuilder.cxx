@@ -217,7 +217,7 @@ private:
       MeshReader::Open(this->Input.file, this->Exec, this->Files.Path());
     KDSTREAM_TRY(reader);
     KDSTREAM_TRY(AgreeOnHeader(this->Group, (*reader)->Info()));
-    KDSTREAM_TRY(CheckClaimedPartitions(**reader, this->Options, false));
+    KDSTREAM_TRY(CheckClaimedPartitions(**reader, this->Options));
     const bool alone = this->Group.Count() == 1;
     ShareReader share(std::move(*reader), this->Group.Rank(), this->Group.Count(), seek);
     Result<SpilledMesh> spilled =
@@ -301,8 +301,7 @@ private:
     this->Mesh.attributes = this->Share.attributes;
     this->Mesh.mayCoincide = sums[2] > 0 || !WeldingSeparates(this->Weld, this->Mesh.attributes);
     ReturnFreeMemory(this->Mesh.keptMemory);
-    return CheckPartitionMemory(
-      this->SizeOfBlocks(), this->Options.tree, this->Options.memory, false);
+    return CheckPartitionMemory(this->SizeOfBlocks(), this->Options.tree, this->Options.memory);
   }
 
   Status SetUnusedAside(const MeshFileInfo& info)

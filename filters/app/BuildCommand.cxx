@@ -109,8 +109,8 @@ void AddMemoryOptions(CLI::App& app, BuildCommand& line)
 {
   const char* const group = "Memory and speed";
   AddSizeOption(app, "--memory", line.build.memory,
-    "memory limit, at least 64M for a build out of core; a mesh that needs more is built with "
-    "temporary files")
+    "memory limit, at least 64M for a build out of core; a mesh that may need more is built "
+    "with temporary files")
     ->default_str("75 % of free memory")
     ->group(group);
   app

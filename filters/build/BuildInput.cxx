@@ -4,6 +4,7 @@
 #include "filters/build/BuildMemory.h"
 #include "filters/build/ExternalMethod.h"
 #include "filters/build/SharedSteps.h"
+#include "filters/core/levels/CellComponents.h"
 
 #include <algorithm>
 #include <string>
@@ -15,21 +16,17 @@ namespace
 
 constexpr std::size_t readChunk = std::size_t{ 1 } << 18; // vertices or faces
 
-// What the header claims, if the file is large enough for it: a vertex and a face have at least 3
-// bytes. Claims by themselves are not a reason to refuse anything.
-MeshSize ClaimedSize(const MeshReader& reader)
+constexpr std::uint64_t leastBytes = 3; // of a vertex or a face in a file
+
+// What the file has at most.
+MeshSize MostSize(const MeshReader& reader)
 {
   const MeshFileInfo& info = reader.Info();
-  const std::uint64_t most = reader.FileSize() / 3;
-  if (info.vertices > most || info.faces > most)
-  {
-    return {};
-  }
-  MeshSize size{ info.vertices, info.faces };
+  MeshSize size{ std::min(info.vertices, reader.FileSize() / leastBytes), info.mostTriangles };
   for (const AttributeInfo& attribute : info.attributes)
   {
     const bool points = attribute.association == AttributeAssociation::Point;
-    size.attributeBytes += attribute.TupleSize() * (points ? info.vertices : info.faces);
+    size.attributeBytes += attribute.TupleSize() * (points ? size.vertices : size.triangles);
   }
   size.sumBytes = SumBytesOf(info.attributes);
   return size;
@@ -37,22 +34,21 @@ MeshSize ClaimedSize(const MeshReader& reader)
 
 }
 
+Status CheckInputMemory(const MeshReader& reader, const BuildOptions& options)
+{
+  const bool hasSheets = options.partitioner->HasLevels() && options.levels.sheets;
+  return CheckBuildMemory(
+    MostSize(reader), options.tree, hasSheets ? mostCellComponents : 1, options.memory);
+}
+
 Result<Mesh> ReadMesh(MeshReader& reader, const BuildOptions& options, const Execution& execution)
 {
   Mesh mesh;
-  const MeshSize claimed = ClaimedSize(reader);
-  const bool weld = options.weld || reader.Info().soup;
-  const auto check = [&](MeshSize size)
-  {
-    size.triangles = std::max(size.triangles, claimed.triangles); // they are read last
-    return weld ? CheckUnweldedMemory(size, options.tree, options.memory)
-                : CheckBuildMemory(size, options.tree, options.memory);
-  };
-  KDSTREAM_TRY(check(claimed));
   if (options.memory > 0)
   {
-    mesh.points.reserve(claimed.vertices);
-    mesh.triangles.reserve(claimed.triangles);
+    const MeshSize most = MostSize(reader);
+    mesh.points.reserve(most.vertices);
+    mesh.triangles.reserve(std::min(most.triangles, reader.Info().faces));
   }
   for (const bool triangles : { false, true })
   {
@@ -63,7 +59,6 @@ Result<Mesh> ReadMesh(MeshReader& reader, const BuildOptions& options, const Exe
       KDSTREAM_TRY(read);
       count = *read;
       KDSTREAM_TRY(reader.Info().tolerance.Check(options.strict));
-      KDSTREAM_TRY(check(SizeOf(mesh)));
       const double size = std::max(1.0, double(reader.FileSize()));
       KDSTREAM_TRY(execution.Report("read", double(reader.Position()) / size));
     }
@@ -79,9 +74,13 @@ Result<Mesh> ReadMesh(MeshReader& reader, const BuildOptions& options, const Exe
 
 BlockedSize ClaimedBlocks(const MeshReader& reader)
 {
-  const MeshSize claimed = ClaimedSize(reader);
-  BlockedSize size{ claimed.vertices, claimed.triangles };
-  for (const AttributeInfo& attribute : reader.Info().attributes)
+  const MeshFileInfo& info = reader.Info();
+  if (std::max(info.vertices, info.faces) > reader.FileSize() / leastBytes)
+  {
+    return {}; // claims by themselves are no reason to refuse anything
+  }
+  BlockedSize size{ info.vertices, info.faces };
+  for (const AttributeInfo& attribute : info.attributes)
   {
     const bool points = attribute.association == AttributeAssociation::Point;
     (points ? size.pointTupleBytes : size.cellTupleBytes) += attribute.TupleSize();
@@ -89,8 +88,7 @@ BlockedSize ClaimedBlocks(const MeshReader& reader)
   return size;
 }
 
-Status CheckClaimedPartitions(
-  const MeshReader& reader, const BuildOptions& options, bool mayBeWhole)
+Status CheckClaimedPartitions(const MeshReader& reader, const BuildOptions& options)
 {
   const BlockedSize claimed = ClaimedBlocks(reader);
   // Unshared vertices of triangles become far fewer by welding, and vertices may be unused: they
@@ -102,7 +100,7 @@ Status CheckClaimedPartitions(
   }
   const Result<const ExternalMethod*> method = options.partitioner->External();
   KDSTREAM_TRY(method);
-  return (*method)->CheckPartitions(claimed, options, mayBeWhole);
+  return (*method)->CheckPartitions(claimed, options);
 }
 
 Status PrepareMesh(Mesh& mesh)

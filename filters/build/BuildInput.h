@@ -13,9 +13,13 @@
 namespace kdstream
 {
 
-// Reads the whole file. Stops as soon as options.memory is too small for what has been read, or for
-// what the header claims (if the file is large enough for the claim). Errors: those of MeshReader,
-// and with options.strict of Tolerance::Check; LimitExceeded, Cancelled.
+// Whether a build in memory of the file that `reader` has opened keeps options.memory for certain:
+// by counts and by the file's size, before a point is read (MostBuildMemory). Errors:
+// LimitExceeded.
+Status CheckInputMemory(const MeshReader& reader, const BuildOptions& options);
+
+// Reads all there is. Errors: those of MeshReader, and with options.strict of Tolerance::Check;
+// LimitExceeded for more triangles than can be numbered; Cancelled.
 Result<Mesh> ReadMesh(
   MeshReader& reader, const BuildOptions& options, const Execution& execution = {});
 
@@ -24,9 +28,8 @@ BlockedSize ClaimedBlocks(const MeshReader& reader);
 
 // Whether partitions of the mesh that the header claims fit options.memory where they are made out
 // of core. Only what is certain counts: vertices that welding may leave, and triangles that
-// polygons have at least, do not. mayBeWhole: see CheckPartitionMemory. Errors: LimitExceeded.
-Status CheckClaimedPartitions(
-  const MeshReader& reader, const BuildOptions& options, bool mayBeWhole = true);
+// polygons have at least, do not. Errors: LimitExceeded.
+Status CheckClaimedPartitions(const MeshReader& reader, const BuildOptions& options);
 
 // Puts point arrays first, as pieces have them. Errors: InvalidInput where the mesh has no vertices
 // or an attribute that no store can hold (CheckAttributes, IsAttributeName).

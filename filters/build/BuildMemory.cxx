@@ -53,26 +53,6 @@ std::uint64_t BytesOfLargePieces(const MeshSize& size, std::uint64_t partitions)
                bytesPerPieceTriangle * (triangles - std::min(triangles, 2 * largest));
 }
 
-// With a cluster a cell.
-std::uint64_t LeastBuildMemory(const MeshSize& size, const KdTreeOptions& tree)
-{
-  const Result<TreeDepths> depths = ComputeDepths(size.vertices, tree);
-  return EstimateBuildMemory(size, depths ? std::uint64_t{ 1 } << depths->partition : 1,
-    depths ? std::uint64_t{ 1 } << depths->finest : 0);
-}
-
-Status CheckNeed(const MeshSize& size, std::uint64_t need, std::uint64_t limit)
-{
-  if (limit == 0 || need <= limit)
-  {
-    return {};
-  }
-  return Error{ ErrorCode::LimitExceeded, "needs about " + Mebibytes(need) + " of memory for " +
-                                            std::to_string(size.vertices) + " vertices and " +
-                                            std::to_string(size.triangles) +
-                                            " triangles; the limit is " + Mebibytes(limit) };
-}
-
 }
 
 std::string Mebibytes(std::uint64_t bytes)
@@ -82,18 +62,6 @@ std::string Mebibytes(std::uint64_t bytes)
                            : std::to_string(bytes >> 20) + " MiB";
 }
 
-MeshSize SizeOf(const Mesh& mesh)
-{
-  MeshSize size{ mesh.points.size(), mesh.triangles.size() };
-  for (const Attribute& attribute : mesh.attributes)
-  {
-    size.attributeBytes += attribute.values.size();
-  }
-  size.sumBytes =
-    SumBytesOf(std::vector<AttributeInfo>(mesh.attributes.begin(), mesh.attributes.end()));
-  return size;
-}
-
 std::uint64_t SumBytesOf(std::span<const AttributeInfo> attributes)
 {
   std::vector<AttributeInfo> numbers = ArraysOfLevels(attributes);
@@ -101,54 +69,51 @@ std::uint64_t SumBytesOf(std::span<const AttributeInfo> attributes)
   return AttributeSums(numbers, 0).RecordSize();
 }
 
-std::uint64_t EstimateBuildMemory(
-  const MeshSize& size, std::uint64_t partitions, std::uint64_t clusters)
+std::uint64_t MostBuildMemory(
+  const MeshSize& size, const KdTreeOptions& tree, std::uint64_t clustersOfCell)
 {
-  // The arrays, once more while they grow; in a batch the pieces, their blobs and SQLite's memory.
-  const std::uint64_t inBatch = std::min<std::uint64_t>(size.attributeBytes,
-    size.attributeBytes / std::max<std::uint64_t>(1, partitions) * encodeBatch);
-  return (std::uint64_t{ 32 } << 20) + 44 * size.vertices + 40 * size.triangles +
-         2 * size.attributeBytes + 3 * inBatch + BytesPerCluster(size) * clusters +
-         BytesOfLargePieces(size, partitions);
-}
-
-std::uint64_t EstimateWeldMemory(const MeshSize& size)
-{
-  // Coordinates 24, the table of equals 12, room to grow.
-  return (std::uint64_t{ 32 } << 20) + 40 * size.vertices + 16 * size.triangles +
-         2 * size.attributeBytes;
-}
-
-Status CheckPartingMemory(const MeshSize& size, std::uint64_t unused, std::uint64_t limit)
-{
-  // Coordinates 24 and a number 4, triangles 12; what is taken out is there twice for a while.
-  const std::uint64_t need = (std::uint64_t{ 32 } << 20) + 28 * size.vertices + 24 * unused +
-                             12 * size.triangles + 2 * size.attributeBytes;
-  return CheckNeed(size, need, limit);
-}
-
-Status CheckBuildMemory(const MeshSize& size, const KdTreeOptions& tree, std::uint64_t limit)
-{
-  return CheckNeed(size, LeastBuildMemory(size, tree), limit);
-}
-
-Status CheckUnweldedMemory(const MeshSize& size, const KdTreeOptions& tree, std::uint64_t limit)
-{
-  if (size.triangles == 0 || size.vertices <= size.triangles)
+  KdTreeOptions cells = tree;
+  Result<TreeDepths> depths = ComputeDepths(size.vertices, cells);
+  if (!depths) // a number of partitions that only a baseline can make, or a mesh to be refused
   {
-    return CheckBuildMemory(size, tree, limit);
+    cells.partitions.reset();
+    depths = ComputeDepths(size.vertices, cells);
   }
-  MeshSize welded = size;
-  welded.vertices = std::min(size.vertices, size.triangles / 2 + 1);
-  return CheckNeed(size, std::max(EstimateWeldMemory(size), LeastBuildMemory(welded, tree)), limit);
+  // Welding may leave fewer vertices, so fewer partitions: these are never larger.
+  const std::uint64_t partitions = std::max<std::uint64_t>(
+    1, tree.partitions.value_or(static_cast<std::uint32_t>(
+         size.vertices / std::max<std::uint32_t>(1, tree.verticesPerPartition))));
+  const std::uint64_t ofCell = size.triangles > 0 ? clustersOfCell : 1;
+  const std::uint64_t clusters =
+    depths ? std::min(size.vertices, ofCell << depths->finest) : std::uint64_t{ 0 };
+  // The arrays, once more while they grow; of a batch the pieces, their blobs and what SQLite
+  // holds.
+  const std::uint64_t inBatch =
+    std::min<std::uint64_t>(size.attributeBytes, size.attributeBytes / partitions * encodeBatch);
+  constexpr std::uint64_t always = std::uint64_t{ 32 } << 20;
+  const std::uint64_t built = 44 * size.vertices + 40 * size.triangles + 2 * size.attributeBytes +
+                              3 * inBatch + BytesPerCluster(size) * clusters +
+                              BytesOfLargePieces(size, partitions);
+  // Unused vertices are there twice while they are taken out, and to the end take 48 each.
+  const std::uint64_t withUnused =
+    size.triangles == 0 ? built
+                        : std::max(built + 4 * size.vertices,
+                            52 * size.vertices + 12 * size.triangles + 2 * size.attributeBytes);
+  return always + withUnused;
 }
 
-std::uint64_t MostClusters(const MeshSize& size, std::uint64_t partitions, std::uint64_t limit)
+Status CheckBuildMemory(const MeshSize& size, const KdTreeOptions& tree,
+  std::uint64_t clustersOfCell, std::uint64_t limit)
 {
-  const std::uint64_t rest = EstimateBuildMemory(size, partitions, 0);
-  return limit == 0
-           ? 0
-           : std::max<std::uint64_t>(1, limit > rest ? (limit - rest) / BytesPerCluster(size) : 0);
+  const std::uint64_t need = limit == 0 ? 0 : MostBuildMemory(size, tree, clustersOfCell);
+  if (need <= limit && (limit == 0 || size.triangles < noVertex))
+  {
+    return {};
+  }
+  return Error{ ErrorCode::LimitExceeded, "may need " + Mebibytes(need) + " of memory for " +
+                                            std::to_string(size.vertices) + " vertices and up to " +
+                                            std::to_string(size.triangles) +
+                                            " triangles; the limit is " + Mebibytes(limit) };
 }
 
 std::uint64_t StepMemory(std::uint64_t limit)
@@ -180,8 +145,7 @@ std::uint64_t MostBlockVertices(const BlockedSize& mesh, std::uint64_t memory)
   return std::max<std::uint64_t>(1, memory / std::max<std::uint64_t>(1, ofVertex));
 }
 
-Status CheckPartitionMemory(
-  const BlockedSize& mesh, const KdTreeOptions& tree, std::uint64_t limit, bool mayBeWhole)
+Status CheckPartitionMemory(const BlockedSize& mesh, const KdTreeOptions& tree, std::uint64_t limit)
 {
   const Result<TreeDepths> depths = ComputeDepths(mesh.vertices, tree);
   if (!depths)
@@ -194,15 +158,8 @@ Status CheckPartitionMemory(
   {
     return {};
   }
-  // A limit that is enough: one that leaves this much for the steps, or one for the whole mesh in
-  // memory. If the mesh fits already, it was larger before welding: then only the first counts.
-  const std::uint64_t inBlocks = std::min(bytes / 3 * 4, bytes + mostKeptFromSteps);
-  const MeshSize whole{ mesh.vertices, mesh.triangles,
-    mesh.vertices * mesh.pointTupleBytes + mesh.triangles * mesh.cellTupleBytes };
-  const std::uint64_t inMemory =
-    EstimateBuildMemory(whole, std::uint64_t{ 1 } << depth, std::uint64_t{ 1 } << depths->finest);
-  const std::uint64_t need =
-    mayBeWhole && inMemory > limit ? std::min(inBlocks, inMemory) : inBlocks;
+  // A limit that leaves this much for the steps.
+  const std::uint64_t need = std::min(bytes / 3 * 4, bytes + mostKeptFromSteps);
   constexpr std::uint64_t mebibyte = std::uint64_t{ 1 } << 20;
   const std::uint64_t largest = (mesh.vertices + (std::uint64_t{ 1 } << depth) - 1) >> depth;
   return Error{ ErrorCode::LimitExceeded,

@@ -23,38 +23,21 @@ struct MeshSize
   std::uint64_t attributeBytes = 0; // of all arrays
   std::uint64_t sumBytes = 0;       // SumBytesOf its arrays
 };
-MeshSize SizeOf(const Mesh& mesh);
 
 // Bytes of the sums (AttributeSums) that give a cluster its numbers and classes. The sums of
 // normals and colours are not counted: every cluster has room for them.
 std::uint64_t SumBytesOf(std::span<const AttributeInfo> attributes);
 
-// Bytes that a build in memory takes at most, measured on surfaces, clouds, soups and meshes with
-// attributes (BuildMemory.StaysBelowTheMemoryLimit). partitions: several, or a single large one,
-// are in memory while they are encoded. clusters: of the finest level, one to four for each cell;
-// known when the sheets have been found.
-std::uint64_t EstimateBuildMemory(
-  const MeshSize& size, std::uint64_t partitions, std::uint64_t clusters);
+// Bytes that a build in memory takes at most of a mesh that is not larger, whatever welding leaves,
+// however many vertices no triangle uses, and with that many clusters in each cell of the finest
+// level (mostCellComponents, or 1 without sheets and levels). Measured on surfaces, clouds, soups
+// and meshes with attributes (BuildMemory.StaysBelowTheMemoryLimit).
+std::uint64_t MostBuildMemory(
+  const MeshSize& size, const KdTreeOptions& tree, std::uint64_t clustersOfCell);
 
-// Bytes that reading and welding take at most: measured on binary STL.
-std::uint64_t EstimateWeldMemory(const MeshSize& size);
-
-// Checks that `limit` bytes (0 = no limit) are enough to take this number of unused vertices out of
-// the mesh. Errors: LimitExceeded.
-Status CheckPartingMemory(const MeshSize& size, std::uint64_t unused, std::uint64_t limit);
-
-// Checks that `limit` bytes (0 = no limit) are enough for the least that the mesh needs: one
-// cluster for each cell. Errors: LimitExceeded.
-Status CheckBuildMemory(const MeshSize& size, const KdTreeOptions& tree, std::uint64_t limit);
-
-// The same check before welding, which may merge most of the vertices. With more vertices than
-// triangles (an STL, which repeats all corners) the number after welding is unknown. Then the
-// smallest number that a closed surface can have is used, and CheckBuildMemory checks afterwards.
-// Errors: LimitExceeded.
-Status CheckUnweldedMemory(const MeshSize& size, const KdTreeOptions& tree, std::uint64_t limit);
-
-// The most clusters of the finest level that `limit` leaves room for; 0 = no limit.
-std::uint64_t MostClusters(const MeshSize& size, std::uint64_t partitions, std::uint64_t limit);
+// Whether `limit` bytes (0 = no limit) are as much. Errors: LimitExceeded.
+Status CheckBuildMemory(const MeshSize& size, const KdTreeOptions& tree,
+  std::uint64_t clustersOfCell, std::uint64_t limit);
 
 // For a build in blocks, out of core or on several ranks: the part of a limit that its steps may
 // use; libraries, threads and SQLite take the rest.
@@ -80,12 +63,10 @@ std::uint64_t MostBlockVertices(const BlockedSize& mesh, std::uint64_t memory);
 // MeshFileInfo; the vertices are then the triangles' corners. Measured; 0 for no vertices.
 std::uint64_t EstimateTemporaryBytes(const BlockedSize& mesh, bool soup, ScalarType scalars);
 
-// Checks that `limit` bytes are enough to make partitions in blocks; a block has at least one
-// partition. Some sizes may be lower bounds. mayBeWhole: a limit that holds the whole mesh is also
-// enough, because kdstream-build then builds in memory; ranks do not. O(1). Errors: LimitExceeded,
-// naming a limit that is enough.
+// Whether partitions can be made in blocks within `limit` bytes: a partition is never divided. Of
+// some sizes only the least may be known. O(1). Errors: LimitExceeded, with what a limit must be.
 Status CheckPartitionMemory(
-  const BlockedSize& mesh, const KdTreeOptions& tree, std::uint64_t limit, bool mayBeWhole = true);
+  const BlockedSize& mesh, const KdTreeOptions& tree, std::uint64_t limit);
 
 // "64 MiB", "12 KiB": for messages.
 std::string Mebibytes(std::uint64_t bytes);

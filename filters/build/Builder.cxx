@@ -19,7 +19,6 @@
 #include "filters/core/pieces/VertexTree.h"
 #include "filters/core/tree/GatherMesh.h"
 #include "filters/meshio/MeshReader.h"
-#include "filters/outofcore/files/ReturnFreeMemory.h"
 #include "filters/outofcore/journal/BuildFolder.h"
 
 #include <algorithm>
@@ -55,9 +54,7 @@ public:
     KDSTREAM_TRY(this->Exec.Report("tree", 0));
     ModelFacts& facts = this->Build.Facts;
     facts.welded = facts.weld ? WeldVertices(this->Input, this->Exec) : 0;
-    KDSTREAM_TRY(this->SetUnusedAside());
-    // Welding may have left more than was counted on.
-    KDSTREAM_TRY(CheckBuildMemory(this->Size(), this->Options.tree, this->Options.memory));
+    this->SetUnusedAside();
     this->Options.tellSize(this->Input.points.size(), this->Input.triangles.size());
     return {};
   }
@@ -133,26 +130,15 @@ public:
   }
 
 private:
-  Status SetUnusedAside()
+  void SetUnusedAside()
   {
     const std::vector<bool> isUsed = FindUsedVertices(this->Input);
     const auto unused = static_cast<std::uint64_t>(std::count(isUsed.begin(), isUsed.end(), false));
     if (unused > 0)
     {
-      KDSTREAM_TRY(CheckPartingMemory(SizeOf(this->Input), unused, this->Options.memory));
       this->Unused = TakeUnusedVertices(this->Input, isUsed);
       this->Build.Facts.unused = unused;
     }
-    return {};
-  }
-
-  // Unused vertices are in memory up to the end, as an array would be.
-  MeshSize Size() const
-  {
-    MeshSize size = SizeOf(this->Input);
-    size.attributeBytes +=
-      this->Unused.points.size() * sizeof(Vec3) + SizeOf(this->Unused).attributeBytes;
-    return size;
   }
 
   void BucketByPartition()
@@ -179,15 +165,7 @@ private:
     LevelOptions options = this->Options.levels;
     options.mayCoincide = !this->PlacesDiffer;
     options.ids = ids;
-    options.mostClusters = MostClusters(
-      this->Size(), std::uint64_t{ 1 } << this->Tree.depths.partition, this->Options.memory);
-    Result<ClusterLevels> levels =
-      BuildLevels(this->Input, this->Tree, buckets, options, this->Exec);
-    if (!levels && levels.GetError().code == ErrorCode::LimitExceeded)
-    {
-      return BeyondMemory(levels.GetError().message, this->Options.memory);
-    }
-    return Take(std::move(levels), this->Levels);
+    return Take(BuildLevels(this->Input, this->Tree, buckets, options, this->Exec), this->Levels);
   }
 
   Status MakeNumbers()
@@ -265,33 +243,25 @@ private:
 };
 
 Result<BuildReport> BuildInMemory(const std::filesystem::path& input,
-  const std::filesystem::path& store, const BuildOptions& options, const Execution& execution)
+  const std::filesystem::path& store, const BuildOptions& options, const Execution& execution,
+  OpenedInput opened)
 {
-  StepClock clock;
   InputDigest digest(FilesOfInput(input, options));
-  // What a reader must spill goes beside the store.
-  Result<std::unique_ptr<MeshReader>> reader =
-    MeshReader::Open(input, execution, store.has_parent_path() ? store.parent_path() : ".");
-  KDSTREAM_TRY(reader);
-  Result<Mesh> mesh = ReadMesh(**reader, options, execution);
+  MeshReader& reader = *opened.reader;
+  Result<Mesh> mesh = ReadMesh(reader, options, execution);
   KDSTREAM_TRY(mesh);
-  clock.Finish("read");
+  opened.clock.Finish("read");
   MemoryBuilder builder(
-    std::move(*mesh), options.weld || (*reader)->Info().soup, InputNameOf(input, options),
-    [&digest] { return digest.Take(); }, options, execution, std::move(clock));
+    std::move(*mesh), options.weld || reader.Info().soup, InputNameOf(input, options),
+    [&digest] { return digest.Take(); }, options, execution, std::move(opened.clock));
   Result<BuildReport> report = ConductBuild(builder, store);
   if (report)
   {
-    report->ignoredAttributes = (*reader)->Info().ignoredAttributes;
-    report->tolerance = (*reader)->Info().tolerance;
+    report->ignoredAttributes = reader.Info().ignoredAttributes;
+    report->tolerance = reader.Info().tolerance;
   }
   return report;
 }
-
-}
-
-namespace
-{
 
 // Clears away what an interrupted build out of core has left, unless another one is at work there.
 void RemoveBuildFolder(const std::filesystem::path& folder)
@@ -332,23 +302,21 @@ Result<BuildReport> BuildStore(const std::filesystem::path& input,
   {
     options.tellEarlierBuild(resumable);
   }
-  Result<BuildReport> report = BuildInMemory(input, store, options, execution);
+  // What a reader must spill goes where the build out of core would.
+  OpenedInput opened;
+  KDSTREAM_TRY(Take(MeshReader::Open(input, execution, folder.parent_path()), opened.reader));
+  if (const Status fits = CheckInputMemory(*opened.reader, options); !fits)
+  {
+    return external ? BuildStoreExternally(input, store, options, execution, {}, std::move(opened))
+                    : Error{ fits.GetError().code,
+                        fits.GetError().message + " (" + external.GetError().message + ")" };
+  }
+  Result<BuildReport> report = BuildInMemory(input, store, options, execution, std::move(opened));
   if (report)
   {
     RemoveBuildFolder(folder);
-    return report;
   }
-  const Error& error = report.GetError();
-  if (error.code != ErrorCode::LimitExceeded || options.memory == 0)
-  {
-    return report;
-  }
-  if (!external)
-  {
-    return Error{ error.code, error.message + " (" + external.GetError().message + ")" };
-  }
-  ReturnFreeMemory(); // what the attempt in memory has read
-  return BuildStoreExternally(input, store, options, execution);
+  return report;
 }
 
 Result<BuildReport> BuildStore(Mesh mesh, const std::string& name,

@@ -82,16 +82,18 @@ struct BuildReport
     seconds; // read, tree, faces, levels, encode, write, total
 };
 
-// Builds `store` from `input`. The store appears whole or not at all. Complexity O(n log n + t log
-// t); peak memory as EstimateBuildMemory (BuildMemory.h). The content depends only on input and
-// options. Errors: those of MeshReader and ComputeDepths; a mesh without vertices or with
-// attributes that no store can hold (PrepareMesh); with options.strict what Tolerance::Check
-// refuses; LimitExceeded; InputOutput; Cancelled; with options.resume those of BuildFolder::Open.
-// The message does not name the file.
+// Builds `store` from `input`. The store appears whole or not at all.
+// In memory where that keeps options.memory for certain (CheckInputMemory), which is decided before
+// a point is read; else out of core. Complexity O(n log n + t log t); peak memory: MostBuildMemory.
+// The content depends on input and options alone. Errors: those of MeshReader and ComputeDepths; a
+// mesh without vertices or with attributes that no store can hold (PrepareMesh); with
+// options.strict what Tolerance::Check refuses; LimitExceeded; InputOutput; Cancelled; with
+// options.resume those of BuildFolder::Open. The message does not name the file.
 Result<BuildReport> BuildStore(const std::filesystem::path& input,
   const std::filesystem::path& store, const BuildOptions& options, const Execution& execution = {});
 
-// The same from a mesh in memory. name: stored as the input's name.
+// The same from a mesh in memory, and in memory: options.memory is not asked. name: stored as the
+// input's name.
 Result<BuildReport> BuildStore(Mesh mesh, const std::string& name,
   const std::filesystem::path& store, const BuildOptions& options, const Execution& execution = {});
 

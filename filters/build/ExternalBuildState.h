@@ -5,11 +5,13 @@
 
 #include "filters/build/Conductor.h"
 #include "filters/core/Execution.h"
+#include "filters/meshio/MeshReader.h"
 #include "filters/outofcore/journal/BuildFolder.h"
 
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -20,9 +22,10 @@ namespace kdstream
 struct ExternalBuildState : BuildState
 {
   std::filesystem::path Input, Store;
-  std::uint64_t Memory = 0;            // of each step
-  std::optional<BuildFolder> Folder{}; // open before the first phase
-  std::string_view Step{};             // that is shown, and how much of it
+  std::uint64_t Memory = 0;             // of each step
+  std::unique_ptr<MeshReader> Reader{}; // of the input, where it is open already; up to the mesh
+  std::optional<BuildFolder> Folder{};  // open before the first phase
+  std::string_view Step{};              // that is shown, and how much of it
   double StepDone = 0;
 
   // By LoadMesh, of partitions of any size; empty, and 0, of cells of a k-d tree:

@@ -1,21 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The build out of core: see ExternalBuilder.h. Phases:
-//   1. mesh     the file is read in chunks, vertices welded, those that no triangle uses set aside,
-//               triangles renumbered: MeshPhase.h
-//   2. tree     the vertices in the order of the leaves, boxes: TreePhase.h
-//   3. faces    triangles and attributes by blocks: FacesPhase.h
+//   1. mesh     the file read in chunks, vertices welded, those that no triangle uses set aside,
+//               triangles renumbered: MeshPhase.cxx
+//   2. tree     the vertices in the order of the leaves, boxes: TreePhase.cxx
+//   3. faces    triangles and attributes by blocks: FacesPhase.cxx
 //   4. those of the partition method: levels and numbers (KdTreeMethod.cxx)
 // and then the pieces, from the phases' files into the store.
 #include "filters/build/ExternalBuilder.h"
 
 #include "filters/build/BuildMemory.h"
+#include "filters/build/BuildPhases.h"
 #include "filters/build/ExternalMethod.h"
-#include "filters/build/FacesPhase.h"
 #include "filters/build/InputDigest.h"
-#include "filters/build/MeshPhase.h"
 #include "filters/build/PhaseValues.h"
 #include "filters/build/SharedSteps.h"
-#include "filters/build/TreePhase.h"
 #include "filters/build/UnusedParts.h"
 #include "filters/core/TakeResult.h"
 #include "filters/outofcore/files/ReturnFreeMemory.h"
@@ -82,9 +80,10 @@ class ExternalBuilder : public BuildBackEnd
 public:
   ExternalBuilder(const std::filesystem::path& input, const std::filesystem::path& store,
     const BuildOptions& options, const Execution& execution, const ExternalBuildProbe& probe,
-    const ExternalMethod& method)
-    : Build{ { options, execution }, input, store,
-      probe.stepMemory > 0 ? probe.stepMemory : StepMemory(options.memory) }
+    const ExternalMethod& method, OpenedInput opened)
+    : Build{ { options, execution, std::move(opened.clock) }, input, store,
+      probe.stepMemory > 0 ? probe.stepMemory : StepMemory(options.memory),
+      std::move(opened.reader) }
     , Hook(probe.hook)
     , Digest(FilesOfInput(input, options))
     , Method(method)
@@ -260,10 +259,11 @@ std::string DescribeResumable(const std::filesystem::path& input,
 
 Result<BuildReport> BuildStoreExternally(const std::filesystem::path& input,
   const std::filesystem::path& store, const BuildOptions& options, const Execution& execution,
-  const ExternalBuildProbe& probe)
+  const ExternalBuildProbe& probe, OpenedInput opened)
 {
   KDSTREAM_TRY(CheckExternalBuild(options));
-  return ExternalBuilder(input, store, options, execution, probe, **options.partitioner->External())
+  return ExternalBuilder(
+    input, store, options, execution, probe, **options.partitioner->External(), std::move(opened))
     .Run();
 }
 

@@ -3,10 +3,13 @@
 #pragma once
 
 #include "filters/build/Builder.h"
+#include "filters/build/StepClock.h"
 #include "filters/core/Execution.h"
+#include "filters/meshio/MeshReader.h"
 #include "filters/outofcore/files/SpillFile.h"
 
 #include <filesystem>
+#include <memory>
 #include <string>
 
 namespace kdstream
@@ -22,13 +25,20 @@ struct ExternalBuildProbe
   std::uint64_t stepMemory = 0; // bytes for each step; 0: what options.memory leaves
 };
 
-// Builds `store` from `input` with files in options.temporaryFolder: the same store as the build in
+// An input that has been opened, and how long that took.
+struct OpenedInput
+{
+  StepClock clock{};
+  std::unique_ptr<MeshReader> reader{}; // null: not yet
+};
+
+// Builds `store` from `input` by files in options.temporaryFolder: the same store as the build in
 // memory makes, to the byte. Peak memory: options.memory + 64 MiB, what libraries take included.
 // The build is a list of phases; a build with options.resume continues after the last finished
 // phase. Errors: those of BuildStore, and of CheckExternalBuild.
 Result<BuildReport> BuildStoreExternally(const std::filesystem::path& input,
   const std::filesystem::path& store, const BuildOptions& options, const Execution& execution = {},
-  const ExternalBuildProbe& probe = {});
+  const ExternalBuildProbe& probe = {}, OpenedInput opened = {});
 
 // What a build without options.resume would throw away: the files from which a build with it would
 // continue, or what that build would need. Empty if there is nothing to continue from.

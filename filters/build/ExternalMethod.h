@@ -46,12 +46,8 @@ class ExternalMethod
 {
 public:
   virtual ~ExternalMethod() = default;
-  // Checks that partitions of such a mesh fit the memory, before they are made:
-  // CheckPartitionMemory.
-  virtual Status CheckPartitions(const BlockedSize&, const BuildOptions&, bool /*mayBeWhole*/) const
-  {
-    return {};
-  }
+  // Whether partitions of such a mesh fit the memory, before they are made: CheckPartitionMemory.
+  virtual Status CheckPartitions(const BlockedSize&, const BuildOptions&) const { return {}; }
   // Orders the vertices by partitions. records: ids ascending; consumed.
   virtual Result<ExternalPartitions> Partition(
     ExternalBuildState& build, const MeshFacts& facts, SpillFile& records) const = 0;

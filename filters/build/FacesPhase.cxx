@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Phase "faces": triangles and arrays by blocks of the tree.
-#include "filters/build/FacesPhase.h"
+#include "filters/build/BuildPhases.h"
 
 #include "filters/build/HubCheck.h"
 #include "filters/build/ModelFacts.h"
 #include "filters/build/SharedSteps.h"
-#include "filters/build/TreePhase.h"
 #include "filters/core/TakeResult.h"
 #include "filters/outofcore/mesh/CellTriangles.h"
 #include "filters/outofcore/mesh/PlaceCount.h"

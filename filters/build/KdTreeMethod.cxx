@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The k-d tree as a partition method: in memory, and out of core with the phases "levels", block by
 // block, and "numbers", of clusters and vertices.
+#include "filters/build/BuildPhases.h"
 #include "filters/build/ExternalMethod.h"
-#include "filters/build/FacesPhase.h"
-#include "filters/build/MeshPhase.h"
 #include "filters/build/PartitionMethod.h"
 #include "filters/build/SharedSteps.h"
 #include "filters/core/TakeResult.h"
@@ -89,10 +88,9 @@ Status MakeNumbers(ExternalBuildState& build)
 class ExternalKdTree : public ExternalMethod
 {
 public:
-  Status CheckPartitions(
-    const BlockedSize& size, const BuildOptions& options, bool mayBeWhole) const override
+  Status CheckPartitions(const BlockedSize& size, const BuildOptions& options) const override
   {
-    return CheckPartitionMemory(size, options.tree, options.memory, mayBeWhole);
+    return CheckPartitionMemory(size, options.tree, options.memory);
   }
   Result<ExternalPartitions> Partition(
     ExternalBuildState& build, const MeshFacts& facts, SpillFile& records) const override

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Phase "mesh": reads the file in chunks, gathers what the build must know, welds, and sets aside
-// vertices that no triangle uses.
-#include "filters/build/MeshPhase.h"
+// Phase "mesh": the file in chunks, what the build must know of it, welding, and what no triangle
+// uses is set aside.
+#include "filters/build/BuildPhases.h"
 
 #include "filters/build/BuildInput.h"
 #include "filters/build/ExternalMethod.h"
@@ -65,19 +65,21 @@ Status SetUnusedAside(
 
 Status MakeMesh(ExternalBuildState& build)
 {
-  const Execution opening = build.Part("read", 0, 0.5); // some formats are read twice
-  Result<std::unique_ptr<MeshReader>> reader =
-    MeshReader::Open(build.Input, opening, build.Files().Path());
-  KDSTREAM_TRY(reader);
-  KDSTREAM_TRY(CheckClaimedPartitions(**reader, build.Options));
-  build.Files().Expect(EstimateTemporaryBytes(
-    ClaimedBlocks(**reader), (*reader)->Info().soup, (*reader)->Info().scalarType));
+  std::unique_ptr<MeshReader> reader = std::move(build.Reader);
+  if (!reader)
+  {
+    const Execution opening = build.Part("read", 0, 0.5); // some formats are read twice
+    KDSTREAM_TRY(Take(MeshReader::Open(build.Input, opening, build.Files().Path()), reader));
+  }
+  KDSTREAM_TRY(CheckClaimedPartitions(*reader, build.Options));
+  build.Files().Expect(
+    EstimateTemporaryBytes(ClaimedBlocks(*reader), reader->Info().soup, reader->Info().scalarType));
   SpilledMesh mesh;
-  KDSTREAM_TRY(Take(SpillMesh(build.Files(), **reader, ChunkOfRead(build.Memory),
+  KDSTREAM_TRY(Take(SpillMesh(build.Files(), *reader, ChunkOfRead(build.Memory),
                       build.Part("read", build.StepDone, 1)),
     mesh));
   build.Clock.Finish("read");
-  KDSTREAM_TRY((*reader)->Info().tolerance.Check(build.Options.strict));
+  KDSTREAM_TRY(reader->Info().tolerance.Check(build.Options.strict));
   MeshFacts facts;
   facts.triangles = mesh.triangleCount;
   facts.pointTupleBytes = mesh.vertices.tupleBytes;
@@ -85,16 +87,16 @@ Status MakeMesh(ExternalBuildState& build)
   facts.scalarType = mesh.scalarType;
   facts.floats = mesh.fitFloats;
   facts.attributes = mesh.attributes;
-  facts.ignored = (*reader)->Info().ignoredAttributes;
-  facts.tolerance = (*reader)->Info().tolerance;
-  facts.weld = build.Options.weld || (*reader)->Info().soup;
+  facts.ignored = reader->Info().ignoredAttributes;
+  facts.tolerance = reader->Info().tolerance;
+  facts.weld = build.Options.weld || reader->Info().soup;
   KDSTREAM_TRY(CheckAttributeNames(facts.attributes));
   if (facts.weld)
   {
     KDSTREAM_TRY(Weld(build, mesh, facts));
   }
   VertexFiles unused;
-  if (!(*reader)->Info().soup && mesh.triangleCount > 0)
+  if (!reader->Info().soup && mesh.triangleCount > 0)
   {
     KDSTREAM_TRY(SetUnusedAside(build, mesh, facts, unused));
   }
@@ -123,7 +125,7 @@ Result<MeshFacts> LoadFacts(const ExternalBuildState& build)
   KDSTREAM_TRY(facts.tolerance.Check(build.Options.strict)); // one that goes on from another
   const Result<const ExternalMethod*> method = build.Options.partitioner->External();
   KDSTREAM_TRY(method);
-  KDSTREAM_TRY((*method)->CheckPartitions(BlockedSizeOf(facts), build.Options, true));
+  KDSTREAM_TRY((*method)->CheckPartitions(BlockedSizeOf(facts), build.Options));
   return facts;
 }
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Phase "tree": the vertices in the order of the partitions, and the boxes of the nodes.
-#include "filters/build/TreePhase.h"
+#include "filters/build/BuildPhases.h"
 
 #include "filters/build/ExternalMethod.h"
-#include "filters/build/MeshPhase.h"
 #include "filters/build/ModelFacts.h"
 #include "filters/core/TakeResult.h"
 #include "filters/core/VectorMath.h"

@@ -110,6 +110,13 @@ struct Phrase
   OurWords ours;
 };
 
+// In a form of std::match_results::format.
+OurWords Words(const char* form)
+{
+  return [form](const std::smatch& match, const std::filesystem::path&)
+  { return match.format(form); };
+}
+
 const std::vector<Phrase>& Phrases()
 {
   static const std::vector<Phrase> all = {
@@ -140,9 +147,7 @@ const std::vector<Phrase>& Phrases()
         return PlaceOfElement(file, m[3], m[2], m[1]) + "its array " + QuotedText(m[1].str()) +
                " has fewer numbers than the piece counts, or is damaged";
       } },
-    { std::regex("Cannot find (\\w+) element in file"), true,
-      [](const std::smatch& m, const std::filesystem::path&)
-      { return "it has no element <" + m[1].str() + ">"; } },
+    { std::regex("Cannot find (\\w+) element in file"), true, Words("it has no element <$1>") },
     { std::regex("Piece (\\d+) is missing its (\\w+) attribute"), true,
       [](const std::smatch& m, const std::filesystem::path& file)
       {
@@ -151,32 +156,23 @@ const std::vector<Phrase>& Phrases()
                             : "<Piece> " + m[1].str() + line + " has no " + m[2].str();
       } },
     { std::regex("missing its Points element"), true,
-      [](const std::smatch&, const std::filesystem::path&)
-      { return "a <Piece> has no <Points>, or not one array in it"; } },
-    { std::regex("No Points element available"), true,
-      [](const std::smatch&, const std::filesystem::path&)
-      { return "its first <Piece> has no <Points>"; } },
+      Words("a <Piece> has no <Points>, or not one array in it") },
+    { std::regex("No Points element available"), true, Words("its first <Piece> has no <Points>") },
     { std::regex("(connectivity|offsets) array missing from (\\w+)", std::regex::icase), true,
-      [](const std::smatch& m, const std::filesystem::path&)
-      { return "<" + m[2].str() + "> has no array '" + m[1].str() + "'"; } },
+      Words("<$2> has no array '$1'") },
     { std::regex("Unsupported (\\w+)=\"(.*)\""), true,
       [](const std::smatch& m, const std::filesystem::path&)
       { return m[1].str() + " is " + QuotedText(m[2].str()) + ", which is not known"; } },
     { std::regex("Error creating (\\w+)"), true,
       [](const std::smatch& m, const std::filesystem::path&)
       { return "it is compressed by " + QuotedText(m[1].str()) + ", which is not known"; } },
-    { std::regex("Compressor has no type"), true,
-      [](const std::smatch&, const std::filesystem::path&)
-      { return "its compressor is not named"; } },
+    { std::regex("Compressor has no type"), true, Words("its compressor is not named") },
     { std::regex("Unknown data type \"(.*)\""), true,
       [](const std::smatch& m, const std::filesystem::path&)
       { return "an array is of the type " + QuotedText(m[1].str()) + ", which is not known"; } },
-    { std::regex("Unsupported data type"), true,
-      [](const std::smatch&, const std::filesystem::path&)
-      { return "an array has a type that is not known"; } },
+    { std::regex("Unsupported data type"), true, Words("an array has a type that is not known") },
     { std::regex("(ompression header|binary data header)"), false,
-      [](const std::smatch&, const std::filesystem::path&)
-      { return "a block of its bytes ends inside its header, or its header is damaged"; } },
+      Words("a block of its bytes ends inside its header, or its header is damaged") },
   };
   return all;
 }
@@ -185,21 +181,23 @@ const std::vector<Phrase>& Phrases()
 
 std::string XmlDamage(std::span<const std::string> errors, const std::filesystem::path& file)
 {
-  for (const bool place : { true, false })
+  std::string ours = "an array or element of it cannot be read, and which is not known";
+  for (const std::string& error : errors)
   {
-    for (const std::string& error : errors)
+    for (const Phrase& phrase : Phrases())
     {
       std::smatch match;
-      for (const Phrase& phrase : Phrases())
+      if (std::regex_search(error, match, phrase.theirs))
       {
-        if (phrase.hasPlace == place && std::regex_search(error, match, phrase.theirs))
+        ours = phrase.ours(match, file);
+        if (phrase.hasPlace)
         {
-          return phrase.ours(match, file);
+          return ours;
         }
       }
     }
   }
-  return "an array or element of it cannot be read, and which is not known";
+  return ours;
 }
 
 std::string VtkWarning(const std::string& warning)

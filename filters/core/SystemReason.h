@@ -24,6 +24,12 @@ inline bool IsDiskFull(int reason)
   return reason == ENOSPC || reason == EDQUOT || reason == EFBIG;
 }
 
+// Whether the same may succeed later.
+inline bool IsTransient(const Error& error)
+{
+  return error.code == ErrorCode::InputOutput || error.code == ErrorCode::LimitExceeded;
+}
+
 // "WHAT: reason": DiskFull or InputOutput. file: that it is about, if the caller does not name it.
 inline Error SystemError(const std::string& what, int reason, const std::string& file = {})
 {

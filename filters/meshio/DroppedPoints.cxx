@@ -14,11 +14,6 @@ namespace kdstream
 namespace
 {
 
-bool IsFinite(const Vec3& point)
-{
-  return std::isfinite(point[0]) && std::isfinite(point[1]) && std::isfinite(point[2]);
-}
-
 // Without a branch for each, as nearly always they are.
 bool AreFinite(std::span<const Vec3> points)
 {

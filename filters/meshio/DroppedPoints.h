@@ -8,6 +8,7 @@
 #include "filters/meshio/ScratchTable.h"
 #include "filters/meshio/Tolerance.h"
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -17,6 +18,11 @@
 
 namespace kdstream
 {
+
+inline bool IsFinite(const Vec3& point)
+{
+  return std::isfinite(point[0]) && std::isfinite(point[1]) && std::isfinite(point[2]);
+}
 
 // "whose y is nan". REQUIRES: a point that is not finite.
 std::string WhatIsNotFinite(const Vec3& point);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Room in a vector for what is about to be read in one go: for the readers of step "read".
+// What readers do to a mesh before they append to it. Part of step "read".
 #pragma once
+
+#include "filters/meshio/MeshReader.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -17,6 +19,19 @@ void MakeRoom(std::vector<T>& items, std::uint64_t count)
   if (wanted > items.capacity())
   {
     items.reserve(std::max(wanted, 2 * items.capacity()));
+  }
+}
+
+// The scalar type, and the arrays if there are none.
+inline void PrepareArrays(Mesh& mesh, const MeshFileInfo& info)
+{
+  mesh.scalarType = info.scalarType;
+  if (mesh.attributes.empty())
+  {
+    for (const AttributeInfo& array : info.attributes)
+    {
+      mesh.attributes.push_back({ array, {} });
+    }
   }
 }
 

@@ -23,6 +23,9 @@ struct MeshFileInfo
 {
   std::uint64_t vertices = 0;
   std::uint64_t faces = 0; // polygons and strips, before triangulation
+  // More triangles do not come of the faces. Counted in the first pass over an OBJ or an STL,
+  // else a bound by the file's size. A file with more is damaged (PlyReader.h).
+  std::uint64_t mostTriangles = 0;
   ScalarType scalarType = ScalarType::Float32;
   std::vector<AttributeInfo> attributes; // that are read: point arrays, then cell arrays
   // Whether each triangle has vertices of its own (STL): they are welded whatever the options say.

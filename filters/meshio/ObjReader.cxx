@@ -32,7 +32,7 @@ constexpr std::uint64_t mostPlaces = noVertex - 1; // of places, texture coordin
 struct Survey
 {
   ObjCounts counts{};
-  std::uint64_t faces = 0;
+  std::uint64_t faces = 0, triangles = 0;
   std::uint64_t statements = 0; // v, vt, vn, f
   bool materials = false;
   ObjPassedOver passedOver;
@@ -79,7 +79,6 @@ private:
   Status CutPolygons(Mesh& mesh);
   Status KeepPlaces();
   Status ReadCorners();
-  void Prepare(Mesh& mesh) const;
   void AppendColor(const ObjPlace& place, Attribute& attribute) const;
   void Count(ObjKeyword keyword);
 
@@ -128,7 +127,7 @@ std::string ObjReader::LineHere() const
 
 void ObjReader::CheckFinite(const Vec3& point)
 {
-  if (std::isfinite(point[0]) && std::isfinite(point[1]) && std::isfinite(point[2]))
+  if (IsFinite(point))
   {
     return;
   }
@@ -184,9 +183,17 @@ void ObjReader::LookAtPlace(std::string_view text)
   this->Found.places.Add(text);
 }
 
-// Whether corners name more than places.
+// How many triangles the face has at most, and whether corners name more than places.
 void ObjReader::LookAtFace(std::string_view text)
 {
+  bool isBlank = true;
+  std::uint64_t corners = 0;
+  for (const char c : text)
+  {
+    corners += isBlank && !IsBlank(c) ? 1 : 0;
+    isBlank = IsBlank(c);
+  }
+  this->Found.triangles += corners - std::min<std::uint64_t>(corners, 2);
   if (text.find('/') == std::string_view::npos || (this->Found.named[1] && this->Found.named[2]))
   {
     return;
@@ -268,6 +275,7 @@ void ObjReader::Describe()
   MeshFileInfo& info = this->FileInfo;
   info.vertices = found.counts[0];
   info.faces = found.faces;
+  info.mostTriangles = found.triangles;
   info.scalarType = found.precision.FloatsSuffice() ? ScalarType::Float32 : ScalarType::Float64;
   this->PlacesHave = found.places.Decide(found.counts[0], found.named[2], info.tolerance);
   if (this->PlacesHave.what == ObjPlaceColumns::What::Colors)
@@ -372,21 +380,9 @@ Status ObjReader::ReadCorners()
     this->Statements, this->SoFar, this->Found.counts, this->FacesRead, this->FileInfo.tolerance);
 }
 
-void ObjReader::Prepare(Mesh& mesh) const
-{
-  mesh.scalarType = this->FileInfo.scalarType;
-  if (mesh.attributes.empty())
-  {
-    for (const AttributeInfo& info : this->FileInfo.attributes)
-    {
-      mesh.attributes.push_back({ info, {} });
-    }
-  }
-}
-
 Result<std::size_t> ObjReader::ReadVertices(Mesh& mesh, std::size_t limit)
 {
-  this->Prepare(mesh);
+  PrepareArrays(mesh, this->FileInfo);
   if (this->Failure)
   {
     return *this->Failure;
@@ -406,7 +402,7 @@ Result<std::size_t> ObjReader::ReadVertices(Mesh& mesh, std::size_t limit)
 
 Result<std::size_t> ObjReader::ReadTriangles(Mesh& mesh, std::size_t limit)
 {
-  this->Prepare(mesh);
+  PrepareArrays(mesh, this->FileInfo);
   if (this->Failure)
   {
     return *this->Failure;

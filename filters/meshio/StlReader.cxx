@@ -4,6 +4,7 @@
 
 #include "filters/core/CutPolygon.h"
 #include "filters/meshio/ContentFormat.h"
+#include "filters/meshio/DroppedPoints.h"
 #include "filters/meshio/MakeRoom.h"
 #include "filters/meshio/NumberText.h"
 #include "filters/meshio/PlainText.h"
@@ -33,11 +34,6 @@ constexpr std::uint64_t facetsPerReport = 1 << 16;
 Error AtFacet(std::uint64_t facet, const std::string& what)
 {
   return Error{ ErrorCode::InvalidInput, "facet " + std::to_string(facet) + ": " + what };
-}
-
-bool IsFinite(const Vec3& point)
-{
-  return std::isfinite(point[0]) && std::isfinite(point[1]) && std::isfinite(point[2]);
 }
 
 // What both encodings have in common: the triangles, which are but numbers, and the first error.
@@ -111,6 +107,7 @@ protected:
     }
     this->FileInfo.vertices = 3 * facets;
     this->FileInfo.faces = facets;
+    this->FileInfo.mostTriangles = facets;
     return {};
   }
 

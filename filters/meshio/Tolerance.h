@@ -51,7 +51,6 @@ public:
 
   // Adds a sentence about something ambiguous, and how it was read. --strict does not refuse it.
   void Tell(std::string reading);
-  const std::vector<std::string>& Readings() const { return this->ReadingTexts; }
 
   // Adds the counts of another part of the same file.
   void Add(const Tolerance& other);

@@ -226,7 +226,7 @@ public:
   // the nearest among `mostVisits` boxes and triangles. found: where to begin; then that triangle.
   // visits: is increased.
   double FindNear(const Vec3& p, double enough, std::uint32_t& found, std::uint64_t& visits,
-    std::uint64_t mostVisits = std::numeric_limits<std::uint64_t>::max()) const
+    std::uint64_t mostVisits) const
   {
     Walk walk{ p, enough > 0 ? enough * enough : 0, this->SquaredFrom(p, found), found, mostVisits,
       1 };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/store/StoreConnection.h"
 
+#include "filters/core/SystemReason.h"
 #include "filters/model/ModelJson.h"
 #include "filters/store/StoreHead.h"
 #include "filters/store/StoreSchema.h"
@@ -13,12 +14,6 @@ namespace
 {
 
 constexpr const char* selectModel = "SELECT value, checksum FROM metadata WHERE key = 'model'";
-
-// Whether the same may succeed later.
-bool IsTransient(const Error& error)
-{
-  return error.code == ErrorCode::InputOutput || error.code == ErrorCode::LimitExceeded;
-}
 
 Error WasChanged()
 {

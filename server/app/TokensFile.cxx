@@ -2,6 +2,7 @@
 #include "server/app/TokensFile.h"
 
 #include "filters/core/CaughtError.h"
+#include "filters/core/SystemReason.h"
 
 #include <sys/stat.h>
 
@@ -12,11 +13,6 @@ namespace kdstream
 
 namespace
 {
-
-bool MayPass(const Error& error)
-{
-  return error.code == ErrorCode::InputOutput || error.code == ErrorCode::LimitExceeded;
-}
 
 Result<TokenKeys> Caught(const std::filesystem::path& file)
 {
@@ -87,7 +83,7 @@ Status TokensFile::Reload()
     this->Keeper->Replace(std::move(*keys));
   }
   this->Seen = now;
-  this->Again = !keys && MayPass(keys.GetError());
+  this->Again = !keys && IsTransient(keys.GetError());
   this->Told = keys ? "" : keys.GetError().message;
   return keys ? Status{} : keys.GetError();
 }

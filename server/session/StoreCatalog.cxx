@@ -69,11 +69,6 @@ namespace
 constexpr std::chrono::seconds patienceWithLook{ 1 };
 constexpr std::size_t mostReplaced = 4; // of one model: each keeps a file and a tree
 
-bool MayPass(const Error& error)
-{
-  return error.code == ErrorCode::InputOutput || error.code == ErrorCode::LimitExceeded;
-}
-
 // The file may be a copy in progress. A file that was a store before is waited for less, because
 // clients ask again and again in the meantime.
 constexpr std::chrono::seconds patienceWithNew{ 10 }, patienceWithChanged{ 3 };
@@ -171,7 +166,7 @@ std::string WhatIsServed(const StoreModel* old, const Error& error)
   {
     return "; the earlier store is still served";
   }
-  if (MayPass(error))
+  if (IsTransient(error))
   {
     return "; clients are asked to try again until the store is complete";
   }
@@ -391,7 +386,7 @@ void StoreCatalog::Add(State& state, const std::filesystem::path& file, const st
     {
       return;
     }
-    state.passing = state.passing || MayPass(found->model.GetError()) || found->isNew;
+    state.passing = state.passing || IsTransient(found->model.GetError()) || found->isNew;
   }
   else if (!found)
   {

@@ -104,16 +104,4 @@ MedianMethod MedianMethodOfName(std::string_view name)
   return nullptr;
 }
 
-std::string_view NameOfMedianMethod(MedianMethod method)
-{
-  for (const NamedMedian& median : medians)
-  {
-    if (median.method == method)
-    {
-      return median.name;
-    }
-  }
-  return "";
-}
-
 }

@@ -29,8 +29,7 @@ Result<KeyRange> FindMedianBySort(KeySource& keys, const MedianSearch& search, S
 // "kdtree", "octree", "kmeans"; null for others.
 const PartitionMethod* PartitionMethodOfName(std::string_view name);
 
-// "auto" (as "histogram"), "heaps", "torben", "sort", "histogram"; null, and "", for others.
+// "auto" (as "histogram"), "heaps", "torben", "sort", "histogram"; null for others.
 MedianMethod MedianMethodOfName(std::string_view name);
-std::string_view NameOfMedianMethod(MedianMethod method);
 
 }

@@ -2,8 +2,7 @@
 #include "filters/baselines/stores/OctreeStore.h"
 
 #include "filters/baselines/stores/OctreePartitions.h"
-#include "filters/build/FacesPhase.h"
-#include "filters/build/MeshPhase.h"
+#include "filters/build/BuildPhases.h"
 #include "filters/build/SharedSteps.h"
 
 #include <algorithm>

@@ -9,6 +9,7 @@
 #include "filters/convert/gltf/GltfCompression.h"
 #include "filters/convert/gltf/GltfNodes.h"
 #include "filters/core/VectorMath.h"
+#include "filters/meshio/DroppedPoints.h"
 #include "filters/meshio/QuotedText.h"
 
 #include <algorithm>
@@ -120,11 +121,6 @@ bool IsMissing(const Json& accessors, const std::string& name, const Json& numbe
 {
   return !number.is_null() && IndexIn(accessors, number) == CountOf(accessors) &&
          name != "POSITION" && !name.starts_with("JOINTS_") && !name.starts_with("WEIGHTS_");
-}
-
-bool IsFinite(const Vec3& point)
-{
-  return std::isfinite(point[0]) && std::isfinite(point[1]) && std::isfinite(point[2]);
 }
 
 // Values of the points that stay, each with this number of elements.

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "Testing/Fixtures/ErrorAt.h"
 #include "Testing/Fixtures/Invariants.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "Testing/Fixtures/Model.h"
@@ -508,8 +509,7 @@ TEST(DrawSurface, SaysWhatIsMissingOrWrong)
   const auto model = MakeModel(Torus(60, 30), { 100, {}, 8 });
   const TreeDepths& depths = model->tree.depths;
   const auto nothing = [](PieceId) -> const Piece* { return nullptr; };
-  EXPECT_EQ(DrawSurface({ depths, Resolution::Level(3) }, nothing).GetError().message,
-    "1 pieces are not loaded");
+  EXPECT_TRUE(FailsAt(DrawSurface({ depths, Resolution::Level(3) }, nothing), ErrorCode::NotFound));
   const auto message = [&](const Cut& cut) { return CheckCut(cut).GetError().message; };
   const PieceId partition{ Resolution::Original(), 33 }, level{ Resolution::Level(3), 1 };
   EXPECT_TRUE(CheckCut({ depths, Resolution::Level(3), { level, partition } }));

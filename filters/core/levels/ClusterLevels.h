@@ -43,11 +43,8 @@ struct ClusterOptions
   // Whether finest clusters of one partition that hold vertices in the same place are joined, also
   // across cells. Set by the maker that needs this (collapse).
   bool joinCoincident = false;
-  // More clusters at the finest level than this are refused (LimitExceeded), because their number
-  // decides the memory; 0 = no limit.
-  std::uint64_t mostClusters = 0;
-  // The original id of each vertex, if the mesh has other numbers (GatherMesh); ascending inside
-  // each partition. Empty: the numbers are the ids.
+  // Of each vertex its id where the mesh has other numbers (GatherMesh), ascending inside each
+  // partition; empty: its number.
   std::span<const VertexId> ids{};
 };
 
@@ -76,14 +73,14 @@ struct ClusterLevels
   std::vector<ClusterLevel> levels; // [depth]; empty below coarsestDepth
 };
 
-// Builds the levels L … coarsestDepth. Input: n points, triangles with indices < n (degenerate and
-// duplicate ones allowed), their tree, and the triangles sorted into its partitions
-// (BucketTriangles with CellOfVertex(tree, P)). Sums are in double, relative to the centre of the
-// model's box, over original ids ascending at level L, and over children by lowest id at coarser
-// levels: the same bits for any number of threads. If a cluster's quadric is empty, its
-// representative is the mean, and its deviation the RMS distance of its vertices. Complexity: O(n +
-// t log t) a level, levels halve; memory about 440 bytes a finest cluster. Errors: LimitExceeded;
-// Cancelled. Source: paper 4.3; sheets, quadrics and deviations are ours.
+// Builds the levels L … coarsestDepth.
+// Input: n points, triangles with indices < n (degenerate and duplicate ones allowed), their tree,
+// and the triangles sorted into its partitions (BucketTriangles with CellOfVertex(tree, P)). Sums
+// are in double, relative to the centre of the model's box, over original ids ascending at level L
+// and over children by lowest id above: the same bits for any number of threads. Where a cluster's
+// quadric is empty the representative is the mean, the deviation the RMS distance of its vertices.
+// Complexity: O(n + t log t) a level, levels halve; memory about 440 bytes a finest cluster.
+// Errors: Cancelled. Source: paper 4.3; sheets, quadrics and deviations are ours.
 Result<ClusterLevels> BuildClusterLevels(std::span<const Vec3> points,
   std::span<const Triangle> triangles, const KdTree& tree,
   const TriangleBuckets& partitionTriangles, const ClusterOptions& options,

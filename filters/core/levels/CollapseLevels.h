@@ -18,15 +18,15 @@ class SumsAside;
 
 // Builds the levels L … coarsestDepth of a mesh with triangles; a mesh without any is passed to
 // BuildClusterLevels. Level d has about 2^d clusters with triangles, at most 32 more, ordered by
-// (cell of depth d of the lowest original vertex, lowest original vertex); a node of depth
-// PieceDepth(d) is the home of at most 4 × 2^(d - that depth) of them. A cluster of a level >= S
-// lies in one partition. Where no edge can collapse any more, clusters are grouped by cells (at
-// most 4 a cell, by sheets). Clusters without triangles are always grouped so (one a cell).
-// Positions may lie outside the box of a cluster's vertices, never outside the model's. Colours and
-// normals (RoleOf) take part: see CollapseAttributes.h. Complexity: O(n + t log t) for level L, O(c
-// log c) over its clusters for all others; memory about 440 bytes a finest cluster. The same bits
-// for any number of threads. Errors: LimitExceeded; Cancelled. Source: Garland and Heckbert 1997;
-// rounds, thresholds and fixed ghosts are ours.
+// (cell of depth d of the lowest original vertex, lowest original vertex); no node of depth
+// PieceDepth(d) is the home of more than 4 × 2^(d - that depth). A cluster of a level >= S lies in
+// one partition. Where no edge can collapse any more, clusters are grouped by cells (at most 4 a
+// cell, by sheets), and clusters without triangles always (one a cell). Positions may lie outside
+// the box of a cluster's vertices, never outside the model's. Colours and normals (RoleOf) take
+// part: see CollapseAttributes.h. Complexity: O(n + t log t) for level L, O(c log c) over its
+// clusters for all others; memory about 440 bytes a finest cluster. The same bits for any number of
+// threads. Errors: Cancelled. Source: Garland and Heckbert 1997; rounds, thresholds
+// and fixed ghosts are ours.
 Result<ClusterLevels> BuildCollapseLevels(const Mesh& mesh, const KdTree& tree,
   const TriangleBuckets& partitionTriangles, const LevelOptions& options,
   const Execution& execution = {});

@@ -18,7 +18,6 @@
 #include <algorithm>
 #include <array>
 #include <numeric>
-#include <string>
 
 namespace kdstream
 {
@@ -76,12 +75,6 @@ public:
     this->FindCellComponents(root, surface);
     KDSTREAM_TRY(this->Exec.Report("levels", componentsFoundPart));
     const std::vector<VertexId> clusterBegin = this->NumberClusters(root, surface);
-    if (this->Options.mostClusters > 0 && clusterBegin.back() > this->Options.mostClusters)
-    {
-      return Error{ ErrorCode::LimitExceeded,
-        "the finest level has " + std::to_string(clusterBegin.back()) + " clusters; at most " +
-          std::to_string(this->Options.mostClusters) + " are allowed" };
-    }
     root.clear();
     root.shrink_to_fit();
     KDSTREAM_TRY(this->SumClusters(clusterBegin, surface));

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "Testing/Fixtures/ErrorAt.h"
 #include "filters/files/HeldFolder.h"
 
 #include "Testing/Fixtures/TemporaryFolder.h"
@@ -37,8 +38,7 @@ TEST(HeldFolder, FollowsOnlyTheLinkThatIsNamed)
   const auto below = held->Below("below", 0777);
   ASSERT_FALSE(below);
   EXPECT_EQ(below.GetError().file, (folder / "link/below").string());
-  EXPECT_EQ(below.GetError().message,
-    "is a symbolic link, which is not followed: remove it, or give the folder itself");
+  EXPECT_TRUE(fixtures::FailsAt(below, ErrorCode::InputOutput));
   fs::create_symlink("nowhere", folder / "real/dangling");
   EXPECT_FALSE(held->Below("dangling", 0777));
   EXPECT_FALSE(fs::exists(folder / "real/nowhere"));
@@ -97,7 +97,7 @@ TEST(HeldFolder, UsesFilesAndFoldersOfItsUserOnly)
   {
     const auto other = held->HasOwnFile(name);
     ASSERT_FALSE(other) << name;
-    EXPECT_EQ(other.GetError().message, "does not belong to this user, and is not used");
+    EXPECT_TRUE(fixtures::FailsAt(other, ErrorCode::InputOutput));
     EXPECT_EQ(other.GetError().file, (folder / name).string());
   }
 }

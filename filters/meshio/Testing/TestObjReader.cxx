@@ -51,12 +51,9 @@ Contents ReadBytes(std::string_view bytes)
 }
 
 void ExpectError(
-  std::string_view bytes, std::string_view message, ErrorCode code = ErrorCode::InvalidInput)
+  std::string_view bytes, std::string_view place = {}, ErrorCode code = ErrorCode::InvalidInput)
 {
-  const Contents read = ReadBytes(bytes);
-  ASSERT_FALSE(read.status) << "expected: " << message;
-  EXPECT_EQ(read.status.GetError().message, message);
-  EXPECT_EQ(read.status.GetError().code, code) << message;
+  EXPECT_TRUE(fixtures::FailsAt(ReadBytes(bytes).status, code, place));
 }
 
 const std::string threePlaces = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
@@ -114,8 +111,7 @@ TEST(ObjReader, FacesMayComeFirst)
   const Contents read = ReadBytes("f 1 2 3\nf 3 2 1\n" + threePlaces);
   ASSERT_TRUE(read.status);
   EXPECT_EQ(read.mesh.triangles, (std::vector<Triangle>{ { 0, 1, 2 }, { 2, 1, 0 } }));
-  ExpectError(
-    "f -1 2 3\n" + threePlaces, "face 0 (line 1) names vertex -1, but none come before it");
+  ExpectError("f -1 2 3\n" + threePlaces, "face 0 (line 1)");
 }
 
 TEST(ObjReader, CommentsDoNotGoOnInTheNextLine)
@@ -197,7 +193,7 @@ TEST(ObjReader, NumbersBehindTheCoordinatesAreTakenForWhatTheyAre)
         "v 0 0 0 " + c.behind[0] + "\nv 1 0 0 " + c.behind[1] + "\nv 0 1 0 " + c.behind[2] + "\n" +
         (corner.empty() ? "" : "vt 0 0\n") + "f 1" + corner + " 2" + corner + " 3" + corner + "\n");
       ASSERT_TRUE(read.status) << read.status.GetError().message;
-      EXPECT_EQ(read.info.tolerance.Readings(),
+      EXPECT_EQ(read.info.tolerance.Warnings(),
         c.reading.empty() ? std::vector<std::string>() : std::vector{ c.reading });
       ASSERT_EQ(read.mesh.attributes.size(), corner.empty() ? 1U : 2U);
       EXPECT_EQ(read.mesh.attributes[0].name, c.array);
@@ -254,26 +250,23 @@ TEST(ObjReader, APlaceOfVeryManyNormalsStaysCorrect)
 
 TEST(ObjReader, SaysWhatIsWrongAndWhere)
 {
-  ExpectError("", "the file is empty");
-  ExpectError("hello\nworld\n", "is not an OBJ file: no line says v, vt, vn or f");
-  ExpectError("v 1 2\n", "vertex 0 (line 1): a vertex of 2 numbers");
-  ExpectError("\nv 1 2 3\nv 1 2 3 4 5 6 7 8 9\n", "vertex 1 (line 3): a vertex of 9 numbers");
-  ExpectError("v 1 2 1.5x\n", "vertex 0 (line 1): '1.5x' is not a number");
-  ExpectError("v 1 2 3 0 0 red\n", "vertex 0 (line 1): 'red' is not a number");
-  ExpectError("v 1e999 2 1\n", "vertex 0 (line 1): '1e999' is too large a number");
-  ExpectError(threePlaces + "f 1 2 4\n", "face 0 (line 4) names vertex 4, but there are only 3");
-  ExpectError(threePlaces + "f 1 2 -4\nv 9 9 9\n",
-    "face 0 (line 4) names vertex -4, but only 3 come before it");
-  ExpectError(threePlaces + "f 1 2 0\n", "face 0 (line 4): '0' is not the number of a vertex");
-  ExpectError(threePlaces + "f 1 2 x\n", "face 0 (line 4): 'x' is not the number of a vertex");
-  ExpectError(threePlaces + "f 1 2 99999999999999999999\n",
-    "face 0 (line 4): '99999999999999999999' is not the number of a vertex");
+  ExpectError("");
+  ExpectError("hello\nworld\n");
+  ExpectError("v 1 2\n", "vertex 0 (line 1)");
+  ExpectError("\nv 1 2 3\nv 1 2 3 4 5 6 7 8 9\n", "vertex 1 (line 3)");
+  ExpectError("v 1 2 1.5x\n", "vertex 0 (line 1): '1.5x'");
+  ExpectError("v 1 2 3 0 0 red\n", "vertex 0 (line 1): 'red'");
+  ExpectError("v 1e999 2 1\n", "vertex 0 (line 1): '1e999'");
+  ExpectError(threePlaces + "f 1 2 4\n", "face 0 (line 4)");
+  ExpectError(threePlaces + "f 1 2 -4\nv 9 9 9\n", "face 0 (line 4)");
+  ExpectError(threePlaces + "f 1 2 0\n", "face 0 (line 4): '0'");
+  ExpectError(threePlaces + "f 1 2 x\n", "face 0 (line 4): 'x'");
   ExpectError(
-    threePlaces + "f 1/1/1/1 2 3\n", "face 0 (line 4): a corner of more than three numbers");
-  ExpectError(threePlaces + "vn 1 0\nf 1//1 2//1 3//1\n", "normal 0 (line 4): has 2 numbers");
-  ExpectError(
-    threePlaces + "vt a\nf 1/1 2/1 3/1\n", "texture coordinate 0 (line 4): 'a' is not a number");
-  ExpectError(threePlaces + "f" + std::string(17 << 20, ' '), "line 4: is longer than 16 MiB");
+    threePlaces + "f 1 2 99999999999999999999\n", "face 0 (line 4): '99999999999999999999'");
+  ExpectError(threePlaces + "f 1/1/1/1 2 3\n", "face 0 (line 4)");
+  ExpectError(threePlaces + "vn 1 0\nf 1//1 2//1 3//1\n", "normal 0 (line 4)");
+  ExpectError(threePlaces + "vt a\nf 1/1 2/1 3/1\n", "texture coordinate 0 (line 4): 'a'");
+  ExpectError(threePlaces + "f" + std::string(17 << 20, ' '), "line 4");
 }
 
 TEST(ObjReader, DropsWhatItCanDoWithoutAndCountsIt)
@@ -396,7 +389,7 @@ TEST(ObjReader, PolygonsOfManyCorners)
   {
     many += face.substr(1);
   }
-  ExpectError(many, "line 8384: is longer than 16 MiB, with those that it goes on from");
+  ExpectError(many, "line 8384");
 }
 
 TEST(ObjReader, TextureCoordinatesThatAreTooLargeAreNoNumbers)
@@ -432,7 +425,7 @@ TEST(ObjReader, PolygonsInLongLines)
     const Contents read = ReadBytes(ended);
     ASSERT_TRUE(read.status) << read.status.GetError().message;
     EXPECT_EQ(read.mesh.triangles.size(), 599999U);
-    ExpectError(ended + "f 1 2 9\n", "face 2 (line 6) names vertex 9, but there are only 3");
+    ExpectError(ended + "f 1 2 9\n", "face 2 (line 6)");
   }
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // PlyHeader: the lines of a header, and every way in which one can be wrong.
+#include "Testing/Fixtures/ErrorAt.h"
 #include "filters/meshio/Testing/ScratchFolder.h"
 #include "filters/meshio/ply/PlyHeader.h"
 
@@ -24,12 +25,9 @@ Result<PlyHeader> Parse(std::string_view text, std::uint64_t* bodyAt = nullptr)
   return header;
 }
 
-void ExpectError(std::string_view text, std::string_view message)
+void ExpectError(std::string_view text, std::string_view place = {})
 {
-  const Result<PlyHeader> header = Parse(text);
-  ASSERT_FALSE(header) << "expected: " << message;
-  EXPECT_EQ(header.GetError().code, ErrorCode::InvalidInput);
-  EXPECT_EQ(header.GetError().message, message);
+  EXPECT_TRUE(fixtures::FailsAt(Parse(text), ErrorCode::InvalidInput, place));
 }
 
 const std::string start = "ply\nformat ascii 1.0\n";
@@ -102,49 +100,44 @@ TEST(PlyHeader, KnowsBothNamesOfEveryType)
 
 TEST(PlyHeader, RefusesWhatIsNoHeader)
 {
-  ExpectError("", "the file is empty");
-  ExpectError("solid cube\n", "not a PLY file: its first line is not 'ply'");
-  ExpectError("ply", "not a PLY file: its first line is not 'ply'");
-  ExpectError("plyx\n", "not a PLY file: its first line is not 'ply'");
-  ExpectError(std::string(100, '\0'), "not a PLY file: its first line is not 'ply'");
-  ExpectError(start + "element vertex 1\n", "truncated: the header has no end_header line");
-  ExpectError(start + "end_header", "truncated: the header has no end_header line");
-  ExpectError(start + "comment " + std::string(2 << 20, 'x') + "\nend_header\n",
-    "the header has no end_header line in the first MiB");
-  ExpectError("ply\nelement vertex 1\nend_header\n", "the header has no format line");
+  ExpectError("");
+  ExpectError("solid cube\n");
+  ExpectError("ply");
+  ExpectError("plyx\n");
+  ExpectError(std::string(100, '\0'));
+  ExpectError(start + "element vertex 1\n");
+  ExpectError(start + "end_header");
+  ExpectError(start + "comment " + std::string(2 << 20, 'x') + "\nend_header\n");
+  ExpectError("ply\nelement vertex 1\nend_header\n");
 }
 
 TEST(PlyHeader, RefusesBadLinesByNumber)
 {
   ExpectError(start + "vertex 8\n", "header line 3: unknown word 'vertex'");
-  ExpectError(start + "format ascii 1.0\n", "header line 3: a second format line");
-  ExpectError("ply\nformat ascii\n", "header line 2: a format line has a name and a version");
+  ExpectError(start + "format ascii 1.0\n", "header line 3");
+  ExpectError("ply\nformat ascii\n", "header line 2");
   ExpectError("ply\nformat binary 1.0\n", "header line 2: unknown format 'binary'");
-  ExpectError("ply\nformat ascii 2.0\n", "header line 2: unknown version '2.0' (1.0 is known)");
-  ExpectError(start + "element vertex\n", "header line 3: an element line has a name and a count");
+  ExpectError("ply\nformat ascii 2.0\n", "header line 2: unknown version '2.0'");
+  ExpectError(start + "element vertex\n", "header line 3");
   for (const std::string count :
     { "-1", "1.5", "eight", "18446744073709551616", "+5", "0x10", "8,000" })
   {
-    ExpectError(start + "element vertex " + count + "\n",
-      "header line 3: the count '" + count +
-        "' of element 'vertex' is not a number from 0 to 2^64 - 1");
+    ExpectError(
+      start + "element vertex " + count + "\n", "header line 3: the count '" + count + "'");
   }
-  ExpectError(start + "property float x\n", "header line 3: a property before the first element");
+  ExpectError(start + "property float x\n", "header line 3");
   const std::string vertex = start + "element vertex 1\nproperty float x\n";
-  ExpectError(vertex + "element vertex 2\n", "header line 5: a second element 'vertex'");
-  ExpectError(start + "element Face 1\nelement face 2\n", "header line 4: a second element 'face'");
-  ExpectError(vertex + "property float\n", "header line 5: a property has a type and a name");
-  ExpectError(vertex + "property\n", "header line 5: a property has a type and a name");
-  ExpectError(vertex + "property list uchar vertex_index\n",
-    "header line 5: a list property has two types and a name");
+  ExpectError(vertex + "element vertex 2\n", "header line 5");
+  ExpectError(start + "element Face 1\nelement face 2\n", "header line 4");
+  ExpectError(vertex + "property float\n", "header line 5");
+  ExpectError(vertex + "property\n", "header line 5");
+  ExpectError(vertex + "property list uchar vertex_index\n", "header line 5");
   ExpectError(vertex + "property real y\n", "header line 5: unknown type 'real'");
   ExpectError(vertex + "property list size int y\n", "header line 5: unknown type 'size'");
   ExpectError(vertex + "property list uchar index y\n", "header line 5: unknown type 'index'");
-  ExpectError(vertex + "property float \x1b[2J\n",
-    "header line 5: the name '?[2J' is too long or holds control characters");
+  ExpectError(vertex + "property float \x1b[2J\n", "header line 5: the name '?[2J'");
   ExpectError(start + "element " + std::string(1100, 'a') + " 1\n",
-    "header line 3: the name '" + std::string(40, 'a') +
-      "…' is too long or holds control characters");
+    "header line 3: the name '" + std::string(40, 'a') + "…'");
 }
 
 }

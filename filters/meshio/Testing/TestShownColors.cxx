@@ -115,7 +115,7 @@ TEST(ShownColors, OfAllKinds)
     {
       const Contents read = ReadPly(c, limit);
       ASSERT_TRUE(read.status) << read.status.GetError().message;
-      EXPECT_EQ(read.info.tolerance.Readings(),
+      EXPECT_EQ(read.info.tolerance.Warnings(),
         c.reading.empty() ? std::vector<std::string>() : std::vector{ c.reading });
       ASSERT_EQ(read.mesh.attributes.size(), read.info.attributes.size());
       std::size_t components = 0;
@@ -204,7 +204,7 @@ TEST(ShownColors, AnArrayThatHasTheNameStays)
   ASSERT_EQ(mesh.attributes.size(), 2U);
   EXPECT_EQ(mesh.attributes[1].name, "RGBA");
   EXPECT_EQ(mesh.attributes[1].values, (std::vector<std::uint8_t>{ 0, 255, 0, 255 }));
-  EXPECT_EQ(tolerance.Readings().size(), 1U);
+  EXPECT_EQ(tolerance.Warnings().size(), 1U);
 }
 
 }

@@ -45,12 +45,10 @@ Contents ReadBytes(std::string_view bytes)
   return ReadAll(folder.Write("bytes.stl", bytes), [] { return everything; });
 }
 
-void ExpectError(std::string_view bytes, std::string_view message)
+void ExpectError(
+  std::string_view bytes, std::string_view place = {}, ErrorCode code = ErrorCode::InvalidInput)
 {
-  const Contents read = ReadBytes(bytes);
-  ASSERT_FALSE(read.status) << "expected: " << message;
-  EXPECT_EQ(read.status.GetError().message, message);
-  EXPECT_EQ(read.status.GetError().code, ErrorCode::InvalidInput) << message;
+  EXPECT_TRUE(fixtures::FailsAt(ReadBytes(bytes).status, code, place));
 }
 
 const std::string oneFacet = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"
@@ -116,11 +114,9 @@ TEST(StlReader, BinaryFilesMayBeginWithSolid)
   EXPECT_TRUE(SameBits(read.mesh.points, onePlace));
   // Without its last byte it is a binary file all the same.
   const std::string whole = BinaryStl("solid exported", onePlace);
-  ExpectError(whole.substr(0, whole.size() - 1),
-    "the header claims 1 triangles, 134 bytes with it; the file has 133");
-  // Only the triangle shows that this file is not a text.
-  ExpectError("solid" + std::string(75, ' ') + "\xFE\xFF\xFF\xFF" + whole.substr(84),
-    "the header claims 4294967294 triangles, 214748364784 bytes with it; the file has 134");
+  ExpectError(whole.substr(0, whole.size() - 1));
+  // Nothing but the triangle tells that this is not a text.
+  ExpectError("solid" + std::string(75, ' ') + "\xFE\xFF\xFF\xFF" + whole.substr(84));
 }
 
 TEST(StlReader, EmptySoupsAreMeshesWithoutVertices)
@@ -295,8 +291,7 @@ TEST(StlReader, EndsMayBeTwoWords)
     ASSERT_TRUE(read.status) << read.status.GetError().message;
     EXPECT_TRUE(SameBits(read.mesh.points, onePlace));
   }
-  ExpectError("solid a\n" + oneFacet + "end of it",
-    "facet 1: 'of' where 'loop', 'facet' or 'solid' is expected, before byte 100");
+  ExpectError("solid a\n" + oneFacet + "end of it", "facet 1: 'of'");
 }
 
 TEST(StlReader, ReadsTextsOfOtherPrograms)
@@ -371,39 +366,31 @@ TEST(StlReader, ReadsTextsOfOtherPrograms)
         << damaged.status.GetError().message;
     }
   }
-  ExpectError("solid a\nfacett" + oneFacet.substr(5) + "endsolid\n",
-    "facet 0: 'outer' where 'facet' or 'endsolid' is expected, before byte 33");
+  ExpectError("solid a\nfacett" + oneFacet.substr(5) + "endsolid\n", "facet 0: 'outer'");
 }
 
 TEST(StlReader, SaysWhatIsWrongAndWhere)
 {
-  ExpectError("", "the file is empty");
-  ExpectError("soli", "is not an STL file");
-  ExpectError(oneFacet + "endsolid\n", "is not an STL file: a text begins with 'solid'");
-  ExpectError(std::string(84, 'x'),
-    "the header claims 2021161080 triangles, 101058054084 bytes with it; the file has 84");
-  ExpectError(std::string(80, '\0') + "\xff\xff\xff\xff" + std::string(500, '\0'),
-    "the header claims 4294967295 triangles, 214748364834 bytes with it; the file has 584");
-  ExpectError(std::string(80, 'x') + std::string("\1\0\0\0", 4) + std::string(51, '\xFF'),
-    "the header claims 1 triangles, 134 bytes with it; the file has 135");
-  ExpectError(std::string(80, '\0') + std::string(4 + 51, '\0'),
-    "the header claims 0 triangles, 84 bytes with it; the file has 135");
-  ExpectError("solid a", "truncated: facet 0: 'facet' or 'endsolid' expected at byte 7");
-  ExpectError(
-    "solid a\n" + oneFacet.substr(0, 56), "truncated: facet 0: 'vertex' expected at byte 64");
-  ExpectError("solid a\n" + oneFacet + "facet abnormal",
-    "facet 1: 'abnormal' where 'normal' is expected, before byte 108");
-  ExpectError("solid a\n" + oneFacet + "endsolid\nfacet",
-    "facet 1: 'facet' where 'solid' is expected, before byte 108");
+  ExpectError("");
+  ExpectError("soli");
+  ExpectError(oneFacet + "endsolid\n");
+  ExpectError(std::string(84, 'x'));
+  ExpectError(std::string(80, '\0') + "\xff\xff\xff\xff" + std::string(500, '\0'));
+  ExpectError(std::string(80, 'x') + std::string("\1\0\0\0", 4) + std::string(51, '\xFF'));
+  ExpectError(std::string(80, '\0') + std::string(4 + 51, '\0'));
+  ExpectError("solid a", "facet 0: 'facet'");
+  ExpectError("solid a\n" + oneFacet.substr(0, 56), "facet 0: 'vertex'");
+  ExpectError("solid a\n" + oneFacet + "facet abnormal", "facet 1: 'abnormal'");
+  ExpectError("solid a\n" + oneFacet + "endsolid\nfacet", "facet 1: 'facet'");
   const auto with = [](const std::string& number)
   {
     std::string facet = oneFacet;
     facet.replace(facet.find("vertex 1 0") + 9, 1, number);
     return "solid a\n" + oneFacet + facet + "endsolid\n";
   };
-  ExpectError(with("x"), "facet 1: vertex 1: y 'x' is not a number");
-  ExpectError(with("1e999"), "facet 1: vertex 1: y '1e999' is too large a number");
-  ExpectError(with("0 0 edge 0 0"), "facet 1: 'edge' where 'vertex' is expected, before byte 154");
+  ExpectError(with("x"), "facet 1: vertex 1: y 'x'");
+  ExpectError(with("1e999"), "facet 1: vertex 1: y '1e999'");
+  ExpectError(with("0 0 edge 0 0"), "facet 1: 'edge'");
 }
 
 TEST(StlReader, CanBeCancelledWhileItCounts)

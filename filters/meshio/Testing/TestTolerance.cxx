@@ -62,7 +62,8 @@ TEST(Tolerance, PartsOfAFileAddUp)
   all.Tell("second");
   const Tolerance since = all.Since(before);
   EXPECT_EQ(since.Of(Lapse::PointNotFinite), 3U);
-  EXPECT_EQ(since.Readings(), (std::vector<std::string>{ "second" }));
+  EXPECT_EQ(since.Warnings().size(), 3U);
+  EXPECT_EQ(since.Warnings().back(), "second");
   Tolerance sum = before;
   sum.Add(since);
   EXPECT_EQ(sum.Warnings(), all.Warnings());

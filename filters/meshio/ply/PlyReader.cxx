@@ -3,6 +3,8 @@
 // is read when; PlyBody reads the records.
 #include "filters/meshio/ply/PlyReader.h"
 
+#include "filters/meshio/MakeRoom.h"
+
 #include <algorithm>
 #include <limits>
 #include <set>
@@ -70,6 +72,7 @@ Status PlyReader::UnderstandHeader()
   }
   this->FindAttributes();
   this->ListIgnoredAttributes();
+  this->FileInfo.mostTriangles = this->MostTriangles();
   return {};
 }
 
@@ -145,6 +148,44 @@ Status PlyReader::UnderstandFaces(std::size_t element, PlyFaceSink::Kind kind)
   const std::uint64_t room = std::numeric_limits<std::uint64_t>::max() - this->FileInfo.faces;
   this->FileInfo.faces += std::min(room, faces.count);
   return {};
+}
+
+// Of what the file has room for beside the least that all other values take: each number is a
+// corner that makes a triangle.
+std::uint64_t PlyReader::MostTriangles() const
+{
+  if (this->Faces.empty())
+  {
+    return 0;
+  }
+  const bool isText = this->Header.encoding == PlyEncoding::Ascii;
+  const auto bytesOf = [&](PlyType type) // in a text a digit and a blank
+  { return isText ? std::size_t{ 2 } : SizeOf(type); };
+  std::uint64_t rest = this->Source.Size() - this->Source.Position() + (isText ? 1 : 0);
+  std::uint64_t ofCorner = sizeof(double);
+  for (std::size_t i = 0; i < this->Header.elements.size(); ++i)
+  {
+    const PlyElement& element = this->Header.elements[i];
+    const auto faces = std::find_if(this->Faces.begin(), this->Faces.end(),
+      [i](const FaceElement& candidate) { return candidate.element == i; });
+    if (faces != this->Faces.end())
+    {
+      const std::uint64_t begin = this->Source.Size() - std::min(this->Source.Size(), rest);
+      if (this->Faces.size() == 1 && this->BytesOfTriangles(*faces, begin, element.count) > 0)
+      {
+        return element.count;
+      }
+      ofCorner = std::min<std::uint64_t>(ofCorner, bytesOf(element.properties[faces->list].type));
+    }
+    std::uint64_t least = 0;
+    for (const PlyProperty& property : element.properties)
+    {
+      least += bytesOf(property.isList ? property.countType : property.type);
+    }
+    // What has no room leaves no claim to believe.
+    rest -= least > 0 && element.count <= rest / least ? least * element.count : 0;
+  }
+  return rest / ofCorner;
 }
 
 // Point arrays, then cell arrays; marks every property of which something is made.
@@ -259,20 +300,8 @@ void PlyReader::ListIgnoredAttributes()
   }
 }
 
-void PlyReader::Prepare(Mesh& mesh) const
-{
-  mesh.scalarType = this->FileInfo.scalarType;
-  if (mesh.attributes.empty())
-  {
-    for (const AttributeInfo& info : this->FileInfo.attributes)
-    {
-      mesh.attributes.push_back({ info, {} });
-    }
-  }
-}
-
-// Moves the source to a record of an element: forward from here, or forward from the element's
-// beginning if that is ahead.
+// Brings the source to a record of an element: on from here, or on from the element's beginning if
+// that is ahead.
 Status PlyReader::MoveTo(std::size_t element, std::uint64_t record)
 {
   if (element < this->CurrentElement ||
@@ -362,7 +391,8 @@ Result<std::uint64_t> PlyReader::SkipSomeFaces(std::uint64_t count)
     Status moved = this->MoveTo(faces.element, this->FacesRead);
     if (moved && this->TriangleBytes == 0)
     {
-      this->TriangleBytes = this->BytesOfTriangles(faces);
+      this->TriangleBytes =
+        this->BytesOfTriangles(faces, this->Source.Position(), element.count - this->FacesRead);
       this->TrianglesBegin = this->Source.Position() - this->FacesRead * this->TriangleBytes;
     }
     if (moved && this->TriangleBytes > 0)
@@ -387,10 +417,11 @@ Result<std::uint64_t> PlyReader::SkipSomeFaces(std::uint64_t count)
   return done;
 }
 
-// The size in bytes of each of the remaining faces, if there is just enough room for the same
-// number of triangles: then all are triangles, because a polygon has at least three corners. 0:
-// sizes may differ.
-std::uint64_t PlyReader::BytesOfTriangles(const FaceElement& faces) const
+// The bytes of each of `number` faces up to the end, of which the first is at `begin`, where there
+// is just room for as many triangles: as a polygon has three corners at least, all are triangles
+// then. 0: they may differ.
+std::uint64_t PlyReader::BytesOfTriangles(
+  const FaceElement& faces, std::uint64_t begin, std::uint64_t number) const
 {
   const PlyElement& element = this->Header.elements[faces.element];
   if (this->Header.encoding == PlyEncoding::Ascii || faces.kind != PlyFaceSink::Kind::Polygon ||
@@ -409,8 +440,8 @@ std::uint64_t PlyReader::BytesOfTriangles(const FaceElement& faces) const
     bytes += property.isList ? SizeOf(property.countType) + 3 * SizeOf(property.type)
                              : SizeOf(property.type);
   }
-  const std::uint64_t rest = this->Source.Size() - this->Source.Position();
-  return rest % bytes == 0 && rest / bytes == element.count - this->FacesRead ? bytes : 0;
+  const std::uint64_t rest = this->Source.Size() - begin;
+  return rest % bytes == 0 && rest / bytes == number ? bytes : 0;
 }
 
 // Whether what was skipped can have been triangles: so are those that were read, up to here.
@@ -428,9 +459,22 @@ Status PlyReader::CheckTriangles(const FaceElement& faces) const
     Remedy::CopyAgain);
 }
 
+// What a build has counted on.
+Status PlyReader::CountTriangles(const PlyElement& element, std::uint64_t made)
+{
+  this->TrianglesMade += made;
+  return this->TrianglesMade <= this->FileInfo.mostTriangles
+           ? Status()
+           : BadInput("element '" + element.name +
+                        "': truncated, or a face of fewer than three vertices: the file has room " +
+                        "for " + std::to_string(this->FileInfo.mostTriangles) +
+                        " triangles, and there are more",
+               Remedy::CopyAgain);
+}
+
 Result<std::size_t> PlyReader::ReadSomeVertices(Mesh& mesh, std::size_t limit)
 {
-  this->Prepare(mesh);
+  PrepareArrays(mesh, this->FileInfo);
   this->VertexArrays.Start(
     std::span(mesh.attributes).first(this->PointArrays), mostRepeated * this->Source.Size());
   const std::uint64_t number =
@@ -453,7 +497,7 @@ Result<std::size_t> PlyReader::ReadSomeVertices(Mesh& mesh, std::size_t limit)
 
 Result<std::size_t> PlyReader::ReadSomeTriangles(Mesh& mesh, std::size_t limit)
 {
-  this->Prepare(mesh);
+  PrepareArrays(mesh, this->FileInfo);
   std::uint64_t done = 0;
   while (done < limit && this->FaceElementsDone < this->Faces.size())
   {
@@ -471,8 +515,10 @@ Result<std::size_t> PlyReader::ReadSomeTriangles(Mesh& mesh, std::size_t limit)
     PlyFaceSink sink(faces.kind, this->FileInfo.vertices, mesh.triangles, this->Polygons);
     faces.arrays.Start(
       std::span(mesh.attributes).subspan(this->PointArrays), mostRepeated * this->Source.Size());
+    const std::size_t before = mesh.triangles.size();
     KDSTREAM_TRY(
       this->Body->ReadFaces(element, faces.list, this->FacesRead, number, sink, faces.arrays));
+    KDSTREAM_TRY(this->CountTriangles(element, mesh.triangles.size() - before));
     this->FileInfo.tolerance.Count(Lapse::FaceTooSmall, sink.GetSmallFaces(),
       element.name + " " + std::to_string(sink.GetFirstSmall()));
     this->CountLongLines();

@@ -27,6 +27,9 @@ namespace kdstream
 //   floats hold exactly; else Float64. ASCII values are rounded once, to the type of the header.
 // - A strip of fewer than three vertices has no triangle and is skipped; a polygon of fewer is
 //   counted.
+// - A file that has more triangles than there is room for beside all that its header claims
+//   (Info().mostTriangles) is refused when they are read: it is truncated, or has faces of fewer
+//   than two vertices where as many triangles would just fit.
 //
 // Memory: one block of the file, and the vectors that the caller passes. These grow with the bytes
 // that were read, never by a claim of the header or a list. One face can have as many triangles as
@@ -73,15 +76,17 @@ private:
   void FindAttributes();
   void FindFaceAttributes();
   void ListIgnoredAttributes();
-  void Prepare(Mesh& mesh) const;
+  std::uint64_t MostTriangles() const;
 
   Status MoveTo(std::size_t element, std::uint64_t record);
   Status SkipToRecord(std::uint64_t record);
   Result<std::size_t> ReadSomeVertices(Mesh& mesh, std::size_t limit);
   Result<std::size_t> ReadSomeTriangles(Mesh& mesh, std::size_t limit);
   Result<std::uint64_t> SkipSomeFaces(std::uint64_t count);
-  std::uint64_t BytesOfTriangles(const FaceElement& faces) const;
+  std::uint64_t BytesOfTriangles(
+    const FaceElement& faces, std::uint64_t begin, std::uint64_t number) const;
   Status CheckTriangles(const FaceElement& faces) const;
+  Status CountTriangles(const PlyElement& element, std::uint64_t made);
   template <class Number>
   Result<Number> Remember(Result<Number> result);
   Status LookBehindEnd();
@@ -109,6 +114,7 @@ private:
   std::uint64_t VerticesRead = 0;
   std::size_t FaceElementsDone = 0;
   std::uint64_t FacesRead = 0; // of Faces[FaceElementsDone]
+  std::uint64_t TrianglesMade = 0;
   // Where some of these were skipped because all must be triangles: of one, and where the first is.
   std::uint64_t TriangleBytes = 0, TrianglesBegin = 0;
   std::filesystem::path Scratch;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "Testing/Fixtures/ErrorAt.h"
 #include "filters/model/Notes.h"
 
 #include "filters/core/Texts.h"
@@ -156,7 +157,7 @@ TEST(Notes, AreBounded)
 
 TEST(Notes, HostileFilesAreRefusedInWords)
 {
-  EXPECT_EQ(ParseNotes("").GetError().message, "invalid JSON at byte 0");
+  EXPECT_TRUE(fixtures::FailsAt(ParseNotes(""), ErrorCode::InvalidInput, "byte 0"));
   EXPECT_FALSE(ParseNotes("[]"));
   EXPECT_FALSE(ParseNotes(std::string(maximumNotesBytes, '[')));
   EXPECT_FALSE(ParseNotes("\xff\xfe{}"));

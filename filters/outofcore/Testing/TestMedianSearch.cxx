@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Testing/Fixtures/HardPoints.h"
 #include "filters/baselines/stores/Baselines.h"
+#include "filters/outofcore/Testing/SpillTools.h"
 #include "filters/outofcore/tree/MedianSearch.h"
 
 #include <gtest/gtest.h>
@@ -10,13 +11,13 @@
 #include <filesystem>
 
 using namespace kdstream;
+using kdstream::testing::MakeSpillFolder;
 using namespace kdstream::fixtures;
 
 namespace
 {
 
-const MedianMethod allMethods[] = { FindMedianByHistogram, FindMedianByHeaps, FindMedianByTorben,
-  FindMedianBySort };
+const char* const allMethods[] = { "histogram", "heaps", "torben", "sort" };
 
 // Keys in memory, given out in small blocks, to three slots in turn.
 class KeysInMemory : public KeySource
@@ -74,11 +75,6 @@ MedianSearch SearchOf(const KeysInMemory& keys, std::uint64_t rank, std::uint64_
   return search;
 }
 
-SpillFolder MakeFolder()
-{
-  return std::move(*SpillFolder::Create(std::filesystem::temp_directory_path()));
-}
-
 }
 
 TEST(MedianSearch, OrderedBitsAreInTheOrderOfDoubles)
@@ -95,22 +91,22 @@ TEST(MedianSearch, OrderedBitsAreInTheOrderOfDoubles)
 
 TEST(MedianSearch, EveryMethodFindsEveryRankOfHardInput)
 {
-  SpillFolder folder = MakeFolder();
+  SpillFolder folder = MakeSpillFolder();
   for (const HardPoints& hard : AllHardPoints({ 1, 2, 3, 64, 1500 }))
   {
     KeysInMemory keys(hard.points);
     std::vector<OrderKey> sorted = keys.Keys;
     std::sort(sorted.begin(), sorted.end());
     const std::uint64_t n = sorted.size();
-    for (const MedianMethod method : allMethods)
+    for (const char* name : allMethods)
     {
+      const MedianMethod method = MedianMethodOfName(name);
       for (const std::uint64_t memory : { 64U, 800U, 100000U })
       {
         for (const std::uint64_t rank : { n / 2, std::uint64_t{ 0 }, n - 1, n / 10 })
         {
           SCOPED_TRACE(hard.name + ", " + std::to_string(n) + ", rank " + std::to_string(rank) +
-                       ", memory " + std::to_string(memory) + ", " +
-                       std::string(NameOfMedianMethod(method)));
+                       ", memory " + std::to_string(memory) + ", " + name);
           const auto range = method(keys, SearchOf(keys, rank, memory), folder);
           ASSERT_TRUE(range);
           ASSERT_EQ(range->below, rank);
@@ -125,7 +121,7 @@ TEST(MedianSearch, EveryMethodFindsEveryRankOfHardInput)
 
 TEST(MedianSearch, HistogramEndsWhereTheRangeCanBeKept)
 {
-  SpillFolder folder = MakeFolder();
+  SpillFolder folder = MakeSpillFolder();
   for (const HardPoints& hard : AllHardPoints({ 3000 }))
   {
     SCOPED_TRACE(hard.name);
@@ -149,7 +145,7 @@ TEST(MedianSearch, HistogramEndsWhereTheRangeCanBeKept)
 
 TEST(MedianSearch, PassesAreAsFewAsTheHeaderSays)
 {
-  SpillFolder folder = MakeFolder();
+  SpillFolder folder = MakeSpillFolder();
   for (const HardPoints& hard : AllHardPoints({ 10000 }))
   {
     SCOPED_TRACE(hard.name);
@@ -174,10 +170,11 @@ TEST(MedianSearch, PassesAreAsFewAsTheHeaderSays)
 
 TEST(MedianSearch, StopsWhenToldTo)
 {
-  SpillFolder folder = MakeFolder();
+  SpillFolder folder = MakeSpillFolder();
   const HardPoints hard = AllHardPoints({ 10000 }).front();
-  for (const MedianMethod method : allMethods)
+  for (const char* name : allMethods)
   {
+    const MedianMethod method = MedianMethodOfName(name);
     KeysInMemory keys(hard.points);
     keys.MostPasses = 0;
     const auto range = method(keys, SearchOf(keys, 5000, 4096), folder);
@@ -187,11 +184,12 @@ TEST(MedianSearch, StopsWhenToldTo)
   }
 }
 
-TEST(MedianSearch, NamesComeBack)
+TEST(MedianSearch, MethodsHaveNames)
 {
-  for (const MedianMethod method : allMethods)
-  {
-    EXPECT_EQ(MedianMethodOfName(NameOfMedianMethod(method)), method);
-  }
+  EXPECT_EQ(MedianMethodOfName("auto"), FindMedianByHistogram);
+  EXPECT_EQ(MedianMethodOfName("histogram"), FindMedianByHistogram);
+  EXPECT_EQ(MedianMethodOfName("heaps"), FindMedianByHeaps);
+  EXPECT_EQ(MedianMethodOfName("torben"), FindMedianByTorben);
+  EXPECT_EQ(MedianMethodOfName("sort"), FindMedianBySort);
   EXPECT_FALSE(MedianMethodOfName("mean"));
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What a finished phase leaves besides its files comes back, buckets among it, or is refused.
+#include "Testing/Fixtures/ErrorAt.h"
 #include "filters/outofcore/Testing/BuildFolders.h"
 #include "filters/outofcore/files/BucketFile.h"
 
@@ -80,11 +81,10 @@ TEST_F(TestPhaseBlob, TellsWhatIsNotThere)
   EXPECT_TRUE(list.ReadList<double>().empty());
   EXPECT_FALSE(list.Good());
   EXPECT_EQ(list.Read<float>(), 0) << "nothing is read after an error";
-  EXPECT_EQ(list.Finish().GetError().message,
-    "2305843009213693952 values of 8 bytes are missing at offset 8");
+  EXPECT_TRUE(fixtures::FailsAt(list.Finish(), ErrorCode::Damaged));
   BlobReader left(bytes);
   EXPECT_EQ(left.Read<std::uint64_t>(), std::uint64_t{ 1 } << 61);
-  EXPECT_EQ(left.Finish().GetError().message, "4 bytes too many at offset 8");
+  EXPECT_TRUE(fixtures::FailsAt(left.Finish(), ErrorCode::Damaged));
   EXPECT_EQ(left.Read<float>(), 7.5F);
   EXPECT_TRUE(left.Finish());
 }

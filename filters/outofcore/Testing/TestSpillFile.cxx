@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "filters/outofcore/Testing/SpillTools.h"
 #include "filters/outofcore/files/RecordFile.h"
 #include "filters/outofcore/files/SpillFile.h"
 
@@ -11,17 +12,11 @@
 #include <sys/resource.h>
 
 using namespace kdstream;
+using kdstream::testing::MakeSpillFolder;
 namespace fs = std::filesystem;
 
 namespace
 {
-
-SpillFolder MakeFolder()
-{
-  Result<SpillFolder> folder = SpillFolder::Create(fs::temp_directory_path());
-  EXPECT_TRUE(folder);
-  return std::move(*folder);
-}
 
 std::size_t EntriesOf(const fs::path& folder)
 {
@@ -59,7 +54,7 @@ TEST(SpillFile, FolderGoesWithAllThatIsInIt)
 {
   fs::path path;
   {
-    const SpillFolder parent = MakeFolder();
+    const SpillFolder parent = MakeSpillFolder();
     SpillFolder folder = std::move(*SpillFolder::Create(parent.Path()));
     path = folder.Path();
     EXPECT_EQ(path.parent_path(), parent.Path());
@@ -75,7 +70,7 @@ TEST(SpillFile, FolderGoesWithAllThatIsInIt)
 
 TEST(SpillFile, RemovedFilesGiveTheirBytesBack)
 {
-  SpillFolder folder = MakeFolder();
+  SpillFolder folder = MakeSpillFolder();
   {
     SpillFile first = std::move(*folder.CreateFile("points", 0));
     const std::vector<std::byte> bytes(1000);
@@ -98,7 +93,7 @@ TEST(SpillFile, RemovedFilesGiveTheirBytesBack)
 
 TEST(SpillFile, RecordsComeBackInAnyBlockSize)
 {
-  SpillFolder folder = MakeFolder();
+  SpillFolder folder = MakeSpillFolder();
   std::vector<std::uint64_t> numbers(1000);
   std::iota(numbers.begin(), numbers.end(), 7U);
   for (const std::size_t blockBytes : { 1U, 8U, 24U, 4096U, 1U << 20 })
@@ -124,7 +119,7 @@ TEST(SpillFile, RecordsComeBackInAnyBlockSize)
 
 TEST(SpillFile, AllBlocksOfRecordsAreVisitedUpToAnError)
 {
-  SpillFolder folder = MakeFolder();
+  SpillFolder folder = MakeSpillFolder();
   SpillFile file = std::move(*folder.CreateFile("numbers", 0));
   std::vector<std::uint64_t> numbers(300000); // more than two blocks
   std::iota(numbers.begin(), numbers.end(), 7U);
@@ -146,7 +141,7 @@ TEST(SpillFile, AllBlocksOfRecordsAreVisitedUpToAnError)
 
 TEST(SpillFile, SaysWhereAFileEndsTooEarly)
 {
-  SpillFolder folder = MakeFolder();
+  SpillFolder folder = MakeSpillFolder();
   SpillFile file = std::move(*folder.CreateFile("points", 100));
   ASSERT_TRUE(file.Write(0, std::vector<std::byte>(100)));
   std::vector<std::byte> bytes(60);
@@ -162,7 +157,7 @@ TEST(SpillFile, SaysWhereAFileEndsTooEarly)
 
 TEST(SpillFile, AFullDiskSaysWhatWasNeeded)
 {
-  SpillFolder folder = MakeFolder();
+  SpillFolder folder = MakeSpillFolder();
   const std::uint64_t exbibyte = std::uint64_t{ 1 } << 60;
   const Result<SpillFile> large = folder.CreateFile("points of the tree", exbibyte);
   ASSERT_FALSE(large);
