@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The seam between the builder and what a mesh is cut by: the k-d tree here, the paper's baselines
-// in filters/baselines/stores. Step "tree" of the pipeline picture.
+// The interface between the builder and the methods that cut a mesh into partitions: the k-d tree
+// here, the paper's baselines in filters/baselines/stores. Step "tree" of the pipeline picture.
 #pragma once
 
 #include "filters/core/Execution.h"

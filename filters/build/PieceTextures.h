@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The seam between builders and the code that makes textures of partitions: part of step "encode"
-// of the pipeline picture. Builders carry the texture coordinates of triangles (IsTexturePaint) as
-// any other array, and hand over each piece of the original when it is cut. They know nothing of
-// images.
+// The interface between builders and the code that makes textures of partitions: part of step
+// "encode" of the pipeline picture. Builders carry the texture coordinates of triangles
+// (IsTexturePaint) as any other array, and hand over each piece of the original when it is cut.
+// They know nothing of images.
 #pragma once
 
 #include "filters/core/Result.h"

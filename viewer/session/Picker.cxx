@@ -98,9 +98,9 @@ double EntryOf(const Ray& ray, const Box& box, double margin)
   return begin <= end ? begin : never;
 }
 
-// A lower bound for the distance along a ray of points in a box, among those whose distance from
-// the ray is at most `slack` times that; infinity if there can be none. By the sphere around the
-// box.
+// A cone around the ray: points whose distance from the ray is at most `slack` times their distance
+// along it. Returns a lower bound of the distance along the ray of the box's points in the cone;
+// infinity if there can be none. Uses the sphere around the box.
 double EntryOfCone(const Ray& ray, const Box& box, double slack, double margin)
 {
   const Vec3 middle = box.lo * 0.5 + box.hi * 0.5 - ray.origin;

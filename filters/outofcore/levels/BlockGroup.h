@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The processes that build one model together, each with some of its blocks: the seam between the
-// steps out of core and the transport between processes (filters/Parallel).
+// The processes that build one model together, each with some of its blocks. The interface between
+// the steps out of core and the transport between processes (filters/Parallel).
 //
 // A file has the same layout in all processes. Each process fills in its own data, and fetches what
 // its blocks need from others into the same places of its own file; the rest of the file stays

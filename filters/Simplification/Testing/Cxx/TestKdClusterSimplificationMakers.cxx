@@ -33,8 +33,8 @@ Filter MakeFilter(const PolyData& input, int maker)
   return filter;
 }
 
-// Arrays of points and cells: linear in the places, so that their means belong to the means of
-// places; classes of two halves; a constant.
+// Adds arrays to points and cells: one that is linear in the places, so that the mean of its values
+// is the value at the mean place; the classes of two halves; a constant.
 void AddArrays(vtkPolyData& mesh)
 {
   const auto add = [](vtkDataSetAttributes* data, vtkIdType count, const auto& placeOf)
