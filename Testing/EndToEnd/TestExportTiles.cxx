@@ -3,12 +3,14 @@
 // that nothing half is. Whether other people's clients read it: Testing/Browser/tiles.test.mjs.
 #include "Testing/EndToEnd/ProgramsTest.h"
 #include "Testing/Fixtures/Meshes.h"
+#include "filters/files/Folders.h"
 
 #include <nlohmann/json.hpp>
 
 #include <sys/resource.h>
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -215,6 +217,14 @@ TEST_F(TestExportTiles, NothingHalfIsWritten)
   fs::create_directory(this->Folder / "empty");
   EXPECT_EQ(this->Export({ "ring.kds", "empty/" }).exitCode, 0) << "an empty folder is taken";
   EXPECT_TRUE(fs::exists(this->Folder / "empty/tileset.json"));
+  fs::create_directory(this->Folder / "here");
+  EXPECT_EQ(this->Export({ "ring.kds", "here/." }).exitCode, 0);
+  const auto sorted = [](Result<std::vector<std::string>> names)
+  {
+    std::sort(names->begin(), names->end());
+    return *names;
+  };
+  EXPECT_EQ(sorted(NamesIn(this->Folder / "here")), sorted(NamesIn(this->Folder / "empty")));
 }
 
 TEST_F(TestExportTiles, ADamagedStoreGivesNoTiles)

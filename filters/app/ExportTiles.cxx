@@ -42,7 +42,11 @@ constexpr std::size_t tilesAtATime = 64;
 
 // ---- the folder
 
-// Appears with all that is in it, or not at all.
+// The file that viewers open: it appears last.
+constexpr const char* rootTileset = "tileset.json";
+
+// Appears with all that is in it, or not at all; in an empty folder, which may be a mount point or
+// lie where nothing else may be written, the files appear one after the other.
 class TilesFolder
 {
 public:
@@ -52,14 +56,20 @@ public:
   }
   Status Make()
   {
+    std::error_code ignored;
+    this->IsThere = fs::is_directory(this->Folder, ignored);
+    if (this->IsThere)
+    {
+      RemoveDeadFolders(this->Folder);
+    }
     KDSTREAM_TRY(this->CheckNew());
     const std::string name = this->Folder.string();
     auto above = OfFile(name, OutputFolders::Make(this->Folder));
     KDSTREAM_TRY(above);
     this->Above = std::move(*above);
-    const fs::path parent = this->Parent();
-    RemoveDeadFolders(parent);
-    auto hidden = OfFile(name, MakeLockedFolder(parent));
+    const fs::path around = this->IsThere ? this->Folder : this->Parent();
+    RemoveDeadFolders(around);
+    auto hidden = OfFile(name, MakeLockedFolder(around));
     KDSTREAM_TRY(hidden);
     this->Hidden = std::move(*hidden);
     this->Place = this->Hidden.path / "tiles";
@@ -94,6 +104,11 @@ public:
   Status Appear()
   {
     KDSTREAM_TRY(OfFile(this->Folder.string(), SyncTree(this->Place)));
+    if (this->IsThere)
+    {
+      KDSTREAM_TRY(this->FillFolder());
+      return SyncFolder(this->Folder);
+    }
     std::error_code failure;
     fs::rename(this->Place, this->Folder, failure);
     if (failure)
@@ -110,6 +125,25 @@ private:
   fs::path Parent() const
   {
     return this->Folder.has_parent_path() ? this->Folder.parent_path() : fs::path(".");
+  }
+  Status FillFolder() const
+  {
+    auto names = NamesIn(this->Place);
+    KDSTREAM_TRY(names);
+    std::partition(
+      names->begin(), names->end(), [](const std::string& name) { return name != rootTileset; });
+    for (auto name = names->begin(); name != names->end(); ++name)
+    {
+      std::error_code failure;
+      fs::rename(this->Place / *name, this->Folder / *name, failure);
+      if (failure)
+      {
+        std::for_each(names->begin(), name,
+          [&](const std::string& moved) { RemoveTree(this->Folder / moved); });
+        return SystemError("cannot be written", failure.value(), this->NameOf(*name));
+      }
+    }
+    return {};
   }
   std::string NameOf(const fs::path& below) const
   {
@@ -134,8 +168,9 @@ private:
 
   fs::path Folder;
   OutputFolders Above;
-  LockedFolder Hidden; // beside Folder
-  fs::path Place;      // until it appears
+  bool IsThere = false; // Folder, empty
+  LockedFolder Hidden;  // beside Folder, or in it
+  fs::path Place;       // until it appears
 };
 
 // ---- the tree of tiles
@@ -168,13 +203,14 @@ double TilePartOfSpacing(const ModelDescription& model)
   return colored || model.textures || model.primitive == PrimitiveType::Points ? 1 : 1.0 / 3;
 }
 
-// With the places that vertices may be rounded to.
-Box BoundsOfTile(const std::vector<Vec3>& points)
+// With the places that vertices may be rounded to: skirts hang beside the lattice.
+Box BoundsOfTile(const std::vector<Vec3>& points, double latticeStep)
 {
   Box box;
   std::for_each(points.begin(), points.end(), [&](const Vec3& point) { box.Add(point); });
   const Vec3 sides = Minus(box.hi, box.lo);
-  const double most = *std::max_element(sides.begin(), sides.end()) * mostTileRounding;
+  const double most =
+    std::max(*std::max_element(sides.begin(), sides.end()) * mostTileRounding, latticeStep / 2);
   const Box inner = box;
   box.Add(Minus(inner.lo, { most, most, most }));
   box.Add(Plus(inner.hi, { most, most, most }));
@@ -376,10 +412,11 @@ private:
     Encoded encoded;
     if (!mesh.Empty())
     {
-      auto bytes = EncodeTileGlb(mesh, this->FrameOf(step), this->Options.compression);
+      const TileFrame frame = this->FrameOf(step);
+      auto bytes = EncodeTileGlb(mesh, frame, this->Options.compression);
       KDSTREAM_TRY(bytes);
       encoded.bytes = std::move(*bytes);
-      encoded.box = BoundsOfTile(mesh.points);
+      encoded.box = BoundsOfTile(mesh.points, frame.latticeStep);
     }
     return encoded;
   }
@@ -502,7 +539,7 @@ private:
         {
           KDSTREAM_TRY(this->Runs.Report("export", 1));
           KDSTREAM_TRY(this->Folder.Put(
-            s == 0 ? "tileset.json" : FileOf(this->Steps[s], t, ".json"), this->TilesetOf(s, t)));
+            s == 0 ? rootTileset : FileOf(this->Steps[s], t, ".json"), this->TilesetOf(s, t)));
         }
       }
     }

@@ -186,10 +186,13 @@ public:
     return this->WithStore(
       [this](const Store& store)
       {
+        if (this->Line.format == formatGlb)
+        {
+          return this->ExportGlb(store); // one file, as extract: a signal ends it at once
+        }
         CatchInterrupts();
-        const int exitCode = this->Line.format == formatTiles ? this->ExportTiles(store)
-                             : this->Line.format == formatGlb ? this->ExportGlb(store)
-                                                              : this->Export(store);
+        const int exitCode =
+          this->Line.format == formatTiles ? this->ExportTiles(store) : this->Export(store);
         ReleaseInterrupts();
         return exitCode;
       });
@@ -494,6 +497,12 @@ private:
     frame.axes = { Cross(up, front), up, front };
     frame.scale = MetresOfUnit(model.unit).value_or(1);
     frame.copyright = model.credit;
+    if (!model.grid.Lossless())
+    {
+      const std::optional<unsigned> level = this->Line.wanted.level;
+      frame.latticeStep = model.grid.step * (level ? model.levels[*level].spacing : 1);
+      frame.latticeOrigin = model.grid.origin;
+    }
     const TilesOptions options = this->WantedTiles();
     const auto bytes =
       EncodeTileGlb(WholeTileMesh(*mesh, options.normals), frame, options.compression);

@@ -574,6 +574,11 @@ private:
       json.Key("extensions").BeginObject().Key("KHR_materials_unlit").BeginObject().EndObject();
       json.EndObject();
     }
+    const auto isClear = [](const auto& color) { return color[3] < 255; };
+    if (std::any_of(this->From.colors.begin(), this->From.colors.end(), isClear))
+    {
+      json.Member("alphaMode", "BLEND");
+    }
     json.Member("doubleSided", true).EndObject().EndArray();
     if (!this->Picture)
     {
