@@ -22,7 +22,7 @@ function readNote({ label, body, target } = {}) {
   return {
     title: text(Array.isArray(titles) ? titles[0] : titles, longest.title),
     text: text(body?.value, longest.text),
-    link: text(target?.selector?.value, longest.link),
+    link: text(target?.selector?.value, longest.link).replace(/\p{Cc}/gu, ""), // a link is one line (setMarks)
     language: spoken,
   };
 }
@@ -149,6 +149,9 @@ export class Notes {
     const ratio = this.#page.canvas.width / this.#page.canvas.clientWidth;
     this.#page.viewer.marks().forEach((mark, i) => {
       const marker = this.markers.children[i];
+      if (!marker) {
+        return;
+      }
       marker.hidden = !mark?.[2];
       if (!marker.hidden) {
         marker.style.transform = `translate(${mark[0] / ratio}px, ${mark[1] / ratio}px) translate(-50%, -50%)`;
