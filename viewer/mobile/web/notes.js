@@ -79,7 +79,9 @@ export class Notes {
     this.markers = make("div", { id: "note-marks" });
     this.play = makeButton("Play the tour", () => this.#play(!this.#isPlaying()), { id: "note-play", className: "tool" });
     this.all.after(this.play);
-    page.canvas.addEventListener("pointerdown", () => this.#play(false));
+    for (const name of ["pointerdown", "wheel", "keydown"]) {
+      page.canvas.addEventListener(name, () => this.#play(false), { passive: true });
+    }
     page.canvas.after(this.markers, this.opener, this.box);
     document.addEventListener("keydown", (event) => {
       const another = document.querySelector(".sheet:not([hidden]), dialog[open]");
@@ -128,11 +130,13 @@ export class Notes {
   }
 
   #use(notes) {
+    this.#play(false);
     this.#notes = notes;
     this.#at = -1;
     this.box.hidden = true;
     this.#page.viewer.setMarks(notes.map((note) => linkOf(this.#model, note)));
     this.markers.replaceChildren(...notes.map(({ title }, i) => makeButton(String(i + 1), () => {
+      this.#play(false);
       this.box.hidden = false;
       this.#goTo(i);
     }, { className: "note-mark", ariaLabel: `${i + 1}: ${title}`, hidden: true })));
@@ -239,6 +243,7 @@ export class Notes {
 
   // Into the tools' sheet.
   write(place) {
+    this.#play(false);
     if (!this.#author) {
       const input = (name, properties) => make(name, { maxLength: properties.most, ...properties });
       this.title = input("input", { id: "note-title", type: "text", most: longest.title });
