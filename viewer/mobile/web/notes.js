@@ -146,10 +146,13 @@ export class Notes {
   // Where their notes are, and nothing hides them; what is tapped with a tool in hand is the model.
   #showMarkers() {
     const { mode, tool } = this.#page.status();
+    const focused = mode === "full screen" && this.markers.querySelector(":focus");
     this.markers.hidden = mode !== "full screen" || tool > 0 || !this.#notes.length;
-    if (this.markers.hidden) {
-      return;
-    }
+    this.markers.hidden || this.#placeMarkers();
+    focused && !focused.checkVisibility() && this.#focus();
+  }
+
+  #placeMarkers() {
     const ratio = this.#page.canvas.width / this.#page.canvas.clientWidth;
     this.#page.viewer.marks().forEach((mark, i) => {
       const marker = this.markers.children[i];
@@ -214,8 +217,14 @@ export class Notes {
     this.#showAll();
     const wanted = document.activeElement; // a button that is disabled loses the focus
     if (!wanted || wanted.disabled || wanted === document.body || !wanted.checkVisibility()) {
-      (this.next.disabled ? this.all : this.next).focus();
+      this.#focus();
     }
+  }
+
+  // To go on from, where what had the focus has gone.
+  #focus() {
+    const button = this.next.disabled ? this.all : this.next;
+    (button.checkVisibility() ? button : this.#page.canvas).focus();
   }
 
   #showAll() {
