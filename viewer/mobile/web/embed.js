@@ -23,7 +23,7 @@
   };
 
   class KdStreamViewer extends HTMLElement {
-    static observedAttributes = ["src", "model", "view", "turn", "theme", "scroll", "poster", "logo"];
+    static observedAttributes = ["src", "model", "view", "turn", "theme", "scroll", "poster", "autoplay", "logo"];
     #frame = null;
     #link = ""; // of what was seen last
     #waiting = new Map(); // deeds that have no answer yet
@@ -47,6 +47,7 @@
       this.src || console.error("kdstream-viewer: set src to the address of the server of the models");
       addEventListener("message", this);
       addEventListener("pointerdown", this, true);
+      this.#showPictures(); // with the title, and what else a script has set since the poster
       this.#watch.observe(this);
     }
 
@@ -66,8 +67,9 @@
         this.#ready && this.spin(this.hasAttribute("turn")).catch(() => {});
         return;
       }
-      if (name === "poster" || name === "logo") {
+      if (["poster", "autoplay", "logo"].includes(name)) {
         this.#showPictures();
+        this.#see(this.#isSeen);
         return;
       }
       if (name === "theme" || name === "scroll") { // the view stays
