@@ -14,7 +14,7 @@
   const look = ":host{display:block;position:relative;width:100%;aspect-ratio:4/3;min-height:160px;background:#1a1c20}"
     + ":host([theme=light]){background:#e9e7e2}:host([hidden]){display:none}iframe{display:block;border:0;width:100%;height:100%}"
     + "button{position:absolute;inset:0;width:100%;height:100%;padding:0;border:0;background:none;cursor:pointer}"
-    + "button[disabled]{pointer-events:none}button img{display:block;width:100%;height:100%;object-fit:cover}"
+    + "button[aria-disabled=true]{pointer-events:none}button img{display:block;width:100%;height:100%;object-fit:cover}"
     + "[part=logo]{position:absolute;right:8px;bottom:8px;max-width:25%;max-height:15%;pointer-events:none}";
   const make = (name, part, properties) => {
     const element = Object.assign(document.createElement(name), properties);
@@ -140,17 +140,19 @@
 
     // The poster lies over the frame until that has a picture; where nothing starts by itself, a press starts it.
     #showPictures() {
+      const hadFocus = this.#poster && this.shadowRoot.activeElement === this.#poster;
       this.#poster?.remove();
       this.#logo?.remove();
       this.#poster = this.#logo = null;
       const { poster, logo } = Object.fromEntries(["poster", "logo"].map((name) => [name, this.getAttribute(name)]));
       if (poster && !this.#ready) {
         const name = this.title || "3D model";
-        this.#poster = make("button", "poster", { type: "button", ariaLabel: name, disabled: !this.#waits() });
+        const waits = this.#waits(); // else it is no button; aria-disabled, as what is disabled loses the focus
+        this.#poster = make("button", "poster", { type: "button", ariaLabel: name, ariaDisabled: !waits, tabIndex: waits ? 0 : -1 });
         this.#poster.append(make("img", "poster-picture", { src: poster, alt: "" }));
         this.#poster.addEventListener("click", () => {
           this.#isWanted = true;
-          this.#poster.disabled = true;
+          this.#poster.ariaDisabled = true;
           this.#see(this.#isSeen);
         });
         this.shadowRoot.append(this.#poster);
@@ -159,6 +161,7 @@
         this.#logo = make("img", "logo", { src: logo, alt: "" });
         this.shadowRoot.append(this.#logo);
       }
+      hadFocus && (this.#poster ?? this.#frame)?.focus({ preventScroll: true });
     }
 
     #waits() {
