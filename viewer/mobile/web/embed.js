@@ -250,7 +250,7 @@
       if (event === "viewchange") {
         this.#link = String(detail);
       }
-      this.#tell(event, detail);
+      event === "failed" || this.#tell(event, detail); // the frame says more
     }
 
     #tell(event, detail) {

@@ -119,15 +119,13 @@ export class Embedding {
       this.#told.ready = true;
       tell("ready");
     }
-    if (!this.#mayTell()) {
-      return;
-    }
+    const mayTell = this.#mayTell();
     const wrong = error || drawingError || trouble || "";
     if (wrong !== this.#told.error) {
       this.#told.error = wrong;
-      wrong && tell("error", wrong);
+      wrong && (mayTell ? tell("error", wrong) : tell("failed")); // not why: only that the poster must not hide it
     }
-    if (idle && this.#told.ready) {
+    if (mayTell && idle && this.#told.ready) {
       const link = this.#page.viewer.link();
       if (link !== this.#told.link) {
         this.#told.link = link;
