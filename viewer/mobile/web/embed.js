@@ -5,10 +5,18 @@
 // messages (embedding.js answers there). It works as a plain script and as a module. It has no import.meta, which a plain script
 // may not have.
 (() => {
-  const isOurs = (address) => /\/embed\.js([?#]|$)/.test(address);
-  const from = document.currentScript?.src || [...document.scripts].find(({ src }) => isOurs(src))?.src
-    || performance.getEntriesByType("resource").find(({ name }) => isOurs(name))?.name; // imported by another module
-  const here = from && new URL(".", from).href;
+  const folderOf = (address) => address && new URL(".", address).href;
+  const addresses = (selector) => Array.from(document.querySelectorAll(selector), ({ src }) => src);
+  // Of a module: the folder of its tag, or of what another module has imported. If there are several, each may be another
+  // script's, and the page must set src.
+  const folderOfModule = () => {
+    const others = addresses("script:not([type=module])");
+    const imported = performance.getEntriesByType("resource").map(({ name }) => name);
+    const [folder, another] = new Set([...addresses("script[type=module]"), ...imported]
+      .filter((address) => /\/embed\.js([?#]|$)/.test(address) && !others.includes(address)).map(folderOf));
+    return another ? "" : folder;
+  };
+  const here = document.currentScript ? folderOf(document.currentScript.src) : folderOfModule();
   const mostAwake = 4; // frames at a time: browsers give a page few contexts to draw with
   const awake = []; // that were seen last, the last one last
   const look = ":host{display:block;position:relative;width:100%;aspect-ratio:4/3;min-height:160px;background:#1a1c20}"
