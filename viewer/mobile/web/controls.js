@@ -130,7 +130,7 @@ function listenToKeys() {
       find(`${open}-button`).focus();
     } else if (key === "Escape" && (canClosePreview() || (lastStatus.mode === "full screen" && !isEmbedded))) {
       goBack();
-    } else if (key === "?" && lastStatus.mode === "full screen" && !isField(target)) {
+    } else if (key === "?" && lastStatus.mode === "full screen" && !isEmbedded && !isField(target)) {
       openHelp(find("help").hidden);
     } else if (key === "/" && !find("search").hidden && !isField(target)) {
       event.preventDefault(); // it is not what is searched

@@ -5,16 +5,24 @@
 // messages (embedding.js answers there). It works as a plain script and as a module. It has no import.meta, which a plain script
 // may not have.
 (() => {
-  const isOurs = (address) => /\/embed\.js([?#]|$)/.test(address);
-  const from = document.currentScript?.src || [...document.scripts].find(({ src }) => isOurs(src))?.src
-    || performance.getEntriesByType("resource").find(({ name }) => isOurs(name))?.name; // imported by another module
-  const here = from && new URL(".", from).href;
+  const folderOf = (address) => address && new URL(".", address).href;
+  const addresses = (selector) => Array.from(document.querySelectorAll(selector), ({ src }) => src);
+  // Of a module: the folder of its tag, or of what another module has imported. If there are several, each may be another
+  // script's, and the page must set src.
+  const folderOfModule = () => {
+    const others = addresses("script:not([type=module])");
+    const imported = performance.getEntriesByType("resource").map(({ name }) => name);
+    const [folder, another] = new Set([...addresses("script[type=module]"), ...imported]
+      .filter((address) => /\/embed\.js([?#]|$)/.test(address) && !others.includes(address)).map(folderOf));
+    return another ? "" : folder;
+  };
+  const here = document.currentScript ? folderOf(document.currentScript.src) : folderOfModule();
   const mostAwake = 4; // frames at a time: browsers give a page few contexts to draw with
   const awake = []; // that were seen last, the last one last
   const look = ":host{display:block;position:relative;width:100%;aspect-ratio:4/3;min-height:160px;background:#1a1c20}"
     + ":host([theme=light]){background:#e9e7e2}:host([hidden]){display:none}iframe{display:block;border:0;width:100%;height:100%}"
     + "button{position:absolute;inset:0;width:100%;height:100%;padding:0;border:0;background:none;cursor:pointer}"
-    + "button[disabled]{pointer-events:none}button img{display:block;width:100%;height:100%;object-fit:cover}"
+    + "button[aria-disabled=true]{pointer-events:none}button img{display:block;width:100%;height:100%;object-fit:cover}"
     + "[part=logo]{position:absolute;right:8px;bottom:8px;max-width:25%;max-height:15%;pointer-events:none}";
   const make = (name, part, properties) => {
     const element = Object.assign(document.createElement(name), properties);
@@ -23,7 +31,7 @@
   };
 
   class KdStreamViewer extends HTMLElement {
-    static observedAttributes = ["src", "model", "view", "turn", "theme", "scroll", "poster", "logo"];
+    static observedAttributes = ["src", "model", "view", "turn", "theme", "scroll", "poster", "autoplay", "logo"];
     #frame = null;
     #link = ""; // of what was seen last
     #waiting = new Map(); // deeds that have no answer yet
@@ -47,6 +55,7 @@
       this.src || console.error("kdstream-viewer: set src to the address of the server of the models");
       addEventListener("message", this);
       addEventListener("pointerdown", this, true);
+      this.#showPictures(); // with the title, and what else a script has set since the poster
       this.#watch.observe(this);
     }
 
@@ -66,8 +75,9 @@
         this.#ready && this.spin(this.hasAttribute("turn")).catch(() => {});
         return;
       }
-      if (name === "poster" || name === "logo") {
+      if (["poster", "autoplay", "logo"].includes(name)) {
         this.#showPictures();
+        this.#see(this.#isSeen);
         return;
       }
       if (name === "theme" || name === "scroll") { // the view stays
@@ -138,17 +148,19 @@
 
     // The poster lies over the frame until that has a picture; where nothing starts by itself, a press starts it.
     #showPictures() {
+      const hadFocus = this.#poster && this.shadowRoot.activeElement === this.#poster;
       this.#poster?.remove();
       this.#logo?.remove();
       this.#poster = this.#logo = null;
       const { poster, logo } = Object.fromEntries(["poster", "logo"].map((name) => [name, this.getAttribute(name)]));
       if (poster && !this.#ready) {
         const name = this.title || "3D model";
-        this.#poster = make("button", "poster", { type: "button", ariaLabel: name, disabled: !this.#waits() });
+        const waits = this.#waits(); // else it is no button; aria-disabled, as what is disabled loses the focus
+        this.#poster = make("button", "poster", { type: "button", ariaLabel: name, ariaDisabled: !waits, tabIndex: waits ? 0 : -1 });
         this.#poster.append(make("img", "poster-picture", { src: poster, alt: "" }));
         this.#poster.addEventListener("click", () => {
           this.#isWanted = true;
-          this.#poster.disabled = true;
+          this.#poster.ariaDisabled = true;
           this.#see(this.#isSeen);
         });
         this.shadowRoot.append(this.#poster);
@@ -157,6 +169,7 @@
         this.#logo = make("img", "logo", { src: logo, alt: "" });
         this.shadowRoot.append(this.#logo);
       }
+      hadFocus && (this.#poster ?? this.#frame)?.focus({ preventScroll: true });
     }
 
     #waits() {
@@ -245,7 +258,7 @@
       if (event === "viewchange") {
         this.#link = String(detail);
       }
-      this.#tell(event, detail);
+      event === "failed" || this.#tell(event, detail); // the frame says more
     }
 
     #tell(event, detail) {

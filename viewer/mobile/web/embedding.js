@@ -51,14 +51,19 @@ export class Embedding {
     const { canvas, viewer, fingers, wake } = page;
     const open = document.getElementById("open");
     open.addEventListener("click", () => fillScreen(viewer));
+    let isByPointer = true; // else the frame has entered the viewer by itself, and the keyboard is elsewhere
     fingers.onEnter = () => {
       document.body.toggleAttribute("data-entered", fingers.entered);
-      fingers.entered && canvas.focus({ preventScroll: true });
+      fingers.entered && isByPointer && canvas.focus({ preventScroll: true });
       wake();
     };
     const asked = new URLSearchParams(location.search);
     const isEntered = asked.get("embed") === "entered"; // the page around it is not scrolled over it
-    const leave = () => fingers.enter(isEntered || Boolean(document.fullscreenElement));
+    const leave = () => {
+      isByPointer = false;
+      fingers.enter(isEntered || Boolean(document.fullscreenElement));
+      isByPointer = true;
+    };
     if (asked.get("theme") === "light") {
       document.documentElement.dataset.theme = "light";
       viewer.setBackground(0xd9d6cf, 0xf4f2ee); // as light.css has them
@@ -114,15 +119,13 @@ export class Embedding {
       this.#told.ready = true;
       tell("ready");
     }
-    if (!this.#mayTell()) {
-      return;
-    }
+    const mayTell = this.#mayTell();
     const wrong = error || drawingError || trouble || "";
     if (wrong !== this.#told.error) {
       this.#told.error = wrong;
-      wrong && tell("error", wrong);
+      wrong && (mayTell ? tell("error", wrong) : tell("failed")); // not why: only that the poster must not hide it
     }
-    if (idle && this.#told.ready) {
+    if (mayTell && idle && this.#told.ready) {
       const link = this.#page.viewer.link();
       if (link !== this.#told.link) {
         this.#told.link = link;

@@ -149,7 +149,9 @@ export async function get(path, mostBytes, cache = "default") {
       const { done, value } = await reader.read();
       if (done) {
         const bytes = join(parts, length);
-        contact = lacking ? contactIn(bytes) : contact;
+        if (response.status === 401) { // this one's: others come meanwhile
+          contact = contactIn(bytes);
+        }
         return { status: response.status, bytes, retryAfter: retryAfterOf(response) };
       }
       length += value.length;

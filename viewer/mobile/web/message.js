@@ -2,7 +2,7 @@
 // What has to be said, in #message: one thing at a time, the worst first.
 
 import { inPlainWords, isRefusal } from "./refusal.js";
-import { t } from "./words.js";
+import { apart, t } from "./words.js";
 
 const box = document.getElementById("message");
 const words = document.getElementById("message-text");
@@ -54,7 +54,8 @@ export function findMessage(situation) {
   const { status, name, listed, listTrouble } = situation;
   const again = { label: t("Try now"), act: situation.tryNow };
   const cure = situation.lacksToken ? { label: t("Enter it"), act: situation.askForToken } : again;
-  const trying = (text) => `${sentence(text)} ${situation.lacksToken ? situation.contact : t("Trying again …")}`.trim();
+  const contact = situation.contact && apart(situation.contact);
+  const trying = (text) => `${sentence(text)} ${situation.lacksToken ? contact : t("Trying again …")}`.trim();
   const noList = () => ({ text: trying(situation.lacksToken ? listTrouble
     : t("the list of models cannot be loaded: {why}", { why: listTrouble })), ...cure });
   if (situation.failed?.isPartMissing) {

@@ -22,7 +22,7 @@ function readNote({ label, body, target } = {}) {
   return {
     title: text(Array.isArray(titles) ? titles[0] : titles, longest.title),
     text: text(body?.value, longest.text),
-    link: text(target?.selector?.value, longest.link),
+    link: text(target?.selector?.value, longest.link).replace(/\p{Cc}/gu, ""), // a link is one line (setMarks)
     language: spoken,
   };
 }
@@ -79,7 +79,9 @@ export class Notes {
     this.markers = make("div", { id: "note-marks" });
     this.play = makeButton("Play the tour", () => this.#play(!this.#isPlaying()), { id: "note-play", className: "tool" });
     this.all.after(this.play);
-    page.canvas.addEventListener("pointerdown", () => this.#play(false));
+    for (const name of ["pointerdown", "wheel", "keydown"]) {
+      page.canvas.addEventListener(name, () => this.#play(false), { passive: true });
+    }
     page.canvas.after(this.markers, this.opener, this.box);
     document.addEventListener("keydown", (event) => {
       const another = document.querySelector(".sheet:not([hidden]), dialog[open]");
@@ -128,11 +130,13 @@ export class Notes {
   }
 
   #use(notes) {
+    this.#play(false);
     this.#notes = notes;
     this.#at = -1;
     this.box.hidden = true;
     this.#page.viewer.setMarks(notes.map((note) => linkOf(this.#model, note)));
     this.markers.replaceChildren(...notes.map(({ title }, i) => makeButton(String(i + 1), () => {
+      this.#play(false);
       this.box.hidden = false;
       this.#goTo(i);
     }, { className: "note-mark", ariaLabel: `${i + 1}: ${title}`, hidden: true })));
@@ -142,13 +146,19 @@ export class Notes {
   // Where their notes are, and nothing hides them; what is tapped with a tool in hand is the model.
   #showMarkers() {
     const { mode, tool } = this.#page.status();
+    const focused = mode === "full screen" && this.markers.querySelector(":focus");
     this.markers.hidden = mode !== "full screen" || tool > 0 || !this.#notes.length;
-    if (this.markers.hidden) {
-      return;
-    }
+    this.markers.hidden || this.#placeMarkers();
+    focused && !focused.checkVisibility() && this.#focus();
+  }
+
+  #placeMarkers() {
     const ratio = this.#page.canvas.width / this.#page.canvas.clientWidth;
     this.#page.viewer.marks().forEach((mark, i) => {
       const marker = this.markers.children[i];
+      if (!marker) {
+        return;
+      }
       marker.hidden = !mark?.[2];
       if (!marker.hidden) {
         marker.style.transform = `translate(${mark[0] / ratio}px, ${mark[1] / ratio}px) translate(-50%, -50%)`;
@@ -207,8 +217,14 @@ export class Notes {
     this.#showAll();
     const wanted = document.activeElement; // a button that is disabled loses the focus
     if (!wanted || wanted.disabled || wanted === document.body || !wanted.checkVisibility()) {
-      (this.next.disabled ? this.all : this.next).focus();
+      this.#focus();
     }
+  }
+
+  // To go on from, where what had the focus has gone.
+  #focus() {
+    const button = this.next.disabled ? this.all : this.next;
+    (button.checkVisibility() ? button : this.#page.canvas).focus();
   }
 
   #showAll() {
@@ -236,6 +252,7 @@ export class Notes {
 
   // Into the tools' sheet.
   write(place) {
+    this.#play(false);
     if (!this.#author) {
       const input = (name, properties) => make(name, { maxLength: properties.most, ...properties });
       this.title = input("input", { id: "note-title", type: "text", most: longest.title });

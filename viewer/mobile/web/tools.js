@@ -78,9 +78,9 @@ export class Tools {
     this.show();
   }
 
-  // A tap that measures nothing says so.
-  #press({ clientX, clientY }) {
-    this.pressed = this.#page.status().measuring && { clientX, clientY, ends: this.#ends() };
+  // A tap that measures nothing says so: not one of several fingers, nor one that moves the picture (fingers.js).
+  #press({ isPrimary, button, shiftKey, clientX, clientY }) {
+    this.pressed = isPrimary && button === 0 && !shiftKey && this.#page.status().measuring && { clientX, clientY, ends: this.#ends() };
   }
 
   #lift({ clientX, clientY }) {

@@ -53,7 +53,7 @@ function patternOf(english) {
 }
 
 // A name or a sentence of somebody else's, which may run the other way than what is around it.
-function apart(text) {
+export function apart(text) {
   return document.documentElement.dir === "rtl" || /[\u0590-\u08ff\ufb1d-\ufeff]/.test(text) ? `\u2068${text}\u2069` : text;
 }
 
