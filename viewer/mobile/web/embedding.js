@@ -123,7 +123,11 @@ export class Embedding {
     const wrong = error || drawingError || trouble || "";
     if (wrong !== this.#told.error) {
       this.#told.error = wrong;
-      wrong && (mayTell ? tell("error", wrong) : tell("failed")); // not why: only that the poster must not hide it
+      if (wrong && mayTell) {
+        tell("error", wrong);
+      } else if (wrong && !this.#told.ready) {
+        tell("failed"); // not why: only that the poster must not hide it
+      }
     }
     if (mayTell && idle && this.#told.ready) {
       const link = this.#page.viewer.link();
