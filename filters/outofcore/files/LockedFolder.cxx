@@ -126,6 +126,32 @@ bool IsDead(int descriptor, bool locked, const fs::path& folder, const FolderOwn
   return gone || IsUnchangedForLong(folder);
 }
 
+// A folder that was made a moment ago: gone again if memory runs out before somebody has it.
+struct FolderInTheMaking
+{
+  explicit FolderInTheMaking(const char* folder)
+    : name(folder)
+  {
+  }
+  ~FolderInTheMaking()
+  {
+    if (this->descriptor >= 0)
+    {
+      close(this->descriptor);
+    }
+    if (this->isRemoved)
+    {
+      rmdir(this->name);
+    }
+  }
+  FolderInTheMaking(const FolderInTheMaking&) = delete;
+  FolderInTheMaking& operator=(const FolderInTheMaking&) = delete;
+
+  const char* name;
+  int descriptor = -1;
+  bool isRemoved = true;
+};
+
 }
 
 Result<LockedFolder> MakeLockedFolder(const fs::path& parent)
@@ -140,7 +166,9 @@ Result<LockedFolder> MakeLockedFolder(const fs::path& parent)
     {
       return SystemError("cannot create a folder for temporary files in it", errno, in.string());
     }
+    FolderInTheMaking made(name.c_str());
     const int descriptor = open(name.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+    made.descriptor = descriptor;
     const bool refused = descriptor >= 0 && flock(descriptor, LOCK_EX | LOCK_NB) != 0;
     const bool taken = refused && errno == EWOULDBLOCK;
     const std::optional<bool> isSame =
@@ -148,18 +176,18 @@ Result<LockedFolder> MakeLockedFolder(const fs::path& parent)
     const int reason = errno;
     if (isSame.value_or(false))
     {
-      return LockedFolder{ name,
+      fs::path path = name;
+      made.descriptor = -1; // the deleter closes it, also if there is no memory for the pointer
+      LockedFolder locked{ std::move(path),
         std::shared_ptr<void>(nullptr, [descriptor](void*) { close(descriptor); }) };
-    }
-    if (descriptor >= 0)
-    {
-      close(descriptor);
+      made.isRemoved = false;
+      return locked;
     }
     if (taken || isSame || (descriptor < 0 && reason == ENOENT))
     {
+      made.isRemoved = false;
       continue; // before it was locked another process has taken it for one of a killed one
     }
-    rmdir(name.c_str());
     return SystemError("its folder for temporary files cannot be opened", reason, in.string());
   }
 }
