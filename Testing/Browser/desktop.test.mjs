@@ -96,7 +96,7 @@ test("a pinch on Safari's trackpad zooms", async () => {
   assert.ok(difference(near, await seen()) < 0.01, "a pinch of the same factor shows the same");
   await pinch(Math.exp(-0.2));
   assert.ok(difference(far, await seen()) < 0.01, "the next one begins anew");
-  await page.mouse.down(); // as fingers, of which a phone has told by pointers
+  await page.mouse.down(); // on a phone, gesture events come beside pointers
   await pinch(1.5);
   await page.mouse.up();
   assert.ok(difference(far, await seen()) < 0.01, "what fingers do is not done twice");

@@ -47,7 +47,7 @@ test("lengths have the unit and the digits that one reads", () => {
   assert.equal(plain(describeLengths([0.3, 0.2, 0.1], "m")), "30 × 20 × 10 cm");
 });
 
-test("what is drawn is told in the details alone", async () => {
+test("levels and triangles are shown only in the details", async () => {
   const visit = await Visit.phone(browser);
   await openPebble(visit);
   assert.match(await visit.page.locator("#status").textContent(), /^(Original)?$/);

@@ -225,7 +225,7 @@ window.drawTileset = async (url, direction, sphere, errorTarget) => {
   return { visible, triangles };
 };
 
-// Tiles as they are told, some coarse beside some fine.
+// The tiles of a given cut, some coarse beside some fine.
 const loaded = new Map();
 window.drawTiles = async (urls, transform, directions, sphere, { skirts = true, bothSides = true } = {}) => {
   const scene = makeScene();

@@ -52,7 +52,7 @@ const isSeen = (visit, selector) => visit.page.locator(selector).evaluate((eleme
   return document.elementsFromPoint(x, y).some((each) => element.contains(each)) && top >= 0 && bottom <= innerHeight;
 });
 
-test("what was done is told where one sees it", async () => {
+test("a notice of what was done is where one sees it", async () => {
   const visit = await Visit.phone(browser);
   await openPebble(visit);
   await turnPanel(visit);
@@ -199,7 +199,7 @@ test("a tap beside the model says that there is nothing to measure", async () =>
   await press(visit, "Measure");
   await visit.until("it measures", ({ measuring }) => measuring);
   await visit.tap({ x: 20, y: 250 });
-  await eventually("it is told", () => visit.page.locator("#notice").textContent(), (text) => /nothing to measure/.test(text));
+  await eventually("a notice", () => visit.page.locator("#notice").textContent(), (text) => /nothing to measure/.test(text));
   assert.equal(await visit.page.locator("#measurements li").count(), 0);
   assert.ok(await visit.page.locator("#tools").isVisible(), "the tools stay in sight");
   await visit.close();

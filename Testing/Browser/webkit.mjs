@@ -172,7 +172,7 @@ export class WebKit {
 
   // ---- the screen
 
-  // Does what xdotool is told.
+  // Runs xdotool with these arguments.
   input(...words) {
     const { status, stderr } = spawnSync("xdotool", words.map(String),
       { encoding: "utf8", env: { ...process.env, DISPLAY: this.#screen.display } });

@@ -58,17 +58,13 @@ public:
   {
     std::error_code ignored;
     this->IsThere = fs::is_directory(this->Folder, ignored);
-    if (this->IsThere)
-    {
-      RemoveDeadFolders(this->Folder);
-    }
+    const fs::path around = this->IsThere ? this->Folder : this->Parent();
+    RemoveDeadFolders(around);
     KDSTREAM_TRY(this->CheckNew());
     const std::string name = this->Folder.string();
     auto above = OfFile(name, OutputFolders::Make(this->Folder));
     KDSTREAM_TRY(above);
     this->Above = std::move(*above);
-    const fs::path around = this->IsThere ? this->Folder : this->Parent();
-    RemoveDeadFolders(around);
     auto hidden = OfFile(name, MakeLockedFolder(around));
     KDSTREAM_TRY(hidden);
     this->Hidden = std::move(*hidden);

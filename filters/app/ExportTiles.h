@@ -29,8 +29,8 @@ struct TilesReport
 };
 
 // Writes tileset.json, and a .glb for each piece of the levels from the preview's on and of the
-// original, into the new folder `folder`, which appears whole or not at all. Layout:
-// doc/3dtiles.md.
+// original, into the folder `folder`: a new one appears whole or not at all; an empty one is filled
+// at the end, with tileset.json last. Layout: doc/3dtiles.md.
 //
 // Peak memory: some pieces at a time, and 5 kB a piece for normals on their borders. Threads:
 // `execution` encodes pieces. Reports the step "export". The same bytes for any number of threads.
