@@ -19,7 +19,7 @@ const folder = path.join(root, "Testing/Benchmarks/Figures");
 // Of each section: the beginning of its files' names, its heading, and what it measures.
 const sections = [
   ["large-build", "Large builds", "A closed mesh of fine relief, built with 1 GiB. With `--memory 256M` the digest is the same, the peak 276 MB."],
-  ["speed", "Building in memory and out of core", "The floor (`BenchFloor.cxx`) only reads, builds a k-d tree, puts triangles into partitions and writes one file. Bars: at most 5 and 8 times the floor; shuffled input at most 2 times ordered."],
+  ["speed", "Building in memory and out of core", "The floor (`BenchFloor.cxx`) reads, builds a k-d tree, puts triangles into partitions and writes one file."],
   ["table2", "Partitions (Table 2)", "The paper's Table 2: compactness and seconds of k-d tree, octree and k-means."],
   ["fig5", "Partitions (Fig. 5)", "Sizes of partitions by k-d tree, octree and k-means."],
   ["table3", "Partitions out of core (Table 3)", "The paper's Table 3: medians of meshes that do not fit the memory."],
@@ -30,7 +30,7 @@ const sections = [
   ["trees", "Trees", "An update of `vtkKdTreePartition` beside `vtkKdTree::BuildLocatorFromPoints`."],
   ["codec", "The codec", "Our codec ([why](decisions/0010-codec.md)) beside Draco at speed 5 and plain arrays under zstd -19; natively and as WebAssembly."],
   ["floors", "Floors and peers", "What a step costs at least, and what other programs take for the same mesh."],
-  ["view", "Views", "View-dependent refinement ([how](viewing.md)) from 12 directions, 800 x 480, over simulated lines of 1, 10 and 100 Mbit/s with a round trip of 30 ms. Bytes and seconds until the first picture, and until at most 5 % and 1 % of the object's pixels are wrong (a channel off by more than 8 of 255). The oracle fetches only the final cut.\n\n![Wrong pixels of the dragon over bytes, at zooms of 1, 4 and 16](pictures/view-dragon.png)"],
+  ["view", "Views", "View-dependent refinement ([how](viewing.md)) from 12 directions, 800 x 480, over simulated lines of 1, 10 and 100 Mbit/s with a round trip of 30 ms. A pixel of the object is wrong where a channel is off by more than 8 of 255. The oracle fetches only the final cut.\n\n![Wrong pixels of the dragon over bytes, at zooms of 1, 4 and 16](pictures/view-dragon.png)"],
   ["paint", "Colours", "Levels of a mesh with vertex colours beside levels by shape only; pictures without light from 24 cameras."],
   ["textures", "Textures", "What tiles of texture cost a build (bar: 2 times the build without)."],
   ["tables456", "Levels and regions over a line", "The paper's Tables 4 to 6 and Figures 10, 11 and 19: `kdstream-serve` and `kdstream-view --detail level` over a proxy. The paper measured a phone of 2013 on Wi-Fi.\n\n![Bytes of the partitions of one region, by k-d tree and by octree](pictures/fig10-dragon.png)"],
