@@ -40,7 +40,7 @@ OTHER_PICTURES = {"vtkKdOffscreenRendering": "viewer/actor/Testing/Data/Baseline
 MENU = [
     ("Home", "README.md"),
     ("Tutorials", ["serve-your-scan", "guard-it", "filters-in-a-pipeline", "offscreen-pictures", "embed", "client-in-60-lines"]),
-    ("Use it", ["cli", "viewing", "embedding", "benchmarks"]),
+    ("Use it", ["cli", "viewing", "embedding", "3dtiles", "benchmarks"]),
     ("Serve it", ["serving", "security", "SECURITY.md"]),
     ("VTK", ["from-vtk", "classes", "offscreen", "paraview", "api"]),
     ("Formats", ["formats", "protocol"]),
