@@ -6,7 +6,8 @@
 //   node figures.mjs record NAME     reads what a benchmark printed (out/bench/NAME.txt) into out/bench/NAME.json
 //
 // A run: {"section","date","machine","command","commit","tables","remarks"}. A table: {"title","columns","rows","plot"}; plot is
-// a list of columns whose first numbers become bars, or {"unit","bars":[[label,number],...]}. Remarks are kept, not shown.
+// a list of columns whose first numbers become bars, or {"unit","bars":[[label,number],...]}. "show" lists the columns of the page;
+// without it all are there. Remarks are kept, not shown.
 import { execFileSync } from "node:child_process";
 import { mkdirSync, readFileSync, readdirSync, writeFileSync } from "node:fs";
 import os from "node:os";
@@ -94,7 +95,8 @@ function plotOf(table) {
 
 function tableOf(table) {
   const line = (cells) => `| ${cells.join(" | ")} |`;
-  return [line(table.columns), `|${"---|".repeat(table.columns.length)}`, ...table.rows.map(line)].join("\n");
+  const shown = (cells) => (table.show ?? [...table.columns.keys()]).map((column) => cells[column] ?? "");
+  return [line(shown(table.columns)), `|${"---|".repeat(shown(table.columns).length)}`, ...table.rows.map((cells) => line(shown(cells)))].join("\n");
 }
 
 // The files of the page: path from the root → text.
@@ -105,7 +107,7 @@ function pageFiles() {
     "# Figures of benchmarks",
     "",
     "`node Testing/Benchmarks/figures.mjs page` makes this page from the runs in `Testing/Benchmarks/Figures` ([how to add one](../CONTRIBUTING.md)).",
-    "Seconds are of one run on the named machine: compare ratios within a run. A *bar* is what the benchmark demands of itself.",
+    "These files have more columns. Seconds are of one run on the named machine: compare ratios within a run. A *bar* is what the benchmark demands of itself.",
     "",
   ];
   const stemOf = (name) => name.replace(/-\d{4}-\d\d-\d\d\.json$/, "");
