@@ -17,7 +17,8 @@ foreach(language C CXX)
   set(CMAKE_${language}_FLAGS_MINSIZEREL "-DNDEBUG")
 endforeach()
 
-# Small: no exceptions (no input of ours throws), no run-time types, one unit for the optimiser. At -Oz em++ has the compiler
-# inline nothing: each function is there when the module is parted by their names (PartWasm.cmake). wasm-opt inlines after that.
-add_compile_options(-Oz -flto -fno-exceptions -fno-rtti -mbulk-memory)
+# Small: no exceptions (no input of ours throws), no run-time types, one unit for the optimiser. The compiler inlines
+# nothing that is not marked so (em++ 3.1.6 asks for that by itself at -Oz, 3.1.69 no longer): each function is there when
+# the module is parted by their names (PartWasm.cmake). wasm-opt inlines after that.
+add_compile_options(-Oz -fno-inline-functions -flto -fno-exceptions -fno-rtti -mbulk-memory)
 add_link_options(-Oz -flto -mbulk-memory)
