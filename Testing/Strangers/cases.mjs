@@ -107,6 +107,17 @@ function glbChanged(bytes, change) {
   return Buffer.concat([head, padded, middle, body]);
 }
 
+// The cube, its chunk of bytes named otherwise, after another chunk of that name.
+function withChunk(name, before = "") {
+  const bytes = glb([{ mesh: 0 }]);
+  const end = 20 + bytes.readUInt32LE(12);
+  const chunk = before ? Buffer.from(`\x04\0\0\0${before}wxyz`) : Buffer.alloc(0);
+  const changed = Buffer.concat([bytes.subarray(0, end), chunk, bytes.subarray(end)]);
+  changed.write(name, end + chunk.length + 4);
+  changed.writeUInt32LE(changed.length, 8);
+  return changed;
+}
+
 const redGlossy = { extensions: { KHR_materials_pbrSpecularGlossiness: { diffuseFactor: [1, 0, 0, 1], glossinessFactor: 0.2 } } };
 
 // Encodes at most 16 attributes of `stride` bytes for EXT_meshopt_compression (mode 0): 16 differences of each byte of an
@@ -217,6 +228,20 @@ element face 6\nproperty list float ${type} vertex_indices\nend_header\n`;
   const indices = { float: Float32Array, double: Float64Array, uint64: BigUint64Array }[type];
   const faces = quads.map((quad) => Buffer.concat([floats([[4]]), Buffer.from(new indices(quad.map((i) => (type === "uint64" ? BigInt(i) : i))).buffer)]));
   return Buffer.concat([Buffer.from(head), vertices, ...faces]);
+}
+
+// A PLY of the cube whose bytes are in the other order than it says.
+function plyInOtherOrder(counts) {
+  const vertices = Buffer.alloc(96), size = counts === "int" ? 4 : 1;
+  corners.flat().forEach((value, i) => vertices.writeFloatBE(value, 4 * i));
+  const faces = quads.map((quad) => {
+    const face = Buffer.alloc(size + 16);
+    face[size - 1] = 4;
+    quad.forEach((index, k) => face.writeInt32BE(index, size + 4 * k));
+    return face;
+  });
+  return Buffer.concat([Buffer.from(plyOf(corners, quads).split("end_header")[0].replace("ascii", "binary_little_endian").replaceAll("double", "float").replace("uchar", counts)),
+    Buffer.from("end_header\n"), vertices, ...faces]);
 }
 
 // Points of text with a colour each.
@@ -534,6 +559,15 @@ export const cases = [
   one("an OFF that counts too many faces", "a.off", offOf().replace("8 6 12", "8 7 12"), cube, { mustRefuse: true, refused: /truncated: face 6 of 7/ }),
   one("an OFF with an index that is not there", "a.off", offOf().replace("4 3 0 4 7", "4 3 0 4 8"), cube, { mustRefuse: true, refused: /face 5 \(line 16\) names vertex 8/ }),
   one("a binary OFF", "a.off", Buffer.from("OFF BINARY\n\0\0\0\x08\0\0\0\x06\0\0\0\0"), cube, { mustRefuse: true, refused: /binary OFF/ }),
+  one("a binary STL with a colour in its header", "a.stl", (() => { const bytes = stlBytes(); bytes.write("COLOR=\x80\x40\x20\xff", 0, "latin1"); return bytes; })(), cube, { says: /left out: the colour in the header/ }),
+  one("a big-endian STL", "a.stl", (() => { const bytes = stlBytes(); bytes.writeUInt32BE(triangles.length, 80); return bytes; })(), cube, { mustRefuse: true, refused: /is big-endian: its 12 triangles/ }),
+  one("an OBJ with two numbers after its coordinates", "a.obj", coloredObj(() => [0.5, 0.25]), cube, { says: /two numbers after the coordinates/ }),
+  one("an OBJ with colours that let light through", "a.obj", coloredObj(() => [1, 0.5, 0, 0.5]).replace("1 0.5 0 0.5", "0.5 0.5 0 0.5"), cube, { says: /numbers after the colours/, colors: [[128, 128, 0], [255, 128, 0]] }),
+  one("a big-endian PLY that says it is not", "a.ply", plyInOtherOrder("uchar"), cube, { mustRefuse: true, refused: /face 0 names vertex 50331648, but there are only 8, .*in the other order it is 3: the header's format may be wrong/ }),
+  one("a big-endian PLY with long counts that says it is not", "a.ply", plyInOtherOrder("int"), cube, { mustRefuse: true, refused: /claims 67108864 values.* in the other order it is 4/ }),
+  one("a .pvtp", "a.pvtp", '<?xml version="1.0"?>\n<VTKFile type="PPolyData" version="0.1"><PPolyData><Piece Source="a_0.vtp"/></PPolyData></VTKFile>\n', cube, { mustRefuse: true, refused: /with the mesh in parts, which is not read: open it in ParaView/ }),
+  one("a .vtp with copies of cells", "a.vtp", vtp(8, 6).replace("</Polys>", '</Polys><CellData><DataArray type="UInt8" Name="vtkGhostType" format="ascii">0 0 0 0 0 1</DataArray></CellData>'), { triangles: 10, volume: 20 / 3 },
+    { says: /left out: 1 cells? .*vtkGhostType/, isRead: false }),
   one("a binary STL called .ply", "a.ply", stlBytes(), cube, { mustRefuse: true, refused: /a\.ply: looks like a \.stl file.*rename it to end in \.stl/ }),
   one("a binary STL called .xyz", "a.xyz", stlBytes(), cube, { mustRefuse: true, refused: /a\.xyz: looks like a \.stl file/ }),
   one("an OBJ called .ply", "a.ply", `# made by hand\n${cubeObj}`, cube, { mustRefuse: true, refused: /a\.ply: looks like a \.obj file/ }),
@@ -558,6 +592,14 @@ export const cases = [
     { mustRefuse: true, refused: /line 3: no value that the field may have \('coordIndex'\), in or before .*: correct the file, or export it again/ }),
   one("VRML with a PROTO twice", "a.wrl", wrl(`PROTO A [ ] { ${cubeWrl()} }\nA { }\nPROTO A [ ] { Transform { scale 2 2 2 children ${cubeWrl()} } }
     Transform { translation 5 0 0 children A { } }`), { triangles: 24, volume: 8 + 64, box: { low: [-1, -2, -2], high: [7, 2, 2] } }, { says: /a second PROTO 'A' \(line \d\)/, isRead: false }),
+  one("VRML with a PROTO within another that has the name of a third", "a.wrl", wrl(`PROTO A [ ] { ${cubeWrl()} }\nPROTO B [ ] { PROTO A [ ] { Transform { scale 2 2 2 children ${cubeWrl()} } } A { } }
+    A { } Transform { translation 5 0 0 children B { } } Transform { translation 20 0 0 children A { } }`), { triangles: 36, volume: 8 + 64 + 8, box: { low: [-1, -2, -2], high: [21, 2, 2] } }, { silent: /PROTO/, isRead: false }),
+  one("VRML with a PROTO within another that is used outside", "a.wrl", wrl(`PROTO B [ ] { PROTO A [ ] { ${cubeWrl()} } A { } }\nB { }\nTransform { translation 20 0 0 children A { } }`), cube,
+    { says: /1 node cannot be read and is left out: 'A', which is a PROTO only within the body of another \(line 5\)/, isRead: false }),
+  one("VRML with a PROTO without the field that a node has of it", "a.wrl", wrl(`PROTO A [ field SFVec3f size 4 4 4 ] { Shape { geometry Box { size IS sizes } } }\nA { }`), cube,
+    { says: /left out: 'size' of 'Box' \(line 2\), which IS 'sizes', but its PROTO 'A' has no such field/, isRead: false }),
+  one("VRML with a field that the PROTO of the node does not have", "a.wrl", wrl(`PROTO A [ field SFVec3f size 4 4 4 ] { Shape { geometry Box { size IS size } } }\nA { scale 3 3 3 size 2 2 2 }`), cube,
+    { says: /left out: 'scale' of 'A' \(line 3\)/, isRead: false }),
   one("VRML with decimal commas in a PROTO", "a.wrl", wrl(`PROTO P [ field MFVec3f places [ 0,5 0,5 0,5 ] field SFVec3f size 1,5 1,5 1,5 field SFVec3f at 0 0,5 0 ] {
     Transform { translation IS at children [ Shape { geometry Box { size IS size } } Shape { geometry PointSet { coord Coordinate { point IS places } } } ] } }
     P { size 2,5 2 2 at 1,5 0 0 places [ 0,25 1 1,5, 0 0 0,5 ] }`), { triangles: 12, unused: 2, volume: 10, area: 28, box: { low: [0.25, -1, -1], high: [2.75, 1, 1] } }, { says: /decimal commas/, isRead: false }),
@@ -588,6 +630,8 @@ export const cases = [
   one("a .vtk without a DATASET", "a.vtk", "# vtk DataFile Version 3.0\nt\nASCII\nFIELD f 1\na 1 1 float\n1\n", cube, { mustRefuse: true, refused: /has no DATASET/ }),
   one("a .vtk of polygons in a grid", "a.vtk", vtk("UNSTRUCTURED_GRID", [vtkPoints, vtkPolygons]), cube, { mustRefuse: true, refused: /POLYGONS \(line 14\) cannot be in a DATASET/ }),
   one("a .vtk of a table", "a.vtk", vtk("TABLE", ["ROW_DATA 1", "FIELD f 1", "a 1 1 int", "7"]), cube, { mustRefuse: true, refused: /'TABLE', which is not a mesh/ }),
+  one("a .glb whose second chunk is not that of the bytes", "a.glb", withChunk("XXXX"), cube, { mustRefuse: true, refused: /buffer 0 is in a chunk of bytes \(BIN\), which is missing: the second chunk is 'XXXX' \(byte \d+\): copy the file again/ }),
+  one("a .glb with a chunk before that of the bytes", "a.glb", withChunk("BIN\0", "ABCD"), cube, { says: /the chunk 'ABCD' \(byte \d+\) stands before that of the bytes/ }),
   one("a .glb of rubbish", "a.glb", Buffer.from("rubbish of some bytes, no scene"), cube, { mustRefuse: true, refused: /a\.glb: is not a glTF file: it begins neither/ }),
   one("a .vtp whose text ends in an element", "a.vtp", vtp(8, 6).slice(0, 400), cube, { mustRefuse: true, refused: /line \d+, column \d+: the text ends/ }),
   // Siblings of the shared cases, in other formats.

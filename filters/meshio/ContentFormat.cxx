@@ -47,7 +47,8 @@ constexpr Mark marks[] = { { "ply\n", ".ply" }, { "ply\r", ".ply" }, { "glTF", "
   { "b3dm", ".b3dm" }, { "i3dm", ".b3dm" }, { "pnts", ".b3dm" }, { "cmpt", ".b3dm" } };
 
 // Of XML: by a word near its beginning.
-constexpr Mark elements[] = { { "PolyData", ".vtp" }, { "<VTKFile", ".vtu" },
+constexpr Mark elements[] = { { "\"PPolyData\"", ".pvtp" }, { "'PPolyData'", ".pvtp" },
+  { "PolyData", ".vtp" }, { "<VTKFile", ".vtu" },
   { "<COLLADA", ".dae" }, { "<X3D", ".x3d" }, { "<amf", ".amf" }, { "<kml", ".kml" },
   { "CityModel", ".gml" }, { "<LandXML", ".landxml" } };
 
@@ -97,6 +98,8 @@ constexpr Unread unread[] = { { ".3mf", "a 3MF file",
   { ".b3dm", "a tile of 3D Tiles", "take the mesh that it was made of" },
   { ".json", "a JSON file that is not glTF", "export what it describes as .glb or .ply" },
   { ".vtu", "a file of VTK's without PolyData", vtkSurface },
+  { ".pvtp", "a list of VTK's files, with the mesh in parts",
+    "open it in ParaView and save it as .vtp" },
   { ".msh", "a Gmsh file", "export it as .stl or .vtk with Gmsh" },
   { ".mesh", "a Medit file", "export it as .stl or .vtk with Gmsh" },
   { ".gml", "a CityGML file", ownProgram }, { ".landxml", "a LandXML file", ownProgram },
