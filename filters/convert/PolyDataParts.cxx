@@ -47,8 +47,8 @@ Result<ForeignMesh> ReadPolyData(vtkPolyData& data, const Execution& execution)
   ForeignMesh result;
   if (const vtkIdType ghosts = data.GetNumberOfCells() - input.GetNumberOfCells(); ghosts > 0)
   {
-    result.warnings.push_back("left out: " + std::to_string(ghosts) +
-                              " cells that are copies or hidden (vtkGhostType)");
+    result.warnings.push_back(
+      "left out: " + std::to_string(ghosts) + " cells that are copies or hidden (vtkGhostType)");
   }
   const Result<PolyDataElements> elements = ReadElements(input);
   Result<Mesh> mesh = ReadMesh(input, execution, true);

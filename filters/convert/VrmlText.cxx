@@ -159,6 +159,7 @@ private:
     bool hasChildren = false;          // there was a field of that name
     bool isListOpen = false;           // of nodes that no field names
     std::size_t noFieldBegin = noText; // of the text of a field that is not known
+    std::size_t firstNodeEnd = noText; // in the body of a PROTO: of the text up to and with it
     std::size_t height = 0;            // of what is in it
   };
 
@@ -386,8 +387,18 @@ private:
     {
       this->Clear(closed.textEnd);
     }
+    // Of the nodes in the body of a PROTO only the first is shown (VRML97, 4.8.3).
+    if (!closed.proto.empty() && closed.firstNodeEnd != noText)
+    {
+      this->Clear(closed.firstNodeEnd);
+    }
     this->Out.text += bracket;
     ++this->At;
+    if (bracket == '}' && closed.proto.empty() && !this->Open.empty() &&
+        !this->Open.back().proto.empty() && this->Open.back().firstNodeEnd == noText)
+    {
+      this->Open.back().firstNodeEnd = this->Out.text.size();
+    }
     this->EndValue();
     const std::size_t height = closed.height + (bracket == '}' ? 1 : 0);
     if (!closed.proto.empty())
@@ -515,12 +526,11 @@ private:
     if (!isInside && !ShowsNothing(node.type))
     {
       VrmlLeftOut& left =
-        this->Out
-          .leftOut[QuotedText(node.type) +
-                   (isExtern ? ", which EXTERNPROTO takes from another file"
-                     : this->NodesOf.contains(node.type)
-                       ? ", which is a PROTO only within the body of another"
-                       : ", which VRML does not have")];
+        this->Out.leftOut[QuotedText(node.type) +
+                          (isExtern ? ", which EXTERNPROTO takes from another file"
+                            : this->NodesOf.contains(node.type)
+                              ? ", which is a PROTO only within the body of another"
+                              : ", which VRML does not have")];
       left.line = left.count++ == 0 ? this->Line : left.line;
     }
   }
@@ -601,7 +611,15 @@ private:
     {
       this->LookForCommas(this->WidthOf(node, std::string(word)), std::string(word), this->At);
     }
-    if (const std::optional<std::string> wrong = this->WrongField(node, word, next))
+    const std::string_view other =
+      next == "IS" && !this->Out.isFirst
+        ? this->NextWord(static_cast<std::size_t>(next.data() - this->File.data()) + next.size())
+        : std::string_view();
+    if (this->IsEventOfProto(other))
+    {
+      node.noFieldBegin = this->Out.text.size(); // nothing moves here
+    }
+    else if (const std::optional<std::string> wrong = this->WrongField(node, word, other))
     {
       node.noFieldBegin = this->Out.text.size();
       this->CountField(QuotedText(word) + " of " + QuotedText(node.type) + " (line " +
@@ -666,31 +684,43 @@ private:
              : this->Library.hasField(node.type, std::string(field), this->Out.isFirst);
   }
 
-  // What is wrong with a field that is left out. next: the word after it.
-  std::optional<std::string> WrongField(
-    const Bracket& node, std::string_view field, std::string_view next) const
+  // Of the PROTO in whose body this is; null outside of one.
+  const Bracket* ProtoBody() const
   {
-    const bool isKnown = this->HasField(node, field);
-    if (next != "IS" || this->Out.isFirst)
-    {
-      return isKnown ? std::nullopt : std::optional<std::string>("");
-    }
-    const std::string_view other =
-      this->NextWord(static_cast<std::size_t>(next.data() - this->File.data()) + next.size());
-    const auto proto = std::find_if(this->Open.rbegin(), this->Open.rend(),
+    const auto found = std::find_if(this->Open.rbegin(), this->Open.rend(),
       [](const Bracket& bracket) { return !bracket.proto.empty(); });
-    if (proto == this->Open.rend())
+    return found == this->Open.rend() ? nullptr : &*found;
+  }
+
+  bool IsEventOfProto(std::string_view field) const
+  {
+    const Bracket* const body = field.empty() ? nullptr : this->ProtoBody();
+    const ProtoField* const found = body ? this->FieldOfProto(body->proto, field) : nullptr;
+    return found && found->isEvent;
+  }
+
+  // What is wrong with a field that is left out. other: the PROTO's field that it IS, if it is one.
+  std::optional<std::string> WrongField(
+    const Bracket& node, std::string_view field, std::string_view other) const
+  {
+    const Bracket* const body = this->ProtoBody();
+    const std::string is = ", which IS " + QuotedText(other);
+    if (!other.empty() && !body)
     {
-      return ", which IS " + QuotedText(other) + " outside of a PROTO";
+      return is + " outside of a PROTO";
     }
-    const ProtoField* const found = this->FieldOfProto(proto->proto, other);
-    if (!found)
+    const ProtoField* const found =
+      other.empty() ? nullptr : this->FieldOfProto(body->proto, other);
+    if (!other.empty() && !found)
     {
-      return ", which IS " + QuotedText(other) + ", but its PROTO " +
-             QuotedText(proto->protoName) + " has no such field";
+      return is + ", but its PROTO " + QuotedText(body->protoName) + " has no such field";
     }
-    // Events of nodes are not listed: nothing moves here.
-    return isKnown || found->isEvent ? std::nullopt : std::optional<std::string>("");
+    const std::size_t width = this->WidthOf(node, std::string(field));
+    if (found && width > 0 && width != found->width)
+    {
+      return is + ", a field of another type";
+    }
+    return this->HasField(node, field) ? std::nullopt : std::optional<std::string>("");
   }
 
   // The number of floats of a field's value; 0 for other fields, and for texture coordinates, which

@@ -48,9 +48,8 @@ constexpr Mark marks[] = { { "ply\n", ".ply" }, { "ply\r", ".ply" }, { "glTF", "
 
 // Of XML: by a word near its beginning.
 constexpr Mark elements[] = { { "\"PPolyData\"", ".pvtp" }, { "'PPolyData'", ".pvtp" },
-  { "PolyData", ".vtp" }, { "<VTKFile", ".vtu" },
-  { "<COLLADA", ".dae" }, { "<X3D", ".x3d" }, { "<amf", ".amf" }, { "<kml", ".kml" },
-  { "CityModel", ".gml" }, { "<LandXML", ".landxml" } };
+  { "PolyData", ".vtp" }, { "<VTKFile", ".vtu" }, { "<COLLADA", ".dae" }, { "<X3D", ".x3d" },
+  { "<amf", ".amf" }, { "<kml", ".kml" }, { "CityModel", ".gml" }, { "<LandXML", ".landxml" } };
 
 struct Unread
 {

@@ -91,15 +91,16 @@ Status FindBinaryChunk(
     {
       return Error{ ErrorCode::InputOutput, "cannot be read" };
     }
-    const std::uint64_t length = std::min<std::uint64_t>(NumberAt(head.data()), end - begin - chunkBytes);
+    const std::uint64_t length =
+      std::min<std::uint64_t>(NumberAt(head.data()), end - begin - chunkBytes);
     if (std::memcmp(head.data() + 4, "BIN", 4) == 0) // with its zero
     {
       document.binary = begin + chunkBytes;
       document.binaryBytes = length;
       if (!before.empty())
       {
-        document.tolerance.Tell("the chunk " + before +
-                                " stands before that of the bytes (BIN): it is not read");
+        document.tolerance.Tell(
+          "the chunk " + before + " stands before that of the bytes (BIN): it is not read");
       }
       return {};
     }
