@@ -130,6 +130,10 @@ private:
         break;
       }
     }
+    if (this->Lines.Number() == 1 && LowercaseText(line.substr(0, 4)) == "sep=")
+    {
+      return {}; // spreadsheets name their separator so
+    }
     if (!this->Columns && this->IsNames(line))
     {
       return {};

@@ -44,6 +44,8 @@ constexpr Mark marks[] = { { "ply\n", ".ply" }, { "ply\r", ".ply" }, { "glTF", "
   { "AutoCAD Binary DXF", ".dxf" }, { "DRACO", ".drc" }, { "OCTM", ".ctm" }, { " sxN", ".nxs" },
   { "#Inventor", ".iv" }, { "#X3D ", ".x3d" }, { "xof 0", ".x" }, { "//Maya ASCII", ".ma" },
   { "Ogawa", ".abc" }, { "$MeshFormat", ".msh" }, { "MeshVersionFormatted", ".mesh" },
+  { "\x89HDF", ".h5" }, { "CDF\x01", ".nc" }, { "CDF\x02", ".nc" }, { "\x93NUMPY", ".npy" },
+  { "CCB2", ".cloudcompare" }, { "\0\0\x27\x0A"sv, ".shp" }, { "U3D\0"sv, ".u3d" },
   { "b3dm", ".b3dm" }, { "i3dm", ".b3dm" }, { "pnts", ".b3dm" }, { "cmpt", ".b3dm" } };
 
 // Of XML: by a word near its beginning.
@@ -105,6 +107,16 @@ constexpr Unread unread[] = { { ".3mf", "a 3MF file",
   { ".3dxml", "a 3DXML file", ownProgram }, { ".kml", "a KML file", ownProgram },
   { ".kmz", "a KMZ file", ownProgram },
   { ".npz", "an archive of NumPy's", "write its arrays as .ply" },
+  { ".npy", "an array of NumPy's", "write it as .ply" }, { ".h5", "an HDF5 file", ownProgram },
+  { ".hdf5", "an HDF5 file", ownProgram }, { ".vtkhdf", "an HDF5 file of VTK's", vtkSurface },
+  { ".nc", "a NetCDF file", ownProgram }, { ".cloudcompare", "a CloudCompare file", cloudCompare },
+  { ".shp", "a shapefile", ownProgram }, { ".geojson", "a GeoJSON file", ownProgram },
+  { ".u3d", "a U3D file", ownProgram }, { ".prc", "a PRC file", ownProgram },
+  { ".jt", "a JT file", ownProgram }, { ".sldprt", "a SolidWorks file", ownProgram },
+  { ".sldasm", "a SolidWorks file", ownProgram }, { ".ipt", "an Inventor file", ownProgram },
+  { ".iam", "an Inventor file", ownProgram },
+  { ".mtl", "a library of materials", "give the .obj that names it" },
+  { ".spz", "a file of splats", "take the .ply that it was made of" },
   { ".splat", "a file of splats", "take the .ply that it was made of" },
   { ".ksplat", "a file of splats", "take the .ply that it was made of" },
   { ".png", "a PNG picture", notMesh }, { ".jpg", "a JPEG picture", notMesh },
@@ -231,7 +243,8 @@ std::string TellZip(const std::vector<std::string>& names, std::string_view itsE
 {
   constexpr Mark inside[] = { { ".model", ".3mf" }, { ".usd", ".usdz" }, { ".usda", ".usdz" },
     { ".usdc", ".usdz" }, { ".kml", ".kmz" }, { ".amf", ".amf" }, { ".brp", ".fcstd" },
-    { ".npy", ".npz" }, { ".dae", ".dae" }, { ".3drep", ".3dxml" }, { ".3dxml", ".3dxml" } };
+    { ".npy", ".npz" }, { ".dae", ".dae" }, { ".ifc", ".ifc" }, { ".3drep", ".3dxml" },
+    { ".3dxml", ".3dxml" } };
   std::string readable;
   for (const std::string& name : names)
   {
@@ -270,6 +283,10 @@ std::string UnreadHint(
   if (format == ".zip")
   {
     return TellZip(NamesInZip(source), ending);
+  }
+  if (format == ".gz" && ending == ".spz") // which gzip has packed
+  {
+    format = ending;
   }
   const auto* const program = std::find_if(
     programs.begin(), programs.end(), [format](const auto& each) { return each[0] == format; });
