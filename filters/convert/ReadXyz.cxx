@@ -379,7 +379,8 @@ private:
     if (this->ColumnCount < 3 || this->ColumnCount > mostXyzColumns)
     {
       return this->Lines.Wrong("has " + std::to_string(this->ColumnCount) +
-                               " columns; points have at least 3 (x y z), and at most " +
+                               (this->ColumnCount == 1 ? " column" : " columns") +
+                               "; points have at least 3 (x y z), and at most " +
                                std::to_string(mostXyzColumns));
     }
     this->Columns.emplace(this->ColumnCount - 3);
@@ -445,7 +446,7 @@ private:
       {
         const bool mayBeLeftOut = !this->Layout || place == 3;
         return this->Lines.Wrong(
-          QuotedText(word) +
+          QuotedText(word) + " (column " + std::to_string(i + 1) + ")" +
           (error == NumberTextError::NotANumber ? " is not a number" : " is too large a number") +
           (mayBeLeftOut ? "; --columns leaves out a column that is called -" : ""));
       }
