@@ -350,6 +350,8 @@ export const cases = [
   one("a binary STL that counts none", "a.stl", (() => { const bytes = stlBytes(); bytes.writeUInt32LE(0, 80); return bytes; })(), cube, { says: /not counted/ }),
   one("a binary STL with colours", "a.stl", (() => { const bytes = stlBytes(); bytes.writeUInt16LE(0xfc00, 132); return bytes; })(), cube, { says: /attribute/ }),
   one("an XYZ with an opacity", "a.xyz", scatter(40).map((p) => `${p.join(" ")} 200 100 50 255`).join("\n"), { triangles: 0 }, { says: /column7/, colors: [[200, 100, 50]] }),
+  one("an XYZ with two numbers behind the colour", "a.xyz", rowsOf(" ", (i) => [255, 0, 0, i % 4, 1000 + 7 * i]), { ...cloud, box: boxOfCloud }, { says: /read as "x y z r g b column7 column8"; they could be/, colors: [[255, 0, 0]] }),
+  one("an XYZ with two numbers", "a.xyz", rowsOf(" ", (i) => [1000 + 7 * i, 0.5 * i]), { ...cloud, box: boxOfCloud }, { says: /kept as numbers are column4, column5/, colors: [] }),
   one("an XYZ with one colour brighter than white", "a.xyz", `//X Y Z Rf Gf Bf\n${scatter(40).map((p, i) => `${p.join(" ")} ${i ? 0.8 : 1.01} 0.4 0.2`).join("\n")}`,
     { triangles: 0 }, { says: /most/, colors: [[204, 102, 51], [255, 102, 51]] }),
   one("an XYZ with a part of the names of colours", "a.xyz", `//X Y Z B temp class\n${scatter(40).map((p, i) => `${p.join(" ")} ${i} 1 2`).join("\n")}`,

@@ -393,15 +393,8 @@ private:
     {
       this->Shifted.emplace(this->ColumnCount - 4, 4);
     }
-    if (const Status known = this->Columns->CheckCount(); !known)
-    {
-      const Error wrong = this->Lines.Wrong(known.GetError().message, Remedy::Told);
-      if (!this->Shifted || !this->Shifted->CheckCount())
-      {
-        return wrong;
-      }
-      this->WrongCount = wrong; // if all of them are columns of places and values
-    }
+    this->IsShiftedUsual =
+      this->Shifted && this->Shifted->IsCountUsual() && !this->Columns->IsCountUsual();
     return {};
   }
 
@@ -456,7 +449,6 @@ private:
       this->First.Add(point[0]);
       if (!this->First.MayBeOther())
       {
-        KDSTREAM_TRY(this->WrongCount);
         this->Shifted.reset();
         std::vector<double>().swap(this->Fourth);
       }
@@ -530,7 +522,7 @@ private:
     {
       XyzLayout shifted = this->Shifted->Guess(shiftedReadings);
       // A layout without a place for existing colours is wrong.
-      const bool fits = !this->WrongCount || Triples(shifted) >= Triples(plain);
+      const bool fits = this->IsShiftedUsual || Triples(shifted) >= Triples(plain);
       const bool isX = means == Meaning::Rises || means == Meaning::Differs;
       if (fits && !isX && this->PlacesVary())
       {
@@ -544,7 +536,7 @@ private:
         readings.insert(readings.end(), shiftedReadings.begin(), shiftedReadings.end());
         return shifted;
       }
-      if (fits && this->WrongCount && isX)
+      if (fits && isX)
       {
         this->TellOther("the columns are read as \"" + NamesOfLayout(plain) +
                         "\"; they could be \"" + NamesOfLayout(shifted) + "\" too, as the first " +
@@ -552,7 +544,6 @@ private:
                         " (--columns decides)");
       }
     }
-    KDSTREAM_TRY(this->WrongCount);
     readings.insert(readings.end(), plainReadings.begin(), plainReadings.end());
     return plain;
   }
@@ -731,7 +722,7 @@ private:
   std::vector<double> Fourth; // column of the points
   DecimalPrecision ShiftedPrecision;
   bool IsShifted = false;
-  Status WrongCount; // of columns, if the first is a coordinate
+  bool IsShiftedUsual = false; // the number of columns is usual only if the first is none of x y z
   ForeignMesh Out;
 };
 

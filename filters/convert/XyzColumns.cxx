@@ -547,19 +547,10 @@ XyzLayout XyzColumns::LayoutOf(const Candidate& candidate) const
   return layout;
 }
 
-Status XyzColumns::CheckCount() const
+bool XyzColumns::IsCountUsual() const
 {
-  constexpr std::array<std::size_t, 6> known{ 0, 1, 3, 4, 6, 7 };
-  if (std::find(known.begin(), known.end(), this->Count) == known.end())
-  {
-    return Error{
-      ErrorCode::InvalidInput,
-      "has " + std::to_string(this->Count + this->Before) +
-        " columns; without --columns points have 3 (x y z), 4 (and an intensity), 6 (and r g b or "
-        "nx ny nz), 7 (and a number and one of these), 9 (and both) or 10 (and both and a number)"
-    };
-  }
-  return {};
+  constexpr std::array<std::size_t, 6> usual{ 0, 1, 3, 4, 6, 7 };
+  return std::find(usual.begin(), usual.end(), this->Count) != usual.end();
 }
 
 XyzLayout XyzColumns::Guess(std::vector<std::string>& readings) const
@@ -569,8 +560,9 @@ XyzLayout XyzColumns::Guess(std::vector<std::string>& readings) const
   const XyzLayout layout = this->LayoutOf(candidates[chosen]);
   if (candidates.size() > 1)
   {
+    constexpr std::size_t mostTold = 8;
     std::string others;
-    for (std::size_t i = 0; i < candidates.size(); ++i)
+    for (std::size_t i = 0; i < std::min(candidates.size(), mostTold); ++i)
     {
       const std::string names = NamesOfLayout(this->LayoutOf(candidates[i]));
       others += i == chosen ? "" : (others.empty() ? "\"" : ", \"") + names + "\"";
