@@ -48,7 +48,7 @@ Result<ForeignMesh> ReadPolyData(vtkPolyData& data, const Execution& execution)
   if (const vtkIdType ghosts = data.GetNumberOfCells() - input.GetNumberOfCells(); ghosts > 0)
   {
     result.warnings.push_back(
-      "left out: " + std::to_string(ghosts) + " cells that are copies or hidden (vtkGhostType)");
+      "left out: " + CellsText(ghosts, "ghost") + " (copied or hidden, by vtkGhostType)");
   }
   const Result<PolyDataElements> elements = ReadElements(input);
   Result<Mesh> mesh = ReadMesh(input, execution, true);
