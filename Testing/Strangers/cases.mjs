@@ -494,6 +494,17 @@ export const cases = [
   one("points with commas and names", "a.csv", `"X","Y","Z","Red","Green","Blue","Scan Angle"\n${rowsOf(",", () => [200, 100, 50, 7])}`, cloud, { colors: [[200, 100, 50]] }),
   one("points with semicolons and decimal commas", "a.csv", `x;y;z\n${rowsOf(";").replaceAll(".", ",")}`, cloud, { says: /decimal commas/ }),
   one("points of a spreadsheet that names its separator", "a.csv", `sep=;\nX;Y;Z\n${rowsOf(";")}`, { ...cloud, box: boxOfCloud }, { silent: /names/, isRead: false }),
+  // Names in another order than x y z: whoever reads by the order mirrors the points.
+  ...[["ID,North,East,Elev", ([x, y, z], i) => [i, y, x, z]], ["lat;lon;height", ([x, y, z]) => [y, x, z], /'lat' and 'lon' are degrees/],
+    ["Hochwert;Rechtswert;H\u00f6he", ([x, y, z]) => [y, x, z]], ["OBJECTID,POINT_Y,POINT_X,POINT_Z", ([x, y, z], i) => [i, y, x, z]],
+    ["Latitude\tLongitude\tAltitude", ([x, y, z]) => [y, x, z]], ["Z [m],Y [m],X [m]", ([x, y, z]) => [z, y, x]], ["N,E,Elev.", ([x, y, z]) => [y, x, z]],
+    ['"intensity","Points:2","Points:1","Points:0"', ([x, y, z], i) => [i % 7, z, y, x]], ["y-coordinate,x-coordinate,z-coordinate", ([x, y, z]) => [y, x, z]],
+    ["Cota,Norte,Este", ([x, y, z]) => [z, y, x]],
+  ].map(([names, order, says]) => one(`points whose names are ${names}`, "a.csv",
+    `${names}\n${scatter(40).map((point, i) => order(point, i).join(/[,;\t]/.exec(names)[0])).join("\n")}\n`, { ...cloud, box: boxOfCloud }, { isRead: false, ...(says ? { says } : { silent: /names/ }) })),
+  one("points whose names are known in part, in another order", "a.csv", `what,Easting,Northing\n${rowsOf(",")}`, cloud,
+    { mustRefuse: true, refused: /line 1 names column 2 as x, and by its order column 1 would be: name all columns with --columns/ }),
+  one("points whose names are known in part, in the usual order", "a.csv", `Easting,Northing,what\n${rowsOf(",")}`, { ...cloud, box: boxOfCloud }, { says: /names that are not known: the columns are read by their order/, isRead: false }),
   one("points with quotes, commas and decimal commas", "a.csv", rowsOf(",").replace(/[^,\n]+/g, (word) => `"${Number(word).toFixed(2).replace(".", ",")}"`), cloud,
     { says: /decimal commas/, isRead: false }),
   one("points with decimal commas between commas", "a.csv", `x,y,z\n${rowsOf(",").replace(/[^,\n]+/g, (word) => Number(word).toFixed(2).replace(".", ","))}`, cloud,
@@ -610,6 +621,8 @@ export const cases = [
   one("VRML with a PROTO of two nodes, of which one is shown", "a.wrl", wrl(`PROTO A [ ] { ${cubeWrl()} Transform { translation 9 0 0 children ${cubeWrl()} } }\nA { }`), cube, { isRead: false }),
   one("VRML with a field that the PROTO of the node does not have", "a.wrl", wrl(`PROTO A [ field SFVec3f size 4 4 4 ] { Shape { geometry Box { size IS size } } }\nA { scale 3 3 3 size 2 2 2 }`), cube,
     { says: /left out: 'scale' of 'A' \(line 3\)/, isRead: false }),
+  one("VRML with an index of more than 32 bits", "a.wrl", wrl(cubeWrl().replace("coordIndex [ ", "coordIndex [ 4294967296 1 2 -1 ")), cube,
+    { mustRefuse: true, refused: /line 3: '4294967296' is too large for an index or a count/ }),
   one("VRML with decimal commas in a PROTO", "a.wrl", wrl(`PROTO P [ field MFVec3f places [ 0,5 0,5 0,5 ] field SFVec3f size 1,5 1,5 1,5 field SFVec3f at 0 0,5 0 ] {
     Transform { translation IS at children [ Shape { geometry Box { size IS size } } Shape { geometry PointSet { coord Coordinate { point IS places } } } ] } }
     P { size 2,5 2 2 at 1,5 0 0 places [ 0,25 1 1,5, 0 0 0,5 ] }`), { triangles: 12, unused: 2, volume: 10, area: 28, box: { low: [0.25, -1, -1], high: [2.75, 1, 1] } }, { says: /decimal commas/, isRead: false }),

@@ -207,6 +207,7 @@ private:
     this->SplitNames(line);
     if (AreXyzNames(this->Words))
     {
+      this->NameAxes = AxesOfNames(this->Words);
       this->TakeNames();
       this->NamesAlone = this->NamesInFile == this->Lines.Number();
       return true;
@@ -214,6 +215,7 @@ private:
     if (this->Words.size() > 1 && AreOtherNames(this->Words) && !this->OtherNames)
     {
       this->OtherNames = this->Lines.Number();
+      this->NameAxes = AxesOfNames(this->Words);
       return true;
     }
     return false;
@@ -260,6 +262,7 @@ private:
       this->Layout = std::move(*layout);
       this->NamedColumns = this->Words.size();
       this->NamesInFile = this->Lines.Number();
+      this->Degrees = DegreesOf(this->Words);
     }
   }
 
@@ -499,6 +502,7 @@ private:
     const Result<XyzLayout> layout =
       this->Layout ? Result<XyzLayout>(*this->Layout) : this->ChooseLayout(readings);
     KDSTREAM_TRY(layout);
+    KDSTREAM_TRY(this->CheckNames(*layout));
     mesh.scalarType = this->Precision.FloatsSuffice() ? ScalarType::Float32 : ScalarType::Float64;
     for (const XyzLayout::Block& block : layout->blocks)
     {
@@ -635,14 +639,51 @@ private:
     if (this->OtherNames > 0 && !this->Layout)
     {
       readings.push_back("line " + std::to_string(this->OtherNames) +
-                         " is taken for names that are not those of the columns (--columns names "
-                         "them)");
+                         " is taken for names that are not known: the columns are read by their "
+                         "order (--columns names them)");
     }
-    else if (this->Layout && !this->PartNames.empty())
+    else if (this->Layout && !this->Degrees.empty())
+    {
+      readings.push_back("line " + std::to_string(this->NamesInFile) + ": " + this->Degrees +
+                         " are degrees, which are taken for lengths as they are: project them to "
+                         "metres first if lengths are to be right");
+    }
+    if (this->Layout && !this->PartNames.empty())
     {
       readings.push_back("line " + std::to_string(this->NamesInFile) + " names " + this->PartNames +
                          " without the other two: kept as numbers");
     }
+  }
+
+  // Names that are not all known must not contradict the order that the columns are read in: the
+  // points would be mirrored.
+  Status CheckNames(const XyzLayout& layout) const
+  {
+    const bool isOfColumns = this->NameAxes.size() == this->ColumnCount;
+    std::array<bool, 3> named{};
+    for (const std::optional<std::size_t>& axis : this->NameAxes)
+    {
+      named[axis.value_or(0)] = named[axis.value_or(0)] || axis;
+    }
+    if (this->OtherNames == 0 || this->Layout ||
+        (!isOfColumns && !std::all_of(named.begin(), named.end(), [](bool is) { return is; })))
+    {
+      return {};
+    }
+    constexpr std::array<const char*, 3> axes{ "x", "y", "z" };
+    for (std::size_t k = 0; k < this->NameAxes.size(); ++k)
+    {
+      const std::optional<std::size_t> axis = this->NameAxes[k];
+      if (axis && layout.coordinates[*axis] != k)
+      {
+        return BadInput("line " + std::to_string(this->OtherNames) + " names column " +
+                          std::to_string(k + 1) + " as " + axes[*axis] + ", and by its order " +
+                          "column " + std::to_string(layout.coordinates[*axis] + 1) +
+                          " would be: name all columns with --columns",
+          Remedy::Told);
+      }
+    }
+    return {};
   }
 
   void AddBlock(const XyzLayout::Block& block, const std::array<std::size_t, 3>& coordinates,
@@ -712,8 +753,10 @@ private:
   std::uint64_t CountLine = 0;               // of the last count; 0: none
   std::uint64_t Counted = 0, SinceCount = 0; // points, by it, and after it
   std::uint64_t OtherNames = 0;              // the line of names that name no columns; 0: none
-  std::string PartNames;                     // of r g b or nx ny nz a part, which names numbers
-  std::vector<float> Extra;                  // the columns but for the coordinates
+  std::vector<std::optional<std::size_t>> NameAxes; // of the columns that the line of names names
+  std::string Degrees;      // longitudes and latitudes that names name, as messages quote them
+  std::string PartNames;    // of r g b or nx ny nz a part, which names numbers
+  std::vector<float> Extra; // the columns but for the coordinates
   DecimalPrecision Precision;
   // The columns if the first one is not a coordinate, while that is possible; none if the layout is
   // known.

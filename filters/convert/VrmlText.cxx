@@ -6,6 +6,7 @@
 #include "filters/meshio/TextWords.h"
 
 #include <algorithm>
+#include <charconv>
 #include <map>
 #include <optional>
 #include <set>
@@ -64,6 +65,20 @@ bool IsNotFiniteWord(std::string_view word)
     [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
   return small.starts_with("1.#") || small == "nan" || small.starts_with("nan(") ||
          small == "inf" || small == "infinity";
+}
+
+// A whole number beyond 32 bits, of which the parser keeps the lower ones.
+bool IsTooLargeWholeNumber(std::string_view word)
+{
+  std::int32_t value = 0;
+  word.remove_prefix(word.starts_with('+') ? 1 : 0);
+  if (word.starts_with("0x") || word.starts_with("0X"))
+  {
+    return word.find_first_not_of('0', 2) + 8 < word.size() &&
+           word.find_first_not_of('0', 2) != word.npos;
+  }
+  const auto read = std::from_chars(word.data(), word.data() + word.size(), value);
+  return read.ec == std::errc::result_out_of_range;
 }
 
 // Whether "-1." continues as "#IND" does, which is not a comment.
@@ -940,6 +955,10 @@ private:
     {
       written = "nan"; // which the parser refuses
     }
+    else if (this->IsWholeNumberField() && IsTooLargeWholeNumber(word))
+    {
+      return this->Wrong(QuotedText(word) + " is too large for an index or a count");
+    }
     if (const std::string plain = WithPlainExponent(word); !isName && !plain.empty())
     {
       written = plain;
@@ -972,6 +991,15 @@ private:
     this->LastBegin = this->Out.text.size();
     this->Out.text += written;
     return {};
+  }
+
+  // Of fields of whole numbers, those whose numbers decide what is shown.
+  bool IsWholeNumberField() const
+  {
+    const bool isInList = !this->Open.empty() && this->Open.back().bracket == '[';
+    const std::string_view field = isInList ? std::string_view(this->Open.back().type) : this->Last;
+    return field.ends_with("Index") || field == "whichChoice" || field == "whichChild" ||
+           field == "xDimension" || field == "zDimension" || field == "numPoints";
   }
 
   // Whether it is used. A Script may know the nodes around it, and itself: it shows nothing.

@@ -51,6 +51,11 @@ Result<XyzLayout> LayoutOfNamesInFile(
 // Whether the words are such a line of names before the points: x, y and z are among them, and none
 // is a number.
 bool AreXyzNames(const std::vector<std::string_view>& words);
+// Which of the words, as messages quote them, are taken as x and y and are longitudes and latitudes
+// in degrees; empty if none.
+std::string DegreesOf(const std::vector<std::string_view>& words);
+// Which coordinate each of the words names: 0 to 2; nothing for all others.
+std::vector<std::optional<std::size_t>> AxesOfNames(const std::vector<std::string_view>& words);
 // Whether none of them begins as a number does.
 bool AreOtherNames(const std::vector<std::string_view>& words);
 
