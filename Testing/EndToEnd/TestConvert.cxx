@@ -261,7 +261,7 @@ TEST_F(TestConvert, ObjHasColorsNormalsAndTextureCoordinates)
     "kdstream-convert: warning: in.obj: line 2: the materials 'none.mtl' are not there: they "
     "count as white\n"
     "kdstream-convert: warning: in.obj: not carried: materials and their textures\n"
-    "kdstream-convert: warning: in.obj: not carried: 1 lines and free-form curves or surfaces\n");
+    "kdstream-convert: warning: in.obj: not carried: 1 line, free-form curve or surface\n");
   // The second face's first corner is another combination of the first vertex.
   EXPECT_EQ(read.triangles, (std::vector<Triangle>{ { 0, 1, 2 }, { 4, 1, 2 } }));
   EXPECT_EQ(read.points.size(), 5U);
@@ -418,9 +418,8 @@ TEST_F(TestConvert, TextIsRefusedWithItsLine)
     const char *file, *text, *error;
   } cases[] = {
     { "a.xyz", "1 2 3\n4 5\n", "line 2: has 2 columns; those before have 3" },
-    { "b.xyz", "1 2 x\n", "line 1: 'x' is not a number" },
+    { "b.xyz", "1 2 x\n", "line 1: 'x' (column 3) is not a number" },
     { "c.xyz", "1 2 3\n1e999 2 3\n", "line 2: '1e999' is too large a number" },
-    { "d.xyz", "1 2 3 4 5\n", "line 1: has 5 columns" },
     { "f.xyz", "nan nan nan\n", "holds no points; 1 point is not finite" },
     { "g.xyz", "", "is empty" },
     { "a.obj", "v 1 2 3\nf 1 1 2\n", "face 0 (line 2) names vertex 2, but there is only 1" },

@@ -306,14 +306,72 @@ TEST_F(TestConvertVrml, TheLaterOfTwoProtosCounts)
   // The inner one ends with the body.
   const std::string outer = "PROTO B [ ] { " + proto("2 2 2") + " A { } }\n";
   EXPECT_NEAR(VolumeOf(this->Scene(proto("1 1 1") + outer + "A { }\n" +
-                                     Transformed("translation 5 0 0", "B { }") +
-                                     Transformed("translation 9 0 0", "A { }"),
-                Warning("a second PROTO 'A' (line 3" + told))),
+                                   Transformed("translation 5 0 0", "B { }") +
+                                   Transformed("translation 9 0 0", "A { }"))),
     1 + 8 + 1, 1e-9);
   EXPECT_NEAR(VolumeOf(this->Scene(
-                outer + proto("1 1 1") + "A { }\n" + Transformed("translation 5 0 0", "B { }"),
-                Warning("a second PROTO 'A' (line 4" + told))),
+                outer + proto("1 1 1") + "A { }\n" + Transformed("translation 5 0 0", "B { }"))),
     1 + 8, 1e-9);
+  // Without another of its name it is none outside.
+  EXPECT_NEAR(VolumeOf(this->Scene(outer + "B { }\n" + Transformed("translation 9 0 0", "A { }"),
+                LeftOut("'A', which is a PROTO only within the body of another (line 5)"))),
+    8, 1e-9);
+  EXPECT_NEAR(
+    VolumeOf(this->Scene(proto("1 1 1") + "EXTERNPROTO A [ ] \"a.wrl\"\nA { }\n" + box("2 2 2"),
+      LeftOut("'A', which EXTERNPROTO takes from another file (line 4)"))),
+    8, 1e-9);
+}
+
+// A field that IS one which its PROTO does not have keeps its own value, with a warning.
+TEST_F(TestConvertVrml, FieldsAreThoseOfTheirProtos)
+{
+  const std::string own = "Shape { geometry Box { size IS ";
+  const std::string proto = "PROTO A [ field SFVec3f s 4 4 4 ] { ";
+  const auto told = [](const std::string& what)
+  { return Warning("1 field is not one of the format's and is left out: " + what); };
+  EXPECT_NEAR(
+    VolumeOf(this->Scene(proto + own + "t } } }\nA { }",
+      told("'size' of 'Box' (line 2), which IS 't', but its PROTO 'A' has no such field"))),
+    8, 1e-9);
+  EXPECT_NEAR(
+    VolumeOf(this->Scene(proto + "PROTO B [ ] { " + own + "s } } } B { } }\nA { }",
+      told("'size' of 'Box' (line 2), which IS 's', but its PROTO 'B' has no such field"))),
+    8, 1e-9);
+  EXPECT_NEAR(VolumeOf(this->Scene("\n" + own + "s } }",
+                told("'size' of 'Box' (line 3), which IS 's' outside of a PROTO"))),
+    8, 1e-9);
+  EXPECT_NEAR(VolumeOf(this->Scene(proto + "Shape { geometry Box { sizes IS s } } }\nA { }",
+                told("'sizes' of 'Box' (line 2)"))),
+    8, 1e-9);
+  // Of a node that a PROTO makes.
+  EXPECT_NEAR(VolumeOf(this->Scene(
+                proto + own + "s } } }\nA { t 1 1 1 s 2 3 4 }", told("'t' of 'A' (line 3)"))),
+    24, 1e-9);
+  EXPECT_NEAR(
+    VolumeOf(this->Scene(
+      proto + own + "s } } }\nPROTO B [ field SFVec3f u 1 2 3 ] { A { s IS u } }\nB { }")),
+    6, 1e-9);
+  EXPECT_NEAR(VolumeOf(this->Scene("PROTO A [ field SFFloat s 4 ] { " + own + "s } } }\nA { }",
+                told("'size' of 'Box' (line 2), which IS 's', a field of another type"))),
+    8, 1e-9);
+  // Events do not come: what they would change stays.
+  ExpectBox(this->Scene("PROTO A [ eventIn SFVec3f move field SFVec3f at 1 0 0 eventOut SFVec3f "
+                        "moved eventIn MFNode add ] { Transform { set_translation IS move "
+                        "translation IS at translation_changed IS moved addChildren IS add "
+                        "children [ " +
+                        cube + " ] } }\nA { at 5 0 0 }"),
+    { 4, -1, -1 }, { 6, 1, 1 });
+}
+
+// The others may be named by scripts, but are not shown.
+TEST_F(TestConvertVrml, TheFirstNodeOfAProtoIsShown)
+{
+  const std::string more = Transformed("translation 9 0 0", "Shape { geometry Box { } }");
+  ExpectBox(this->Scene(
+              "PROTO A [ ] { PROTO B [ ] { " + cube + more + " } B { } " + more + "B { } }\nA { }"),
+    { -1, -1, -1 }, { 1, 1, 1 });
+  this->Refused("PROTO A [ ] { " + cube + more + " }\nA { }\nShape { geometry Box { size x } }",
+    "line 6: no value that the field may have ('size')");
 }
 
 TEST_F(TestConvertVrml, NodesThatAreUsedAgainAreThereAgain)

@@ -405,7 +405,7 @@ TEST_F(TestTolerance, ColumnsOfAnXyzByTheirNames)
   EXPECT_EQ(turned.attributes.size(), 1U);
   EXPECT_EQ(ValuesOf(turned, "Intensity"), (std::vector<double>{ 4, 5 }));
   this->WriteText("words.csv", "name,x,y,z,class\nA1,1,2,3,ground\nA2,4,5,6,tree\n");
-  this->ExpectError("words.csv", "line 2: 'A1' is not a number; --columns leaves out");
+  this->ExpectError("words.csv", "line 2: 'A1' (column 1) is not a number; --columns leaves out");
   const Outcome words = this->Convert("words.csv", { "--columns", "- x y z -" });
   EXPECT_EQ(words.exitCode, 0) << words.err;
   EXPECT_EQ(this->Read("out.ply").points, (std::vector<Vec3>{ { 1, 2, 3 }, { 4, 5, 6 } }));

@@ -107,6 +107,17 @@ function glbChanged(bytes, change) {
   return Buffer.concat([head, padded, middle, body]);
 }
 
+// The cube, its chunk of bytes named otherwise, after another chunk of that name.
+function withChunk(name, before = "") {
+  const bytes = glb([{ mesh: 0 }]);
+  const end = 20 + bytes.readUInt32LE(12);
+  const chunk = before ? Buffer.from(`\x04\0\0\0${before}wxyz`) : Buffer.alloc(0);
+  const changed = Buffer.concat([bytes.subarray(0, end), chunk, bytes.subarray(end)]);
+  changed.write(name, end + chunk.length + 4);
+  changed.writeUInt32LE(changed.length, 8);
+  return changed;
+}
+
 const redGlossy = { extensions: { KHR_materials_pbrSpecularGlossiness: { diffuseFactor: [1, 0, 0, 1], glossinessFactor: 0.2 } } };
 
 // Encodes at most 16 attributes of `stride` bytes for EXT_meshopt_compression (mode 0): 16 differences of each byte of an
@@ -219,6 +230,20 @@ element face 6\nproperty list float ${type} vertex_indices\nend_header\n`;
   return Buffer.concat([Buffer.from(head), vertices, ...faces]);
 }
 
+// A PLY of the cube whose bytes are in the other order than it says.
+function plyInOtherOrder(counts) {
+  const vertices = Buffer.alloc(96), size = counts === "int" ? 4 : 1;
+  corners.flat().forEach((value, i) => vertices.writeFloatBE(value, 4 * i));
+  const faces = quads.map((quad) => {
+    const face = Buffer.alloc(size + 16);
+    face[size - 1] = 4;
+    quad.forEach((index, k) => face.writeInt32BE(index, size + 4 * k));
+    return face;
+  });
+  return Buffer.concat([Buffer.from(plyOf(corners, quads).split("end_header")[0].replace("ascii", "binary_little_endian").replaceAll("double", "float").replace("uchar", counts)),
+    Buffer.from("end_header\n"), vertices, ...faces]);
+}
+
 // Points of text with a colour each.
 const rowsOf = (between, more = () => [], count = 40) => scatter(count).map((point, i) => [...point, ...more(i)].join(between)).join("\n");
 const cloud = { triangles: 0, places: 40 };
@@ -325,6 +350,8 @@ export const cases = [
   one("a binary STL that counts none", "a.stl", (() => { const bytes = stlBytes(); bytes.writeUInt32LE(0, 80); return bytes; })(), cube, { says: /not counted/ }),
   one("a binary STL with colours", "a.stl", (() => { const bytes = stlBytes(); bytes.writeUInt16LE(0xfc00, 132); return bytes; })(), cube, { says: /attribute/ }),
   one("an XYZ with an opacity", "a.xyz", scatter(40).map((p) => `${p.join(" ")} 200 100 50 255`).join("\n"), { triangles: 0 }, { says: /column7/, colors: [[200, 100, 50]] }),
+  one("an XYZ with two numbers behind the colour", "a.xyz", rowsOf(" ", (i) => [255, 0, 0, i % 4, 1000 + 7 * i]), { ...cloud, box: boxOfCloud }, { says: /read as "x y z r g b column7 column8"; they could be/, colors: [[255, 0, 0]] }),
+  one("an XYZ with two numbers", "a.xyz", rowsOf(" ", (i) => [1000 + 7 * i, 0.5 * i]), { ...cloud, box: boxOfCloud }, { says: /kept as numbers are column4, column5/, colors: [] }),
   one("an XYZ with one colour brighter than white", "a.xyz", `//X Y Z Rf Gf Bf\n${scatter(40).map((p, i) => `${p.join(" ")} ${i ? 0.8 : 1.01} 0.4 0.2`).join("\n")}`,
     { triangles: 0 }, { says: /most/, colors: [[204, 102, 51], [255, 102, 51]] }),
   one("an XYZ with a part of the names of colours", "a.xyz", `//X Y Z B temp class\n${scatter(40).map((p, i) => `${p.join(" ")} ${i} 1 2`).join("\n")}`,
@@ -466,6 +493,18 @@ export const cases = [
     { mustRefuse: true, refused: /face 0 \(line \d+\)/ }),
   one("points with commas and names", "a.csv", `"X","Y","Z","Red","Green","Blue","Scan Angle"\n${rowsOf(",", () => [200, 100, 50, 7])}`, cloud, { colors: [[200, 100, 50]] }),
   one("points with semicolons and decimal commas", "a.csv", `x;y;z\n${rowsOf(";").replaceAll(".", ",")}`, cloud, { says: /decimal commas/ }),
+  one("points of a spreadsheet that names its separator", "a.csv", `sep=;\nX;Y;Z\n${rowsOf(";")}`, { ...cloud, box: boxOfCloud }, { silent: /names/, isRead: false }),
+  // Names in another order than x y z: whoever reads by the order mirrors the points.
+  ...[["ID,North,East,Elev", ([x, y, z], i) => [i, y, x, z]], ["lat;lon;height", ([x, y, z]) => [y, x, z], /'lat' and 'lon' are degrees/],
+    ["Hochwert;Rechtswert;H\u00f6he", ([x, y, z]) => [y, x, z]], ["OBJECTID,POINT_Y,POINT_X,POINT_Z", ([x, y, z], i) => [i, y, x, z]],
+    ["Latitude\tLongitude\tAltitude", ([x, y, z]) => [y, x, z]], ["Z [m],Y [m],X [m]", ([x, y, z]) => [z, y, x]], ["N,E,Elev.", ([x, y, z]) => [y, x, z]],
+    ['"intensity","Points:2","Points:1","Points:0"', ([x, y, z], i) => [i % 7, z, y, x]], ["y-coordinate,x-coordinate,z-coordinate", ([x, y, z]) => [y, x, z]],
+    ["Cota,Norte,Este", ([x, y, z]) => [z, y, x]],
+  ].map(([names, order, says]) => one(`points whose names are ${names}`, "a.csv",
+    `${names}\n${scatter(40).map((point, i) => order(point, i).join(/[,;\t]/.exec(names)[0])).join("\n")}\n`, { ...cloud, box: boxOfCloud }, { isRead: false, ...(says ? { says } : { silent: /names/ }) })),
+  one("points whose names are known in part, in another order", "a.csv", `what,Easting,Northing\n${rowsOf(",")}`, cloud,
+    { mustRefuse: true, refused: /line 1 names column 2 as x, and by its order column 1 would be: name all columns with --columns/ }),
+  one("points whose names are known in part, in the usual order", "a.csv", `Easting,Northing,what\n${rowsOf(",")}`, { ...cloud, box: boxOfCloud }, { says: /names that are not known: the columns are read by their order/, isRead: false }),
   one("points with quotes, commas and decimal commas", "a.csv", rowsOf(",").replace(/[^,\n]+/g, (word) => `"${Number(word).toFixed(2).replace(".", ",")}"`), cloud,
     { says: /decimal commas/, isRead: false }),
   one("points with decimal commas between commas", "a.csv", `x,y,z\n${rowsOf(",").replace(/[^,\n]+/g, (word) => Number(word).toFixed(2).replace(".", ","))}`, cloud,
@@ -534,11 +573,24 @@ export const cases = [
   one("an OFF that counts too many faces", "a.off", offOf().replace("8 6 12", "8 7 12"), cube, { mustRefuse: true, refused: /truncated: face 6 of 7/ }),
   one("an OFF with an index that is not there", "a.off", offOf().replace("4 3 0 4 7", "4 3 0 4 8"), cube, { mustRefuse: true, refused: /face 5 \(line 16\) names vertex 8/ }),
   one("a binary OFF", "a.off", Buffer.from("OFF BINARY\n\0\0\0\x08\0\0\0\x06\0\0\0\0"), cube, { mustRefuse: true, refused: /binary OFF/ }),
+  one("a binary STL with a colour in its header", "a.stl", (() => { const bytes = stlBytes(); bytes.write("COLOR=\x80\x40\x20\xff", 0, "latin1"); return bytes; })(), cube, { says: /left out: the colour in the header/ }),
+  one("a big-endian STL", "a.stl", (() => { const bytes = stlBytes(); bytes.writeUInt32BE(triangles.length, 80); return bytes; })(), cube, { mustRefuse: true, refused: /is big-endian: its 12 triangles/ }),
+  one("an OBJ with two numbers after its coordinates", "a.obj", coloredObj(() => [0.5, 0.25]), cube, { says: /two numbers after the coordinates/ }),
+  one("an OBJ with colours that let light through", "a.obj", coloredObj(() => [1, 0.5, 0, 0.5]).replace("1 0.5 0 0.5", "0.5 0.5 0 0.5"), cube, { says: /numbers after the colours/, colors: [[128, 128, 0], [255, 128, 0]] }),
+  one("a big-endian PLY that says it is not", "a.ply", plyInOtherOrder("uchar"), cube, { mustRefuse: true, refused: /face 0 names vertex 50331648, but there are only 8, .*in the other order it is 3: the header's format may be wrong/ }),
+  one("a big-endian PLY with long counts that says it is not", "a.ply", plyInOtherOrder("int"), cube, { mustRefuse: true, refused: /claims 67108864 values.* in the other order it is 4/ }),
+  one("a .pvtp", "a.pvtp", '<?xml version="1.0"?>\n<VTKFile type="PPolyData" version="0.1"><PPolyData><Piece Source="a_0.vtp"/></PPolyData></VTKFile>\n', cube, { mustRefuse: true, refused: /with the mesh in parts, which is not read: open it in ParaView/ }),
+  one("a .vtp with copies of cells", "a.vtp", vtp(8, 6).replace("</Polys>", '</Polys><CellData><DataArray type="UInt8" Name="vtkGhostType" format="ascii">0 0 0 0 0 1</DataArray></CellData>'), { triangles: 10, volume: 20 / 3 },
+    { says: /left out: 1 ghost cell .*vtkGhostType/, isRead: false }),
   one("a binary STL called .ply", "a.ply", stlBytes(), cube, { mustRefuse: true, refused: /a\.ply: looks like a \.stl file.*rename it to end in \.stl/ }),
   one("a binary STL called .xyz", "a.xyz", stlBytes(), cube, { mustRefuse: true, refused: /a\.xyz: looks like a \.stl file/ }),
   one("an OBJ called .ply", "a.ply", `# made by hand\n${cubeObj}`, cube, { mustRefuse: true, refused: /a\.ply: looks like a \.obj file/ }),
   one("a 3MF", "a.3mf", zipOf("3D/3dmodel.model"), cube, { mustRefuse: true, refused: /a\.3mf: is a 3MF file, which is not read: .*\.stl/ }),
   one("a 3MF called .stl", "a.stl", zipOf("3D/3dmodel.model"), cube, { mustRefuse: true, refused: /a\.stl: is a 3MF file/ }),
+  one("a packed IFC", "a.ifczip", zipOf("house.ifc"), cube, { mustRefuse: true, refused: /is an IFC file/ }),
+  one("splats that are packed", "a.spz", gzipSync("NGSP"), cube, { mustRefuse: true, refused: /is a file of splats, which is not read: take the \.ply/ }),
+  one("a file of HDF5", "a.vtp", Buffer.from("\x89HDF\r\n\x1a\n", "latin1"), cube, { mustRefuse: true, refused: /is an HDF5 file/ }),
+  one("a library of materials", "a.mtl", mtl("p", "q"), cube, { mustRefuse: true, refused: /is that of a library of materials, which is not read: give the \.obj/ }),
   one("an archive with an OBJ in it", "a.zip", zipOf("statue.obj"), cube, { mustRefuse: true, refused: /holds 'statue\.obj': unpack it first, by unzip/ }),
   one("an IFC called .glb", "a.glb", "ISO-10303-21;\nHEADER;\nFILE_SCHEMA(('IFC4'));\nENDSEC;\n", cube, { mustRefuse: true, refused: /is an IFC file/ }),
   one("an OFF called .stl", "a.stl", offOf(), cube, { mustRefuse: true, refused: /a\.stl: looks like a \.off file/ }),
@@ -558,6 +610,19 @@ export const cases = [
     { mustRefuse: true, refused: /line 3: no value that the field may have \('coordIndex'\), in or before .*: correct the file, or export it again/ }),
   one("VRML with a PROTO twice", "a.wrl", wrl(`PROTO A [ ] { ${cubeWrl()} }\nA { }\nPROTO A [ ] { Transform { scale 2 2 2 children ${cubeWrl()} } }
     Transform { translation 5 0 0 children A { } }`), { triangles: 24, volume: 8 + 64, box: { low: [-1, -2, -2], high: [7, 2, 2] } }, { says: /a second PROTO 'A' \(line \d\)/, isRead: false }),
+  one("VRML with a PROTO within another that has the name of a third", "a.wrl", wrl(`PROTO A [ ] { ${cubeWrl()} }\nPROTO B [ ] { PROTO A [ ] { Transform { scale 2 2 2 children ${cubeWrl()} } } A { } }
+    A { } Transform { translation 5 0 0 children B { } } Transform { translation 20 0 0 children A { } }`), { triangles: 36, volume: 8 + 64 + 8, box: { low: [-1, -2, -2], high: [21, 2, 2] } }, { silent: /PROTO/, isRead: false }),
+  one("VRML with a PROTO within another that is used outside", "a.wrl", wrl(`PROTO B [ ] { PROTO A [ ] { ${cubeWrl()} } A { } }\nB { }\nTransform { translation 20 0 0 children A { } }`), cube,
+    { says: /1 node cannot be read and is left out: 'A', which is a PROTO only within the body of another \(line 5\)/, isRead: false }),
+  one("VRML with a PROTO without the field that a node has of it", "a.wrl", wrl(`PROTO A [ field SFVec3f size 4 4 4 ] { Shape { geometry Box { size IS sizes } } }\nA { }`), cube,
+    { says: /left out: 'size' of 'Box' \(line 2\), which IS 'sizes', but its PROTO 'A' has no such field/, isRead: false }),
+  one("VRML with events of a PROTO", "a.wrl", wrl(`PROTO A [ eventIn SFVec3f move field SFVec3f at 1 0 0 ] { Transform { set_translation IS move translation IS at children ${cubeWrl()} } }\nA { at 5 0 0 }`),
+    { ...cube, box: { low: [4, -1, -1], high: [6, 1, 1] } }, { silent: /field/, isRead: false }),
+  one("VRML with a PROTO of two nodes, of which one is shown", "a.wrl", wrl(`PROTO A [ ] { ${cubeWrl()} Transform { translation 9 0 0 children ${cubeWrl()} } }\nA { }`), cube, { isRead: false }),
+  one("VRML with a field that the PROTO of the node does not have", "a.wrl", wrl(`PROTO A [ field SFVec3f size 4 4 4 ] { Shape { geometry Box { size IS size } } }\nA { scale 3 3 3 size 2 2 2 }`), cube,
+    { says: /left out: 'scale' of 'A' \(line 3\)/, isRead: false }),
+  one("VRML with an index of more than 32 bits", "a.wrl", wrl(cubeWrl().replace("coordIndex [ ", "coordIndex [ 4294967296 1 2 -1 ")), cube,
+    { mustRefuse: true, refused: /line 3: '4294967296' is too large for an index or a count/ }),
   one("VRML with decimal commas in a PROTO", "a.wrl", wrl(`PROTO P [ field MFVec3f places [ 0,5 0,5 0,5 ] field SFVec3f size 1,5 1,5 1,5 field SFVec3f at 0 0,5 0 ] {
     Transform { translation IS at children [ Shape { geometry Box { size IS size } } Shape { geometry PointSet { coord Coordinate { point IS places } } } ] } }
     P { size 2,5 2 2 at 1,5 0 0 places [ 0,25 1 1,5, 0 0 0,5 ] }`), { triangles: 12, unused: 2, volume: 10, area: 28, box: { low: [0.25, -1, -1], high: [2.75, 1, 1] } }, { says: /decimal commas/, isRead: false }),
@@ -588,6 +653,8 @@ export const cases = [
   one("a .vtk without a DATASET", "a.vtk", "# vtk DataFile Version 3.0\nt\nASCII\nFIELD f 1\na 1 1 float\n1\n", cube, { mustRefuse: true, refused: /has no DATASET/ }),
   one("a .vtk of polygons in a grid", "a.vtk", vtk("UNSTRUCTURED_GRID", [vtkPoints, vtkPolygons]), cube, { mustRefuse: true, refused: /POLYGONS \(line 14\) cannot be in a DATASET/ }),
   one("a .vtk of a table", "a.vtk", vtk("TABLE", ["ROW_DATA 1", "FIELD f 1", "a 1 1 int", "7"]), cube, { mustRefuse: true, refused: /'TABLE', which is not a mesh/ }),
+  one("a .glb whose second chunk is not that of the bytes", "a.glb", withChunk("XXXX"), cube, { mustRefuse: true, refused: /buffer 0 is in a chunk of bytes \(BIN\), which is missing: the second chunk is 'XXXX' \(byte \d+\): copy the file again/ }),
+  one("a .glb with a chunk before that of the bytes", "a.glb", withChunk("BIN\0", "ABCD"), cube, { says: /the chunk 'ABCD' \(byte \d+\) stands before that of the bytes/ }),
   one("a .glb of rubbish", "a.glb", Buffer.from("rubbish of some bytes, no scene"), cube, { mustRefuse: true, refused: /a\.glb: is not a glTF file: it begins neither/ }),
   one("a .vtp whose text ends in an element", "a.vtp", vtp(8, 6).slice(0, 400), cube, { mustRefuse: true, refused: /line \d+, column \d+: the text ends/ }),
   // Siblings of the shared cases, in other formats.

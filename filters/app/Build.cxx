@@ -203,7 +203,7 @@ int Build(const CLI::App& app, BuildCommand& line)
       std::cerr << program << ": note: " << line.input << ": " << line.baked->TellLevels() << "\n";
     }
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
-    PrintWritten(program, line.output, LastWords(*report), seconds.count());
+    PrintWritten(program, line.output, LastWords(line.build, *report), seconds.count());
   }
   return WriteStats(program, line, *report);
 }

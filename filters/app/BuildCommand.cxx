@@ -622,14 +622,18 @@ void PrintWarnings(std::string_view program, const BuildCommand& line, const Bui
   }
 }
 
-std::string LastWords(const BuildReport& report)
+std::string LastWords(const BuildOptions& options, const BuildReport& report)
 {
   const std::optional<HomeView>& homeView = report.info.homeView;
   std::string words = report.tolerance.Summary();
   if (homeView && homeView->guessed)
   {
-    words += (words.empty() ? "" : ", ") + ("guessed that up is " + DirectionText(homeView->up)) +
-             " and front is " + DirectionText(homeView->view) + " (--up and --view change it)";
+    const std::string up = "up is " + DirectionText(homeView->up);
+    const std::string front = "front is " + DirectionText(homeView->view);
+    words += (words.empty() ? "guessed that " : ", guessed that ") +
+             (options.up      ? front + " (--view changes it)"
+               : options.view ? up + " (--up changes it)"
+                              : up + " and " + front + " (--up and --view change it)");
   }
   return words;
 }

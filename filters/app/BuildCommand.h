@@ -74,7 +74,7 @@ void PrintWarnings(std::string_view program, const BuildCommand& line, const Bui
 
 // The end of a build's last line: what was dropped or repaired in the input, and the model's
 // orientation if it was guessed. May be empty.
-std::string LastWords(const BuildReport& report);
+std::string LastWords(const BuildOptions& options, const BuildReport& report);
 
 // Writes the file of statistics that was asked for; returns the exit code.
 int WriteStats(std::string_view program, const BuildCommand& line, const BuildReport& report);

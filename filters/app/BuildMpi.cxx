@@ -216,7 +216,7 @@ int Build(MpiGroup& group, CLI::App& app, int argc, char** argv)
   if (!line.quiet)
   {
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
-    PrintWritten(program, line.output, LastWords(*report), seconds.count());
+    PrintWritten(program, line.output, LastWords(line.build, *report), seconds.count());
   }
   return WriteStats(program, line, *report);
 }

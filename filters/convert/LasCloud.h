@@ -87,6 +87,12 @@ public:
     this->AddArray(result, "intensity", AttributeType::UInt16, this->Intensities);
     this->AddArray(result, "classification", AttributeType::UInt8, this->Classes);
     this->AddArray(result, "return_number", AttributeType::UInt8, this->Returns);
+    if (this->Header.extraBytes > 0)
+    {
+      result.tolerance.Tell("each point has " + std::to_string(this->Header.extraBytes) +
+                            " bytes that its format does not have (extra dimensions): they are "
+                            "not carried");
+    }
     if (this->Withheld > 0)
     {
       result.warnings.push_back(

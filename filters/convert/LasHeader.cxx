@@ -79,6 +79,7 @@ Status TakePoints(std::string_view begin, unsigned minor, std::uint64_t fileSize
                  std::to_string(leastPointBytes[header.format]) + " bytes, not " +
                  std::to_string(header.pointBytes));
   }
+  header.extraBytes = header.pointBytes - leastPointBytes[header.format];
   if (header.pointsBegin < LasNumberAt<std::uint16_t>(begin.data(), 94) ||
       header.pointsBegin > fileSize)
   {

@@ -45,6 +45,11 @@ Result<ForeignMesh> ReadPolyData(vtkPolyData& data, const Execution& execution)
   KDSTREAM_TRY(own);
   vtkPolyData& input = *own->mesh;
   ForeignMesh result;
+  if (const vtkIdType ghosts = data.GetNumberOfCells() - input.GetNumberOfCells(); ghosts > 0)
+  {
+    result.warnings.push_back(
+      "left out: " + CellsText(ghosts, "ghost") + " (copied or hidden, by vtkGhostType)");
+  }
   const Result<PolyDataElements> elements = ReadElements(input);
   Result<Mesh> mesh = ReadMesh(input, execution, true);
   if (!elements || !mesh)

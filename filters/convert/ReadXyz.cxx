@@ -130,6 +130,10 @@ private:
         break;
       }
     }
+    if (this->Lines.Number() == 1 && LowercaseText(line.substr(0, 4)) == "sep=")
+    {
+      return {}; // spreadsheets name their separator so
+    }
     if (!this->Columns && this->IsNames(line))
     {
       return {};
@@ -203,6 +207,7 @@ private:
     this->SplitNames(line);
     if (AreXyzNames(this->Words))
     {
+      this->NameAxes = AxesOfNames(this->Words);
       this->TakeNames();
       this->NamesAlone = this->NamesInFile == this->Lines.Number();
       return true;
@@ -210,6 +215,7 @@ private:
     if (this->Words.size() > 1 && AreOtherNames(this->Words) && !this->OtherNames)
     {
       this->OtherNames = this->Lines.Number();
+      this->NameAxes = AxesOfNames(this->Words);
       return true;
     }
     return false;
@@ -256,6 +262,7 @@ private:
       this->Layout = std::move(*layout);
       this->NamedColumns = this->Words.size();
       this->NamesInFile = this->Lines.Number();
+      this->Degrees = DegreesOf(this->Words);
     }
   }
 
@@ -375,7 +382,8 @@ private:
     if (this->ColumnCount < 3 || this->ColumnCount > mostXyzColumns)
     {
       return this->Lines.Wrong("has " + std::to_string(this->ColumnCount) +
-                               " columns; points have at least 3 (x y z), and at most " +
+                               (this->ColumnCount == 1 ? " column" : " columns") +
+                               "; points have at least 3 (x y z), and at most " +
                                std::to_string(mostXyzColumns));
     }
     this->Columns.emplace(this->ColumnCount - 3);
@@ -388,15 +396,8 @@ private:
     {
       this->Shifted.emplace(this->ColumnCount - 4, 4);
     }
-    if (const Status known = this->Columns->CheckCount(); !known)
-    {
-      const Error wrong = this->Lines.Wrong(known.GetError().message, Remedy::Told);
-      if (!this->Shifted || !this->Shifted->CheckCount())
-      {
-        return wrong;
-      }
-      this->WrongCount = wrong; // if all of them are columns of places and values
-    }
+    this->IsShiftedUsual =
+      this->Shifted && this->Shifted->IsCountUsual() && !this->Columns->IsCountUsual();
     return {};
   }
 
@@ -441,7 +442,7 @@ private:
       {
         const bool mayBeLeftOut = !this->Layout || place == 3;
         return this->Lines.Wrong(
-          QuotedText(word) +
+          QuotedText(word) + " (column " + std::to_string(i + 1) + ")" +
           (error == NumberTextError::NotANumber ? " is not a number" : " is too large a number") +
           (mayBeLeftOut ? "; --columns leaves out a column that is called -" : ""));
       }
@@ -451,7 +452,6 @@ private:
       this->First.Add(point[0]);
       if (!this->First.MayBeOther())
       {
-        KDSTREAM_TRY(this->WrongCount);
         this->Shifted.reset();
         std::vector<double>().swap(this->Fourth);
       }
@@ -502,6 +502,7 @@ private:
     const Result<XyzLayout> layout =
       this->Layout ? Result<XyzLayout>(*this->Layout) : this->ChooseLayout(readings);
     KDSTREAM_TRY(layout);
+    KDSTREAM_TRY(this->CheckNames(*layout));
     mesh.scalarType = this->Precision.FloatsSuffice() ? ScalarType::Float32 : ScalarType::Float64;
     for (const XyzLayout::Block& block : layout->blocks)
     {
@@ -525,7 +526,7 @@ private:
     {
       XyzLayout shifted = this->Shifted->Guess(shiftedReadings);
       // A layout without a place for existing colours is wrong.
-      const bool fits = !this->WrongCount || Triples(shifted) >= Triples(plain);
+      const bool fits = this->IsShiftedUsual || Triples(shifted) >= Triples(plain);
       const bool isX = means == Meaning::Rises || means == Meaning::Differs;
       if (fits && !isX && this->PlacesVary())
       {
@@ -539,7 +540,7 @@ private:
         readings.insert(readings.end(), shiftedReadings.begin(), shiftedReadings.end());
         return shifted;
       }
-      if (fits && this->WrongCount && isX)
+      if (fits && isX)
       {
         this->TellOther("the columns are read as \"" + NamesOfLayout(plain) +
                         "\"; they could be \"" + NamesOfLayout(shifted) + "\" too, as the first " +
@@ -547,7 +548,6 @@ private:
                         " (--columns decides)");
       }
     }
-    KDSTREAM_TRY(this->WrongCount);
     readings.insert(readings.end(), plainReadings.begin(), plainReadings.end());
     return plain;
   }
@@ -639,14 +639,51 @@ private:
     if (this->OtherNames > 0 && !this->Layout)
     {
       readings.push_back("line " + std::to_string(this->OtherNames) +
-                         " is taken for names that are not those of the columns (--columns names "
-                         "them)");
+                         " is taken for names that are not known: the columns are read by their "
+                         "order (--columns names them)");
     }
-    else if (this->Layout && !this->PartNames.empty())
+    else if (this->Layout && !this->Degrees.empty())
+    {
+      readings.push_back("line " + std::to_string(this->NamesInFile) + ": " + this->Degrees +
+                         " are degrees, which are taken for lengths as they are: project them to "
+                         "metres first if lengths are to be right");
+    }
+    if (this->Layout && !this->PartNames.empty())
     {
       readings.push_back("line " + std::to_string(this->NamesInFile) + " names " + this->PartNames +
                          " without the other two: kept as numbers");
     }
+  }
+
+  // Names that are not all known must not contradict the order that the columns are read in: the
+  // points would be mirrored.
+  Status CheckNames(const XyzLayout& layout) const
+  {
+    const bool isOfColumns = this->NameAxes.size() == this->ColumnCount;
+    std::array<bool, 3> named{};
+    for (const std::optional<std::size_t>& axis : this->NameAxes)
+    {
+      named[axis.value_or(0)] = named[axis.value_or(0)] || axis;
+    }
+    if (this->OtherNames == 0 || this->Layout ||
+        (!isOfColumns && !std::all_of(named.begin(), named.end(), [](bool is) { return is; })))
+    {
+      return {};
+    }
+    constexpr std::array<const char*, 3> axes{ "x", "y", "z" };
+    for (std::size_t k = 0; k < this->NameAxes.size(); ++k)
+    {
+      const std::optional<std::size_t> axis = this->NameAxes[k];
+      if (axis && layout.coordinates[*axis] != k)
+      {
+        return BadInput("line " + std::to_string(this->OtherNames) + " names column " +
+                          std::to_string(k + 1) + " as " + axes[*axis] + ", and by its order " +
+                          "column " + std::to_string(layout.coordinates[*axis] + 1) +
+                          " would be: name all columns with --columns",
+          Remedy::Told);
+      }
+    }
+    return {};
   }
 
   void AddBlock(const XyzLayout::Block& block, const std::array<std::size_t, 3>& coordinates,
@@ -716,8 +753,10 @@ private:
   std::uint64_t CountLine = 0;               // of the last count; 0: none
   std::uint64_t Counted = 0, SinceCount = 0; // points, by it, and after it
   std::uint64_t OtherNames = 0;              // the line of names that name no columns; 0: none
-  std::string PartNames;                     // of r g b or nx ny nz a part, which names numbers
-  std::vector<float> Extra;                  // the columns but for the coordinates
+  std::vector<std::optional<std::size_t>> NameAxes; // of the columns that the line of names names
+  std::string Degrees;      // longitudes and latitudes that names name, as messages quote them
+  std::string PartNames;    // of r g b or nx ny nz a part, which names numbers
+  std::vector<float> Extra; // the columns but for the coordinates
   DecimalPrecision Precision;
   // The columns if the first one is not a coordinate, while that is possible; none if the layout is
   // known.
@@ -726,7 +765,7 @@ private:
   std::vector<double> Fourth; // column of the points
   DecimalPrecision ShiftedPrecision;
   bool IsShifted = false;
-  Status WrongCount; // of columns, if the first is a coordinate
+  bool IsShiftedUsual = false; // the number of columns is usual only if the first is none of x y z
   ForeignMesh Out;
 };
 

@@ -6,6 +6,7 @@
 #include "filters/meshio/TextWords.h"
 
 #include <algorithm>
+#include <charconv>
 #include <map>
 #include <optional>
 #include <set>
@@ -64,6 +65,20 @@ bool IsNotFiniteWord(std::string_view word)
     [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
   return small.starts_with("1.#") || small == "nan" || small.starts_with("nan(") ||
          small == "inf" || small == "infinity";
+}
+
+// A whole number beyond 32 bits, of which the parser keeps the lower ones.
+bool IsTooLargeWholeNumber(std::string_view word)
+{
+  std::int32_t value = 0;
+  word.remove_prefix(word.starts_with('+') ? 1 : 0);
+  if (word.starts_with("0x") || word.starts_with("0X"))
+  {
+    return word.find_first_not_of('0', 2) + 8 < word.size() &&
+           word.find_first_not_of('0', 2) != word.npos;
+  }
+  const auto read = std::from_chars(word.data(), word.data() + word.size(), value);
+  return read.ec == std::errc::result_out_of_range;
 }
 
 // Whether "-1." continues as "#IND" does, which is not a comment.
@@ -153,11 +168,13 @@ private:
     std::string protoName;             // the same, as the file names it
     std::size_t textEnd = 0;           // of the text up to and with the bracket
     bool isLeftOut = false;            // a node
-    bool hasKnownFields = false;       // a node of which the library knows all fields
+    bool isOfProto = false;            // a node that a PROTO makes
+    bool hasKnownFields = false;       // a node all of whose fields are known
     bool isFieldNamed = false;         // the word before is the name of a field
     bool hasChildren = false;          // there was a field of that name
     bool isListOpen = false;           // of nodes that no field names
     std::size_t noFieldBegin = noText; // of the text of a field that is not known
+    std::size_t firstNodeEnd = noText; // in the body of a PROTO: of the text up to and with it
     std::size_t height = 0;            // of what is in it
   };
 
@@ -341,7 +358,7 @@ private:
       }
       else
       {
-        this->TakeProtoName(opened.type);
+        this->TakeProtoName(opened);
         KDSTREAM_TRY(this->CountNode(opened.type));
         this->LeaveOut(opened);
       }
@@ -385,8 +402,18 @@ private:
     {
       this->Clear(closed.textEnd);
     }
+    // Of the nodes in the body of a PROTO only the first is shown (VRML97, 4.8.3).
+    if (!closed.proto.empty() && closed.firstNodeEnd != noText)
+    {
+      this->Clear(closed.firstNodeEnd);
+    }
     this->Out.text += bracket;
     ++this->At;
+    if (bracket == '}' && closed.proto.empty() && !this->Open.empty() &&
+        !this->Open.back().proto.empty() && this->Open.back().firstNodeEnd == noText)
+    {
+      this->Open.back().firstNodeEnd = this->Out.text.size();
+    }
     this->EndValue();
     const std::size_t height = closed.height + (bracket == '}' ? 1 : 0);
     if (!closed.proto.empty())
@@ -418,7 +445,10 @@ private:
     {
       return written;
     }
-    if (!std::exchange(this->HasProtoTwice, true))
+    const auto found = this->ProtoNames.find(name);
+    const bool isSecond = found != this->ProtoNames.end() && !found->second.written.empty() &&
+                          found->second.scope == this->Hidden.size();
+    if (isSecond && !std::exchange(this->HasProtoTwice, true))
     {
       this->Out.tolerance.Tell("a second PROTO " + QuotedText(name) + " (line " +
                                std::to_string(this->Line) + "): nodes after it take that one");
@@ -430,25 +460,34 @@ private:
     return written;
   }
 
-  void TakeProtoName(std::string& type)
+  // A node's name becomes that of the PROTO, if it is one here.
+  void TakeProtoName(Bracket& node)
   {
-    if (const auto found = this->ProtoNames.find(type);
-        found != this->ProtoNames.end() && found->second != type)
+    const auto found = this->ProtoNames.find(node.type);
+    node.isOfProto = found != this->ProtoNames.end() && !found->second.written.empty();
+    if (node.isOfProto && found->second.written != node.type)
     {
-      this->Out.text.replace(this->LastBegin, type.size(), found->second);
-      type = found->second;
+      this->Out.text.replace(this->LastBegin, node.type.size(), found->second.written);
+      node.type = found->second.written;
     }
   }
 
+  // In the rest of its scope the name is that of the PROTO that is written so; empty: of none.
+  void DeclareProto(const std::string& name, const std::string& written)
+  {
+    NamedProto& proto = this->ProtoNames[name];
+    this->Hidden.back().emplace_back(
+      name, std::exchange(proto, NamedProto{ written, this->Hidden.size() }));
+  }
+
+  // What its body declares ends with it.
   void EndProto(const Bracket& body)
   {
     const auto inside = std::move(this->Hidden.back());
     this->Hidden.pop_back();
     std::for_each(inside.rbegin(), inside.rend(),
       [&](const auto& hidden) { this->ProtoNames[hidden.first] = hidden.second; });
-    const auto [name, isNew] = this->ProtoNames.try_emplace(body.protoName, body.protoName);
-    this->Hidden.back().emplace_back(body.protoName, name->second);
-    name->second = body.proto;
+    this->DeclareProto(body.protoName, body.proto);
   }
 
   // What a bracket holds is that high.
@@ -480,7 +519,8 @@ private:
   void LeaveOut(Bracket& node)
   {
     const bool isExtern = this->Externs.contains(node.type);
-    if (node.type.empty() || this->NodesOf.contains(node.type))
+    node.hasKnownFields = node.isOfProto;
+    if (node.type.empty() || node.isOfProto)
     {
       return;
     }
@@ -501,9 +541,11 @@ private:
     if (!isInside && !ShowsNothing(node.type))
     {
       VrmlLeftOut& left =
-        this->Out
-          .leftOut[QuotedText(node.type) + (isExtern ? ", which EXTERNPROTO takes from another file"
-                                                     : ", which VRML does not have")];
+        this->Out.leftOut[QuotedText(node.type) +
+                          (isExtern ? ", which EXTERNPROTO takes from another file"
+                            : this->NodesOf.contains(node.type)
+                              ? ", which is a PROTO only within the body of another"
+                              : ", which VRML does not have")];
       left.line = left.count++ == 0 ? this->Line : left.line;
     }
   }
@@ -537,7 +579,7 @@ private:
     }
     if (!this->Open.back().hasKnownFields)
     {
-      this->LookForProtoField(word);
+      this->LookInInterface(word);
       return;
     }
     Bracket& node = this->Open.back();
@@ -584,48 +626,131 @@ private:
     {
       this->LookForCommas(this->WidthOf(node, std::string(word)), std::string(word), this->At);
     }
-    if (next != "IS" && !this->Library.hasField(node.type, std::string(word), this->Out.isFirst))
+    const std::string_view other =
+      next == "IS" && !this->Out.isFirst
+        ? this->NextWord(static_cast<std::size_t>(next.data() - this->File.data()) + next.size())
+        : std::string_view();
+    if (this->IsEventOfProto(other))
+    {
+      node.noFieldBegin = this->Out.text.size(); // nothing moves here
+    }
+    else if (const std::optional<std::string> wrong = this->WrongField(node, word, other))
     {
       node.noFieldBegin = this->Out.text.size();
       this->CountField(QuotedText(word) + " of " + QuotedText(node.type) + " (line " +
-                       std::to_string(this->Line) + ")");
+                       std::to_string(this->Line) + ")" + *wrong);
     }
   }
 
-  // A word in the interface of a PROTO, or in a node that it makes.
-  void LookForProtoField(std::string_view word)
+  struct ProtoField
   {
-    const Bracket& node = this->Open.back();
-    const bool isInterface = node.bracket == '[' && !this->Proto.empty();
-    if (!isInterface && (node.bracket != '{' || !this->ProtoWidths.contains(node.type)))
+    std::size_t width = 0; // of a value, in floats
+    bool isEvent = false;
+  };
+
+  // A word in the interface of a PROTO: its field is named after its type.
+  void LookInInterface(std::string_view word)
+  {
+    const Bracket& interface = this->Open.back();
+    if (interface.bracket != '[' || this->Proto.empty())
     {
       return;
     }
     const std::string field(word);
-    if (const std::size_t width = isInterface ? WidthOfType(this->Last) : 0; width > 0)
+    if (this->Last.starts_with("SF") || this->Last.starts_with("MF"))
     {
-      this->ProtoWidths[this->Proto][field] = width;
+      this->ProtoFields[this->Proto][field] = { WidthOfType(this->Last), this->IsEvent };
+    }
+    else if (word == "field" || word == "exposedField" || word == "eventIn" || word == "eventOut")
+    {
+      this->IsEvent = word.starts_with("event");
     }
     if (this->NextWord(this->At) != "[")
     {
-      this->LookForCommas(this->WidthOf(node, field), field, this->At);
+      this->LookForCommas(this->WidthOf(interface, field), field, this->At);
     }
+  }
+
+  // None: it has no such field. An exposed field t is also set_t and t_changed.
+  const ProtoField* FieldOfProto(const std::string& proto, std::string_view field) const
+  {
+    const auto fields = this->ProtoFields.find(proto);
+    if (fields == this->ProtoFields.end())
+    {
+      return nullptr;
+    }
+    constexpr std::string_view set = "set_", changed = "_changed";
+    auto found = fields->second.find(field);
+    if (found == fields->second.end() && field.starts_with(set))
+    {
+      found = fields->second.find(field.substr(set.size()));
+    }
+    else if (found == fields->second.end() && field.ends_with(changed))
+    {
+      found = fields->second.find(field.substr(0, field.size() - changed.size()));
+    }
+    return found == fields->second.end() ? nullptr : &found->second;
+  }
+
+  bool HasField(const Bracket& node, std::string_view field) const
+  {
+    return node.isOfProto
+             ? this->FieldOfProto(node.type, field) != nullptr
+             : this->Library.hasField(node.type, std::string(field), this->Out.isFirst);
+  }
+
+  // Of the PROTO in whose body this is; null outside of one.
+  const Bracket* ProtoBody() const
+  {
+    const auto found = std::find_if(this->Open.rbegin(), this->Open.rend(),
+      [](const Bracket& bracket) { return !bracket.proto.empty(); });
+    return found == this->Open.rend() ? nullptr : &*found;
+  }
+
+  bool IsEventOfProto(std::string_view field) const
+  {
+    const Bracket* const body = field.empty() ? nullptr : this->ProtoBody();
+    const ProtoField* const found = body ? this->FieldOfProto(body->proto, field) : nullptr;
+    return found && found->isEvent;
+  }
+
+  // What is wrong with a field that is left out. other: the PROTO's field that it IS, if it is one.
+  std::optional<std::string> WrongField(
+    const Bracket& node, std::string_view field, std::string_view other) const
+  {
+    const Bracket* const body = this->ProtoBody();
+    const std::string is = ", which IS " + QuotedText(other);
+    if (!other.empty() && !body)
+    {
+      return is + " outside of a PROTO";
+    }
+    const ProtoField* const found =
+      other.empty() ? nullptr : this->FieldOfProto(body->proto, other);
+    if (!other.empty() && !found)
+    {
+      return is + ", but its PROTO " + QuotedText(body->protoName) + " has no such field";
+    }
+    const std::size_t width = this->WidthOf(node, std::string(field));
+    if (found && width > 0 && width != found->width)
+    {
+      return is + ", a field of another type";
+    }
+    return this->HasField(node, field) ? std::nullopt : std::optional<std::string>("");
   }
 
   // The number of floats of a field's value; 0 for other fields, and for texture coordinates, which
   // are not read.
   std::size_t WidthOf(const Bracket& node, const std::string& field) const
   {
-    if (node.hasKnownFields)
+    if (node.hasKnownFields && !node.isOfProto)
     {
       return node.type.starts_with("TextureCoordinate")
                ? 0
                : this->Library.widthOf(node.type, field, this->Out.isFirst);
     }
-    const auto proto = this->ProtoWidths.find(node.bracket == '[' ? this->Proto : node.type);
-    const auto found =
-      proto == this->ProtoWidths.end() ? Widths::const_iterator() : proto->second.find(field);
-    return proto == this->ProtoWidths.end() || found == proto->second.end() ? 0 : found->second;
+    const ProtoField* const found =
+      this->FieldOfProto(node.bracket == '[' ? this->Proto : node.type, field);
+    return found ? found->width : 0;
   }
 
   // Finds out how commas in the numbers of a field are meant, which begin at `begin`.
@@ -706,7 +831,7 @@ private:
     {
       return;
     }
-    if (node.hasChildren || !this->Library.hasField(node.type, "children", false))
+    if (node.hasChildren || !this->HasField(node, "children"))
     {
       node.noFieldBegin = this->Out.text.size();
       this->CountField(place + ", a node without a field");
@@ -810,6 +935,7 @@ private:
     if (this->Last == "EXTERNPROTO")
     {
       this->Externs.emplace(word);
+      this->DeclareProto(std::string(word), {});
     }
     this->LookForField(word);
     std::string written(word);
@@ -828,6 +954,10 @@ private:
     else if (word.find('#') != std::string_view::npos)
     {
       written = "nan"; // which the parser refuses
+    }
+    else if (this->IsWholeNumberField() && IsTooLargeWholeNumber(word))
+    {
+      return this->Wrong(QuotedText(word) + " is too large for an index or a count");
     }
     if (const std::string plain = WithPlainExponent(word); !isName && !plain.empty())
     {
@@ -861,6 +991,15 @@ private:
     this->LastBegin = this->Out.text.size();
     this->Out.text += written;
     return {};
+  }
+
+  // Of fields of whole numbers, those whose numbers decide what is shown.
+  bool IsWholeNumberField() const
+  {
+    const bool isInList = !this->Open.empty() && this->Open.back().bracket == '[';
+    const std::string_view field = isInList ? std::string_view(this->Open.back().type) : this->Last;
+    return field.ends_with("Index") || field == "whichChoice" || field == "whichChild" ||
+           field == "xDimension" || field == "zDimension" || field == "numPoints";
   }
 
   // Whether it is used. A Script may know the nodes around it, and itself: it shows nothing.
@@ -913,15 +1052,20 @@ private:
   std::optional<ExternProto> Extern;
   std::set<std::string, std::less<>> Externs;
   std::vector<Definitions> Scopes{ 1 }; // of the file, and of each PROTO in whose body this is
-  // By the names in the file those that are written, and of each scope what its PROTOs have hidden.
-  std::map<std::string, std::string, std::less<>> ProtoNames;
-  std::vector<std::vector<std::pair<std::string, std::string>>> Hidden{ 1 };
+  struct NamedProto
+  {
+    std::string written;   // empty: there is none of the name
+    std::size_t scope = 0; // in which it is declared, from 1
+  };
+  // By the names in the file, and of each scope what its PROTOs have hidden.
+  std::map<std::string, NamedProto, std::less<>> ProtoNames;
+  std::vector<std::vector<std::pair<std::string, NamedProto>>> Hidden{ 1 };
   std::uint64_t ProtosNamed = 0;
   bool HasProtoTwice = false; // that was told
   std::size_t DefinedNodes = 0;
-  bool HasNodesWithoutField = false;                              // that was told
-  using Widths = std::map<std::string, std::size_t, std::less<>>; // of fields
-  std::map<std::string, Widths, std::less<>> ProtoWidths;
+  bool HasNodesWithoutField = false; // that was told
+  std::map<std::string, std::map<std::string, ProtoField, std::less<>>, std::less<>> ProtoFields;
+  bool IsEvent = false;                                  // the word before the next type
   std::size_t CommasEnd = 0;                             // of numbers with decimal commas
   bool HasDecimalCommas = false, HasOtherCommas = false; // that was told
 };

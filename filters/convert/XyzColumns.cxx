@@ -8,6 +8,7 @@
 #include "filters/meshio/TextWords.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <set>
 
@@ -37,15 +38,18 @@ bool IsNumberText(std::string_view word)
   return ParseNumber(Trimmed(NameWithoutQuotes(word), " "), value) != NumberTextError::NotANumber;
 }
 
+// "x" of "x (m)".
+std::string_view WithoutUnit(std::string_view name)
+{
+  const std::size_t unit = name.find_first_of("([");
+  return unit == name.npos || unit == 0 ? name
+                                        : name.substr(0, name.find_last_not_of(' ', unit - 1) + 1);
+}
+
 // The short name of what is known by several.
 std::string PlainName(std::string_view name)
 {
-  name = NameWithoutQuotes(name);
-  // Without its unit.
-  if (const std::size_t unit = name.find_first_of("(["); unit != name.npos && unit > 0)
-  {
-    name = name.substr(0, name.find_last_not_of(' ', unit - 1) + 1);
-  }
+  name = WithoutUnit(NameWithoutQuotes(name));
   constexpr std::array<std::array<std::string_view, 2>, 9> others{ { { "red", "r" },
     { "green", "g" }, { "blue", "b" }, { "rf", "r" }, { "gf", "g" }, { "bf", "b" },
     { "i", "intensity" }, { "class", "classification" }, { "skip", "-" } } };
@@ -74,24 +78,94 @@ Error Bad(const std::string& what)
   return { ErrorCode::InvalidArgument, "--columns: " + what };
 }
 
-// Of all columns. Where no x, y or z is among them, those are as surveyors call them.
+// "POINT_X", "x-coordinate" and "Points:0" are written "x", "x" and "0": letters and digits without
+// what programs put around the name of a coordinate.
+std::string BareName(std::string_view name)
+{
+  std::string bare;
+  for (const char letter : LowercaseText(name))
+  {
+    const auto byte = static_cast<unsigned char>(letter);
+    bare += std::isalnum(byte) != 0 || byte >= 0x80 ? std::string(1, letter) : "";
+  }
+  const auto isLetter = [](std::string_view word)
+  { return word.size() == 1 && std::string_view("xyz012").find(word[0]) != word.npos; };
+  for (const std::string_view around :
+    { "points", "point", "positions", "position", "pos", "coordinates", "coordinate", "coords",
+      "coord", "centre", "center", "utm", "local", "global", "p" })
+  {
+    const std::string_view whole = bare;
+    if (whole.starts_with(around) && isLetter(whole.substr(around.size())))
+    {
+      return bare.substr(around.size());
+    }
+    if (whole.ends_with(around) && isLetter(whole.substr(0, whole.size() - around.size())))
+    {
+      return bare.substr(0, 1);
+    }
+  }
+  return bare;
+}
+
+// Names of the three coordinates, the surest first. In degrees are longitudes and latitudes.
+struct CoordinateName
+{
+  std::string_view name;
+  std::size_t axis;
+  bool isDegrees = false;
+};
+constexpr std::array coordinateNames{ CoordinateName{ "x", 0 }, CoordinateName{ "y", 1 },
+  CoordinateName{ "z", 2 }, CoordinateName{ "0", 0 }, CoordinateName{ "1", 1 },
+  CoordinateName{ "2", 2 }, CoordinateName{ "easting", 0 }, CoordinateName{ "eastings", 0 },
+  CoordinateName{ "east", 0 }, CoordinateName{ "e", 0 }, CoordinateName{ "rechtswert", 0 },
+  CoordinateName{ "rechts", 0 }, CoordinateName{ "ostwert", 0 }, CoordinateName{ "este", 0 },
+  CoordinateName{ "est", 0 }, CoordinateName{ "northing", 1 }, CoordinateName{ "northings", 1 },
+  CoordinateName{ "north", 1 }, CoordinateName{ "n", 1 }, CoordinateName{ "hochwert", 1 },
+  CoordinateName{ "hoch", 1 }, CoordinateName{ "nordwert", 1 }, CoordinateName{ "norte", 1 },
+  CoordinateName{ "nord", 1 }, CoordinateName{ "longitude", 0, true },
+  CoordinateName{ "long", 0, true }, CoordinateName{ "lon", 0, true },
+  CoordinateName{ "lng", 0, true }, CoordinateName{ "latitude", 1, true },
+  CoordinateName{ "lat", 1, true }, CoordinateName{ "elevation", 2 }, CoordinateName{ "elev", 2 },
+  CoordinateName{ "ele", 2 }, CoordinateName{ "height", 2 }, CoordinateName{ "hgt", 2 },
+  CoordinateName{ "altitude", 2 }, CoordinateName{ "alt", 2 }, CoordinateName{ "hoehe", 2 },
+  CoordinateName{ "höhe", 2 }, CoordinateName{ "altura", 2 }, CoordinateName{ "cota", 2 },
+  CoordinateName{ "quota", 2 }, CoordinateName{ "h", 2 } };
+constexpr std::array<std::string_view, 3> axisNames{ "x", "y", "z" };
+
+// The place in coordinateNames of a name, without its unit; nothing for all others.
+std::optional<std::size_t> FindCoordinateName(std::string_view name)
+{
+  const std::string bare = BareName(WithoutUnit(NameWithoutQuotes(name)));
+  const bool isNumbered = LowercaseText(name).find("point") != std::string::npos;
+  const auto* const found = std::find_if(coordinateNames.begin(), coordinateNames.end(),
+    [&](const CoordinateName& known)
+    { return known.name == bare && (std::isdigit(bare[0]) == 0 || isNumbered); });
+  return found == coordinateNames.end()
+           ? std::nullopt
+           : std::optional(static_cast<std::size_t>(found - coordinateNames.begin()));
+}
+
+// Of all columns. Where no x, y or z is among them, those are as surveyors and programs call them.
 std::vector<std::string> PlainNames(const std::vector<std::string_view>& names)
 {
-  constexpr std::array<std::array<std::string_view, 2>, 9> others{ { { "easting", "x" },
-    { "east", "x" }, { "e", "x" }, { "northing", "y" }, { "north", "y" }, { "n", "y" },
-    { "elevation", "z" }, { "height", "z" }, { "h", "z" } } };
   std::vector<std::string> plain;
+  std::vector<std::optional<std::size_t>> known;
   for (const std::string_view name : names)
   {
     plain.push_back(PlainName(name));
+    known.push_back(FindCoordinateName(name));
   }
-  for (const auto& [other, known] : others)
+  for (std::size_t axis = 0; axis < axisNames.size(); ++axis)
   {
-    const auto found = std::find_if(plain.begin(), plain.end(),
-      [&](const std::string& name) { return LowercaseText(name) == other; });
-    if (found != plain.end() && std::find(plain.begin(), plain.end(), known) == plain.end())
+    std::optional<std::size_t> surest;
+    for (std::size_t k = 0; k < known.size(); ++k)
     {
-      *found = known;
+      const bool isAxis = known[k] && coordinateNames[*known[k]].axis == axis;
+      surest = isAxis && (!surest || *known[k] < *known[*surest]) ? k : surest;
+    }
+    if (surest && std::find(plain.begin(), plain.end(), axisNames[axis]) == plain.end())
+    {
+      plain[*surest] = axisNames[axis];
     }
   }
   return plain;
@@ -206,6 +280,33 @@ bool AreXyzNames(const std::vector<std::string_view>& words)
   const std::vector<std::string> names = PlainNames(words);
   const std::set<std::string> plain(names.begin(), names.end());
   return plain.contains("x") && plain.contains("y") && plain.contains("z");
+}
+
+std::string DegreesOf(const std::vector<std::string_view>& words)
+{
+  const std::vector<std::string> plain = PlainNames(words);
+  std::string names;
+  for (std::size_t k = 0; k < words.size(); ++k)
+  {
+    const std::optional<std::size_t> known = FindCoordinateName(words[k]);
+    if (known && coordinateNames[*known].isDegrees &&
+        plain[k] == axisNames[coordinateNames[*known].axis])
+    {
+      names += (names.empty() ? "" : " and ") + QuotedText(words[k]);
+    }
+  }
+  return names;
+}
+
+std::vector<std::optional<std::size_t>> AxesOfNames(const std::vector<std::string_view>& words)
+{
+  std::vector<std::optional<std::size_t>> axes;
+  for (const std::string_view word : words)
+  {
+    const std::optional<std::size_t> known = FindCoordinateName(word);
+    axes.push_back(known ? std::optional(coordinateNames[*known].axis) : std::nullopt);
+  }
+  return axes;
 }
 
 void XyzFirstColumn::Add(double value)
@@ -547,19 +648,10 @@ XyzLayout XyzColumns::LayoutOf(const Candidate& candidate) const
   return layout;
 }
 
-Status XyzColumns::CheckCount() const
+bool XyzColumns::IsCountUsual() const
 {
-  constexpr std::array<std::size_t, 6> known{ 0, 1, 3, 4, 6, 7 };
-  if (std::find(known.begin(), known.end(), this->Count) == known.end())
-  {
-    return Error{
-      ErrorCode::InvalidInput,
-      "has " + std::to_string(this->Count + this->Before) +
-        " columns; without --columns points have 3 (x y z), 4 (and an intensity), 6 (and r g b or "
-        "nx ny nz), 7 (and a number and one of these), 9 (and both) or 10 (and both and a number)"
-    };
-  }
-  return {};
+  constexpr std::array<std::size_t, 6> usual{ 0, 1, 3, 4, 6, 7 };
+  return std::find(usual.begin(), usual.end(), this->Count) != usual.end();
 }
 
 XyzLayout XyzColumns::Guess(std::vector<std::string>& readings) const
@@ -569,8 +661,9 @@ XyzLayout XyzColumns::Guess(std::vector<std::string>& readings) const
   const XyzLayout layout = this->LayoutOf(candidates[chosen]);
   if (candidates.size() > 1)
   {
+    constexpr std::size_t mostTold = 8;
     std::string others;
-    for (std::size_t i = 0; i < candidates.size(); ++i)
+    for (std::size_t i = 0; i < std::min(candidates.size(), mostTold); ++i)
     {
       const std::string names = NamesOfLayout(this->LayoutOf(candidates[i]));
       others += i == chosen ? "" : (others.empty() ? "\"" : ", \"") + names + "\"";

@@ -51,6 +51,11 @@ Result<XyzLayout> LayoutOfNamesInFile(
 // Whether the words are such a line of names before the points: x, y and z are among them, and none
 // is a number.
 bool AreXyzNames(const std::vector<std::string_view>& words);
+// Which of the words, as messages quote them, are taken as x and y and are longitudes and latitudes
+// in degrees; empty if none.
+std::string DegreesOf(const std::vector<std::string_view>& words);
+// Which coordinate each of the words names: 0 to 2; nothing for all others.
+std::vector<std::optional<std::size_t>> AxesOfNames(const std::vector<std::string_view>& words);
 // Whether none of them begins as a number does.
 bool AreOtherNames(const std::vector<std::string_view>& words);
 
@@ -67,8 +72,8 @@ public:
   // - Three columns are normals if all have length one (or are zero, or not finite: no normal).
   // - Three columns are colours if all are whole numbers from 0 to 255, or numbers from 0 to 1 that
   //   are neither all whole nor normals.
-  // - At most one normal, one colour and one other number are searched for. With 3 or 6 columns, a
-  //   column that fits nothing else is a number.
+  // - At most one normal and one colour are searched for. A column that fits nothing else is a
+  //   number.
   //
   // If several layouts fit, the first of these rules decides which column is the number: the last,
   // if it is an opacity of 255 for all points; the only column that varies, or the only one that
@@ -76,8 +81,8 @@ public:
   // neighbours; the order "intensity r g b"; normals and colours first. readings: gets a sentence
   // for what can be read in two ways.
   XyzLayout Guess(std::vector<std::string>& readings) const;
-  // Errors: InvalidInput for numbers of columns without a layout.
-  Status CheckCount() const;
+  // Whether colours, normals and one number make up the columns.
+  bool IsCountUsual() const;
 
 private:
   struct Column

@@ -44,12 +44,14 @@ constexpr Mark marks[] = { { "ply\n", ".ply" }, { "ply\r", ".ply" }, { "glTF", "
   { "AutoCAD Binary DXF", ".dxf" }, { "DRACO", ".drc" }, { "OCTM", ".ctm" }, { " sxN", ".nxs" },
   { "#Inventor", ".iv" }, { "#X3D ", ".x3d" }, { "xof 0", ".x" }, { "//Maya ASCII", ".ma" },
   { "Ogawa", ".abc" }, { "$MeshFormat", ".msh" }, { "MeshVersionFormatted", ".mesh" },
+  { "\x89HDF", ".h5" }, { "CDF\x01", ".nc" }, { "CDF\x02", ".nc" }, { "\x93NUMPY", ".npy" },
+  { "CCB2", ".cloudcompare" }, { "\0\0\x27\x0A"sv, ".shp" }, { "U3D\0"sv, ".u3d" },
   { "b3dm", ".b3dm" }, { "i3dm", ".b3dm" }, { "pnts", ".b3dm" }, { "cmpt", ".b3dm" } };
 
 // Of XML: by a word near its beginning.
-constexpr Mark elements[] = { { "PolyData", ".vtp" }, { "<VTKFile", ".vtu" },
-  { "<COLLADA", ".dae" }, { "<X3D", ".x3d" }, { "<amf", ".amf" }, { "<kml", ".kml" },
-  { "CityModel", ".gml" }, { "<LandXML", ".landxml" } };
+constexpr Mark elements[] = { { "\"PPolyData\"", ".pvtp" }, { "'PPolyData'", ".pvtp" },
+  { "PolyData", ".vtp" }, { "<VTKFile", ".vtu" }, { "<COLLADA", ".dae" }, { "<X3D", ".x3d" },
+  { "<amf", ".amf" }, { "<kml", ".kml" }, { "CityModel", ".gml" }, { "<LandXML", ".landxml" } };
 
 struct Unread
 {
@@ -97,12 +99,24 @@ constexpr Unread unread[] = { { ".3mf", "a 3MF file",
   { ".b3dm", "a tile of 3D Tiles", "take the mesh that it was made of" },
   { ".json", "a JSON file that is not glTF", "export what it describes as .glb or .ply" },
   { ".vtu", "a file of VTK's without PolyData", vtkSurface },
+  { ".pvtp", "a list of VTK's files, with the mesh in parts",
+    "open it in ParaView and save it as .vtp" },
   { ".msh", "a Gmsh file", "export it as .stl or .vtk with Gmsh" },
   { ".mesh", "a Medit file", "export it as .stl or .vtk with Gmsh" },
   { ".gml", "a CityGML file", ownProgram }, { ".landxml", "a LandXML file", ownProgram },
   { ".3dxml", "a 3DXML file", ownProgram }, { ".kml", "a KML file", ownProgram },
   { ".kmz", "a KMZ file", ownProgram },
   { ".npz", "an archive of NumPy's", "write its arrays as .ply" },
+  { ".npy", "an array of NumPy's", "write it as .ply" }, { ".h5", "an HDF5 file", ownProgram },
+  { ".hdf5", "an HDF5 file", ownProgram }, { ".vtkhdf", "an HDF5 file of VTK's", vtkSurface },
+  { ".nc", "a NetCDF file", ownProgram }, { ".cloudcompare", "a CloudCompare file", cloudCompare },
+  { ".shp", "a shapefile", ownProgram }, { ".geojson", "a GeoJSON file", ownProgram },
+  { ".u3d", "a U3D file", ownProgram }, { ".prc", "a PRC file", ownProgram },
+  { ".jt", "a JT file", ownProgram }, { ".sldprt", "a SolidWorks file", ownProgram },
+  { ".sldasm", "a SolidWorks file", ownProgram }, { ".ipt", "an Inventor file", ownProgram },
+  { ".iam", "an Inventor file", ownProgram },
+  { ".mtl", "a library of materials", "give the .obj that names it" },
+  { ".spz", "a file of splats", "take the .ply that it was made of" },
   { ".splat", "a file of splats", "take the .ply that it was made of" },
   { ".ksplat", "a file of splats", "take the .ply that it was made of" },
   { ".png", "a PNG picture", notMesh }, { ".jpg", "a JPEG picture", notMesh },
@@ -229,7 +243,8 @@ std::string TellZip(const std::vector<std::string>& names, std::string_view itsE
 {
   constexpr Mark inside[] = { { ".model", ".3mf" }, { ".usd", ".usdz" }, { ".usda", ".usdz" },
     { ".usdc", ".usdz" }, { ".kml", ".kmz" }, { ".amf", ".amf" }, { ".brp", ".fcstd" },
-    { ".npy", ".npz" }, { ".dae", ".dae" }, { ".3drep", ".3dxml" }, { ".3dxml", ".3dxml" } };
+    { ".npy", ".npz" }, { ".dae", ".dae" }, { ".ifc", ".ifc" }, { ".3drep", ".3dxml" },
+    { ".3dxml", ".3dxml" } };
   std::string readable;
   for (const std::string& name : names)
   {
@@ -268,6 +283,10 @@ std::string UnreadHint(
   if (format == ".zip")
   {
     return TellZip(NamesInZip(source), ending);
+  }
+  if (format == ".gz" && ending == ".spz") // which gzip has packed
+  {
+    format = ending;
   }
   const auto* const program = std::find_if(
     programs.begin(), programs.end(), [format](const auto& each) { return each[0] == format; });

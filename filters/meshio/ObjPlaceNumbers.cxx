@@ -19,6 +19,7 @@ void ObjPlaceNumbers::Add(std::string_view text)
   {
     static_cast<void>(ParseNumber(word, values[count++]));
   }
+  this->Two += count == 2 ? 1 : 0;
   if (count < 3)
   {
     return;
@@ -51,6 +52,7 @@ ObjPlaceColumns ObjPlaceNumbers::Decide(
   ObjPlaceColumns columns;
   if (this->Six == 0)
   {
+    columns.ignored = this->Two > 0 ? "two numbers after the coordinates of vertices" : "";
     return columns;
   }
   if (this->Six < vertices)
@@ -78,6 +80,9 @@ ObjPlaceColumns ObjPlaceNumbers::Decide(
     return columns;
   }
   columns.what = ObjPlaceColumns::What::Colors;
+  columns.ignored = this->Seven > 0 && !weight && !this->LastOpaque
+                      ? "the numbers after the colours of vertices (transparency, mostly)"
+                      : "";
   const double white = triple.white.White();
   constexpr double most = 255;
   columns.scale = most / white;

@@ -253,7 +253,9 @@ void ObjPassedOver::Name(std::vector<std::string>& notCarried) const
 {
   if (this->Curves > 0)
   {
-    notCarried.push_back(std::to_string(this->Curves) + " lines and free-form curves or surfaces");
+    notCarried.push_back(
+      this->Curves == 1 ? "1 line, free-form curve or surface"
+                        : std::to_string(this->Curves) + " lines and free-form curves or surfaces");
   }
   if (this->Painted)
   {

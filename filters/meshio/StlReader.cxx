@@ -17,6 +17,7 @@
 #include <cstring>
 #include <limits>
 #include <optional>
+#include <span>
 
 namespace kdstream
 {
@@ -55,6 +56,11 @@ public:
     {
       this->Failure = read.GetError();
       return *this->Failure;
+    }
+    // -0.0 is where 0.0 is: corners are joined whose numbers are alike.
+    for (Vec3& point : std::span(mesh.points).last(number))
+    {
+      point = { point[0] + 0.0, point[1] + 0.0, point[2] + 0.0 };
     }
     this->VerticesRead += number;
     return number;
@@ -184,6 +190,7 @@ public:
           std::to_string(counted) +
           ", as programs do that do not know the number yet: all are read");
     }
+    KDSTREAM_TRY(this->LookAtHeader());
     KDSTREAM_TRY(this->LookBehindEnd());
     this->Source.Seek(headerBytes);
     return this->SetFacets(this->Facets);
@@ -199,6 +206,7 @@ public:
 
 private:
   Status ReadPoints(std::vector<Vec3>& points, std::size_t number) override;
+  Status LookAtHeader();
   Status LookBehindEnd();
   // The two bytes after each facet, which some programs put a colour into.
   void LookAtAttributes(const char* bytes, std::size_t count);
@@ -210,6 +218,7 @@ private:
   void SpreadNotFinite(std::uint64_t facet, std::size_t first, std::size_t last);
 
   std::uint64_t Facets;
+  bool HasAttributes = false; // that was told
   std::array<Vec3, 3 * facetBatch> Batch;
 };
 
@@ -244,12 +253,26 @@ Status BinaryStlReader::ReadPoints(std::vector<Vec3>& points, std::size_t number
   return {};
 }
 
+// Materialise's programs write the colour of the whole into it.
+Status BinaryStlReader::LookAtHeader()
+{
+  this->Source.Seek(0);
+  const Result<std::string_view> header = this->Source.Peek(headerBytes);
+  KDSTREAM_TRY(header);
+  if (header->find("COLOR=") != header->npos)
+  {
+    this->FileInfo.ignoredAttributes.emplace_back("the colour in the header (COLOR=)");
+  }
+  return {};
+}
+
 void BinaryStlReader::LookAtAttributes(const char* bytes, std::size_t count)
 {
-  for (std::size_t i = 1; i <= count && this->FileInfo.ignoredAttributes.empty(); ++i)
+  for (std::size_t i = 1; i <= count && !this->HasAttributes; ++i)
   {
     if (bytes[i * facetBytes - 2] != 0 || bytes[i * facetBytes - 1] != 0)
     {
+      this->HasAttributes = true;
       this->FileInfo.ignoredAttributes.emplace_back(
         "attribute bytes of triangles (colours, mostly)");
     }
@@ -848,6 +871,13 @@ Result<std::unique_ptr<MeshReader>> OpenStlReader(ByteSource source, const Execu
   if (IsWord(head->substr(0, 5), "facet") || head->starts_with('#'))
   {
     return BadInput("is not an STL file: a text begins with 'solid'", Remedy::Repair);
+  }
+  if (const std::uint32_t other = __builtin_bswap32(facets);
+      source.Size() == headerBytes + std::uint64_t{ facetBytes } * other)
+  {
+    return BadInput("is big-endian: its " + std::to_string(other) +
+                      " triangles have their bytes in the other order than STL wants",
+      Remedy::SaveOtherwise);
   }
   return BadInput("the header claims " + std::to_string(facets) + " triangles, " +
                     std::to_string(size) + " bytes with it; the file has " +

@@ -251,7 +251,7 @@ TEST_F(TestSpoiledGltf, BuffersThatAreShorterThanTheyClaimAreErrors)
   ASSERT_NE(glb.find(length), std::string::npos) << glb;
   glb.replace(glb.find(length), length.size(), "\"byteLength\":999}]}");
   this->WriteText("m.glb", glb);
-  this->ExpectRefused("m.glb", "claims 999 bytes of its second chunk; it has 120");
+  this->ExpectRefused("m.glb", "claims 999 bytes of its chunk of bytes; it has 120");
   const auto withData = [&](const std::string& data)
   {
     GltfBuffer again;

@@ -148,12 +148,20 @@ Status GltfBuffers::Find(std::size_t number, const std::filesystem::path& file, 
   }
   else if (this->Document->isGlb && number == 0)
   {
+    if (this->Document->binary == 0 && NumberOf(Member(buffer, "byteLength"), 0) > 0)
+    {
+      return BadInput(named + " is in a chunk of bytes (BIN), which is missing" +
+                        (this->Document->otherChunk.empty()
+                            ? std::string()
+                            : ": the second chunk is " + this->Document->otherChunk),
+        Remedy::CopyAgain);
+    }
     const Result<GltfBytes> bytes = this->Map(file);
     KDSTREAM_TRY(bytes);
     const auto begin = std::min<std::size_t>(this->Document->binary, bytes->size());
     found.bytes = bytes->subspan(
       begin, std::min<std::size_t>(this->Document->binaryBytes, bytes->size() - begin));
-    place = "its second chunk";
+    place = "its chunk of bytes";
   }
   else
   {

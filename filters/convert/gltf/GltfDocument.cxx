@@ -3,6 +3,7 @@
 
 #include "filters/core/CaughtError.h"
 #include "filters/core/Texts.h"
+#include "filters/meshio/QuotedText.h"
 
 #include <algorithm>
 #include <array>
@@ -19,10 +20,10 @@ namespace
 
 using Json = nlohmann::json;
 
-std::uint32_t NumberAt(const std::array<char, 20>& head, std::size_t place)
+std::uint32_t NumberAt(const char* place)
 {
   std::array<unsigned char, 4> bytes{};
-  std::memcpy(bytes.data(), head.data() + place, bytes.size());
+  std::memcpy(bytes.data(), place, bytes.size());
   return std::uint32_t{ bytes[0] } | std::uint32_t{ bytes[1] } << 8U |
          std::uint32_t{ bytes[2] } << 16U | std::uint32_t{ bytes[3] } << 24U;
 }
@@ -75,6 +76,43 @@ Result<std::string> ReadText(std::ifstream& file, std::uint64_t bytes)
   return text;
 }
 
+// Looks for the chunk of bytes (BIN) among those from `begin` to `end`. It should be the first of
+// them, but is found after others, too.
+Status FindBinaryChunk(
+  std::ifstream& file, std::uint64_t begin, std::uint64_t end, GltfDocument& document)
+{
+  constexpr std::uint64_t chunkBytes = 8;
+  constexpr int mostChunks = 1000;
+  std::string before;
+  for (int i = 0; i < mostChunks && begin + chunkBytes <= end; ++i)
+  {
+    std::array<char, chunkBytes> head{};
+    if (!file.seekg(static_cast<std::streamoff>(begin)) || !file.read(head.data(), head.size()))
+    {
+      return Error{ ErrorCode::InputOutput, "cannot be read" };
+    }
+    const std::uint64_t length =
+      std::min<std::uint64_t>(NumberAt(head.data()), end - begin - chunkBytes);
+    if (std::memcmp(head.data() + 4, "BIN", 4) == 0) // with its zero
+    {
+      document.binary = begin + chunkBytes;
+      document.binaryBytes = length;
+      if (!before.empty())
+      {
+        document.tolerance.Tell(
+          "the chunk " + before + " stands before that of the bytes (BIN): it is not read");
+      }
+      return {};
+    }
+    before = before.empty() ? QuotedText(std::string_view(head.data() + 4, 4)) + " (byte " +
+                                std::to_string(begin) + ")"
+                            : before;
+    begin += chunkBytes + length;
+  }
+  document.otherChunk = before;
+  return {};
+}
+
 // A head of twelve bytes, a chunk of JSON, and an optional chunk of bytes; each chunk begins with
 // its length and kind.
 Result<std::string> ReadGlb(std::ifstream& file, std::uint64_t bytes, GltfDocument& document)
@@ -86,8 +124,8 @@ Result<std::string> ReadGlb(std::ifstream& file, std::uint64_t bytes, GltfDocume
     return GltfError(
       "ends in its head: it has " + std::to_string(bytes) + " bytes", Remedy::CopyAgain);
   }
-  const std::uint32_t version = NumberAt(head, 4), all = NumberAt(head, 8);
-  const std::uint32_t length = NumberAt(head, headBytes);
+  const std::uint32_t version = NumberAt(head.data() + 4), all = NumberAt(head.data() + 8);
+  const std::uint32_t length = NumberAt(head.data() + headBytes);
   if (version != 2)
   {
     return GltfError(
@@ -113,12 +151,7 @@ Result<std::string> ReadGlb(std::ifstream& file, std::uint64_t bytes, GltfDocume
   const Result<std::string> text = ReadText(file, length);
   KDSTREAM_TRY(text);
   document.isGlb = true;
-  document.binary = head.size() + length + chunkBytes;
-  std::array<char, head.size()> chunk{};
-  if (document.binary <= bytes && file.read(chunk.data(), chunkBytes))
-  {
-    document.binaryBytes = std::min<std::uint64_t>(NumberAt(chunk, 0), bytes - document.binary);
-  }
+  KDSTREAM_TRY(FindBinaryChunk(file, head.size() + length, bytes, document));
   if (all >= head.size() + length)
   {
     document.tolerance.Count(

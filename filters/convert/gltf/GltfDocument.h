@@ -21,10 +21,11 @@ namespace kdstream
 struct GltfDocument
 {
   nlohmann::json json;           // an object
-  std::uint64_t binary = 0;      // where the bytes of a .glb's second chunk begin
+  std::uint64_t binary = 0;      // where a .glb's chunk of bytes (BIN) begins, after its head
   std::uint64_t binaryBytes = 0; // that it has, 0 where there is none
+  std::string otherChunk;        // the second chunk, where there is none of bytes
   bool isGlb = false;            // by its first bytes, whatever the file is called
-  Tolerance tolerance{};         // bytes after the end of a .glb
+  Tolerance tolerance{};         // bytes after the end of a .glb, chunks before that of bytes
 };
 
 // Peak memory: several times the JSON. Errors: InvalidInput for a file that is not glTF 2, that is

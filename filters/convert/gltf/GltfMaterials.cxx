@@ -243,7 +243,7 @@ private:
     {
       this->Locate(place.get<std::string>(), source);
     }
-    else if (this->Source.isGlb && buffer == 0)
+    else if (this->Source.binary > 0 && buffer == 0)
     {
       source.file = this->File;
       source.offset = this->Source.binary;

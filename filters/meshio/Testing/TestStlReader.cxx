@@ -65,6 +65,25 @@ TEST(StlReader, ReadsRandomFilesBack)
   }
 }
 
+// Corners are joined whose numbers are alike: 0.0 and -0.0 are one place.
+TEST(StlReader, NegativeZerosAreZeros)
+{
+  std::string facet = oneFacet;
+  facet.replace(facet.find("vertex 0 0 0"), 12, "vertex -0 0 -0.0");
+  const Contents text = ReadBytes("solid a\n" + facet + "endsolid a\n");
+  ASSERT_TRUE(text.status) << text.status.GetError().message;
+  EXPECT_TRUE(SameBits(text.mesh.points, onePlace));
+  std::string bytes(84, '\0');
+  bytes[80] = 1;
+  for (const float value : { 0.F, 0.F, 1.F, -0.F, 0.F, -0.F, 1.F, 0.F, 0.F, 0.F, 1.F, -0.F })
+  {
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
+  }
+  const Contents binary = ReadBytes(bytes + std::string(2, '\0'));
+  ASSERT_TRUE(binary.status) << binary.status.GetError().message;
+  EXPECT_TRUE(SameBits(binary.mesh.points, onePlace));
+}
+
 // Several blocks, many batches.
 TEST(StlReader, ReadsLargeFilesBack)
 {

@@ -6,6 +6,24 @@
 namespace kdstream
 {
 
+namespace
+{
+
+// Of a number of four bytes that is too large: the sentence where it would not be in the other
+// order, else nothing.
+std::string OtherByteOrder(std::int64_t number, std::uint64_t limit)
+{
+  constexpr std::int64_t large = 1 << 16;
+  const std::uint32_t other = __builtin_bswap32(static_cast<std::uint32_t>(number));
+  return number < 0 || (number >= large && number <= 0xFFFFFFFF)
+           ? (other < limit ? "; with its bytes in the other order it is " + std::to_string(other) +
+                                ": the header's format may be wrong"
+                            : "")
+           : "";
+}
+
+}
+
 std::unique_ptr<PlyBody> PlyBody::Make(const PlyHeader& header, ByteSource& source)
 {
   return header.encoding == PlyEncoding::Ascii
@@ -39,7 +57,8 @@ Error PlyPlace::BadIndex(std::int64_t index, const PlyFaceSink& sink) const
     this->Name() + " names vertex " + std::to_string(index) +
       (count == 0    ? ", but there are none"
         : count == 1 ? ", but there is only 1, counted from 0"
-                     : ", but there are only " + std::to_string(count) + ", counted from 0") };
+                     : ", but there are only " + std::to_string(count) + ", counted from 0") +
+      OtherByteOrder(index, count) };
 }
 
 Error PlyPlace::BadListCount(const PlyProperty& property, std::int64_t count) const
@@ -53,7 +72,8 @@ Error PlyPlace::ListPastEnd(
   return BadInput("truncated: " + this->element.name + " " + std::to_string(this->record) + " of " +
                     std::to_string(this->element.count) + ": list " + property.name + " at byte " +
                     std::to_string(byte) + " claims " + std::to_string(count) +
-                    " values, which run past the end of the file",
+                    " values, which run past the end of the file" +
+                    OtherByteOrder(count, std::uint64_t{ 1 } << 16U),
     Remedy::CopyAgain);
 }
 
