@@ -170,11 +170,12 @@ std::string WriteModelList(const std::vector<ModelSummary>& models, const SiteDe
 {
   JsonWriter json;
   json.BeginObject();
-  if (!site.title.empty() || !site.text.empty())
+  if (!site.title.empty() || !site.text.empty() || !site.pages.empty())
   {
     json.Key("site").BeginObject();
     PutUnlessEmpty(json, "title", site.title);
     PutUnlessEmpty(json, "text", site.text);
+    PutUnlessEmpty(json, "pages", site.pages);
     json.EndObject();
   }
   json.Key("models").BeginArray();

@@ -2,6 +2,7 @@
 // kdstream-serve: streams the stores of a folder. doc/cli.md#kdstream-serve describes it,
 // doc/protocol.md the protocol.
 #include "filters/core/CaughtError.h"
+#include "filters/page/PagePlace.h"
 #include "filters/program/Program.h"
 #include "kdstream/Version.h"
 #include "server/app/AccessLog.h"
@@ -319,6 +320,7 @@ Status OpenPages(Messages& messages, ServeOptions& line)
              : page.GetError();
   }
   line.server.web = std::move(*web);
+  line.site.pages = pagesFolder;
   return {};
 }
 
@@ -427,6 +429,10 @@ int Serve(const std::string& program, ServeOptions& line)
     return PrintError(program, "", openStores.GetError());
   }
   const sigset_t signals = BlockSignals();
+  if (const auto opened = OpenPages(messages, line); !opened)
+  {
+    return PrintError(program, "", opened.GetError());
+  }
   StoreCatalog catalog(
     line.folder,
     [&messages](const std::filesystem::path& file, const std::string& what)
@@ -449,10 +455,6 @@ int Serve(const std::string& program, ServeOptions& line)
         " (" + program + " needs the folder of the stores; its only command is token)";
     }
     return PrintError(program, line.folder, error);
-  }
-  if (const auto opened = OpenPages(messages, line); !opened)
-  {
-    return PrintError(program, "", opened.GetError());
   }
   const auto logs = OpenLogs(line);
   if (!logs)

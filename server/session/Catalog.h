@@ -115,6 +115,7 @@ public:
 
   // Before anybody asks for a list; nothing is said otherwise.
   void SetSite(SiteDescription site) { this->Site = std::move(site); }
+  const SiteDescription& AboutSite() const { return this->Site; }
 
 private:
   SiteDescription Site;
