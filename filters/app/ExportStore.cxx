@@ -14,6 +14,7 @@
 #include "filters/page/IiifManifest.h"
 #include "filters/page/ModelPage.h"
 #include "filters/page/ModelPicture.h"
+#include "filters/page/PreviewGlb.h"
 #include "filters/protocol/ResourcePath.h"
 #include "filters/store/StoreNotes.h"
 
@@ -77,7 +78,7 @@ location /api/ {
     add_header Cache-Control "public, max-age=31536000, immutable";
     add_header X-Content-Type-Options nosniff;
     add_header Access-Control-Allow-Origin *;
-    types { }
+    types { model/gltf-binary glb; }
     default_type application/octet-stream;
   }
 }
@@ -118,6 +119,9 @@ AddEncoding gzip .gz
     Header set Cache-Control "public, max-age=31536000, immutable"
     Header unset Vary
     ForceType application/octet-stream
+  </If>
+  <If "%{REQUEST_URI} =~ m#/preview\.glb$#">
+    ForceType model/gltf-binary
   </If>
 </IfModule>
 )";
@@ -489,6 +493,25 @@ Status PutBlobs(const Store& store, const std::string& model, Writer& writer)
   return {};
 }
 
+// As a server makes it: for viewers of glTF, and for augmented reality.
+Status PutPreview(const Store& store, const ModelDescription& model, Writer& writer)
+{
+  if (!HasPreviewGlb(model))
+  {
+    return {};
+  }
+  const auto blob = store.Read(BlobOfPiece(PreviewPiece(model), model.depths));
+  KDSTREAM_TRY(blob);
+  const auto bytes = EncodePreviewGlb(model, *blob);
+  if (!bytes)
+  {
+    return bytes.GetError().code == ErrorCode::NotFound ? Status{} : Status{ bytes.GetError() };
+  }
+  const PagePlace place{ "/" };
+  return writer.Put(place.Preview(model.id, model.digest),
+    { reinterpret_cast<const char*>(bytes->data()), bytes->size() });
+}
+
 // Nothing where there are none.
 Result<std::optional<NotesText>> NotesIn(const fs::path& file)
 {
@@ -603,6 +626,7 @@ Result<ExportReport> ExportStore(const Store& store, const fs::path& folder,
   const auto models = ListWith(summary, writer);
   KDSTREAM_TRY(models);
   KDSTREAM_TRY(PutBlobs(store, options.model, writer));
+  KDSTREAM_TRY(PutPreview(store, told, writer));
   const bool isNewModel = part.Name().filename() == options.model;
   if (isNewModel) // else it is told of once the digest is up
   {

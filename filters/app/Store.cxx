@@ -18,6 +18,7 @@
 #include "filters/meshio/FileEnding.h"
 #include "filters/meshio/MeshWriter.h"
 #include "filters/model/ModelJson.h"
+#include "filters/model/Units.h"
 #include "filters/page/PagePlace.h"
 #include "filters/program/Program.h"
 #include "filters/program/TbbExecution.h"

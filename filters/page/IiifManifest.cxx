@@ -5,6 +5,7 @@
 #include "filters/page/ModelPage.h"
 #include "filters/page/ModelPicture.h"
 #include "filters/page/PageTexts.h"
+#include "filters/page/PreviewGlb.h"
 #include "filters/protocol/ResourcePath.h"
 
 namespace kdstream
@@ -108,12 +109,13 @@ private:
     this->Json.Key("items").BeginArray();
     this->BeginPage("#content");
     this->BeginAnnotation("#model", "painting");
+    const bool isGlb = HasPreviewGlb(this->Model); // else what viewers of ours begin with
     this->Json.Key("body")
       .BeginObject()
-      .Member("id",
-        this->Place.Base() + protocol::ModelPath(this->Model.id).substr(1)) // without the slash
+      .Member("id", isGlb ? this->Place.Preview(this->Model.id, this->Model.digest)
+                          : this->Place.Base() + protocol::ModelPath(this->Model.id).substr(1))
       .Member("type", "Model")
-      .Member("format", "application/json")
+      .Member("format", isGlb ? "model/gltf-binary" : "application/json")
       .EndObject();
     this->PutTarget("");
     this->Json.EndObject();

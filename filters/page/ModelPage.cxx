@@ -5,6 +5,7 @@
 #include "filters/model/JsonWriter.h"
 #include "filters/page/ModelPicture.h"
 #include "filters/page/PageTexts.h"
+#include "filters/page/PreviewGlb.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -102,6 +103,15 @@ std::string StructuredData(const ModelDescription& model, const ModelTexts& text
   if (HasPicture(model))
   {
     json.Member("image", place.Picture(model.id)).Member("thumbnailUrl", place.Picture(model.id));
+  }
+  if (HasPreviewGlb(model))
+  {
+    json.Key("encoding")
+      .BeginObject()
+      .Member("@type", "MediaObject")
+      .Member("contentUrl", place.Preview(model.id, model.digest))
+      .Member("encodingFormat", "model/gltf-binary")
+      .EndObject();
   }
   json.Member("embedUrl", place.Page(model.id) + "?embed");
   if (!site.empty())

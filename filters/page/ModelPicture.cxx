@@ -377,16 +377,21 @@ bool HasPicture(const ModelDescription& model)
   return bytes > 0 && bytes <= mostPreviewBytes;
 }
 
-Result<std::vector<std::uint8_t>> DrawModelPicture(
-  const ModelDescription& model, std::span<const std::uint8_t> blob)
+Result<Piece> DecodePreview(const ModelDescription& model, std::span<const std::uint8_t> blob)
 {
   if (blob.size() > mostPreviewBytes)
   {
     return Error{ ErrorCode::LimitExceeded, "the preview is too large to be drawn" };
   }
+  return DecodePiece(blob, PreviewPiece(model), model.Codec());
+}
+
+Result<std::vector<std::uint8_t>> DrawModelPicture(
+  const ModelDescription& model, std::span<const std::uint8_t> blob)
+{
   try
   {
-    const auto piece = DecodePiece(blob, PreviewPiece(model), model.Codec());
+    const auto piece = DecodePreview(model, blob);
     KDSTREAM_TRY(piece);
     const auto vertices = VerticesOf(*piece, AxesOf(model));
     std::vector<std::uint8_t> pixels;

@@ -21,10 +21,13 @@ inline constexpr unsigned pictureWidth = 1200, pictureHeight = 630; // pixels
 // The piece that is drawn. REQUIRES: model.HasLevels().
 PieceId PreviewPiece(const ModelDescription& model);
 
+// Decodes its blob, which may be hostile. Errors: those of DecodePiece; LimitExceeded for a blob
+// that is much larger than previews are.
+Result<Piece> DecodePreview(const ModelDescription& model, std::span<const std::uint8_t> blob);
+
 // blob: of that piece; it may be hostile. O(blob + samples); 30 MB of memory, and the piece. What
 // covers the picture more than a hundred times is drawn in part: time is bounded. Errors: those of
-// DecodePiece; LimitExceeded for a blob that is much larger than previews are, and for lack of
-// memory.
+// DecodePreview; LimitExceeded for lack of memory.
 Result<std::vector<std::uint8_t>> DrawModelPicture(
   const ModelDescription& model, std::span<const std::uint8_t> blob);
 

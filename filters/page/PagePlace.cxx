@@ -47,6 +47,12 @@ std::string PagePlace::Manifest(std::string_view model) const
   return this->Base() + std::string(pagesFolder) + std::string(model) + "/manifest.json";
 }
 
+std::string PagePlace::Preview(std::string_view model, std::string_view digest) const
+{
+  return this->Base() + "api/models/" + std::string(model) + "/" + std::string(digest) +
+         "/preview.glb";
+}
+
 std::string PagePlace::Embed(std::string_view model) const
 {
   return this->isFolder ? this->Page(model) + "oembed.json"

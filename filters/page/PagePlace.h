@@ -4,6 +4,7 @@
 //   m/{id}                 the page; m/{id}/ where files are served
 //   m/{id}/picture.jpg     its picture
 //   m/{id}/manifest.json   its IIIF manifest
+//   api/models/{id}/{digest}/preview.glb   its preview as glTF
 //   oembed?url=…           how to embed it; m/{id}/oembed.json where files are served
 #pragma once
 
@@ -27,6 +28,7 @@ struct PagePlace
   std::string Page(std::string_view model) const;
   std::string Picture(std::string_view model) const;
   std::string Manifest(std::string_view model) const;
+  std::string Preview(std::string_view model, std::string_view digest) const;
   std::string Embed(std::string_view model) const; // REQUIRES: the root is known
   const std::string& Base() const { return this->root.empty() ? this->up : this->root; }
 };

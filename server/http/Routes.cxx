@@ -299,13 +299,14 @@ Routes::Found Routes::Route(const HttpRequest& request, std::string_view path) c
   {
     return std::move(*answered);
   }
+  auto page = ParsePagePath(path);
+  if (page && (this->Options.web || page->kind == PagePath::Kind::Preview))
+  {
+    return this->FindPage(request, std::move(*page));
+  }
   if (path == "/api" || path.substr(0, 5) == "/api/")
   {
     return this->FindApi(request, path);
-  }
-  if (auto page = this->Options.web ? ParsePagePath(path) : std::nullopt)
-  {
-    return this->FindPage(request, std::move(*page));
   }
   return this->FindFile(request, path);
 }
@@ -672,15 +673,30 @@ Routes::Found Routes::FindPage(const HttpRequest& request, PagePath asked) const
       WriteEmbedAnswer(model->Description(), PlaceOf(asked, request.root),
         this->Models.AboutSite().title, *ParseEmbedQuery(QueryOf(request.target))));
   }
+  if (asked.kind == PagePath::Kind::Preview &&
+      !(model = this->Models.FindDigest(asked.model, asked.digest)))
+  {
+    return this->Failure(410, asked.model + " has a new digest: read its model.json again");
+  }
   reading.source = model.get();
-  reading.part = asked.kind == PagePath::Kind::Picture ? "picture" : "manifest";
+  reading.part = asked.kind == PagePath::Kind::Picture   ? "picture"
+                 : asked.kind == PagePath::Kind::Preview ? "preview"
+                                                         : "manifest";
   reading.Read = [this, request, asked, model](bool)
   {
-    return asked.kind == PagePath::Kind::Picture
-             ? this->AnswerPicture(request, *model)
-             : this->AnswerText(request,
-                 R"(application/ld+json;profile="http://iiif.io/api/presentation/4/context.json")",
-                 ManifestOf(this->Models, *model, PlaceOf(asked, request.root)));
+    switch (asked.kind)
+    {
+      case PagePath::Kind::Picture:
+        return this->AnswerDrawn(
+          request, *model, "picture.jpg", "image/jpeg", this->Pictures.Get(*model));
+      case PagePath::Kind::Preview:
+        return this->AnswerDrawn(
+          request, *model, "preview.glb", "model/gltf-binary", PreviewOf(*model));
+      default:
+        return this->AnswerText(request,
+          R"(application/ld+json;profile="http://iiif.io/api/presentation/4/context.json")",
+          ManifestOf(this->Models, *model, PlaceOf(asked, request.root)));
+    }
   };
   return reading;
 }
@@ -726,21 +742,22 @@ HttpResponse Routes::AnswerPage(const HttpRequest& request, const PagePath& aske
   return response;
 }
 
-HttpResponse Routes::AnswerPicture(const HttpRequest& request, const ServedModel& model) const
+// What was made of the model's preview.
+HttpResponse Routes::AnswerDrawn(const HttpRequest& request, const ServedModel& model,
+  const std::string& name, const std::string& type, Result<BlobBytes> bytes) const
 {
-  auto picture = this->Pictures.Get(model);
-  if (!picture)
+  if (!bytes)
   {
-    const Error& error = picture.GetError();
+    const Error& error = bytes.GetError();
     if (error.code == ErrorCode::NotFound || error.code == ErrorCode::Cancelled)
     {
       return this->Failure(error.code == ErrorCode::NotFound ? 404 : 503, error.message);
     }
-    const auto refusal = RefusePart(model.Description().id, "picture.jpg", error);
+    const auto refusal = RefusePart(model.Description().id, name, error);
     return this->Failure(refusal.status, refusal.message);
   }
-  auto tag = TagOf(**picture);
-  auto response = Cacheable(request, "image/jpeg", std::move(*picture), std::move(tag),
+  auto tag = TagOf(**bytes);
+  auto response = Cacheable(request, type, std::move(*bytes), std::move(tag),
     this->Options.guard ? revalidatePrivate : revalidate);
   if (this->Options.guard)
   {

@@ -115,7 +115,8 @@ private:
   Found FindPage(const HttpRequest& request, PagePath asked) const;
   HttpResponse AnswerPage(const HttpRequest& request, const PagePath& asked,
     const ServedModel* model, const std::string& lacking) const;
-  HttpResponse AnswerPicture(const HttpRequest& request, const ServedModel& model) const;
+  HttpResponse AnswerDrawn(const HttpRequest& request, const ServedModel& model,
+    const std::string& name, const std::string& type, Result<BlobBytes> bytes) const;
   HttpResponse AnswerText(
     const HttpRequest& request, const std::string& type, const std::string& text) const;
   HttpResponse Preflight() const;

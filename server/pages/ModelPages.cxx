@@ -5,6 +5,7 @@
 #include "filters/model/Notes.h"
 #include "filters/page/IiifManifest.h"
 #include "filters/page/ModelPicture.h"
+#include "filters/page/PreviewGlb.h"
 #include "filters/protocol/BlobId.h"
 
 #include <algorithm>
@@ -14,12 +15,39 @@
 namespace kdstream
 {
 
+namespace
+{
+
+// /api/models/{id}/{digest}/preview.glb
+std::optional<PagePath> ParsePreviewPath(std::string_view path)
+{
+  constexpr std::string_view begin = "/api/models/", end = "/preview.glb";
+  if (!path.starts_with(begin) || !path.ends_with(end) || path.size() < begin.size() + end.size())
+  {
+    return std::nullopt;
+  }
+  path = path.substr(begin.size(), path.size() - begin.size() - end.size());
+  const auto slash = path.find('/');
+  if (slash == std::string_view::npos)
+  {
+    return std::nullopt;
+  }
+  return PagePath{ PagePath::Kind::Preview, std::string(path.substr(0, slash)), false,
+    std::string(path.substr(slash + 1)) };
+}
+
+}
+
 std::optional<PagePath> ParsePagePath(std::string_view path)
 {
   using Kind = PagePath::Kind;
   if (path == "/oembed")
   {
     return PagePath{ Kind::Embed };
+  }
+  if (auto preview = ParsePreviewPath(path))
+  {
+    return preview;
   }
   const auto begin = "/" + std::string(pagesFolder);
   if (path.substr(0, begin.size()) != begin || path.size() == begin.size())
@@ -58,6 +86,20 @@ std::string ManifestOf(const Catalog& catalog, const ServedModel& model, const P
     notes = parsed ? std::move(*parsed) : std::vector<Note>();
   }
   return WriteIiifManifest(description, place, notes);
+}
+
+Result<BlobBytes> PreviewOf(const ServedModel& model)
+{
+  const auto& description = model.Description();
+  if (!HasPreviewGlb(description))
+  {
+    return Error{ ErrorCode::NotFound, "there is no preview of " + description.id + " as glTF" };
+  }
+  const auto blob = model.ReadBlob(BlobOfPiece(PreviewPiece(description), description.depths));
+  KDSTREAM_TRY(blob);
+  auto bytes = EncodePreviewGlb(description, **blob);
+  KDSTREAM_TRY(bytes);
+  return BlobBytes(std::make_shared<const std::vector<std::uint8_t>>(std::move(*bytes)));
 }
 
 BlobBytes PictureKeeper::Find(const BlobBytes& description) const

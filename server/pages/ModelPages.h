@@ -25,11 +25,13 @@ struct PagePath
     Page,
     Picture,
     Manifest,
+    Preview,
     Embed
   };
   Kind kind = Kind::Page;
   std::string model{};   // not of Embed; any bytes: escapes are decoded, nothing else is checked
   bool isFolder = false; // the address of the page ends with a slash
+  std::string digest{};  // of Preview: any bytes
 };
 
 // Nothing where a path, without its query, is of none of these.
@@ -41,6 +43,10 @@ PagePlace PlaceOf(const PagePath& path, const std::string& root);
 
 // The model's notes and description as a IIIF manifest. Notes that cannot be read are left out.
 std::string ManifestOf(const Catalog& catalog, const ServedModel& model, const PagePlace& place);
+
+// A .glb of the preview. May wait for a disk. Errors: NotFound where the model has none; those of
+// ServedModel::ReadBlob and of EncodePreviewGlb.
+Result<BlobBytes> PreviewOf(const ServedModel& model);
 
 // All functions from any thread.
 class PictureKeeper

@@ -33,6 +33,7 @@ ModelDescription Told()
 {
   ModelDescription model;
   model.id = "dragon";
+  model.digest = "0123456789abcdef0123456789abcdef";
   model.title = "A dragon";
   model.credit = "Stanford University";
   model.license = "https://creativecommons.org/licenses/by/4.0/";
@@ -106,6 +107,7 @@ TEST(ModelPage, TheHeadIsTheModels)
   EXPECT_EQ(data["license"], Told().license);
   EXPECT_EQ(data["image"], "https://museum.example/3d/m/dragon/picture.jpg");
   EXPECT_EQ(data["isPartOf"]["name"], "A museum");
+  EXPECT_EQ(data["encoding"]["encodingFormat"], "model/gltf-binary");
 }
 
 TEST(ModelPage, WhereTheAddressIsNotKnownItIsRelative)
@@ -277,7 +279,15 @@ TEST(ModelPage, TheManifestHasModelAndNotes)
   const auto& painting = scene["items"][0]["items"][0];
   EXPECT_EQ(painting["motivation"][0], "painting");
   EXPECT_EQ(painting["body"]["type"], "Model");
-  EXPECT_EQ(painting["body"]["id"], "https://museum.example/3d/api/models/dragon/model.json");
+  EXPECT_EQ(painting["body"]["format"], "model/gltf-binary");
+  EXPECT_EQ(painting["body"]["id"],
+    "https://museum.example/3d/api/models/dragon/0123456789abcdef0123456789abcdef/preview.glb");
+  auto cloud = Told();
+  cloud.primitive = PrimitiveType::Points;
+  EXPECT_EQ(Json::parse(WriteIiifManifest(
+              cloud, known, {}))["items"][0]["items"][0]["items"][0]["body"]["id"],
+    "https://museum.example/3d/api/models/dragon/model.json")
+    << "there is no glTF of clouds";
   EXPECT_EQ(painting["target"]["id"], scene["id"]);
   const auto& first = scene["annotations"][0]["items"][0];
   EXPECT_EQ(first["motivation"][0], "commenting");
