@@ -3,7 +3,8 @@
 #include "filters/page/ModelPicture.h"
 
 #include "Testing/Fixtures/Meshes.h"
-#include "filters/codec/PieceCodec.h"
+#include "filters/core/VectorMath.h"
+#include "filters/page/PreviewGlb.h"
 #include "filters/store/Testing/StoreTest.h"
 
 #include <gtest/gtest.h>
@@ -12,9 +13,11 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <random>
 
 #include <jpeglib.h>
+#include <nlohmann/json.hpp>
 
 using namespace kdstream;
 using namespace kdstream::fixtures;
@@ -164,6 +167,71 @@ TEST_F(TestModelPicture, ColoursAreTheModels)
   EXPECT_GT(red, 50000u);
 }
 
+namespace
+{
+
+// The JSON of a .glb, once its lengths are right.
+nlohmann::json JsonOf(const std::vector<std::uint8_t>& glb)
+{
+  const auto word = [&glb](std::size_t at)
+  {
+    std::uint32_t value = 0;
+    std::memcpy(&value, &glb[at], sizeof value);
+    return value;
+  };
+  EXPECT_EQ(std::string(glb.begin(), glb.begin() + 4), "glTF");
+  EXPECT_EQ(word(4), 2u);
+  EXPECT_EQ(word(8), glb.size());
+  const auto length = word(12);
+  auto json = nlohmann::json::parse(glb.begin() + 20, glb.begin() + 20 + length);
+  EXPECT_EQ(length % 4, 0u);
+  EXPECT_EQ(word(20 + length), glb.size() - 28 - length);
+  EXPECT_EQ(json["buffers"][0]["byteLength"], glb.size() - 28 - length);
+  const auto& last = json["bufferViews"].back();
+  EXPECT_EQ(last["byteOffset"].get<std::size_t>() + last["byteLength"].get<std::size_t>(),
+    json["buffers"][0]["byteLength"].get<std::size_t>());
+  return json;
+}
+
+}
+
+TEST_F(TestModelPicture, AsGltfItStandsOnTheOriginInMetres)
+{
+  BuildOptions options;
+  options.up = Vec3{ 0, 0, 1 };
+  options.view = Vec3{ 0, -1, 0 };
+  options.unit = "cm";
+  options.credit = "Ann \"the\" <maker>";
+  ASSERT_TRUE(this->Draw(Upright(), options));
+  const auto& info = this->store->Info();
+  ASSERT_TRUE(HasPreviewGlb(info));
+  const auto glb = EncodePreviewGlb(info, this->blob);
+  ASSERT_TRUE(glb) << glb.GetError().message;
+  const auto json = JsonOf(*glb);
+  EXPECT_EQ(json["asset"]["copyright"], options.credit);
+  const auto& position = json["accessors"][0];
+  const auto& indices = json["accessors"][2];
+  const auto piece = DecodePreview(info, this->blob);
+  EXPECT_EQ(position["count"], piece->positions.size());
+  EXPECT_EQ(indices["count"], 3 * piece->triangles.size());
+  const Vec3 sides = Minus(info.box.hi, info.box.lo);
+  const auto length = [&](std::size_t k)
+  { return position["max"][k].get<double>() - position["min"][k].get<double>(); };
+  EXPECT_NEAR(length(0), sides[0] / 100, sides[0] / 5000) << "to the right";
+  EXPECT_NEAR(length(1), sides[2] / 100, sides[2] / 5000) << "up";
+  EXPECT_NEAR(length(2), sides[1] / 100, sides[1] / 2000) << "to the front";
+  EXPECT_NEAR(position["min"][1].get<double>(), 0, 1e-6) << "it stands";
+  EXPECT_NEAR(position["min"][0].get<double>() + position["max"][0].get<double>(), 0, 1e-6);
+  EXPECT_EQ(*EncodePreviewGlb(info, this->blob), *glb);
+  auto unknown = info;
+  unknown.unit = "spans";
+  const auto scaled = JsonOf(*EncodePreviewGlb(unknown, this->blob))["accessors"][0];
+  EXPECT_NEAR(scaled["max"][0].get<double>() - scaled["min"][0].get<double>(), 1, 1e-6);
+  auto cloud = info;
+  cloud.primitive = PrimitiveType::Points;
+  EXPECT_FALSE(HasPreviewGlb(cloud));
+}
+
 TEST_F(TestModelPicture, HostilePreviewsAreErrors)
 {
   ASSERT_TRUE(this->Draw(Torus(30, 20)));
@@ -175,6 +243,7 @@ TEST_F(TestModelPicture, HostilePreviewsAreErrors)
     auto damaged = this->blob;
     damaged[random() % damaged.size()] ^= static_cast<std::uint8_t>(1u << random() % 8);
     EXPECT_FALSE(DrawModelPicture(info, damaged));
+    EXPECT_FALSE(EncodePreviewGlb(info, damaged));
   }
   EXPECT_EQ(DrawModelPicture(info, std::vector<std::uint8_t>((4u << 20) + 1)).GetError().code,
     ErrorCode::LimitExceeded);
@@ -184,5 +253,6 @@ TEST_F(TestModelPicture, HostilePreviewsAreErrors)
   {
     odd.homeView = HomeView{ wrong, wrong, false };
     EXPECT_TRUE(DrawModelPicture(odd, this->blob)) << wrong[0];
+    EXPECT_TRUE(EncodePreviewGlb(odd, this->blob)) << wrong[0];
   }
 }

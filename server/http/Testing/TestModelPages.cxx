@@ -148,8 +148,9 @@ TEST_F(ModelPages, WithoutATokenNothingIsToldOfAModel)
     EXPECT_TRUE(Holds(page, "src=\"../page.js\"")) << "the viewer asks for one";
   }
   const std::string embed = "/oembed?url=https%3A%2F%2Fmuseum.example%2Fm%2Fdragon";
-  for (const std::string& target :
-    { std::string("/m/dragon/picture.jpg"), std::string("/m/dragon/manifest.json"), embed })
+  for (const std::string& target : { std::string("/m/dragon/picture.jpg"),
+         "/api/models/dragon/" + this->model->Description().digest + "/preview.glb",
+         std::string("/m/dragon/manifest.json"), embed })
   {
     EXPECT_EQ(this->Get(target, true).status, 401u) << target;
     EXPECT_EQ(this->Get(target, true, token("vase")).status, 403u) << target;
@@ -237,6 +238,18 @@ TEST_F(ModelPages, APictureIsDrawnOnce)
   EXPECT_EQ(Answer(routes, again).status, 304u);
   EXPECT_TRUE(
     Holds(TextOf(Answer(routes, { "GET", "/m/torus", "", "", "" })), "summary_large_image"));
+  const std::string begin = "/api/models/torus/";
+  const auto digest = kept.Find("torus")->Description().digest;
+  const auto preview = Answer(routes, { "GET", begin + digest + "/preview.glb", "", "", "" });
+  ASSERT_EQ(preview.status, 200u) << TextOf(preview);
+  EXPECT_EQ(TextOf(preview).substr(0, 4), "glTF");
+  EXPECT_EQ(preview.Field("Content-Type"), "model/gltf-binary");
+  const auto statusOf = [&routes](const std::string& target) {
+    return Answer(routes, { "GET", target, "", "", "" }).status;
+  };
+  EXPECT_EQ(statusOf(begin + std::string(32, 'a') + "/preview.glb"), 410u);
+  EXPECT_EQ(statusOf(begin + "preview.glb"), 404u);
+  EXPECT_EQ(statusOf("/api/models/lucy/" + digest + "/preview.glb"), 404u);
 }
 
 TEST_F(ModelPages, WithoutAViewerThereAreNone)
