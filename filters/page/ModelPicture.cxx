@@ -22,8 +22,9 @@ namespace
 {
 
 constexpr std::size_t mostPreviewBytes = std::size_t{ 4 } << 20;
-constexpr unsigned side = 2; // samples of a pixel, in each direction
-constexpr unsigned sampleColumns = side * pictureWidth, sampleRows = side * pictureHeight;
+constexpr unsigned samplesAcross = 2; // samples of a pixel, in each direction
+constexpr unsigned sampleColumns = samplesAcross * pictureWidth,
+                   sampleRows = samplesAcross * pictureHeight;
 constexpr std::uint64_t mostSamplesTested = std::uint64_t{ 100 } * sampleColumns * sampleRows;
 
 // As in viewer/session/look: Palette.h and SceneLook.h.
@@ -292,14 +293,14 @@ public:
       {
         for (unsigned k = 0; k < 3; ++k)
         {
-          unsigned sum = side * side / 2;
-          for (unsigned sample = 0; sample < side * side; ++sample)
+          unsigned sum = samplesAcross * samplesAcross / 2;
+          for (unsigned sample = 0; sample < samplesAcross * samplesAcross; ++sample)
           {
-            const auto place =
-              this->PlaceOf(side * column + sample % side, side * row + sample / side);
+            const auto place = this->PlaceOf(samplesAcross * column + sample % samplesAcross,
+              samplesAcross * row + sample / samplesAcross);
             sum += this->Colors[3 * place + k];
           }
-          pixels.push_back(static_cast<std::uint8_t>(sum / (side * side)));
+          pixels.push_back(static_cast<std::uint8_t>(sum / (samplesAcross * samplesAcross)));
         }
       }
     }

@@ -735,7 +735,9 @@ HttpResponse Routes::AnswerPage(const HttpRequest& request, const PagePath& aske
   {
     response = NoStore(404, type,
       MakeRefusalPage(viewer, "There is no such model",
-        "There is no model " + Shortened(asked.model, 128) + " here (any more).", place, site));
+        "There is no model " + Shortened(asked.model, 128) +
+          " here. It may have been removed or renamed.",
+        place, site));
   }
   response.fields.emplace_back("Content-Security-Policy", protocol::pagePolicy);
   response.fields.emplace_back("Referrer-Policy", "same-origin");

@@ -303,7 +303,8 @@ TEST(ModelPage, TheManifestHasModelAndNotes)
   {
     auto model = Told();
     model.title = model.credit = model.license = model.description = text;
-    EXPECT_TRUE(Json::accept(WriteIiifManifest(model, known, { { { text, text, text, text } } })))
+    EXPECT_TRUE(Json::accept(
+      WriteIiifManifest(model, known, std::vector<Note>{ { text, text, text, text } })))
       << text;
   }
 }
