@@ -7,6 +7,7 @@
 #include "filters/files/Folders.h"
 #include "filters/files/HeldFolder.h"
 #include "filters/files/WriteWhole.h"
+#include "filters/model/ListedPages.h"
 #include "filters/model/ModelJson.h"
 #include "filters/outofcore/files/LockedFolder.h"
 #include "filters/page/EmbedAnswer.h"
@@ -644,8 +645,8 @@ Result<ExportReport> ExportStore(const Store& store, const fs::path& folder,
     KDSTREAM_TRY(writer.CopyPage(options.page));
     KDSTREAM_TRY(PutPage(store, told, *notes, options, writer));
   }
-  const SiteDescription site{ {}, {}, PagesOf(*models, writer) };
-  KDSTREAM_TRY(writer.PutText(std::string(protocol::modelListPath), WriteModelList(*models, site)));
+  KDSTREAM_TRY(writer.PutText(std::string(protocol::modelListPath),
+    WithPages(WriteModelList(*models), PagesOf(*models, writer))));
   return writer.Report;
 }
 

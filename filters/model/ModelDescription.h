@@ -209,7 +209,6 @@ inline constexpr std::size_t mostSummaryBytes = 400;
 struct SiteDescription
 {
   std::string title, text; // UTF-8
-  std::string pages{};     // "m/": where each model has a page, below the list's folder; or nothing
 };
 
 ModelSummary Summarize(const ModelDescription& model);

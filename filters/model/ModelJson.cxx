@@ -170,12 +170,11 @@ std::string WriteModelList(const std::vector<ModelSummary>& models, const SiteDe
 {
   JsonWriter json;
   json.BeginObject();
-  if (!site.title.empty() || !site.text.empty() || !site.pages.empty())
+  if (!site.title.empty() || !site.text.empty())
   {
     json.Key("site").BeginObject();
     PutUnlessEmpty(json, "title", site.title);
     PutUnlessEmpty(json, "text", site.text);
-    PutUnlessEmpty(json, "pages", site.pages);
     json.EndObject();
   }
   json.Key("models").BeginArray();

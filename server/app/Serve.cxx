@@ -320,7 +320,6 @@ Status OpenPages(Messages& messages, ServeOptions& line)
              : page.GetError();
   }
   line.server.web = std::move(*web);
-  line.site.pages = pagesFolder;
   return {};
 }
 
@@ -439,6 +438,7 @@ int Serve(const std::string& program, ServeOptions& line)
     { messages.Warn(file.string(), what); },
     std::chrono::seconds(line.grace), line.cacheBytes, *openStores);
   catalog.SetSite(line.site);
+  catalog.SetPages(line.server.web ? std::string(pagesFolder) : std::string());
   FolderFollower folder(catalog, line.folder,
     [&messages, &line](const std::string& what) { messages.Warn(line.folder, what); });
   const auto status = ReadFirst(signals, folder);

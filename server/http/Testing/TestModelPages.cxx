@@ -7,6 +7,9 @@
 #include "Testing/Fixtures/Meshes.h"
 #include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/build/Builder.h"
+#include "filters/model/ModelJson.h"
+#include "filters/model/Notes.h"
+#include "filters/protocol/ResourcePath.h"
 #include "server/http/Testing/ServerTest.h"
 #include "server/http/Testing/WholeAnswer.h"
 #include "server/session/StoreCatalog.h"
@@ -47,7 +50,8 @@ protected:
   void SetUp() override
   {
     std::ofstream(this->folder / "index.html") << pageOfTest;
-    this->catalog.SetSite({ "A museum", "", "m/" });
+    this->catalog.SetSite({ "A museum", "" });
+    this->catalog.SetPages("m/");
     this->model->Retell().title = "A <b>dragon</b>";
   }
   RouteOptions Options(bool isGuarded = false) const
@@ -101,6 +105,9 @@ TEST_F(ModelPages, EachModelHasAPage)
   EXPECT_TRUE(Holds(TextOf(this->Get("/m/dragon/")), "src=\"../../page.js\""));
   EXPECT_EQ(this->Get("/m/dragon/nothing").status, 404u);
   EXPECT_EQ(this->Get("/m/").status, 404u);
+  const auto list = TextOf(this->Get("/api/models.json"));
+  EXPECT_EQ(nlohmann::json::parse(list)["pages"], "m/");
+  EXPECT_EQ(ParseModelList(list)->size(), 1u);
   this->root.clear();
   EXPECT_TRUE(
     Holds(TextOf(this->Get("/m/dragon")), "<link rel=\"canonical\" href=\"../m/dragon\">"));

@@ -126,9 +126,8 @@ export function closePreview() {
 // The view after the # of the URL, or the model whose page this is (m/ID); "" for none.
 export function linkInAddress() {
   const view = location.hash.slice(1);
-  const [, model] = location.pathname.match(/\/m\/([^/]+)\/?$/) ?? [];
-  const link = /(^|&)model=/.test(view) ? view : model ? `model=${model}&${view}` : "";
-  return link.slice(0, mostOfLink);
+  const page = location.pathname.match(/\/m\/([^/]+)\/?$/);
+  return (/(^|&)model=/.test(view) ? view : page ? `model=${page[1]}&${view}` : "").slice(0, mostOfLink);
 }
 
 const mostOfLink = 1e4; // characters: more than any has that can be understood

@@ -18,8 +18,7 @@ export let embedding = null; // in somebody's page
 // Full screen is a page of its own for the browser's back.
 export function followMode(before, { mode, model }) {
   if (mode === "full screen" && before !== mode && !history.state?.model && !isEmbedded) {
-    const page = pageOf(model);
-    history.pushState({ model }, "", location.hash || !page ? location.href : page + location.search);
+    history.pushState({ model }, "", location.hash || !pageOf(model) ? location.href : pageOf(model) + location.search);
   }
   if (before !== mode) {
     showPreview(showsPreview() && mode !== "full screen");

@@ -21,8 +21,8 @@ const blobPath = /^\/api\/models\/([^/]+)\/[0-9a-f]{32}\//;
 let token = "";
 const tokenAlone = /^[\w.-]{1,4096}$/;
 const tokenInLink = /^(.*[#&])token=([\w.-]{1,4096})(?:&(.*))?$/;
-export const root = new URL(".", import.meta.url); // the page's folder: a model's page is below it
-const rememberedKey = `kdstream.token ${root.pathname}`;
+export const root = new URL(".", import.meta.url).href; // the page's folder: a model's page is below it
+const rememberedKey = `kdstream.token ${new URL(root).pathname}`;
 
 // What `act` gives; null where the browser keeps nothing for us.
 function unlessDenied(act) {

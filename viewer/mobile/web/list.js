@@ -9,17 +9,17 @@ import { language, t } from "./words.js";
 const place = document.getElementById("models");
 const manyModels = 12; // for whom there is a search
 
-let pages = ""; // the folder where each model has a page of its own, or ""
+let pages = ""; // the folder where each model has a page of its own, or none
 
-// The address that names a model; "" where there is none.
-export const pageOf = (id) => pages && new URL(pages + encodeURIComponent(id), root).href;
+// The address that names a model, where there is one.
+export const pageOf = (id) => pages && root + pages + id;
 
 export const nameOf = ({ title, id }) => title?.trim() || id;
 
 // What a list says of models and site, as it came and the viewer has taken it; what else is in it is not believed.
 export function readList(bytes) {
-  const { models, site } = JSON.parse(new TextDecoder().decode(bytes));
-  pages = site?.pages === "m/" ? "m/" : "";
+  const { models, site, pages: folder } = JSON.parse(new TextDecoder().decode(bytes));
+  pages = folder === "m/" && folder;
   const text = (value) => (typeof value === "string" ? value.trim() : "");
   const { compare } = new Intl.Collator(language, { numeric: true });
   const all = models.map(({ id, digest, title, description, vertices, triangles, notes }) =>
