@@ -108,3 +108,26 @@ test("what has a digest in its path may be kept for ever, the rest is asked for 
   assert.equal(missing.status, 404);
   assert.equal(missing.headers.get("cache-control"), null, "what is not there may come");
 });
+
+test("a model has the page that our server makes for it, one folder deeper", async () => {
+  const pageOf = async (address) => {
+    const answer = await fetch(address);
+    assert.equal(answer.status, 200, address);
+    return answer.text();
+  };
+  const ours = (await pageOf(`${server.url}/m/pebble`)).replaceAll("../", "../../").replaceAll("/m/pebble\"", "/m/pebble/\"")
+    .replaceAll("/m/pebble?", "/m/pebble/?");
+  assert.equal(await pageOf(`${host.url}/m/pebble/`), ours);
+  assert.match(ours, /<meta property="og:title" content="A pebble">/);
+  const [picture, served] = await Promise.all([host, server].map(({ url }) => fetch(`${url}/m/pebble/picture.jpg`)));
+  assert.equal(picture.headers.get("content-type"), "image/jpeg");
+  assert.deepEqual(await picture.arrayBuffer(), await served.arrayBuffer());
+  const manifest = await fetch(`${host.url}/m/pebble/manifest.json`);
+  assert.equal((await manifest.json()).homepage[0].id, "../../m/pebble/");
+  const visit = await Visit.phone(browser);
+  await visit.open(`${host.url}/m/pebble`); // nginx adds the slash
+  await visit.until("the pebble", ({ mode, model, idle, shownLevel }) =>
+    mode === "full screen" && model === "pebble" && idle && shownLevel !== null);
+  assert.equal(new URL(visit.page.url()).pathname, "/m/pebble/");
+  await visit.close();
+});

@@ -70,6 +70,11 @@ TEST_F(TestExport, EveryPathHasWhatAServerSends)
       continue;
     }
     EXPECT_EQ(entry.path().string().find("/.kdstream"), std::string::npos) << entry.path();
+    if (entry.path().filename() == "preview.glb")
+    {
+      EXPECT_EQ(ReadWhole(entry.path()).substr(0, 4), "glTF");
+      continue;
+    }
     const std::string path = "/" + entry.path().lexically_relative(this->Folder / "www").string();
     const auto resource = protocol::ParseResourcePath(path);
     ASSERT_TRUE(resource) << path;
@@ -305,6 +310,50 @@ TEST_F(TestExport, WhatGoesUpHasWhatTheUmaskGives)
     EXPECT_EQ(mode, entry.is_directory() ? 0755U : 0644U) << entry.path();
     EXPECT_FALSE(entry.path().filename().string().starts_with(".kdstream")) << entry.path();
   }
+}
+
+// The page that links name, with a head for messengers; the list says where each model has one.
+TEST_F(TestExport, WithTheViewersPageEachModelHasOneOfItsOwn)
+{
+  fs::create_directories(this->Folder / "web");
+  this->WriteText("web/index.html",
+    "<html><head><title>KdStream</title><link href=\"style.css\"></head><body></body></html>");
+  this->WriteText("ring.notes.json", FormatNotes({ { "One", "<b>", "model=ring" } }));
+  const auto hasPages = [this]
+  {
+    return ReadWhole(this->Folder / "www/api/models.json").find(R"("pages":"m/")") !=
+           std::string::npos;
+  };
+  const auto has = [this](const std::string& file, const std::string& part)
+  {
+    const auto text = ReadWhole(this->Folder / file);
+    EXPECT_NE(text.find(part), std::string::npos) << part << " in " << text;
+  };
+  ASSERT_EQ(
+    this->Export({ "ring.kds", "www", "--page", "web", "--address", "https://example.org/scans" })
+      .exitCode,
+    0);
+  const std::string page = "www/m/ring/index.html";
+  has(page, "<title>A ring – KdStream</title>");
+  has(page, "<link rel=\"canonical\" href=\"https://example.org/scans/m/ring/\">");
+  has(page, "href=\"https://example.org/scans/m/ring/oembed.json\"");
+  has(page, "href=\"../../style.css\"");
+  EXPECT_EQ(Uncompressed((this->Folder / page).string() + ".gz"), ReadWhole(this->Folder / page));
+  has("www/m/ring/oembed.json", "https://example.org/scans/m/ring/?embed");
+  has("www/m/ring/manifest.json", "https://example.org/scans/m/ring/manifest.json");
+  has("www/m/ring/manifest.json", "\"value\":\"<b>\"");
+  EXPECT_EQ(ReadWhole(this->Folder / "www/m/ring/picture.jpg").substr(0, 3), "\xff\xd8\xff");
+  EXPECT_TRUE(hasPages());
+
+  ASSERT_EQ(this->Export({ "ring.kds", "www", "--page", "web" }).exitCode, 0);
+  has(page, "<link rel=\"canonical\" href=\"../../m/ring/\">");
+  EXPECT_FALSE(fs::exists(this->Folder / "www/m/ring/oembed.json")) << "it needs whole addresses";
+  ASSERT_EQ(this->Export({ "ring.kds", "www", "--model", "bare" }).exitCode, 0);
+  EXPECT_FALSE(hasPages()) << "not each has one";
+  EXPECT_EQ(this->Export({ "ring.kds", "www", "--address", "https://example.org" }).exitCode, 2)
+    << "without a page";
+  EXPECT_EQ(
+    this->Export({ "ring.kds", "www", "--page", "web", "--address", "/scans" }).exitCode, 2);
 }
 
 // A host of plain files, which knows neither streams nor regions.

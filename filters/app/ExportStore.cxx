@@ -7,14 +7,20 @@
 #include "filters/files/Folders.h"
 #include "filters/files/HeldFolder.h"
 #include "filters/files/WriteWhole.h"
+#include "filters/model/ListedPages.h"
 #include "filters/model/ModelJson.h"
 #include "filters/outofcore/files/LockedFolder.h"
+#include "filters/page/EmbedAnswer.h"
+#include "filters/page/GzipText.h"
+#include "filters/page/IiifManifest.h"
+#include "filters/page/ModelPage.h"
+#include "filters/page/ModelPicture.h"
+#include "filters/page/PreviewGlb.h"
 #include "filters/protocol/ResourcePath.h"
 #include "filters/store/StoreNotes.h"
 
 #include <sys/stat.h>
 #include <unistd.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -73,7 +79,7 @@ location /api/ {
     add_header Cache-Control "public, max-age=31536000, immutable";
     add_header X-Content-Type-Options nosniff;
     add_header Access-Control-Allow-Origin *;
-    types { }
+    types { model/gltf-binary glb; }
     default_type application/octet-stream;
   }
 }
@@ -114,6 +120,9 @@ AddEncoding gzip .gz
     Header set Cache-Control "public, max-age=31536000, immutable"
     Header unset Vary
     ForceType application/octet-stream
+  </If>
+  <If "%{REQUEST_URI} =~ m#/preview\.glb$#">
+    ForceType model/gltf-binary
   </If>
 </IfModule>
 )";
@@ -341,7 +350,8 @@ public:
   Status PutText(const std::string& path, const std::string& text)
   {
     KDSTREAM_TRY(this->Put(path, text));
-    const auto small = Compressed(text);
+    constexpr int smallest = 9;
+    const auto small = GzipText(text, smallest);
     KDSTREAM_TRY(small);
     return this->Put(path + ".gz", *small);
   }
@@ -421,26 +431,6 @@ public:
   }
 
 private:
-  static Result<std::string> Compressed(const std::string& text)
-  {
-    z_stream stream{};
-    constexpr int gzip = 16; // beside the bits of the window
-    if (deflateInit2(
-          &stream, Z_BEST_COMPRESSION, Z_DEFLATED, MAX_WBITS + gzip, 9, Z_DEFAULT_STRATEGY) != Z_OK)
-    {
-      return Error{ ErrorCode::LimitExceeded, "out of memory for compression" };
-    }
-    std::string small(deflateBound(&stream, text.size()), '\0');
-    stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(text.data()));
-    stream.avail_in = static_cast<uInt>(text.size());
-    stream.next_out = reinterpret_cast<Bytef*>(small.data());
-    stream.avail_out = static_cast<uInt>(small.size());
-    deflate(&stream, Z_FINISH); // cannot fail: all of it has room
-    small.resize(stream.total_out);
-    deflateEnd(&stream);
-    return small;
-  }
-
   bool GoesUp(const std::string& path) const
   {
     return !this->Part.IsUp() && this->Part.Holds(path.substr(1));
@@ -504,6 +494,25 @@ Status PutBlobs(const Store& store, const std::string& model, Writer& writer)
   return {};
 }
 
+// As a server makes it: for viewers of glTF, and for augmented reality.
+Status PutPreview(const Store& store, const ModelDescription& model, Writer& writer)
+{
+  if (!HasPreviewGlb(model))
+  {
+    return {};
+  }
+  const auto blob = store.Read(BlobOfPiece(PreviewPiece(model), model.depths));
+  KDSTREAM_TRY(blob);
+  const auto bytes = EncodePreviewGlb(model, *blob);
+  if (!bytes)
+  {
+    return bytes.GetError().code == ErrorCode::NotFound ? Status{} : Status{ bytes.GetError() };
+  }
+  const PagePlace place{ "/" };
+  return writer.Put(place.Preview(model.id, model.digest),
+    { reinterpret_cast<const char*>(bytes->data()), bytes->size() });
+}
+
 // Nothing where there are none.
 Result<std::optional<NotesText>> NotesIn(const fs::path& file)
 {
@@ -528,6 +537,48 @@ Status PutTexts(
   KDSTREAM_TRY(notes ? writer.PutText(path, { notes->bytes.begin(), notes->bytes.end() })
                      : writer.RemoveText(path));
   return writer.PutText(protocol::ModelPath(model.id), WriteModel(model));
+}
+
+std::string PageFile(const std::string& model, const char* name)
+{
+  return "/" + std::string(pagesFolder) + model + "/" + name;
+}
+
+// The page of the model, and what belongs to it. What cannot be any more is removed.
+Status PutPage(const Store& store, const ModelDescription& model,
+  const std::optional<NotesText>& notes, const ExportOptions& options, Writer& writer)
+{
+  const auto viewer = ReadWholeFile(options.page / "index.html");
+  KDSTREAM_TRY(viewer);
+  const PagePlace place{ options.address, "../../", true };
+  if (HasPicture(model))
+  {
+    const auto blob = store.Read(BlobOfPiece(PreviewPiece(model), model.depths));
+    KDSTREAM_TRY(blob);
+    const auto picture = DrawModelPicture(model, *blob);
+    KDSTREAM_TRY(picture);
+    KDSTREAM_TRY(writer.Put(PageFile(model.id, "picture.jpg"),
+      { reinterpret_cast<const char*>(picture->data()), picture->size() }));
+  }
+  const auto all = notes ? notes->notes : std::vector<Note>();
+  KDSTREAM_TRY(
+    writer.PutText(PageFile(model.id, "manifest.json"), WriteIiifManifest(model, place, all)));
+  const std::string embed = PageFile(model.id, "oembed.json");
+  KDSTREAM_TRY(options.address.empty() ? writer.RemoveText(embed)
+                                       : writer.PutText(embed, WriteEmbedAnswer(model, place, {})));
+  return writer.PutText(PageFile(model.id, "index.html"), MakeModelPage(*viewer, model, place, {}));
+}
+
+// "m/" where each of the models has a page.
+std::string PagesOf(const std::vector<ModelSummary>& models, const Writer& writer)
+{
+  const bool all = std::all_of(models.begin(), models.end(),
+    [&writer](const ModelSummary& model)
+    {
+      std::error_code failure;
+      return fs::is_regular_file(writer.NameOf(PageFile(model.id, "index.html")), failure);
+    });
+  return all ? std::string(pagesFolder) : std::string();
 }
 
 // The models that the folder's list names, with this one.
@@ -576,6 +627,7 @@ Result<ExportReport> ExportStore(const Store& store, const fs::path& folder,
   const auto models = ListWith(summary, writer);
   KDSTREAM_TRY(models);
   KDSTREAM_TRY(PutBlobs(store, options.model, writer));
+  KDSTREAM_TRY(PutPreview(store, told, writer));
   const bool isNewModel = part.Name().filename() == options.model;
   if (isNewModel) // else it is told of once the digest is up
   {
@@ -591,8 +643,10 @@ Result<ExportReport> ExportStore(const Store& store, const fs::path& folder,
   if (!options.page.empty())
   {
     KDSTREAM_TRY(writer.CopyPage(options.page));
+    KDSTREAM_TRY(PutPage(store, told, *notes, options, writer));
   }
-  KDSTREAM_TRY(writer.PutText(std::string(protocol::modelListPath), WriteModelList(*models)));
+  KDSTREAM_TRY(writer.PutText(std::string(protocol::modelListPath),
+    WithPages(WriteModelList(*models), PagesOf(*models, writer))));
   return writer.Report;
 }
 

@@ -15,6 +15,7 @@
 #include "filters/files/Folders.h"
 #include "filters/files/WriteWhole.h"
 #include "filters/model/JsonWriter.h"
+#include "filters/model/Units.h"
 #include "filters/outofcore/files/LockedFolder.h"
 
 #include <sys/stat.h>

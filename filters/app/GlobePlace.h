@@ -26,8 +26,4 @@ std::optional<GlobePlace> ParseGlobePlace(const std::string& text);
 using GlobeMatrix = std::array<double, 16>;
 GlobeMatrix MatrixOfPlace(const GlobePlace& place);
 
-// How many metres a unit is that the model's coordinates are in ("mm", "feet"); nothing where the
-// text names none that is known.
-std::optional<double> MetresOfUnit(const std::string& unit);
-
 }

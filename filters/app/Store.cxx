@@ -18,6 +18,8 @@
 #include "filters/meshio/FileEnding.h"
 #include "filters/meshio/MeshWriter.h"
 #include "filters/model/ModelJson.h"
+#include "filters/model/Units.h"
+#include "filters/page/PagePlace.h"
 #include "filters/program/Program.h"
 #include "filters/program/TbbExecution.h"
 #include "filters/store/StoreEdit.h"
@@ -668,11 +670,30 @@ void AddExport(CLI::App& exported, CommandLine& line)
          ->type_name("ID")
          ->group(files),
     formatFiles);
-  only(exported
-         .add_option(
-           "--page", line.exported.page, "copy the viewer's web page from this folder as well")
-         ->type_name("WEB")
-         ->group(files),
+  auto* const page = exported
+                       .add_option("--page", line.exported.page,
+                         "copy the viewer's web page from this folder as well, and make one of it "
+                         "for the model, m/ID")
+                       ->type_name("WEB")
+                       ->group(files);
+  only(page, formatFiles);
+  only(
+    exported
+      .add_option("--address", line.exported.address,
+        "where DIR will be on the web, for messengers and search engines, which need whole "
+        "addresses, such as https://example.org/scans")
+      ->check(
+        [](const std::string& text) -> std::string
+        {
+          return IsPageRoot(text) ? ""
+                                  : "\"" + text +
+                                      "\" is not an address such as "
+                                      "https://example.org/scans";
+        })
+      ->transform([](const std::string& text) { return text.ends_with('/') ? text : text + "/"; })
+      ->needs(page)
+      ->type_name("URL")
+      ->group(files),
     formatFiles);
   const char* const tiles = "3dtiles and glb";
   only(exported

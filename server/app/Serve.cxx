@@ -2,6 +2,7 @@
 // kdstream-serve: streams the stores of a folder. doc/cli.md#kdstream-serve describes it,
 // doc/protocol.md the protocol.
 #include "filters/core/CaughtError.h"
+#include "filters/page/PagePlace.h"
 #include "filters/program/Program.h"
 #include "kdstream/Version.h"
 #include "server/app/AccessLog.h"
@@ -427,12 +428,17 @@ int Serve(const std::string& program, ServeOptions& line)
     return PrintError(program, "", openStores.GetError());
   }
   const sigset_t signals = BlockSignals();
+  if (const auto opened = OpenPages(messages, line); !opened)
+  {
+    return PrintError(program, "", opened.GetError());
+  }
   StoreCatalog catalog(
     line.folder,
     [&messages](const std::filesystem::path& file, const std::string& what)
     { messages.Warn(file.string(), what); },
     std::chrono::seconds(line.grace), line.cacheBytes, *openStores);
   catalog.SetSite(line.site);
+  catalog.SetPages(line.server.web ? std::string(pagesFolder) : std::string());
   FolderFollower folder(catalog, line.folder,
     [&messages, &line](const std::string& what) { messages.Warn(line.folder, what); });
   const auto status = ReadFirst(signals, folder);
@@ -449,10 +455,6 @@ int Serve(const std::string& program, ServeOptions& line)
         " (" + program + " needs the folder of the stores; its only command is token)";
     }
     return PrintError(program, line.folder, error);
-  }
-  if (const auto opened = OpenPages(messages, line); !opened)
-  {
-    return PrintError(program, "", opened.GetError());
   }
   const auto logs = OpenLogs(line);
   if (!logs)

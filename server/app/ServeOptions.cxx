@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/app/ServeOptions.h"
 
+#include "filters/page/PagePlace.h"
+
 #include <arpa/inet.h>
 
 #include <algorithm>
@@ -194,6 +196,15 @@ void AddPages(CLI::App& app, ServeOptions& line)
     .add_option("--web", line.web,
       "serve the files of this folder at / [default: the web viewer installed with this program]")
     ->type_name("DIR")
+    ->group(pages);
+  app
+    .add_option("--address", line.server.publicAddress,
+      "public address of the viewer, which models' pages name to messengers and search engines "
+      "[default: that of a request whose host --allow-host names; else none]")
+    ->check(Must("an address such as https://models.example.org or https://example.org/3d/",
+      [](const std::string& text) { return IsPageRoot(text); }))
+    ->transform([](const std::string& text) { return text.ends_with('/') ? text : text + "/"; })
+    ->type_name("URL")
     ->group(pages);
   CheckText(
     app.add_option("--site-title", line.site.title, "title that the page shows above the list"))

@@ -367,6 +367,34 @@ private:
            ParseHost(this->HostField()) && (!target.host || ParseHost(*target.host));
   }
 
+  // Whether the host is one of those that --allow-host names.
+  bool IsListed(std::string_view host) const
+  {
+    const auto& allowed = this->State.Options.allowedHosts;
+    return std::any_of(allowed.begin(), allowed.end(),
+      [&](const std::string& name)
+      {
+        const auto known = ParseHost(name).value_or(name);
+        return beast::iequals(beast::string_view(known.data(), known.size()),
+          beast::string_view(host.data(), host.size()));
+      });
+  }
+
+  // The address under which the client has come, which pages of models name; "" unless the host is
+  // listed: nobody else may choose what they say. REQUIRES: NamesOneHost(target).
+  std::string PublicAddress(const RequestTarget& target) const
+  {
+    const auto& state = this->State;
+    const auto field = target.host ? std::string_view(*target.host) : this->HostField();
+    if (!state.Options.publicAddress.empty() || !this->IsListed(*ParseHost(field)))
+    {
+      return state.Options.publicAddress;
+    }
+    const bool isSecure = state.IsTls() || (this->Admitted.client.proxied &&
+                                             this->Joined("X-Forwarded-Proto") == "https");
+    return (isSecure ? "https://" : "http://") + std::string(field) + "/";
+  }
+
   // In DNS rebinding, a page's own name resolves to this address, and the page's requests name its
   // own host. A server that listens only for this machine is addressed by IP addresses, names of
   // localhost, and names that strangers cannot have. With TLS browsers compare the name with the
@@ -379,16 +407,9 @@ private:
     const auto named = *ParseHost(target.host ? *target.host : this->HostField());
     const bool namesNone =
       !target.host && this->Input.Request().count(beast::http::field::host) == 0;
-    const bool isListed = std::any_of(allowed.begin(), allowed.end(),
-      [&](const std::string& name)
-      {
-        const auto known = ParseHost(name).value_or(name);
-        return beast::iequals(beast::string_view(known.data(), known.size()),
-          beast::string_view(named.data(), named.size()));
-      });
     const bool takesAny =
       allowed.empty() && (isAdmin ? !state.isAdminLocal : !state.isLocal || state.IsTls());
-    return isListed || takesAny ||
+    return this->IsListed(named) || takesAny ||
            ((isAdmin || allowed.empty()) && (namesNone || CannotBeRebound(named)));
   }
 
@@ -501,7 +522,9 @@ private:
   }
   HttpRequest Plain() const
   {
-    return PlainRequest(this->Input.Request(), this->Admitted.client.address);
+    auto request = PlainRequest(this->Input.Request(), this->Admitted.client.address);
+    request.root = this->PublicAddress(this->Target());
+    return request;
   }
 
   // Answers with an error and closes the connection.

@@ -22,6 +22,9 @@ struct HttpRequest
   std::string acceptEncoding = {};         // several fields joined by commas
   std::string authorization = {};
   std::string client = {}; // address
+  // The address under which the server is reached, with a slash at its end; empty: it is not known,
+  // or the client might have made it up.
+  std::string root = {};
 };
 
 struct HttpResponse

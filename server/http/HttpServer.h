@@ -63,6 +63,10 @@ struct HttpServerOptions
   // but if the server listens only at loopback without TLS, only hosts that CannotBeRebound
   // (RequestForm.h), as at `admin`.
   std::vector<std::string> allowedHosts;
+  // The public address of "/" ("https://museum.example/3d/", IsPageRoot, with a slash at its end),
+  // which pages of models name. Empty: that of a request whose host is one of allowedHosts, else
+  // none.
+  std::string publicAddress;
   std::size_t headerBytes = 8192; // most of a request's header; a body none may have
   ConversationLimits stream;      // what the client of each may ask for at once
   std::string allowOrigin;        // RouteOptions::allowOrigin

@@ -64,7 +64,7 @@ inline HttpRequest PlainRequest(const ParsedRequest& request, const std::string&
   return { std::string(method.data(), method.size()),
     SplitTarget({ target.data(), target.size() }).path, field(http::field::if_none_match),
     field(http::field::range), field(http::field::if_range),
-    JoinedFields(request, "Accept-Encoding"), field(http::field::authorization), client };
+    JoinedFields(request, "Accept-Encoding"), field(http::field::authorization), client, {} };
 }
 
 }

@@ -2,6 +2,10 @@
 #include "server/http/Routes.h"
 
 #include "filters/model/ModelJson.h"
+#include "filters/page/EmbedAnswer.h"
+#include "filters/page/GzipText.h"
+#include "filters/page/ModelPage.h"
+#include "filters/page/PageTexts.h"
 #include "filters/protocol/ResourcePath.h"
 #include "server/http/ConditionalRequest.h"
 #include "server/session/Refusal.h"
@@ -20,6 +24,7 @@ namespace
 {
 
 constexpr const char* revalidate = "no-cache";
+constexpr const char* revalidatePrivate = "private, no-cache";
 constexpr const char* immutable = "public, max-age=31536000, immutable";
 constexpr const char* immutablePrivate = "private, max-age=31536000, immutable";
 BlobBytes Bytes(std::string_view text)
@@ -64,6 +69,12 @@ std::string TagOfBlob(std::string_view digest, const std::string& name)
 std::string_view PathOf(std::string_view target)
 {
   return target.substr(0, target.find('?'));
+}
+
+std::string_view QueryOf(std::string_view target)
+{
+  const auto path = PathOf(target);
+  return path.size() == target.size() ? std::string_view() : target.substr(path.size() + 1);
 }
 
 void DropBody(HttpResponse& response)
@@ -287,6 +298,11 @@ Routes::Found Routes::Route(const HttpRequest& request, std::string_view path) c
   if (auto answered = this->AnswerOwn(path, this->Options.metrics))
   {
     return std::move(*answered);
+  }
+  auto page = ParsePagePath(path);
+  if (page && (this->Options.web || page->kind == PagePath::Kind::Preview))
+  {
+    return this->FindPage(request, std::move(*page));
   }
   if (path == "/api" || path.substr(0, 5) == "/api/")
   {
@@ -606,6 +622,169 @@ HttpResponse Routes::AnswerFile(const HttpRequest& request, const StaticFile& fi
   }
   response.fields.emplace_back("Content-Security-Policy", protocol::pagePolicy);
   response.fields.emplace_back("Referrer-Policy", "same-origin");
+  return response;
+}
+
+// A model's page is an answer in any case: people follow links. Where it is not known, or not for
+// this client, which are told apart only for clients with a token, the page says so.
+Routes::Found Routes::FindPage(const HttpRequest& request, PagePath asked) const
+{
+  const bool isEmbed = asked.kind == PagePath::Kind::Embed;
+  if (isEmbed)
+  {
+    const auto wanted = ParseEmbedQuery(QueryOf(request.target));
+    if (!wanted)
+    {
+      const Error& error = wanted.GetError();
+      return this->Failure(error.code == ErrorCode::Unsupported ? 501 : 400, error.message);
+    }
+    asked.model = ModelOfAddress(wanted->url, request.root);
+    if (request.root.empty() || asked.model.empty())
+    {
+      return this->Failure(404, request.root.empty()
+                                  ? "the server does not know its address: start it with --address"
+                                  : "url is not the address of a model here");
+    }
+  }
+  const auto permission = this->Admit(request.client, request.authorization);
+  const auto refused = permission ? permission->RefuseModel(asked.model)
+                                  : Permission::Refused({ 401, permission.GetError().message });
+  auto model = refused ? nullptr : this->Models.Find(asked.model);
+  Reading reading;
+  if (asked.kind == PagePath::Kind::Page)
+  {
+    reading.source = this; // the folder of the page
+    reading.part = "page";
+    reading.Read = [this, request, asked, model, lacking = refused ? refused->message : ""](bool)
+    { return this->AnswerPage(request, asked, model.get(), lacking); };
+    return reading;
+  }
+  if (refused)
+  {
+    return this->Forbidden(*refused);
+  }
+  if (!model)
+  {
+    return this->Failure(404, "there is no such model");
+  }
+  if (isEmbed)
+  {
+    return this->AnswerText(request, "application/json",
+      WriteEmbedAnswer(model->Description(), PlaceOf(asked, request.root),
+        this->Models.AboutSite().title, *ParseEmbedQuery(QueryOf(request.target))));
+  }
+  if (asked.kind == PagePath::Kind::Preview &&
+      !(model = this->Models.FindDigest(asked.model, asked.digest)))
+  {
+    return this->Failure(410, asked.model + " has a new digest: read its model.json again");
+  }
+  reading.source = model.get();
+  reading.part = asked.kind == PagePath::Kind::Picture   ? "picture"
+                 : asked.kind == PagePath::Kind::Preview ? "preview"
+                                                         : "manifest";
+  reading.Read = [this, request, asked, model](bool)
+  {
+    switch (asked.kind)
+    {
+      case PagePath::Kind::Picture:
+        return this->AnswerDrawn(
+          request, *model, "picture.jpg", "image/jpeg", this->Pictures.Get(*model));
+      case PagePath::Kind::Preview:
+        return this->AnswerDrawn(
+          request, *model, "preview.glb", "model/gltf-binary", PreviewOf(*model));
+      default:
+        return this->AnswerText(request,
+          R"(application/ld+json;profile="http://iiif.io/api/presentation/4/context.json")",
+          ManifestOf(this->Models, *model, PlaceOf(asked, request.root)));
+    }
+  };
+  return reading;
+}
+
+// model: null where there is none to show. lacking: what the client's token lacks, or nothing.
+HttpResponse Routes::AnswerPage(const HttpRequest& request, const PagePath& asked,
+  const ServedModel* model, const std::string& lacking) const
+{
+  const auto page = this->Options.web->Read("/");
+  if (!page)
+  {
+    return this->Failure(503, "the viewer's page cannot be read now: try again");
+  }
+  const std::string_view viewer(
+    reinterpret_cast<const char*>((*page)->bytes->data()), (*page)->bytes->size());
+  const auto place = PlaceOf(asked, request.root);
+  const auto& site = this->Models.AboutSite().title;
+  HttpResponse response;
+  constexpr const char* type = "text/html; charset=utf-8";
+  if (model)
+  {
+    response =
+      this->AnswerText(request, type, MakeModelPage(viewer, model->Description(), place, site));
+  }
+  else if (!lacking.empty())
+  {
+    this->Counters.CountRefusal(Metrics::Reason::Token);
+    const auto& contact = this->Options.contact;
+    response = NoStore(401, type,
+      MakeRefusalPage(viewer, "A token is needed",
+        "This link needs a token (" + lacking + ")." + (contact.empty() ? "" : " " + contact),
+        place, site));
+    response.fields.emplace_back("WWW-Authenticate", "Bearer");
+  }
+  else
+  {
+    response = NoStore(404, type,
+      MakeRefusalPage(viewer, "There is no such model",
+        "There is no model " + Shortened(asked.model, 128) +
+          " here. It may have been removed or renamed.",
+        place, site));
+  }
+  response.fields.emplace_back("Content-Security-Policy", protocol::pagePolicy);
+  response.fields.emplace_back("Referrer-Policy", "same-origin");
+  return response;
+}
+
+// What was made of the model's preview.
+HttpResponse Routes::AnswerDrawn(const HttpRequest& request, const ServedModel& model,
+  const std::string& name, const std::string& type, Result<BlobBytes> bytes) const
+{
+  if (!bytes)
+  {
+    const Error& error = bytes.GetError();
+    if (error.code == ErrorCode::NotFound || error.code == ErrorCode::Cancelled)
+    {
+      return this->Failure(error.code == ErrorCode::NotFound ? 404 : 503, error.message);
+    }
+    const auto refusal = RefusePart(model.Description().id, name, error);
+    return this->Failure(refusal.status, refusal.message);
+  }
+  auto tag = TagOf(**bytes);
+  auto response = Cacheable(request, type, std::move(*bytes), std::move(tag),
+    this->Options.guard ? revalidatePrivate : revalidate);
+  if (this->Options.guard)
+  {
+    response.fields.emplace_back("Vary", "Authorization");
+  }
+  return response;
+}
+
+// A text that is made for each request, and sent compressed where that is taken.
+HttpResponse Routes::AnswerText(
+  const HttpRequest& request, const std::string& type, const std::string& text) const
+{
+  constexpr int level = 6;
+  const auto small =
+    AcceptsGzip(request.acceptEncoding) ? GzipText(text, level) : Result<std::string>(Error{});
+  auto body = Bytes(small ? *small : text);
+  auto tag = TagOf(*body);
+  auto response = Cacheable(request, type, std::move(body), std::move(tag),
+    this->Options.guard ? revalidatePrivate : revalidate);
+  if (small && response.status == 200)
+  {
+    response.fields.emplace_back("Content-Encoding", "gzip");
+  }
+  response.fields.emplace_back(
+    "Vary", this->Options.guard ? "Accept-Encoding, Authorization" : "Accept-Encoding");
   return response;
 }
 

@@ -7,6 +7,7 @@
 #include "server/http/HttpMessage.h"
 #include "server/http/Metrics.h"
 #include "server/http/StaticFiles.h"
+#include "server/pages/ModelPages.h"
 #include "server/session/Catalog.h"
 #include "server/session/Permission.h"
 
@@ -111,6 +112,13 @@ private:
   Found FindFile(const HttpRequest& request, std::string_view path) const;
   HttpResponse ReadFile(const HttpRequest& request, const std::string& path, bool gzip) const;
   HttpResponse AnswerFile(const HttpRequest& request, const StaticFile& file) const;
+  Found FindPage(const HttpRequest& request, PagePath asked) const;
+  HttpResponse AnswerPage(const HttpRequest& request, const PagePath& asked,
+    const ServedModel* model, const std::string& lacking) const;
+  HttpResponse AnswerDrawn(const HttpRequest& request, const ServedModel& model,
+    const std::string& name, const std::string& type, Result<BlobBytes> bytes) const;
+  HttpResponse AnswerText(
+    const HttpRequest& request, const std::string& type, const std::string& text) const;
   HttpResponse Preflight() const;
   template <class Change>
   static Found Changed(Found found, Change change);
@@ -118,6 +126,7 @@ private:
   const Catalog& Models;
   Metrics& Counters;
   RouteOptions Options;
+  PictureKeeper Pictures;
 };
 
 }

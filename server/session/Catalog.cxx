@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/session/Catalog.h"
 
+#include "filters/model/ListedPages.h"
 #include "filters/model/ModelJson.h"
 
 namespace kdstream
@@ -36,7 +37,7 @@ BlobBytes Catalog::WriteList(const std::vector<std::shared_ptr<const ServedModel
     auto& summary = summaries.emplace_back(Summarize(model->Description()));
     summary.notes = this->CountNotes(summary.id);
   }
-  return JsonBytes(WriteModelList(summaries, this->Site));
+  return JsonBytes(WithPages(WriteModelList(summaries, this->Site), this->Pages));
 }
 
 }

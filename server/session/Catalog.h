@@ -115,9 +115,13 @@ public:
 
   // Before anybody asks for a list; nothing is said otherwise.
   void SetSite(SiteDescription site) { this->Site = std::move(site); }
+  const SiteDescription& AboutSite() const { return this->Site; }
+  // Where each model has a page (WithPages); as SetSite.
+  void SetPages(std::string folder) { this->Pages = std::move(folder); }
 
 private:
   SiteDescription Site;
+  std::string Pages;
 };
 
 }

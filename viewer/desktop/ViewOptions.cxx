@@ -4,6 +4,7 @@
 
 #include "filters/core/SystemReason.h"
 #include "filters/files/WriteWhole.h"
+#include "filters/model/ModelDescription.h"
 #include "viewer/desktop/SettingSteps.h"
 #include "viewer/offscreen/OffscreenWindow.h"
 
@@ -302,8 +303,34 @@ std::string CheckPicture(const std::string& file)
   return ending == ".png" ? "" : "'" + file + "' must end in .png: pictures are written as PNG";
 }
 
+// Of a model's page (http://HOST/m/ID) the server stays, and the model is the one to show.
+void TakePage(ViewOptions& options)
+{
+  auto& source = options.source;
+  const auto end = std::min(source.find_first_of("?#"), source.size());
+  const auto last = end > 0 && source[end - 1] == '/' ? end - 1 : end;
+  constexpr std::string_view folder = "/m/";
+  const auto begin = source.substr(0, last).rfind(folder);
+  const bool isWeb = source.starts_with("http://") || source.starts_with("https://");
+  if (!isWeb || begin == std::string::npos)
+  {
+    return;
+  }
+  const auto model = source.substr(begin + folder.size(), last - begin - folder.size());
+  if (!IsModelId(model))
+  {
+    return;
+  }
+  source.erase(begin, end - begin);
+  if (options.model.empty())
+  {
+    options.model = model;
+  }
+}
+
 Status TakeLink(ViewOptions& options)
 {
+  TakePage(options);
   const std::size_t hash = options.source.find("#model=");
   std::error_code failure;
   if (hash == std::string::npos || std::filesystem::exists(options.source, failure))

@@ -112,6 +112,7 @@ public:
   std::atomic<bool> throws{ false }; // want of memory
   mutable std::atomic<std::size_t> reads{ 0 };
 
+  ModelDescription& Retell() { return this->Told; } // before it is served
   const TreeDepths& GetDepths() const { return this->Depths; }
   std::span<const Box> TrueBoxes() const { return this->Tree; }
 

@@ -138,6 +138,13 @@ TEST_F(TestViewPictures, ALinkOpensTheViewThatItTells)
     this->Run("'" + url + "/#model=torus&colours=partition&detail=level'" + look + "b.png"), 0)
     << this->Err;
   EXPECT_EQ(ReadText(this->Folder / "b.png"), ReadText(this->Folder / "a.png"));
+  ASSERT_EQ(
+    this->Run("'" + url + "/m/torus#model=torus&colours=partition&detail=level'" + look + "b.png"),
+    0)
+    << this->Err;
+  EXPECT_EQ(ReadText(this->Folder / "b.png"), ReadText(this->Folder / "a.png")) << "by its page";
+  ASSERT_EQ(this->Run(url + "/m/torus/ --colour-by partition --detail level" + look + "b.png"), 0)
+    << this->Err;
   // The link of one report shows the same elsewhere.
   this->Write("zoom.jsonl",
     "{\"turning\":\"upright\"}\n{\"select\":\"torus\"}\n{\"select\":\"torus\"}\n"

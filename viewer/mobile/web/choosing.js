@@ -123,9 +123,11 @@ export function closePreview() {
 
 // ---- links
 
-// The view after the # of the URL; "" for none.
+// The view after the # of the URL, or the model whose page this is (m/ID); "" for none.
 export function linkInAddress() {
-  return location.hash.match(/^#((?:.*&)?model=.*)$/)?.[1].slice(0, mostOfLink) ?? "";
+  const view = location.hash.slice(1);
+  const page = location.pathname.match(/\/m\/([^/]+)\/?$/);
+  return (/(^|&)model=/.test(view) ? view : page ? `model=${page[1]}&${view}` : "").slice(0, mostOfLink);
 }
 
 const mostOfLink = 1e4; // characters: more than any has that can be understood

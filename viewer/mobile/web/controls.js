@@ -3,7 +3,7 @@
 // and of the canvas.
 
 import { takeToken } from "./line.js";
-import { entryOf } from "./list.js";
+import { entryOf, pageOf } from "./list.js";
 import { askForPreviews, showPreview, showsPreview } from "./previews.js";
 import { lastStatus, redraw, rest, wake } from "./frames.js";
 import { canClosePreview, closePreview, colourBy, followLink, linkInAddress, models, refreshing, takeLink, tryNow } from "./choosing.js";
@@ -18,7 +18,7 @@ export let embedding = null; // in somebody's page
 // Full screen is a page of its own for the browser's back.
 export function followMode(before, { mode, model }) {
   if (mode === "full screen" && before !== mode && !history.state?.model && !isEmbedded) {
-    history.pushState({ model }, "");
+    history.pushState({ model }, "", location.hash || !pageOf(model) ? location.href : pageOf(model) + location.search);
   }
   if (before !== mode) {
     showPreview(showsPreview() && mode !== "full screen");

@@ -21,7 +21,8 @@ const blobPath = /^\/api\/models\/([^/]+)\/[0-9a-f]{32}\//;
 let token = "";
 const tokenAlone = /^[\w.-]{1,4096}$/;
 const tokenInLink = /^(.*[#&])token=([\w.-]{1,4096})(?:&(.*))?$/;
-const rememberedKey = `kdstream.token ${location.pathname}`;
+export const root = new URL(".", import.meta.url).href; // the page's folder: a model's page is below it
+const rememberedKey = `kdstream.token ${new URL(root).pathname}`;
 
 // What `act` gives; null where the browser keeps nothing for us.
 function unlessDenied(act) {
@@ -108,7 +109,7 @@ const notKept = () => ({ status: 404, bytes: new TextEncoder().encode('{"error":
 
 // All addresses are relative to the page's, so that it works below a path too.
 function addressOf(path) {
-  return new URL(path.replace(/^\/+/, ""), new URL(".", location.href));
+  return new URL(path.replace(/^\/+/, ""), root);
 }
 
 function streamAddress() {

@@ -2,18 +2,24 @@
 // The list of models: an entry for each, by title, with room for a picture. Pictures and search come with gallery.js, which is
 // fetched when there is time, or when there are many models.
 
-import { mayKeep } from "./line.js";
+import { mayKeep, root } from "./line.js";
 import { storedPaths } from "./storage.js";
 import { language, t } from "./words.js";
 
 const place = document.getElementById("models");
 const manyModels = 12; // for whom there is a search
 
+let pages = ""; // the folder where each model has a page of its own, or none
+
+// The address that names a model, where there is one.
+export const pageOf = (id) => pages && root + pages + id;
+
 export const nameOf = ({ title, id }) => title?.trim() || id;
 
 // What a list says of models and site, as it came and the viewer has taken it; what else is in it is not believed.
 export function readList(bytes) {
-  const { models, site } = JSON.parse(new TextDecoder().decode(bytes));
+  const { models, site, pages: folder } = JSON.parse(new TextDecoder().decode(bytes));
+  pages = folder === "m/" && folder;
   const text = (value) => (typeof value === "string" ? value.trim() : "");
   const { compare } = new Intl.Collator(language, { numeric: true });
   const all = models.map(({ id, digest, title, description, vertices, triangles, notes }) =>

@@ -244,7 +244,7 @@ function listenToOfflineOptions() {
 // updated: called with what to call to change over, where there is a newer page than this one.
 export async function keepPage(updated) {
   try {
-    const registration = await navigator.serviceWorker?.register(new URL("worker.js", location.href));
+    const registration = await navigator.serviceWorker?.register(new URL("worker.js", import.meta.url));
     const look = (worker) => {
       const tell = () => worker.state === "installed" && navigator.serviceWorker.controller && updated(() => {
         navigator.serviceWorker.addEventListener("controllerchange", () => location.reload());

@@ -4,7 +4,7 @@
 
 import { download, group, makeButton, notice } from "./elements.js";
 import { formatError, formatLength } from "./lengths.js";
-import { make } from "./list.js";
+import { make, pageOf } from "./list.js";
 import { Looks, tool } from "./looks.js";
 import { composePicture } from "./picture.js";
 import { t } from "./words.js";
@@ -127,9 +127,9 @@ export class Tools {
   }
 
   link() {
-    const { origin, pathname } = location;
+    const page = pageOf(this.#page.status().model) || location.origin + location.pathname;
     const colours = this.#page.colours();
-    return `${origin}${pathname}#${this.#page.viewer.link()}${colours ? `&colours=${colours}` : ""}`;
+    return `${page}#${this.#page.viewer.link()}${colours ? `&colours=${colours}` : ""}`;
   }
 
   async #copyLink() {

@@ -54,6 +54,13 @@ async function answerWith(file, request) {
   return kept ?? fetch(request);
 }
 
+// The page of a model (m/ID) is the same page, seen from a folder below. The head that a server gives it is not for browsers.
+async function answerWithModel(up, request) {
+  const cache = await caches.open(name).catch(() => null);
+  const kept = await cache?.match(addressOf("index.html")).catch(() => null);
+  return kept ? new Response((await kept.text()).replace(/ (href|src)="/g, ` $1="${up}`), kept) : fetch(request);
+}
+
 self.addEventListener("install", (event) => event.waitUntil(keepFiles()));
 self.addEventListener("activate", (event) => event.waitUntil(dropOthers()));
 self.addEventListener("message", ({ data }) => data === "take over" && self.skipWaiting());
@@ -62,5 +69,7 @@ self.addEventListener("fetch", (event) => {
   const file = address === scope ? "index.html" : address.startsWith(scope) ? address.slice(scope.length) : "";
   if (event.request.method === "GET" && Object.hasOwn(pageFiles, file)) {
     event.respondWith(answerWith(file, event.request));
+  } else if (event.request.mode === "navigate" && /^m\/[^/]+\/?$/.test(file)) {
+    event.respondWith(answerWithModel("../".repeat(file.split("/").length - 1), event.request));
   }
 });

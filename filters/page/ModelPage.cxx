@@ -1,0 +1,297 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "filters/page/ModelPage.h"
+
+#include "filters/core/Texts.h"
+#include "filters/model/JsonWriter.h"
+#include "filters/page/ModelPicture.h"
+#include "filters/page/PageTexts.h"
+#include "filters/page/PreviewGlb.h"
+
+#include <algorithm>
+#include <cstdio>
+
+namespace kdstream
+{
+
+namespace
+{
+
+constexpr std::string_view blanksOfTexts = " \t\r\n";
+
+std::string Grouped(std::uint64_t number)
+{
+  std::string text = std::to_string(number);
+  for (auto at = static_cast<std::ptrdiff_t>(text.size()) - 3; at > 0; at -= 3)
+  {
+    text.insert(static_cast<std::size_t>(at), ",");
+  }
+  return text;
+}
+
+std::string ThreeDigits(double length)
+{
+  char text[32];
+  std::snprintf(text, sizeof text, length >= 100 && length < 1e15 ? "%.0f" : "%.3g", length);
+  return text;
+}
+
+void AppendSentence(std::string& all, std::string_view sentence)
+{
+  if (!sentence.empty())
+  {
+    const bool isWhole =
+      all.empty() || all.ends_with('.') || all.ends_with('!') || all.ends_with('?');
+    all += (all.empty() ? "" : isWhole ? " " : ". ") + std::string(sentence);
+  }
+}
+
+// ---- the head
+
+std::string Meta(std::string_view kind, std::string_view name, std::string_view value)
+{
+  return value.empty() ? std::string()
+                       : "<meta " + std::string(kind) + "=\"" + std::string(name) +
+                           "\" content=\"" + HtmlEscaped(value) + "\">\n";
+}
+
+std::string Link(std::string_view relation, std::string_view type, std::string_view address,
+  std::string_view title = {})
+{
+  return "<link rel=\"" + std::string(relation) + "\"" +
+         (type.empty() ? "" : " type=\"" + HtmlEscaped(type) + "\"") + " href=\"" +
+         HtmlEscaped(address) + "\"" +
+         (title.empty() ? "" : " title=\"" + HtmlEscaped(title) + "\"") + ">\n";
+}
+
+std::string TitleElement(const std::string& title, const std::string& site)
+{
+  const auto& here = site.empty() ? std::string("KdStream") : site;
+  return "<title>" + HtmlEscaped(title) + " – " + HtmlEscaped(here) + "</title>\n";
+}
+
+// https://schema.org/3DModel
+std::string StructuredData(const ModelDescription& model, const ModelTexts& texts,
+  const PagePlace& place, const std::string& site)
+{
+  JsonWriter json;
+  const auto put = [&json](const char* name, const std::string& text)
+  {
+    if (!text.empty())
+    {
+      json.Member(name, text);
+    }
+  };
+  json.BeginObject()
+    .Member("@context", "https://schema.org")
+    .Member("@type", "3DModel")
+    .Member("name", texts.title)
+    .Member("url", place.Page(model.id));
+  put("description", model.description.empty() ? texts.summary : model.description);
+  put("creditText", model.credit);
+  if (IsWebAddress(model.license))
+  {
+    json.Member("license", model.license);
+  }
+  else if (!model.license.empty())
+  {
+    json.Key("license")
+      .BeginObject()
+      .Member("@type", "CreativeWork")
+      .Member("name", model.license)
+      .EndObject();
+  }
+  if (HasPicture(model))
+  {
+    json.Member("image", place.Picture(model.id)).Member("thumbnailUrl", place.Picture(model.id));
+  }
+  if (HasPreviewGlb(model))
+  {
+    json.Key("encoding")
+      .BeginObject()
+      .Member("@type", "MediaObject")
+      .Member("contentUrl", place.Preview(model.id, model.digest))
+      .Member("encodingFormat", "model/gltf-binary")
+      .EndObject();
+  }
+  json.Member("embedUrl", place.Page(model.id) + "?embed");
+  if (!site.empty())
+  {
+    json.Key("isPartOf")
+      .BeginObject()
+      .Member("@type", "Collection")
+      .Member("name", site)
+      .Member("url", place.Base())
+      .EndObject();
+  }
+  json.EndObject();
+  return "<script type=\"application/ld+json\">" + ScriptEscaped(json.Text()) + "</script>\n";
+}
+
+std::string HeadOf(const ModelDescription& model, const ModelTexts& texts, const PagePlace& place,
+  const std::string& site)
+{
+  std::string head = TitleElement(texts.title, site);
+  head += Meta("name", "description", texts.summary);
+  head += Link("canonical", "", place.Page(model.id));
+  head += Meta("property", "og:type", "website");
+  head += Meta("property", "og:site_name", site);
+  head += Meta("property", "og:title", texts.title);
+  head += Meta("property", "og:description", texts.summary);
+  head += Meta("property", "og:url", place.Page(model.id));
+  if (HasPicture(model))
+  {
+    head += Meta("property", "og:image", place.Picture(model.id));
+    head += Meta("property", "og:image:type", "image/jpeg");
+    head += Meta("property", "og:image:width", std::to_string(pictureWidth));
+    head += Meta("property", "og:image:height", std::to_string(pictureHeight));
+    head += Meta("property", "og:image:alt", texts.title);
+  }
+  head += Meta("name", "twitter:card", HasPicture(model) ? "summary_large_image" : "summary");
+  head += Meta("name", "twitter:title", texts.title);
+  head += Meta("name", "twitter:description", texts.summary);
+  if (HasPicture(model))
+  {
+    head += Meta("name", "twitter:image", place.Picture(model.id));
+    head += Meta("name", "twitter:image:alt", texts.title);
+  }
+  if (!place.root.empty())
+  {
+    head += Link("alternate", "application/json+oembed", place.Embed(model.id), texts.title);
+  }
+  head += Link("alternate",
+    R"(application/ld+json;profile="http://iiif.io/api/presentation/4/context.json")",
+    place.Manifest(model.id));
+  return head + StructuredData(model, texts, place, site);
+}
+
+// ---- the body
+
+std::string Paragraph(std::string_view text)
+{
+  return text.empty() ? std::string() : "<p dir=\"auto\">" + HtmlEscaped(text) + "</p>\n";
+}
+
+std::string WithoutScripts(const std::string& content, const PagePlace& place)
+{
+  return "<noscript><div id=\"no-script\">\n" + content +
+         "<p>The viewer needs JavaScript, which is switched off.</p>\n<p><a href=\"" +
+         HtmlEscaped(place.up) + "\">All models</a></p>\n</div></noscript>";
+}
+
+std::string BodyOf(const ModelDescription& model, const ModelTexts& texts, const PagePlace& place)
+{
+  std::string body = "<h1 dir=\"auto\">" + HtmlEscaped(texts.title) + "</h1>\n";
+  if (HasPicture(model))
+  {
+    // Of this very page's server: other addresses than its own the page may not load.
+    const PagePlace near{ {}, place.up, place.isFolder };
+    body += "<p><img src=\"" + HtmlEscaped(near.Picture(model.id)) + "\" alt=\"\" width=\"600\" " +
+            "height=\"315\"></p>\n";
+  }
+  body += Paragraph(model.credit);
+  body += IsWebAddress(model.license)
+            ? "<p><a rel=\"license nofollow noopener noreferrer\" href=\"" +
+                HtmlEscaped(model.license) + "\">" + HtmlEscaped(model.license) + "</a></p>\n"
+            : Paragraph(model.license);
+  body += Paragraph(model.description);
+  return WithoutScripts(body + Paragraph(texts.size) + Paragraph(texts.count), place);
+}
+
+// ---- both into the page
+
+// Whether an attribute's value is an address relative to the page.
+bool IsRelative(std::string_view value)
+{
+  const auto colon = value.find(':');
+  return !value.empty() && value.front() != '/' && value.front() != '#' && value.front() != '?' &&
+         (colon == std::string_view::npos || colon > value.find('/'));
+}
+
+std::string WithRelativeAddresses(std::string_view page, const std::string& up)
+{
+  std::string moved;
+  std::size_t done = 0;
+  for (std::size_t at = 0; at < page.size(); ++at)
+  {
+    for (const std::string_view attribute : { " href=\"", " src=\"" })
+    {
+      const auto begin = at + attribute.size();
+      if (page.substr(at, attribute.size()) == attribute &&
+          IsRelative(page.substr(begin, page.find('"', begin) - begin)))
+      {
+        moved.append(page.substr(done, begin - done)).append(up);
+        done = begin;
+      }
+    }
+  }
+  return moved.append(page.substr(done));
+}
+
+// Puts `text` in the place of the element <name>…</name>, or, where there is none, after the tag
+// <after …>, or before everything.
+void PutElement(
+  std::string& page, const std::string& name, std::string_view after, const std::string& text)
+{
+  const auto begin = page.find("<" + name + ">");
+  const std::string last = "</" + name + ">";
+  const auto end = begin == page.npos ? page.npos : page.find(last, begin);
+  if (end != page.npos)
+  {
+    page.replace(begin, end + last.size() - begin, text);
+    return;
+  }
+  const auto tag = page.find(after);
+  const auto close = tag == page.npos ? page.npos : page.find('>', tag);
+  page.insert(close == page.npos ? 0 : close + 1, text);
+}
+
+std::string MakePage(
+  std::string_view page, const std::string& head, const std::string& body, const PagePlace& place)
+{
+  std::string made = WithRelativeAddresses(page, place.up);
+  PutElement(made, "noscript", "<body", body); // before texts of strangers are in the head
+  PutElement(made, "title", "<head", head);
+  return made;
+}
+
+}
+
+ModelTexts TextsOf(const ModelDescription& model)
+{
+  ModelTexts texts;
+  const auto title = Trimmed(model.title, blanksOfTexts);
+  texts.title = title.empty() ? model.id : std::string(title);
+  texts.count = model.primitive == PrimitiveType::Points ? Grouped(model.vertices) + " points"
+                                                         : Grouped(model.triangles) + " triangles";
+  if (!model.unit.empty() && !model.box.Empty())
+  {
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      texts.size += (k == 0 ? "" : " × ") + ThreeDigits(model.box.hi[k] - model.box.lo[k]);
+    }
+    texts.size += " " + model.unit;
+  }
+  constexpr std::size_t mostOfCredit = 150, mostOfDescription = 250;
+  AppendSentence(texts.summary, Shortened(Trimmed(model.credit, blanksOfTexts), mostOfCredit));
+  AppendSentence(texts.summary, texts.size + (texts.size.empty() ? "" : ", ") + texts.count);
+  AppendSentence(
+    texts.summary, Shortened(Trimmed(model.description, blanksOfTexts), mostOfDescription));
+  return texts;
+}
+
+std::string MakeModelPage(std::string_view page, const ModelDescription& model,
+  const PagePlace& place, const std::string& site)
+{
+  const auto texts = TextsOf(model);
+  return MakePage(page, HeadOf(model, texts, place, site), BodyOf(model, texts, place), place);
+}
+
+std::string MakeRefusalPage(std::string_view page, const std::string& title,
+  const std::string& text, const PagePlace& place, const std::string& site)
+{
+  const std::string head = TitleElement(title, site) + Meta("name", "robots", "noindex");
+  const std::string body = "<h1 dir=\"auto\">" + HtmlEscaped(title) + "</h1>\n" + Paragraph(text);
+  return MakePage(page, head, WithoutScripts(body, place), place);
+}
+
+}

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The viewer's page for one model: the same page, with a head that messengers and search engines
+// read, and with texts for whoever runs no scripts. Texts of models are untrusted: all are escaped.
+#pragma once
+
+#include "filters/model/ModelDescription.h"
+#include "filters/page/PagePlace.h"
+
+#include <string>
+#include <string_view>
+
+namespace kdstream
+{
+
+// What is said of a model without a picture.
+struct ModelTexts
+{
+  std::string title;   // its own, else its id
+  std::string summary; // who made it, how large it is, how many triangles; the begin of its
+                       // description: at most about 500 bytes
+  std::string size;    // "19.8 × 14 × 8.9 cm"; empty where it has no unit
+  std::string count;   // "871,414 triangles"
+};
+ModelTexts TextsOf(const ModelDescription& model);
+
+// `page` is the viewer's index.html. Its title becomes the model's head (description, canonical
+// address, OpenGraph, Twitter card, JSON-LD of a 3DModel, and oEmbed where the root is known), its
+// <noscript> the model's texts, and its own relative addresses begin with place.up. A page without
+// a title or <noscript> gets them in its head and body. site: its title, may be empty. O(bytes).
+std::string MakeModelPage(std::string_view page, const ModelDescription& model,
+  const PagePlace& place, const std::string& site);
+
+// The same where there is no model to show: what says why, for people and robots. With scripts the
+// viewer says it, and shows the other models.
+std::string MakeRefusalPage(std::string_view page, const std::string& title,
+  const std::string& text, const PagePlace& place, const std::string& site);
+
+}

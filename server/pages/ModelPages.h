@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The pages of models as a server makes them (doc/protocol.md#pages): which address names what, and
+// the pictures, which are drawn once and kept. Step "serve" of the pipeline picture. No sockets.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "filters/page/PagePlace.h"
+#include "server/session/Catalog.h"
+
+#include <atomic>
+#include <cstddef>
+#include <list>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace kdstream
+{
+
+struct PagePath
+{
+  enum class Kind
+  {
+    Page,
+    Picture,
+    Manifest,
+    Preview,
+    Embed
+  };
+  Kind kind = Kind::Page;
+  std::string model{};   // not of Embed; any bytes: escapes are decoded, nothing else is checked
+  bool isFolder = false; // the address of the page ends with a slash
+  std::string digest{};  // of Preview: any bytes
+};
+
+// Nothing where a path, without its query, is of none of these.
+std::optional<PagePath> ParsePagePath(std::string_view path);
+
+// The place of a page, or of what belongs to it. root: the server's address, empty where it is not
+// known.
+PagePlace PlaceOf(const PagePath& path, const std::string& root);
+
+// The model's notes and description as a IIIF manifest. Notes that cannot be read are left out.
+std::string ManifestOf(const Catalog& catalog, const ServedModel& model, const PagePlace& place);
+
+// A .glb of the preview. May wait for a disk. Errors: NotFound where the model has none; those of
+// ServedModel::ReadBlob and of EncodePreviewGlb.
+Result<BlobBytes> PreviewOf(const ServedModel& model);
+
+// All functions from any thread.
+class PictureKeeper
+{
+public:
+  static constexpr std::size_t keptBytes = std::size_t{ 16 } << 20;
+  static constexpr int mostWaiting = 4; // for a picture to be drawn, which takes a processor
+
+  // A JPEG. One picture is drawn at a time. May wait for a disk. Errors: NotFound where the model
+  // has none; Cancelled where too many wait already: it can be had later; those of
+  // ServedModel::ReadBlob and of DrawModelPicture.
+  Result<BlobBytes> Get(const ServedModel& model) const;
+
+private:
+  // By all that is said of a model: its pose belongs to that, not to its digest.
+  BlobBytes Find(const BlobBytes& description) const;
+  void Keep(const BlobBytes& description, const BlobBytes& picture) const;
+
+  struct Kept
+  {
+    BlobBytes description, picture;
+  };
+  mutable std::atomic<int> Waiting{ 0 };
+  mutable std::mutex Drawing;
+  mutable std::mutex Mutex;       // for what follows
+  mutable std::list<Kept> Recent; // the latest first
+  mutable std::size_t Bytes = 0;
+};
+
+}
