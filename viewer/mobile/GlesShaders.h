@@ -56,9 +56,10 @@ out vec3 viewNormal;
 out vec3 smoothColor;
 flat out vec3 flatColor;
 flat out vec2 splat; // pixels across, radius
+centroid out float fromEye; // of a place in the triangle, at its edge too
 #ifdef CUT
 uniform vec4 section; // its normal, and how far the origin is above it
-centroid out float above; // of a place in the triangle, at its edge too
+centroid out float above; // likewise
 #endif
 void main()
 {
@@ -74,9 +75,21 @@ void main()
 #endif
   gl_Position = vec4(projection.xy * viewPosition.xy,
     projection.z * viewPosition.z + projection.w, -viewPosition.z);
+  fromEye = -viewPosition.z;
   splat.x = clamp(2.0 * radius * splatPixels.x / gl_Position.w, splatPixels.y, splatPixels.z);
   splat.y = 0.5 * splat.x * gl_Position.w / splatPixels.x;
   gl_PointSize = splat.x;
+})";
+
+// What a fragment is multiplied by for ambient occlusion; follows occlusionDepths and occlusionLeft
+// (viewer/session/look/OcclusionShaders.h). Where there is none the grid has no texels.
+inline constexpr const char* darkened = R"(
+uniform vec2 texels; // of the half picture, in a pixel
+out vec4 fragment;
+vec4 darkened(vec3 color, float away)
+{
+  float left = grid.x > 0.0 ? lightLeft(gl_FragCoord.xy * texels, away) : 1.0;
+  return vec4(left * min(color, 1.0), 1.0);
 })";
 
 // Phong's model with the two directional lights of SceneLook.h. Followed by one of the two main
@@ -93,7 +106,6 @@ uniform vec3 lightColor[2];
 uniform vec4 material;
 uniform vec3 highlightColor;
 uniform vec3 depthRange; // nearest, farthest, 1 / their difference
-out vec4 fragment;
 #ifdef CUT
 centroid in float above;
 #endif
@@ -131,6 +143,7 @@ vec3 lit(vec3 normal)
 // may face away a little; it is clamped (as in viewer/rendering/SurfaceScene.cxx). If no triangle
 // at a point has an area, the normal faces the eye.
 inline constexpr const char* surfaceFragment = R"(
+centroid in float fromEye;
 void main()
 {
   vec3 normal = dot(viewNormal, viewNormal) > 0.0 ? normalize(viewNormal) : vec3(0.0, 0.0, 1.0);
@@ -138,11 +151,12 @@ void main()
   {
     normal = gl_FrontFacing && normal.z > -0.8 ? normalize(vec3(normal.xy, 0.0)) : -normal;
   }
-  fragment = vec4(lit(normal), 1.0);
+  vec3 color = lit(normal);
 #ifdef RELIEF
   float bend = relief.y * normal.z * (dFdx(normal.x) + dFdy(normal.y));
-  fragment.rgb *= 1.0 + relief.x * clamp(bend, -1.0, 1.0);
+  color *= 1.0 + relief.x * clamp(bend, -1.0, 1.0);
 #endif
+  fragment = darkened(color, fromEye);
 #ifdef CUT
   if (above > 0.0)
   {
@@ -153,10 +167,10 @@ void main()
 
 inline constexpr const char* capFragment = R"(
 flat in vec3 flatColor;
-out vec4 fragment;
+centroid in float fromEye;
 void main()
 {
-  fragment = vec4(flatColor, 1.0);
+  fragment = darkened(flatColor, fromEye);
 })";
 
 // Points are round splats, bent away from the eye at their rims, so that neighbours meet halfway.
@@ -187,7 +201,7 @@ void main()
     normal = normalize(viewNormal.z < 0.0 ? -viewNormal : viewNormal);
     shade = 1.0;
   }
-  fragment = vec4(shade * lit(normal), 1.0);
+  fragment = darkened(shade * lit(normal), -z);
 })";
 
 }
