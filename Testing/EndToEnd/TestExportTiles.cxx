@@ -3,7 +3,10 @@
 // that nothing half is. Whether other people's clients read it: Testing/Browser/tiles.test.mjs.
 #include "Testing/EndToEnd/ProgramsTest.h"
 #include "Testing/Fixtures/Meshes.h"
+#include "filters/core/VectorMath.h"
+#include "filters/core/Weld.h"
 #include "filters/files/Folders.h"
+#include "filters/store/Store.h"
 
 #include <nlohmann/json.hpp>
 
@@ -311,6 +314,52 @@ TEST_F(TestExportTiles, ALevelIsASmallFile)
   EXPECT_LT(fs::file_size(this->Folder / "level.glb"), fs::file_size(this->Folder / "all.glb") / 4);
   EXPECT_EQ(this->Export({ "ring.kds", "no.glb", "--level", "30" }, "glb").exitCode, 2);
   EXPECT_FALSE(fs::exists(this->Folder / "no.glb"));
+}
+
+// In metres, on the floor, seen from the front; a metre long where its unit is not known.
+TEST_F(TestExportTiles, ExportedFilesHaveAPreviewForTheRoom)
+{
+  this->Make("ring", Torus(200, 100), { "--up", "0,0,1", "--view", "1,0,0" });
+  this->Make("small", Torus(200, 100), { "--up", "0,0,1", "--unit", "mm" });
+  const Box box = BoxOfPoints(Torus(200, 100).points);
+  for (const auto& [name, metres] : { std::pair{ "ring", 1.0 }, { "small", 0.001 * (box.hi[0] - box.lo[0]) } })
+  {
+    SCOPED_TRACE(name);
+    ASSERT_EQ(this->Export({ std::string(name) + ".kds", "www" }, "files").exitCode, 0);
+    const std::string digest = (*kdstream::Store::Open(this->Folder / (std::string(name) + ".kds")))->Info().digest;
+    const Json glb =
+      JsonOfGlb(this->Folder / "www/api/models" / name / digest / "preview.glb");
+    EXPECT_FALSE(glb.contains("extensionsRequired"));
+    const auto m = glb["nodes"][0]["matrix"].get<std::vector<double>>();
+    const Json& positions = glb["accessors"][glb["meshes"][0]["primitives"][0]["attributes"]["POSITION"].get<std::size_t>()];
+    Box placed;
+    for (int corner = 0; corner < 8; ++corner)
+    {
+      Vec3 place{ m[12], m[13], m[14] };
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        const double along = positions[(corner >> k & 1) != 0 ? "max" : "min"][k];
+        place = Plus(place, Times({ m[4 * k], m[4 * k + 1], m[4 * k + 2] }, along));
+      }
+      placed.Add(place);
+    }
+    EXPECT_NEAR(placed.lo[1], 0, 1e-6 * metres);
+    EXPECT_NEAR(placed.hi[0] - placed.lo[0], metres, 1e-2 * metres);
+    EXPECT_NEAR(placed.hi[0] + placed.lo[0], 0, 1e-2 * metres);
+    EXPECT_LT(placed.hi[1], 0.5 * metres) << "the ring lies";
+  }
+  // The way to the eye is the file's +z.
+  const std::string digest = (*kdstream::Store::Open(this->Folder / "ring.kds"))->Info().digest;
+  const Json ring = JsonOfGlb(this->Folder / "www/api/models/ring" / digest / "preview.glb");
+  EXPECT_GT(ring["nodes"][0]["matrix"][2].get<double>(), 0.0);
+  Mesh cloud = Torus(20, 10);
+  cloud.triangles.clear();
+  this->Make("cloud", cloud);
+  ASSERT_EQ(this->Export({ "cloud.kds", "clouds" }, "files").exitCode, 0);
+  for (const auto& entry : fs::recursive_directory_iterator(this->Folder / "clouds"))
+  {
+    EXPECT_NE(entry.path().filename(), "preview.glb");
+  }
 }
 
 }

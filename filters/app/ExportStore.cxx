@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/app/ExportStore.h"
 
+#include "filters/app/PreviewGlb.h"
 #include "filters/codec/PartitionBoxes.h"
 #include "filters/codec/TreePage.h"
 #include "filters/core/SystemReason.h"
@@ -73,7 +74,7 @@ location /api/ {
     add_header Cache-Control "public, max-age=31536000, immutable";
     add_header X-Content-Type-Options nosniff;
     add_header Access-Control-Allow-Origin *;
-    types { }
+    types { model/gltf-binary glb; }
     default_type application/octet-stream;
   }
 }
@@ -114,6 +115,9 @@ AddEncoding gzip .gz
     Header set Cache-Control "public, max-age=31536000, immutable"
     Header unset Vary
     ForceType application/octet-stream
+  </If>
+  <If "%{REQUEST_URI} =~ m#/preview\.glb$#">
+    ForceType model/gltf-binary
   </If>
 </IfModule>
 )";
@@ -504,6 +508,17 @@ Status PutBlobs(const Store& store, const std::string& model, Writer& writer)
   return {};
 }
 
+// For augmented reality.
+Status PutPreview(const Store& store, const std::string& model, Writer& writer)
+{
+  const auto preview = EncodePreviewGlb(store);
+  KDSTREAM_TRY(preview);
+  const fs::path folder = fs::path(protocol::ModelPath(model)).parent_path() / store.Info().digest;
+  return preview->empty() ? Status{}
+                          : writer.PutBlob((folder / "preview.glb").string(),
+                              [&]() -> Result<std::vector<std::uint8_t>> { return *preview; });
+}
+
 // Nothing where there are none.
 Result<std::optional<NotesText>> NotesIn(const fs::path& file)
 {
@@ -576,6 +591,7 @@ Result<ExportReport> ExportStore(const Store& store, const fs::path& folder,
   const auto models = ListWith(summary, writer);
   KDSTREAM_TRY(models);
   KDSTREAM_TRY(PutBlobs(store, options.model, writer));
+  KDSTREAM_TRY(PutPreview(store, options.model, writer));
   const bool isNewModel = part.Name().filename() == options.model;
   if (isNewModel) // else it is told of once the digest is up
   {

@@ -166,6 +166,7 @@ export const texts = {
   "Share…": "مشاركة…",
   "Link copied.": "نُسخ رابط هذا العرض.",
   "Save picture": "حفظ الصورة",
+  "In my room": "في غرفتي",
   "Picture saved.": "حُفظت الصورة.",
 
   // help

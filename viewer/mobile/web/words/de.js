@@ -166,6 +166,7 @@ export const texts = {
   "Share…": "Teilen…",
   "Link copied.": "Link kopiert.",
   "Save picture": "Bild speichern",
+  "In my room": "In meinem Raum",
   "Picture saved.": "Bild gespeichert.",
 
   // help
