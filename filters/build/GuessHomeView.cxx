@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <filesystem>
 #include <utility>
 #include <vector>
@@ -16,14 +17,20 @@ namespace kdstream
 namespace
 {
 
-constexpr double flatPart = 0.2;     // of the next longer side: this flat things lie
-constexpr double slabPart = 0.02;    // of the diagonal: as near to the floor touches it
-constexpr double leastLead = 0.1;    // of the best axis before the next
-constexpr double unlikelyAxis = 0.1; // less for x, which few files have up
-constexpr double upsideDown = 0.3;   // more at the upper end, to be taken for the floor
-constexpr double widerSide = 1.2;    // of the box is looked at
-constexpr double moreRelief = 1.5;   // of the back, to be taken for the front
-constexpr double lowPart = 0.5;      // of the narrower side: seen from above
+constexpr double flatPart = 0.2;        // of the next longer side: this flat things lie
+constexpr double slabPart = 0.02;       // of the diagonal: as near to the floor touches it
+constexpr double leastLead = 0.1;       // of the best axis before the next
+constexpr double unequalEnds = 0.5;     // for an axis across which the shape is no mirror image
+constexpr double detailAhead = 0.3;     // for y, if all detail is towards +z
+constexpr double unlikelyAxis = 0.1;    // less for x, which few files have up
+constexpr double upsideDown = 0.3;      // more at the upper end, to be taken for the floor
+constexpr double widerSide = 1.2;       // of the box is looked at
+constexpr double longBody = 1.6;        // of its width: is not looked at from its front
+constexpr double mirrored = 0.9;        // of the surface: the shape is symmetric
+constexpr double moreMirrored = 0.05;   // than across the other horizontal axis
+constexpr std::size_t mirrorCells = 32; // along the longest side
+constexpr double moreRelief = 1.5;      // of the back, to be taken for the front
+constexpr double lowPart = 0.5;         // of the narrower side: seen from above
 constexpr double sineOfThirty = 0.5;
 constexpr double facingCosine = 0.3;
 constexpr double oneSided = 0.8; // of the area, more than what faces the other way
@@ -113,9 +120,11 @@ public:
       this->Sides[k] = this->Around.hi[k] - this->Around.lo[k];
     }
     this->Middle = this->MiddleOfSurface();
+    this->TakeSamples();
   }
 
   double Side(std::size_t axis) const { return this->Sides[axis]; }
+  double LongestSide() const { return *std::max_element(this->Sides.begin(), this->Sides.end()); }
 
   // The axis along which the shape is flat, if that is y or z.
   std::optional<Axis> Flat() const
@@ -151,6 +160,10 @@ public:
     const bool stands = floor > 0 && IsWithin(touching, { this->Middle[a], this->Middle[b] });
     return stands ? AreaOf(touching) / floor : 0;
   }
+
+  // How much of the surface lies on the surface's mirror image across that axis, but for a cell:
+  // 0-1. The middle is that of the box or of the surface, whichever fits better.
+  double MirroredAcross(std::size_t axis) const;
 
   // Of what faces an eye in that direction: the bends of its edges, by their length, for its area.
   double ReliefTowards(const Vec3& direction) const;
@@ -205,11 +218,112 @@ private:
     return ConvexHull(std::move(touching));
   }
 
+  struct Sample
+  {
+    Vec3 place{};
+    double weight = 0;
+  };
+  using Cells = std::array<std::ptrdiff_t, 3>;
+  static constexpr std::ptrdiff_t gridSide = mirrorCells + 1;
+
+  void TakeSamples();
+  Cells CellOf(const Vec3& place) const;
+  // Outside of the grid there is nothing.
+  bool IsNear(const Cells& cell) const;
+
   std::span<const Vec3> Points;
   std::span<const Triangle> Triangles;
+  std::vector<Sample> Samples;  // of the surface, a cell apart; or of a cloud
+  std::vector<bool> NearSample; // by cell: whether it or a neighbour has one
   Box Around;
   Vec3 Sides{}, Middle{};
 };
+
+Shape::Cells Shape::CellOf(const Vec3& place) const
+{
+  const double cell = this->LongestSide() / static_cast<double>(mirrorCells);
+  Cells found{ -1, -1, -1 };
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    const double steps = std::floor((place[k] - this->Around.lo[k]) / cell);
+    if (steps >= 0 && steps < static_cast<double>(gridSide))
+    {
+      found[k] = static_cast<std::ptrdiff_t>(steps);
+    }
+  }
+  return found;
+}
+
+bool Shape::IsNear(const Cells& cell) const
+{
+  return std::all_of(cell.begin(), cell.end(), [](std::ptrdiff_t c) { return c >= 0; }) &&
+         this->NearSample[static_cast<std::size_t>(
+           (cell[2] * gridSide + cell[1]) * gridSide + cell[0])];
+}
+
+void Shape::TakeSamples()
+{
+  const double cell = this->LongestSide() / static_cast<double>(mirrorCells);
+  if (!(cell > 0) || !std::isfinite(1 / cell))
+  {
+    return;
+  }
+  for (const Triangle& t : this->Triangles)
+  {
+    const Vec3 &a = this->Points[t[0]], b = Minus(this->Points[t[1]], a),
+               c = Minus(this->Points[t[2]], a);
+    const double longest = std::max({ Length(b), Length(c), Length(Minus(b, c)) });
+    const auto rows = static_cast<std::size_t>(std::min(64.0, longest / cell)) + 1;
+    const double weight =
+      Length(Cross(b, c)) / (static_cast<double>(rows) * static_cast<double>(rows + 1));
+    for (std::size_t i = 0; i < rows; ++i)
+    {
+      for (std::size_t j = 0; i + j < rows; ++j)
+      {
+        const auto part = [rows](std::size_t steps)
+        { return (static_cast<double>(steps) + 1.0 / 3) / static_cast<double>(rows); };
+        this->Samples.push_back({ Plus(a, Plus(Times(b, part(i)), Times(c, part(j)))), weight });
+      }
+    }
+  }
+  for (const Vec3& point : this->Triangles.empty() ? this->Points : std::span<const Vec3>())
+  {
+    this->Samples.push_back({ point, 1 });
+  }
+  this->NearSample.resize(static_cast<std::size_t>(gridSide * gridSide * gridSide));
+  for (const Sample& sample : this->Samples)
+  {
+    const Cells at = this->CellOf(sample.place);
+    for (std::ptrdiff_t n = 0; n < 27; ++n)
+    {
+      const Cells beside{ at[0] + n % 3 - 1, at[1] + n / 3 % 3 - 1, at[2] + n / 9 - 1 };
+      if (std::all_of(
+            beside.begin(), beside.end(), [](std::ptrdiff_t c) { return c >= 0 && c < gridSide; }))
+      {
+        this->NearSample[static_cast<std::size_t>(
+          (beside[2] * gridSide + beside[1]) * gridSide + beside[0])] = true;
+      }
+    }
+  }
+}
+
+double Shape::MirroredAcross(std::size_t axis) const
+{
+  double best = 0;
+  for (const double middle : { this->Around.lo[axis] + this->Sides[axis] / 2, this->Middle[axis] })
+  {
+    double all = 0, found = 0;
+    for (const Sample& sample : this->Samples)
+    {
+      Vec3 image = sample.place;
+      image[axis] = 2 * middle - image[axis];
+      all += sample.weight;
+      found += this->IsNear(this->CellOf(image)) ? sample.weight : 0;
+    }
+    best = std::max(best, all > 0 ? found / all : 0);
+  }
+  return best;
+}
 
 double Shape::ReliefTowards(const Vec3& direction) const
 {
@@ -249,6 +363,13 @@ double Shape::ReliefTowards(const Vec3& direction) const
   return area > 0 ? bends * Length(this->Sides) / area : 0;
 }
 
+// 1 where only +z has relief, -1 where only -z has.
+double DetailAhead(const Shape& shape)
+{
+  const double ahead = shape.ReliefTowards({ 0, 0, 1 }), behind = shape.ReliefTowards({ 0, 0, -1 });
+  return ahead + behind > 0 ? (ahead - behind) / (ahead + behind) : 0;
+}
+
 // Which axis is up by its shape, if one is. A vase may be wider at its rim than at its foot: so a
 // shape is taken to be upside down only if it could hardly stand otherwise.
 std::optional<Axis> UpByShape(const Shape& shape)
@@ -259,7 +380,10 @@ std::optional<Axis> UpByShape(const Shape& shape)
   {
     const double upwards = shape.StandsWith({ index, 1 });
     const double downwards = shape.StandsWith({ index, -1 });
-    const double most = std::abs(upwards - downwards) - (index == 0 ? unlikelyAxis : 0);
+    const double height = shape.LongestSide() > 0 ? shape.Side(index) / shape.LongestSide() : 0;
+    const double most =
+      std::abs(upwards - downwards) * height + unequalEnds * (1 - shape.MirroredAcross(index)) +
+      (index == 1 ? detailAhead * DetailAhead(shape) : 0) - (index == 0 ? unlikelyAxis : 0);
     if (!best || most > score)
     {
       next = std::max(next, score);
@@ -301,6 +425,23 @@ std::size_t LongestComponent(const Vec3& direction)
   return longest;
 }
 
+// Whether a shape is seen along `aside` rather than `ahead`. What is symmetric across one of these
+// axes, as a head or somebody standing, has its front towards the other one, unless it is long.
+bool IsSeenFromAside(const Shape& shape, std::size_t ahead, std::size_t aside)
+{
+  const double acrossAhead = shape.MirroredAcross(ahead);
+  const double acrossAside = shape.MirroredAcross(aside);
+  if (acrossAside >= mirrored && acrossAside > acrossAhead + moreMirrored)
+  {
+    return shape.Side(ahead) > longBody * shape.Side(aside);
+  }
+  if (acrossAhead >= mirrored && acrossAhead > acrossAside + moreMirrored)
+  {
+    return shape.Side(aside) <= longBody * shape.Side(ahead);
+  }
+  return shape.Side(ahead) > widerSide * shape.Side(aside);
+}
+
 Vec3 GuessView(const Shape& shape, const Vec3& up, std::string_view ending)
 {
   Vec3 front = FrontOf(up);
@@ -318,7 +459,7 @@ Vec3 GuessView(const Shape& shape, const Vec3& up, std::string_view ending)
   }
   const std::size_t upward = LongestComponent(up), ahead = LongestComponent(front);
   const std::size_t aside = 3 - upward - ahead;
-  if (upward != ahead && shape.Side(ahead) > widerSide * shape.Side(aside))
+  if (upward != ahead && IsSeenFromAside(shape, ahead, aside))
   {
     const double towards = up[aside];
     front = {};
