@@ -17,20 +17,22 @@ namespace kdstream
 namespace
 {
 
-constexpr double flatPart = 0.2;        // of the next longer side: this flat things lie
-constexpr double slabPart = 0.02;       // of the diagonal: as near to the floor touches it
-constexpr double leastLead = 0.1;       // of the best axis before the next
-constexpr double unequalEnds = 0.5;     // for an axis across which the shape is no mirror image
-constexpr double detailAhead = 0.3;     // for y, if all detail is towards +z
-constexpr double unlikelyAxis = 0.1;    // less for x, which few files have up
-constexpr double upsideDown = 0.3;      // more at the upper end, to be taken for the floor
-constexpr double widerSide = 1.2;       // of the box is looked at
-constexpr double longBody = 1.6;        // of its width: is not looked at from its front
-constexpr double mirrored = 0.9;        // of the surface: the shape is symmetric
-constexpr double moreMirrored = 0.05;   // than across the other horizontal axis
-constexpr std::size_t mirrorCells = 32; // along the longest side
-constexpr double moreRelief = 1.5;      // of the back, to be taken for the front
-constexpr double lowPart = 0.5;         // of the narrower side: seen from above
+constexpr double flatPart = 0.2;          // of the next longer side: this flat things lie
+constexpr double slabPart = 0.02;         // of the diagonal: as near to the floor touches it
+constexpr double leastLead = 0.1;         // of the best axis before the next
+constexpr double unequalEnds = 0.5;       // for an axis across which the shape is no mirror image
+constexpr double detailAhead = 0.3;       // for y, if all detail is towards +z
+constexpr double unlikelyAxis = 0.1;      // less for x, which few files have up
+constexpr double usualAxis = 0.1;         // more for y in formats that mostly have it up
+constexpr double upsideDown = 0.3;        // more at the upper end, to be taken for the floor
+constexpr double widerSide = 1.2;         // of the box is looked at
+constexpr double longBody = 1.6;          // of its width: is not looked at from its front
+constexpr double mirrored = 0.9;          // of the surface: the shape is symmetric
+constexpr double moreMirrored = 0.05;     // than across the other horizontal axis
+constexpr std::size_t mirrorCells = 32;   // along the longest side
+constexpr double moreRelief = 1.5;        // of the back, to be taken for the front
+constexpr double moreReliefOfFront = 1.2; // if left and right are mirror images
+constexpr double lowPart = 0.5;           // of the narrower side: seen from above
 constexpr double sineOfThirty = 0.5;
 constexpr double facingCosine = 0.3;
 constexpr double oneSided = 0.8; // of the area, more than what faces the other way
@@ -372,7 +374,7 @@ double DetailAhead(const Shape& shape)
 
 // Which axis is up by its shape, if one is. A vase may be wider at its rim than at its foot: so a
 // shape is taken to be upside down only if it could hardly stand otherwise.
-std::optional<Axis> UpByShape(const Shape& shape)
+std::optional<Axis> UpByShape(const Shape& shape, bool oftenY)
 {
   std::optional<Axis> best;
   double score = 0, next = 0;
@@ -383,7 +385,8 @@ std::optional<Axis> UpByShape(const Shape& shape)
     const double height = shape.LongestSide() > 0 ? shape.Side(index) / shape.LongestSide() : 0;
     const double most =
       std::abs(upwards - downwards) * height + unequalEnds * (1 - shape.MirroredAcross(index)) +
-      (index == 1 ? detailAhead * DetailAhead(shape) : 0) - (index == 0 ? unlikelyAxis : 0);
+      (index == 1 ? detailAhead * DetailAhead(shape) + (oftenY ? usualAxis : 0) : 0) -
+      (index == 0 ? unlikelyAxis : 0);
     if (!best || most > score)
     {
       next = std::max(next, score);
@@ -408,11 +411,12 @@ Vec3 GuessUp(const Shape& shape, std::string_view ending)
   {
     return shape.IsWall() ? Vec3{ 0, 0, 1 } : flat->Direction();
   }
-  if (const std::optional<Axis> up = UpByShape(shape))
+  const bool oftenY = ending == ".obj" || ending == ".off";
+  if (const std::optional<Axis> up = UpByShape(shape, oftenY))
   {
     return up->Direction();
   }
-  return ending == ".obj" ? Vec3{ 0, 1, 0 } : Vec3{ 0, 0, 1 };
+  return oftenY ? Vec3{ 0, 1, 0 } : Vec3{ 0, 0, 1 };
 }
 
 std::size_t LongestComponent(const Vec3& direction)
@@ -425,21 +429,25 @@ std::size_t LongestComponent(const Vec3& direction)
   return longest;
 }
 
-// Whether a shape is seen along `aside` rather than `ahead`. What is symmetric across one of these
-// axes, as a head or somebody standing, has its front towards the other one, unless it is long.
-bool IsSeenFromAside(const Shape& shape, std::size_t ahead, std::size_t aside)
+// Of two horizontal axes the one along which the shape is seen.
+struct SeenAlong
 {
-  const double acrossAhead = shape.MirroredAcross(ahead);
-  const double acrossAside = shape.MirroredAcross(aside);
-  if (acrossAside >= mirrored && acrossAside > acrossAhead + moreMirrored)
+  std::size_t axis = 0;
+  bool showsFront = false; // left and right are mirror images
+};
+
+// What is symmetric across one of the axes, as a head or somebody standing, has its front towards
+// the other one, unless it is long.
+SeenAlong ChooseSide(const Shape& shape, std::size_t ahead, std::size_t aside)
+{
+  const double lead = shape.MirroredAcross(ahead) - shape.MirroredAcross(aside);
+  const std::size_t across = lead > 0 ? ahead : aside, along = lead > 0 ? aside : ahead;
+  if (std::abs(lead) > moreMirrored && shape.MirroredAcross(across) >= mirrored)
   {
-    return shape.Side(ahead) > longBody * shape.Side(aside);
+    const bool isLong = shape.Side(along) > longBody * shape.Side(across);
+    return { isLong ? across : along, !isLong };
   }
-  if (acrossAhead >= mirrored && acrossAhead > acrossAside + moreMirrored)
-  {
-    return shape.Side(aside) <= longBody * shape.Side(ahead);
-  }
-  return shape.Side(ahead) > widerSide * shape.Side(aside);
+  return { shape.Side(ahead) > widerSide * shape.Side(aside) ? aside : ahead };
 }
 
 Vec3 GuessView(const Shape& shape, const Vec3& up, std::string_view ending)
@@ -459,14 +467,16 @@ Vec3 GuessView(const Shape& shape, const Vec3& up, std::string_view ending)
   }
   const std::size_t upward = LongestComponent(up), ahead = LongestComponent(front);
   const std::size_t aside = 3 - upward - ahead;
-  if (upward != ahead && IsSeenFromAside(shape, ahead, aside))
+  const SeenAlong seen = upward != ahead ? ChooseSide(shape, ahead, aside) : SeenAlong{ ahead };
+  if (seen.axis == aside)
   {
     const double towards = up[aside];
     front = {};
     front[aside] = 1;
     front = DirectionOf(Minus(front, Times(up, towards))).value_or(front);
   }
-  if (shape.ReliefTowards(Times(front, -1)) > moreRelief * shape.ReliefTowards(front))
+  const double more = seen.showsFront ? moreReliefOfFront : moreRelief;
+  if (shape.ReliefTowards(Times(front, -1)) > more * shape.ReliefTowards(front))
   {
     front = Times(front, -1);
   }
