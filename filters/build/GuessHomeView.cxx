@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstddef>
 #include <filesystem>
 #include <utility>
 #include <vector>
@@ -17,19 +16,20 @@ namespace kdstream
 namespace
 {
 
-constexpr double flatPart = 0.2;          // of the next longer side: this flat things lie
-constexpr double slabPart = 0.02;         // of the diagonal: as near to the floor touches it
-constexpr double leastLead = 0.1;         // of the best axis before the next
-constexpr double unequalEnds = 0.5;       // for an axis across which the shape is no mirror image
-constexpr double detailAhead = 0.3;       // for y, if all detail is towards +z
-constexpr double unlikelyAxis = 0.1;      // less for x, which few files have up
-constexpr double usualAxis = 0.1;         // more for y in formats that mostly have it up
-constexpr double upsideDown = 0.3;        // more at the upper end, to be taken for the floor
-constexpr double widerSide = 1.2;         // of the box is looked at
-constexpr double longBody = 1.6;          // of its width: is not looked at from its front
-constexpr double mirrored = 0.9;          // of the surface: the shape is symmetric
-constexpr double moreMirrored = 0.05;     // than across the other horizontal axis
-constexpr std::size_t mirrorCells = 32;   // along the longest side
+constexpr double flatPart = 0.2;      // of the next longer side: this flat things lie
+constexpr double slabPart = 0.02;     // of the diagonal: as near to the floor touches it
+constexpr double leastLead = 0.1;     // of the best axis before the next
+constexpr double unequalEnds = 0.5;   // for an axis across which the shape is no mirror image
+constexpr double detailAhead = 0.3;   // for y, if all detail is towards +z
+constexpr double unlikelyAxis = 0.1;  // less for x, which few files have up
+constexpr double usualAxis = 0.1;     // more for y in formats that mostly have it up
+constexpr double upsideDown = 0.3;    // more at the upper end, to be taken for the floor
+constexpr double widerSide = 1.2;     // of the box is looked at
+constexpr double longBody = 1.6;      // of its width: is not looked at from its front
+constexpr double mirrored = 0.9;      // of the surface: the shape is symmetric
+constexpr double moreMirrored = 0.05; // than across the other horizontal axis
+constexpr double mostMirrorSamples = 4e5;
+constexpr int mirrorCells = 32;           // along the longest side
 constexpr double moreRelief = 1.5;        // of the back, to be taken for the front
 constexpr double moreReliefOfFront = 1.2; // if left and right are mirror images
 constexpr double lowPart = 0.5;           // of the narrower side: seen from above
@@ -122,7 +122,6 @@ public:
       this->Sides[k] = this->Around.hi[k] - this->Around.lo[k];
     }
     this->Middle = this->MiddleOfSurface();
-    this->TakeSamples();
   }
 
   double Side(std::size_t axis) const { return this->Sides[axis]; }
@@ -225,106 +224,117 @@ private:
     Vec3 place{};
     double weight = 0;
   };
-  using Cells = std::array<std::ptrdiff_t, 3>;
-  static constexpr std::ptrdiff_t gridSide = mirrorCells + 1;
+  static constexpr std::size_t gridSide = mirrorCells + 3; // a cell more around all
 
-  void TakeSamples();
-  Cells CellOf(const Vec3& place) const;
-  // Outside of the grid there is nothing.
-  bool IsNear(const Cells& cell) const;
+  // Of the surface, a cell apart; of a cloud its points.
+  std::vector<Sample> Samples() const;
+  // Nothing outside of the grid.
+  std::optional<std::size_t> CellOf(const Vec3& place) const;
+  Vec3 Mirrors() const;
 
   std::span<const Vec3> Points;
   std::span<const Triangle> Triangles;
-  std::vector<Sample> Samples;  // of the surface, a cell apart; or of a cloud
-  std::vector<bool> NearSample; // by cell: whether it or a neighbour has one
   Box Around;
   Vec3 Sides{}, Middle{};
+  mutable std::optional<Vec3> Mirrored; // once it is asked for
 };
 
-Shape::Cells Shape::CellOf(const Vec3& place) const
+std::vector<Shape::Sample> Shape::Samples() const
 {
-  const double cell = this->LongestSide() / static_cast<double>(mirrorCells);
-  Cells found{ -1, -1, -1 };
-  for (std::size_t k = 0; k < 3; ++k)
-  {
-    const double steps = std::floor((place[k] - this->Around.lo[k]) / cell);
-    if (steps >= 0 && steps < static_cast<double>(gridSide))
-    {
-      found[k] = static_cast<std::ptrdiff_t>(steps);
-    }
-  }
-  return found;
-}
-
-bool Shape::IsNear(const Cells& cell) const
-{
-  return std::all_of(cell.begin(), cell.end(), [](std::ptrdiff_t c) { return c >= 0; }) &&
-         this->NearSample[static_cast<std::size_t>(
-           (cell[2] * gridSide + cell[1]) * gridSide + cell[0])];
-}
-
-void Shape::TakeSamples()
-{
-  const double cell = this->LongestSide() / static_cast<double>(mirrorCells);
-  if (!(cell > 0) || !std::isfinite(1 / cell))
-  {
-    return;
-  }
+  const double cell = this->LongestSide() / mirrorCells;
+  // Of a triangle; a bound for meshes of many long ones.
+  const double mostRows =
+    std::sqrt(mostMirrorSamples / std::max(1.0, static_cast<double>(this->Triangles.size())));
+  std::vector<Sample> samples;
   for (const Triangle& t : this->Triangles)
   {
-    const Vec3 &a = this->Points[t[0]], b = Minus(this->Points[t[1]], a),
-               c = Minus(this->Points[t[2]], a);
+    const Vec3& a = this->Points[t[0]];
+    const Vec3 b = Minus(this->Points[t[1]], a), c = Minus(this->Points[t[2]], a);
     const double longest = std::max({ Length(b), Length(c), Length(Minus(b, c)) });
-    const auto rows = static_cast<std::size_t>(std::min(64.0, longest / cell)) + 1;
-    const double weight =
-      Length(Cross(b, c)) / (static_cast<double>(rows) * static_cast<double>(rows + 1));
-    for (std::size_t i = 0; i < rows; ++i)
+    const double rows = 1 + std::floor(std::min(mostRows, longest / cell));
+    const double weight = Length(Cross(b, c)) / (rows * (rows + 1));
+    for (double i = 1.0 / 3; i < rows; ++i)
     {
-      for (std::size_t j = 0; i + j < rows; ++j)
+      for (double j = 1.0 / 3; i + j < rows; ++j)
       {
-        const auto part = [rows](std::size_t steps)
-        { return (static_cast<double>(steps) + 1.0 / 3) / static_cast<double>(rows); };
-        this->Samples.push_back({ Plus(a, Plus(Times(b, part(i)), Times(c, part(j)))), weight });
+        samples.push_back({ Plus(a, Plus(Times(b, i / rows), Times(c, j / rows))), weight });
       }
     }
   }
   for (const Vec3& point : this->Triangles.empty() ? this->Points : std::span<const Vec3>())
   {
-    this->Samples.push_back({ point, 1 });
+    samples.push_back({ point, 1 });
   }
-  this->NearSample.resize(static_cast<std::size_t>(gridSide * gridSide * gridSide));
-  for (const Sample& sample : this->Samples)
+  return samples;
+}
+
+std::optional<std::size_t> Shape::CellOf(const Vec3& place) const
+{
+  const double cell = this->LongestSide() / mirrorCells;
+  std::size_t found = 0;
+  for (std::size_t k = 0; k < 3; ++k)
   {
-    const Cells at = this->CellOf(sample.place);
-    for (std::ptrdiff_t n = 0; n < 27; ++n)
+    const double steps = (place[k] - this->Around.lo[k]) / cell;
+    if (!(steps >= 0 && steps < mirrorCells + 1))
     {
-      const Cells beside{ at[0] + n % 3 - 1, at[1] + n / 3 % 3 - 1, at[2] + n / 9 - 1 };
-      if (std::all_of(
-            beside.begin(), beside.end(), [](std::ptrdiff_t c) { return c >= 0 && c < gridSide; }))
-      {
-        this->NearSample[static_cast<std::size_t>(
-          (beside[2] * gridSide + beside[1]) * gridSide + beside[0])] = true;
-      }
+      return std::nullopt;
+    }
+    found = found * gridSide + static_cast<std::size_t>(steps) + 1; // there is a cell beside it
+  }
+  return found;
+}
+
+Vec3 Shape::Mirrors() const
+{
+  Vec3 shares{};
+  if (!(this->LongestSide() > 0))
+  {
+    return shares;
+  }
+  const std::vector<Sample> samples = this->Samples();
+  std::vector<bool> has(gridSide * gridSide * gridSide), isNear(has.size());
+  for (const Sample& sample : samples)
+  {
+    if (const auto cell = this->CellOf(sample.place))
+    {
+      has[*cell] = true;
     }
   }
+  for (std::size_t cell = 0; cell < has.size(); ++cell)
+  {
+    for (std::size_t beside = 0; has[cell] && beside < 27; ++beside)
+    {
+      const std::size_t x = beside / 9, y = beside / 3 % 3, z = beside % 3;
+      isNear[cell + (x * gridSide + y) * gridSide + z - (gridSide + 1) * gridSide - 1] = true;
+    }
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis)
+  {
+    const double middleOfBox = this->Around.lo[axis] + this->Sides[axis] / 2;
+    for (const double middle : { middleOfBox, this->Middle[axis] })
+    {
+      double all = 0, found = 0;
+      for (const Sample& sample : samples)
+      {
+        Vec3 image = sample.place;
+        image[axis] = 2 * middle - image[axis];
+        const auto cell = this->CellOf(image);
+        all += sample.weight;
+        found += cell && isNear[*cell] ? sample.weight : 0;
+      }
+      shares[axis] = std::max(shares[axis], all > 0 ? found / all : 0);
+    }
+  }
+  return shares;
 }
 
 double Shape::MirroredAcross(std::size_t axis) const
 {
-  double best = 0;
-  for (const double middle : { this->Around.lo[axis] + this->Sides[axis] / 2, this->Middle[axis] })
+  if (!this->Mirrored)
   {
-    double all = 0, found = 0;
-    for (const Sample& sample : this->Samples)
-    {
-      Vec3 image = sample.place;
-      image[axis] = 2 * middle - image[axis];
-      all += sample.weight;
-      found += this->IsNear(this->CellOf(image)) ? sample.weight : 0;
-    }
-    best = std::max(best, all > 0 ? found / all : 0);
+    this->Mirrored = this->Mirrors();
   }
-  return best;
+  return (*this->Mirrored)[axis];
 }
 
 double Shape::ReliefTowards(const Vec3& direction) const

@@ -173,7 +173,7 @@ TEST(GlesOcclusion, OnlyWhatIsNearDarkens)
 // Neither dark dots on a near part nor bright ones on what is behind it.
 TEST(GlesOcclusion, EdgesOfNearPartsAreClean)
 {
-  for (const double step : { 0.12, 0.2 })
+  for (const double step : { 0.08, 0.12 })
   {
     SCOPED_TRACE(step);
     Canvas canvas(width, height);
