@@ -62,6 +62,8 @@ vec3 positionAt(vec2 place)
 // - `unsure` is subtracted from a rise: the length of this number of steps of a 24-bit depth there.
 //   If the eye is inside the model's box, one step is as long as a texel, and smooth surfaces would
 //   get visible bands.
+// - rise: the sine of the angle by which a place rises from the plane across the line of sight; -1
+//   for the background, out of reach, and outside the picture. part: of a step.
 // - facet: FacetLength, in the unit of the projection. If it is longer than the reach, concave
 //   edges between triangles are not relief of the model but a limit of its resolution, and shallow
 //   ones are ignored.
@@ -73,8 +75,6 @@ float unsure;
 uniform float facet;
 const float depthSteps = 1.5;
 const vec2 ways[4] = vec2[4](vec2(1.0, 0.0), vec2(2.0, 1.0), vec2(1.0, 1.0), vec2(1.0, 2.0));
-// The sine of the angle by which a place rises from the plane across the line of sight; -1 for the
-// background, out of reach, and outside the picture.
 float rise(vec2 texel)
 {
   vec2 place = texel / grid.xy;
@@ -101,7 +101,7 @@ void main()
     vec2 cell = mod(floor(texel), 4.0);
     vec2 way = ways[int(mod(cell.x + 2.0 * cell.y, 4.0))];
     float most = max(grid.z / length(way), 1.0);
-    float part = 0.25 * cell.y; // of a step
+    float part = 0.25 * cell.y;
     float shallow = 0.13 * clamp(facet / reach - 0.3, 0.0, 1.0);
     for (int i = 0; i < 2; ++i)
     {
