@@ -20,6 +20,7 @@ async function drawPhone() {
   const draw = (name) => visit.page.screenshot({ path: join(here, `phone-${name}.png`) });
   await visit.open(server.url);
   await visit.untilIdle();
+  await visit.page.waitForSelector("#models img:not([hidden])");
   await draw("preview");
   await visit.tap(await visit.centre());
   await visit.until("full screen", ({ mode, idle }) => mode === "full screen" && idle);
@@ -39,7 +40,7 @@ await new Promise((started) => host.listen(0, "127.0.0.1", started));
 
 async function openEmbed(attributes, isPhone) {
   body = `<!doctype html><title>A museum</title><link rel="icon" href="data:,"><meta name="viewport" content="width=device-width">
-    <style>body { margin: 0 } kdstream-viewer { width: 280px; height: 210px }</style>
+    <style>body { margin: 0 } kdstream-viewer { width: 320px; height: 240px }</style>
     <script src="${server.url}/embed.js"></script><kdstream-viewer model="dragon" ${attributes}></kdstream-viewer>`;
   const visit = await (isPhone ? Visit.phone(browser, undefined, { reducedMotion: "no-preference" })
     : Visit.desktop(browser, { reducedMotion: "no-preference" }));
