@@ -7,7 +7,7 @@ import { readFileSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { Server, Visit, eventually, landscape, launchBrowser, makeModels, portrait, runProgram } from "./harness.mjs";
+import { Server, Visit, buildStore, eventually, landscape, launchBrowser, makeModels, portrait, runProgram, temporaryFolder, writePebble } from "./harness.mjs";
 import { difference } from "./pixels.mjs";
 
 const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
@@ -16,6 +16,9 @@ let server, browser;
 
 before(async () => {
   const models = makeModels({ dragon: false });
+  const mesh = join(temporaryFolder(), "fine.ply"); // so fine that the first view does not show its original
+  writePebble(mesh, 320, 160);
+  buildStore(mesh, join(models, "pebble.kds"), "--title", "A pebble", "--vertices-per-partition", "1000");
   runProgram("kdstream-store", "edit", join(models, "pebble.kds"), "--quiet", "--credit", "Somebody", "--license", "https://example.org/",
     "--description", "A pebble with bumps", "--unit", "mm");
   writeFileSync(join(models, "pebble.notes.json"), JSON.stringify({ type: "AnnotationPage", items: [{
@@ -368,6 +371,28 @@ test("hints are read whole at 240 points", async () => {
     return element.scrollWidth <= element.clientWidth && element.scrollHeight <= element.clientHeight && left >= 0 && right <= innerWidth;
   }));
   await visit.picture("everyone-9-narrow");
+  await visit.close();
+});
+
+test("nobody is told how to see the original where it is shown", async () => {
+  const visit = await Visit.phone(browser);
+  await visit.open(server.url);
+  await visit.choose("pebble");
+  await visit.page.click("#open");
+  await fullScreen(visit);
+  const hint = () => visit.page.locator("#hint").textContent();
+  assert.match(await hint(), /^Double-tap/);
+  const pinchUntil = async (original, from, to) => {
+    for (let pinches = 0; (await visit.untilIdle()).original !== original; ++pinches) {
+      assert.ok(pinches < 25, "pinching leads there");
+      await visit.pinch(await visit.centre(), from, to);
+    }
+  };
+  await pinchUntil(true, 100, 200);
+  assert.equal(await hint(), "");
+  assert.match(await visit.page.locator("#status").textContent(), /^Original$/);
+  await pinchUntil(false, 200, 100);
+  assert.match(await hint(), /^Double-tap/);
   await visit.close();
 });
 

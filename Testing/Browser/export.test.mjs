@@ -8,7 +8,8 @@ import { chmodSync, readFileSync, readdirSync, writeFileSync } from "node:fs";
 import { createServer } from "node:net";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { Server, Visit, launchBrowser, longest, makeModels, runProgram, temporaryFolder } from "./harness.mjs";
+import validator from "gltf-validator";
+import { Server, Visit, eventually, launchBrowser, longest, makeModels, runProgram, temporaryFolder } from "./harness.mjs";
 
 // nginx over a folder, with what the export says of it.
 class FileHost {
@@ -90,6 +91,44 @@ test("a host of files shows what our server shows", async () => {
   assert.deepEqual(here, await walk(server.url));
   assert.deepEqual(here.names, ["pebble", "shell"]);
   assert.ok(here.region.partitions > 1);
+});
+
+test("on Android a link leads into the room, where there is a file for it", async () => {
+  const userAgent = "Mozilla/5.0 (Linux; Android 14; Pixel 8) AppleWebKit/537.36 (KHTML, like Gecko) Chrome/126.0.0.0 Mobile Safari/537.36";
+  for (const [url, options, isThere] of [[host.url, { userAgent }, true], [host.url, {}, false], [server.url, { userAgent }, true]]) {
+    const visit = await Visit.phone(browser, undefined, options);
+    const asked = [];
+    visit.page.on("response", (response) => response.url().endsWith("/preview.glb") && asked.push(response.status()));
+    await visit.open(url);
+    await visit.choose("pebble");
+    await visit.tap(await visit.centre());
+    await visit.until("full screen", ({ mode, idle }) => mode === "full screen" && idle);
+    await visit.page.click("#tools-button");
+    await visit.page.waitForSelector("#save-picture");
+    if (!isThere) {
+      options.userAgent && await eventually("an answer", () => asked.length);
+      assert.ok(!await visit.page.isVisible("#room"));
+      assert.ok(options.userAgent || !asked.length, "nothing is asked where there is no augmented reality");
+      await visit.close();
+      continue;
+    }
+    await visit.page.waitForSelector("#room:not([hidden])");
+    await visit.picture("export-1-room");
+    const link = await visit.page.getAttribute("#room", "href");
+    const [, query, rest] = link.match(/^intent:\/\/arvr\.google\.com\/scene-viewer\/1\.2\?([^#]*)#Intent;scheme=https;package=[\w.]+;(.*)end;$/)
+      ?? assert.fail(link);
+    const { file, title, mode } = Object.fromEntries(new URLSearchParams(query));
+    assert.equal(mode, "ar_preferred");
+    assert.match(title, /^A pebble/);
+    assert.match(rest, /S\.browser_fallback_url=http%3A%2F%2F/);
+    const answer = await fetch(file);
+    assert.equal(answer.headers.get("content-type"), "model/gltf-binary");
+    assert.match(answer.headers.get("cache-control"), /immutable/);
+    const { issues, info } = await validator.validateBytes(new Uint8Array(await answer.arrayBuffer()));
+    assert.equal(issues.numErrors, 0, JSON.stringify(issues.messages));
+    assert.ok(info.totalTriangleCount > 500 && info.totalTriangleCount <= 5000, `${info.totalTriangleCount}`);
+    await visit.close();
+  }
 });
 
 test("what has a digest in its path may be kept for ever, the rest is asked for again", async () => {

@@ -101,9 +101,8 @@ for (const [name, viewport] of [["portrait", undefined], ["landscape", landscape
     await visit.open(server.url);
     await openFullScreen("pebble");
     const view = await box("view");
-    const foot = name === "portrait" ? "hint" : "status";
-    assert.ok((await box(foot)).y >= view.y + view.height, "below the picture");
-    assert.equal(await lines(foot), 1);
+    assert.ok((await box("status")).y >= view.y + view.height, "below the picture");
+    assert.equal(await lines("status"), 1);
     if (name === "portrait") {
       const { y, height } = await box("title");
       assert.ok(y + height <= view.y, "above the picture");

@@ -84,6 +84,13 @@ test("a section is put through, moved by a slider and a finger, filled, and draw
   await turnPanel(visit);
   const where = await visit.centre();
   const whole = await visit.around(where, 300);
+  const cuts = [];
+  for (const from of ["From the front", "From the side", "From above"]) {
+    await press(visit, from);
+    await visit.until("it is cut", ({ depth, idle }) => Math.abs(depth - 0.5) < 0.01 && idle);
+    cuts.push(await visit.around(where, 300));
+  }
+  assert.ok(difference(cuts[0], cuts[1]) > 0.1 && difference(cuts[1], cuts[2]) > 0.1, "each cuts another half");
   await press(visit, "Facing me");
   await visit.until("it is cut", ({ depth, idle }) => depth !== null && idle);
   assert.ok(difference(whole, await visit.around(where, 300)) > 0.2, "the cut face is seen");

@@ -27,7 +27,8 @@ struct ExportReport
   std::uint64_t files = 0, bytes = 0; // that were written
 };
 
-// Writes every path of doc/protocol.md#get below `folder`, texts also compressed (".gz"). If the
+// Writes every path of doc/protocol.md#get below `folder`, texts also compressed (".gz"), and the
+// preview beside the blobs, "preview.glb" (PreviewGlb.h). If the
 // folder has a list of models, the model is added to it, or replaced. The list is written last, so
 // a host that serves the folder never lists a model that is not there. Notes are exported with the
 // model; if the model has no notes any more, the old ones are removed. With the page each model

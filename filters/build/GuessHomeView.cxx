@@ -16,14 +16,23 @@ namespace kdstream
 namespace
 {
 
-constexpr double flatPart = 0.2;     // of the next longer side: this flat things lie
-constexpr double slabPart = 0.02;    // of the diagonal: as near to the floor touches it
-constexpr double leastLead = 0.1;    // of the best axis before the next
-constexpr double unlikelyAxis = 0.1; // less for x, which few files have up
-constexpr double upsideDown = 0.3;   // more at the upper end, to be taken for the floor
-constexpr double widerSide = 1.2;    // of the box is looked at
-constexpr double moreRelief = 1.5;   // of the back, to be taken for the front
-constexpr double lowPart = 0.5;      // of the narrower side: seen from above
+constexpr double flatPart = 0.2;      // of the next longer side: this flat things lie
+constexpr double slabPart = 0.02;     // of the diagonal: as near to the floor touches it
+constexpr double leastLead = 0.1;     // of the best axis before the next
+constexpr double unequalEnds = 0.5;   // for an axis across which the shape is no mirror image
+constexpr double detailAhead = 0.3;   // for y, if all detail is towards +z
+constexpr double unlikelyAxis = 0.1;  // less for x, which few files have up
+constexpr double usualAxis = 0.1;     // more for y in formats that mostly have it up
+constexpr double upsideDown = 0.3;    // more at the upper end, to be taken for the floor
+constexpr double widerSide = 1.2;     // of the box is looked at
+constexpr double longBody = 1.6;      // of its width: is not looked at from its front
+constexpr double mirrored = 0.9;      // of the surface: the shape is symmetric
+constexpr double moreMirrored = 0.05; // than across the other horizontal axis
+constexpr double mostMirrorSamples = 4e5;
+constexpr int mirrorCells = 32;           // along the longest side
+constexpr double moreRelief = 1.5;        // of the back, to be taken for the front
+constexpr double moreReliefOfFront = 1.2; // if left and right are mirror images
+constexpr double lowPart = 0.5;           // of the narrower side: seen from above
 constexpr double sineOfThirty = 0.5;
 constexpr double facingCosine = 0.3;
 constexpr double oneSided = 0.8; // of the area, more than what faces the other way
@@ -116,6 +125,7 @@ public:
   }
 
   double Side(std::size_t axis) const { return this->Sides[axis]; }
+  double LongestSide() const { return *std::max_element(this->Sides.begin(), this->Sides.end()); }
 
   // The axis along which the shape is flat, if that is y or z.
   std::optional<Axis> Flat() const
@@ -151,6 +161,10 @@ public:
     const bool stands = floor > 0 && IsWithin(touching, { this->Middle[a], this->Middle[b] });
     return stands ? AreaOf(touching) / floor : 0;
   }
+
+  // How much of the surface lies on the surface's mirror image across that axis, but for a cell:
+  // 0-1. The middle is that of the box or of the surface, whichever fits better.
+  double MirroredAcross(std::size_t axis) const;
 
   // Of what faces an eye in that direction: the bends of its edges, by their length, for its area.
   double ReliefTowards(const Vec3& direction) const;
@@ -205,11 +219,123 @@ private:
     return ConvexHull(std::move(touching));
   }
 
+  struct Sample
+  {
+    Vec3 place{};
+    double weight = 0;
+  };
+  static constexpr std::size_t gridSide = mirrorCells + 3; // a cell more around all
+
+  // Of the surface, a cell apart; of a cloud its points.
+  std::vector<Sample> Samples() const;
+  // Nothing outside of the grid.
+  std::optional<std::size_t> CellOf(const Vec3& place) const;
+  Vec3 Mirrors() const;
+
   std::span<const Vec3> Points;
   std::span<const Triangle> Triangles;
   Box Around;
   Vec3 Sides{}, Middle{};
+  mutable std::optional<Vec3> Mirrored; // once it is asked for
 };
+
+std::vector<Shape::Sample> Shape::Samples() const
+{
+  const double cell = this->LongestSide() / mirrorCells;
+  // Of a triangle; a bound for meshes of many long ones.
+  const double mostRows =
+    std::sqrt(mostMirrorSamples / std::max(1.0, static_cast<double>(this->Triangles.size())));
+  std::vector<Sample> samples;
+  for (const Triangle& t : this->Triangles)
+  {
+    const Vec3& a = this->Points[t[0]];
+    const Vec3 b = Minus(this->Points[t[1]], a), c = Minus(this->Points[t[2]], a);
+    const double longest = std::max({ Length(b), Length(c), Length(Minus(b, c)) });
+    const double rows = 1 + std::floor(std::min(mostRows, longest / cell));
+    const double weight = Length(Cross(b, c)) / (rows * (rows + 1));
+    for (double i = 1.0 / 3; i < rows; ++i)
+    {
+      for (double j = 1.0 / 3; i + j < rows; ++j)
+      {
+        samples.push_back({ Plus(a, Plus(Times(b, i / rows), Times(c, j / rows))), weight });
+      }
+    }
+  }
+  for (const Vec3& point : this->Triangles.empty() ? this->Points : std::span<const Vec3>())
+  {
+    samples.push_back({ point, 1 });
+  }
+  return samples;
+}
+
+std::optional<std::size_t> Shape::CellOf(const Vec3& place) const
+{
+  const double cell = this->LongestSide() / mirrorCells;
+  std::size_t found = 0;
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    const double steps = (place[k] - this->Around.lo[k]) / cell;
+    if (!(steps >= 0 && steps < mirrorCells + 1))
+    {
+      return std::nullopt;
+    }
+    found = found * gridSide + static_cast<std::size_t>(steps) + 1; // there is a cell beside it
+  }
+  return found;
+}
+
+Vec3 Shape::Mirrors() const
+{
+  Vec3 shares{};
+  if (!(this->LongestSide() > 0))
+  {
+    return shares;
+  }
+  const std::vector<Sample> samples = this->Samples();
+  std::vector<bool> has(gridSide * gridSide * gridSide), isNear(has.size());
+  for (const Sample& sample : samples)
+  {
+    if (const auto cell = this->CellOf(sample.place))
+    {
+      has[*cell] = true;
+    }
+  }
+  for (std::size_t cell = 0; cell < has.size(); ++cell)
+  {
+    for (std::size_t beside = 0; has[cell] && beside < 27; ++beside)
+    {
+      const std::size_t x = beside / 9, y = beside / 3 % 3, z = beside % 3;
+      isNear[cell + (x * gridSide + y) * gridSide + z - (gridSide + 1) * gridSide - 1] = true;
+    }
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis)
+  {
+    const double middleOfBox = this->Around.lo[axis] + this->Sides[axis] / 2;
+    for (const double middle : { middleOfBox, this->Middle[axis] })
+    {
+      double all = 0, found = 0;
+      for (const Sample& sample : samples)
+      {
+        Vec3 image = sample.place;
+        image[axis] = 2 * middle - image[axis];
+        const auto cell = this->CellOf(image);
+        all += sample.weight;
+        found += cell && isNear[*cell] ? sample.weight : 0;
+      }
+      shares[axis] = std::max(shares[axis], all > 0 ? found / all : 0);
+    }
+  }
+  return shares;
+}
+
+double Shape::MirroredAcross(std::size_t axis) const
+{
+  if (!this->Mirrored)
+  {
+    this->Mirrored = this->Mirrors();
+  }
+  return (*this->Mirrored)[axis];
+}
 
 double Shape::ReliefTowards(const Vec3& direction) const
 {
@@ -249,9 +375,16 @@ double Shape::ReliefTowards(const Vec3& direction) const
   return area > 0 ? bends * Length(this->Sides) / area : 0;
 }
 
+// 1 where only +z has relief, -1 where only -z has.
+double DetailAhead(const Shape& shape)
+{
+  const double ahead = shape.ReliefTowards({ 0, 0, 1 }), behind = shape.ReliefTowards({ 0, 0, -1 });
+  return ahead + behind > 0 ? (ahead - behind) / (ahead + behind) : 0;
+}
+
 // Which axis is up by its shape, if one is. A vase may be wider at its rim than at its foot: so a
 // shape is taken to be upside down only if it could hardly stand otherwise.
-std::optional<Axis> UpByShape(const Shape& shape)
+std::optional<Axis> UpByShape(const Shape& shape, bool oftenY)
 {
   std::optional<Axis> best;
   double score = 0, next = 0;
@@ -259,7 +392,11 @@ std::optional<Axis> UpByShape(const Shape& shape)
   {
     const double upwards = shape.StandsWith({ index, 1 });
     const double downwards = shape.StandsWith({ index, -1 });
-    const double most = std::abs(upwards - downwards) - (index == 0 ? unlikelyAxis : 0);
+    const double height = shape.LongestSide() > 0 ? shape.Side(index) / shape.LongestSide() : 0;
+    const double most =
+      std::abs(upwards - downwards) * height + unequalEnds * (1 - shape.MirroredAcross(index)) +
+      (index == 1 ? detailAhead * DetailAhead(shape) + (oftenY ? usualAxis : 0) : 0) -
+      (index == 0 ? unlikelyAxis : 0);
     if (!best || most > score)
     {
       next = std::max(next, score);
@@ -284,11 +421,12 @@ Vec3 GuessUp(const Shape& shape, std::string_view ending)
   {
     return shape.IsWall() ? Vec3{ 0, 0, 1 } : flat->Direction();
   }
-  if (const std::optional<Axis> up = UpByShape(shape))
+  const bool oftenY = ending == ".obj" || ending == ".off";
+  if (const std::optional<Axis> up = UpByShape(shape, oftenY))
   {
     return up->Direction();
   }
-  return ending == ".obj" ? Vec3{ 0, 1, 0 } : Vec3{ 0, 0, 1 };
+  return oftenY ? Vec3{ 0, 1, 0 } : Vec3{ 0, 0, 1 };
 }
 
 std::size_t LongestComponent(const Vec3& direction)
@@ -299,6 +437,27 @@ std::size_t LongestComponent(const Vec3& direction)
     longest = std::abs(direction[k]) > std::abs(direction[longest]) ? k : longest;
   }
   return longest;
+}
+
+// Of two horizontal axes the one along which the shape is seen.
+struct SeenAlong
+{
+  std::size_t axis = 0;
+  bool showsFront = false; // left and right are mirror images
+};
+
+// What is symmetric across one of the axes, as a head or somebody standing, has its front towards
+// the other one, unless it is long.
+SeenAlong ChooseSide(const Shape& shape, std::size_t ahead, std::size_t aside)
+{
+  const double lead = shape.MirroredAcross(ahead) - shape.MirroredAcross(aside);
+  const std::size_t across = lead > 0 ? ahead : aside, along = lead > 0 ? aside : ahead;
+  if (std::abs(lead) > moreMirrored && shape.MirroredAcross(across) >= mirrored)
+  {
+    const bool isLong = shape.Side(along) > longBody * shape.Side(across);
+    return { isLong ? across : along, !isLong };
+  }
+  return { shape.Side(ahead) > widerSide * shape.Side(aside) ? aside : ahead };
 }
 
 Vec3 GuessView(const Shape& shape, const Vec3& up, std::string_view ending)
@@ -318,14 +477,16 @@ Vec3 GuessView(const Shape& shape, const Vec3& up, std::string_view ending)
   }
   const std::size_t upward = LongestComponent(up), ahead = LongestComponent(front);
   const std::size_t aside = 3 - upward - ahead;
-  if (upward != ahead && shape.Side(ahead) > widerSide * shape.Side(aside))
+  const SeenAlong seen = upward != ahead ? ChooseSide(shape, ahead, aside) : SeenAlong{ ahead };
+  if (seen.axis == aside)
   {
     const double towards = up[aside];
     front = {};
     front[aside] = 1;
     front = DirectionOf(Minus(front, Times(up, towards))).value_or(front);
   }
-  if (shape.ReliefTowards(Times(front, -1)) > moreRelief * shape.ReliefTowards(front))
+  const double more = seen.showsFront ? moreReliefOfFront : moreRelief;
+  if (shape.ReliefTowards(Times(front, -1)) > more * shape.ReliefTowards(front))
   {
     front = Times(front, -1);
   }

@@ -13,20 +13,18 @@ namespace kdstream
 namespace
 {
 
-constexpr std::array<GLint, 2> textureUnits{ 0, 1 }; // of depths and occluded in the shaders
-
-void BindTexture(std::size_t unit, GLuint texture)
+void BindTexture(GLint unit, GLuint texture)
 {
   glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
   glBindTexture(GL_TEXTURE_2D, texture);
 }
 
-void MakeTexture(GLuint texture, GLenum format, GLint filter, int width, int height)
+void MakeTexture(GLuint texture, GLenum format, int width, int height)
 {
   BindTexture(0, texture);
   glTexStorage2D(GL_TEXTURE_2D, 1, format, width, height);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, filter);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, filter);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
 }
@@ -36,21 +34,17 @@ void MakeTexture(GLuint texture, GLenum format, GLint filter, int width, int hei
 Result<std::unique_ptr<GlesOcclusion>> GlesOcclusion::Make()
 {
   std::unique_ptr<GlesOcclusion> made(new GlesOcclusion);
-  const std::array<std::pair<GLuint*, const char*>, 3> programs{ {
+  const std::array<std::pair<GLuint*, const char*>, 2> programs{ {
     { &made->Occlude, shaders::occlusionFragment },
     { &made->Average, shaders::occlusionMeanFragment },
-    { &made->Light, shaders::occlusionLightFragment },
   } };
   for (const auto& [program, text] : programs)
   {
-    const bool seesDepths = program != &made->Light;
     const auto compiled = MakeProgram("occlusion's", { shaders::header, shaders::backgroundVertex },
-      { shaders::header, seesDepths ? shaders::occlusionDepths : "", text });
+      { shaders::header, shaders::occlusionDepths, text });
     KDSTREAM_TRY(compiled);
     *program = *compiled;
-    glUseProgram(*program);
-    glUniform1i(glGetUniformLocation(*program, "depths"), textureUnits[0]);
-    glUniform1i(glGetUniformLocation(*program, "occluded"), textureUnits[1]);
+    SetOcclusionUnits(*program);
     glUniform1f(glGetUniformLocation(*program, "strength"), static_cast<float>(occlusionStrength));
   }
   return made;
@@ -59,7 +53,7 @@ Result<std::unique_ptr<GlesOcclusion>> GlesOcclusion::Make()
 GlesOcclusion::~GlesOcclusion()
 {
   this->Free();
-  for (const GLuint program : { this->Occlude, this->Average, this->Light })
+  for (const GLuint program : { this->Occlude, this->Average })
   {
     glDeleteProgram(program);
   }
@@ -67,7 +61,7 @@ GlesOcclusion::~GlesOcclusion()
 
 void GlesOcclusion::Forget()
 {
-  this->Occlude = this->Average = this->Light = 0;
+  this->Occlude = this->Average = 0;
   this->Targets = {};
   this->Width = this->Height = 0;
 }
@@ -98,8 +92,7 @@ bool GlesOcclusion::Resize(int width, int height)
     glGenFramebuffers(1, &target.framebuffer);
     glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer);
     const bool ofDepths = i == depths;
-    MakeTexture(target.texture, ofDepths ? GL_DEPTH_COMPONENT24 : GL_R8,
-      i == mean ? GL_LINEAR : GL_NEAREST, width, height);
+    MakeTexture(target.texture, ofDepths ? GL_DEPTH_COMPONENT24 : GL_R8, width, height);
     glFramebufferTexture2D(GL_FRAMEBUFFER, ofDepths ? GL_DEPTH_ATTACHMENT : GL_COLOR_ATTACHMENT0,
       GL_TEXTURE_2D, target.texture, 0);
     complete &= glCheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
@@ -122,21 +115,27 @@ bool GlesOcclusion::BeginDepths(const Viewport& picture)
     glBindFramebuffer(GL_FRAMEBUFFER, static_cast<GLuint>(this->Before));
     return false;
   }
+  // What is drawn into must not be bound where a program could read it.
+  BindTexture(depthsUnit, 0);
+  BindTexture(occludedUnit, 0);
   glBindFramebuffer(GL_FRAMEBUFFER, this->Targets[depths].framebuffer);
   glViewport(0, 0, this->Width, this->Height);
   glClear(GL_DEPTH_BUFFER_BIT);
   return true;
 }
 
-void GlesOcclusion::Use(GLuint program, const GlesProjection& projection) const
+void GlesOcclusion::Aim(GLuint program) const
 {
-  glUseProgram(program);
+  const GlesProjection& projection = this->Projection;
   glUniform4f(glGetUniformLocation(program, "projection"), projection[0], projection[1],
     projection[2], projection[3]);
   const auto reach = static_cast<float>(occlusionReach);
-  glUniform4f(glGetUniformLocation(program, "grid"), static_cast<float>(this->Width),
-    static_cast<float>(this->Height), reach * static_cast<float>(this->Height),
+  const auto width = static_cast<float>(this->Width), height = static_cast<float>(this->Height);
+  glUniform4f(glGetUniformLocation(program, "grid"), width, height, reach * height,
     2.0f * reach / projection[1]);
+  glUniform2f(glGetUniformLocation(program, "texels"),
+    width / static_cast<float>(this->Picture.width),
+    height / static_cast<float>(this->Picture.height));
 }
 
 void GlesOcclusion::Fill(Index target) const
@@ -147,31 +146,19 @@ void GlesOcclusion::Fill(Index target) const
 
 void GlesOcclusion::EndDepths(const GlesProjection& projection, double facet)
 {
+  this->Projection = projection;
   glDisable(GL_DEPTH_TEST);
-  BindTexture(0, this->Targets[depths].texture);
-  this->Use(this->Occlude, projection);
+  BindTexture(depthsUnit, this->Targets[depths].texture);
+  glUseProgram(this->Occlude);
+  this->Aim(this->Occlude);
   glUniform1f(glGetUniformLocation(this->Occlude, "facet"), static_cast<float>(facet));
   this->Fill(occluded);
-  BindTexture(1, this->Targets[occluded].texture);
-  this->Use(this->Average, projection);
+  BindTexture(occludedUnit, this->Targets[occluded].texture);
+  glUseProgram(this->Average);
+  this->Aim(this->Average);
   this->Fill(mean);
+  BindTexture(occludedUnit, this->Targets[mean].texture);
   glBindFramebuffer(GL_FRAMEBUFFER, static_cast<GLuint>(this->Before));
-}
-
-// Drawn at the depth of the background, where something is in front of it: at the model's outline
-// only on those samples of a pixel that belong to the model.
-void GlesOcclusion::Darken()
-{
-  BindTexture(1, this->Targets[mean].texture);
-  glUseProgram(this->Light);
-  glUniform4f(glGetUniformLocation(this->Light, "area"), 0.0f, 0.0f,
-    static_cast<float>(this->Picture.width), static_cast<float>(this->Picture.height));
-  glEnable(GL_DEPTH_TEST);
-  glDepthFunc(GL_GREATER);
-  glDepthMask(GL_FALSE);
-  glEnable(GL_BLEND);
-  glBlendFunc(GL_ZERO, GL_SRC_COLOR);
-  glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
 }

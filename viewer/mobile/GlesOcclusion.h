@@ -45,10 +45,9 @@ public:
   // Computes the occlusion, and restores the binding of before BeginDepths. facet: FacetLength, in
   // the projection's unit. REQUIRES: an empty vertex array is bound.
   void EndDepths(const GlesProjection& projection, double facet);
-  // Darkens the picture where there is something nearer than the background. REQUIRES: an empty
-  // vertex array is bound; the depths of the picture are in the bound framebuffer. Leaves blending
-  // on, and changes the depth test.
-  void Darken();
+  // Lets a program with GlesShaders.h's `darkened` multiply what it draws into the picture by what
+  // EndDepths computed. REQUIRES: the program is in use, and the textures are still bound.
+  void Aim(GLuint program) const;
 
 private:
   struct Target
@@ -66,13 +65,13 @@ private:
   GlesOcclusion() = default;
   bool Resize(int width, int height);
   void Free();
-  void Use(GLuint program, const GlesProjection& projection) const;
   void Fill(Index target) const;
 
-  GLuint Occlude = 0, Average = 0, Light = 0; // programs
+  GLuint Occlude = 0, Average = 0; // programs
   std::array<Target, count> Targets{};
   int Width = 0, Height = 0; // of the targets; 0 where there are none
   Viewport Picture;
+  GlesProjection Projection{};
   GLint Before = 0; // the framebuffer
 };
 

@@ -4,6 +4,7 @@
 
 #include "viewer/mobile/GlesShaders.h"
 #include "viewer/session/Geometry.h"
+#include "viewer/session/look/OcclusionShaders.h"
 #include "viewer/session/look/Palette.h"
 
 #include <algorithm>
@@ -64,10 +65,12 @@ Result<GLuint> GlesPrograms::Surface(std::size_t kind)
     const char* isTextured = (kind & paint) != 0 ? "#define PAINT\n" : "";
     const auto made = MakeProgram(isCloud ? "cloud's" : "surface's",
       { shaders::header, isCut, isTextured, shaders::surfaceVertex },
-      { shaders::header, isCut, hasRelief, isTextured, shaders::light,
+      { shaders::header, isCut, hasRelief, isTextured, shaders::occlusionDepths,
+        shaders::occlusionLeft, shaders::darkened, shaders::light,
         isCloud ? shaders::cloudFragment : shaders::surfaceFragment });
     KDSTREAM_TRY(made);
     program = *made;
+    SetOcclusionUnits(program);
   }
   return program;
 }
@@ -77,11 +80,20 @@ Result<GLuint> GlesPrograms::Cap()
   if (this->Filling == 0)
   {
     const auto made = MakeProgram("cap's", { shaders::header, shaders::surfaceVertex },
-      { shaders::header, shaders::capFragment });
+      { shaders::header, shaders::occlusionDepths, shaders::occlusionLeft, shaders::darkened,
+        shaders::capFragment });
     KDSTREAM_TRY(made);
     this->Filling = *made;
+    SetOcclusionUnits(this->Filling);
   }
   return this->Filling;
+}
+
+void SetOcclusionUnits(GLuint program)
+{
+  glUseProgram(program);
+  glUniform1i(glGetUniformLocation(program, "depths"), depthsUnit);
+  glUniform1i(glGetUniformLocation(program, "occluded"), occludedUnit);
 }
 
 void SetVector(GLuint program, const char* name, const Vec3& v)

@@ -49,6 +49,11 @@ private:
   std::array<GLuint, 16> Surfaces{}; // by kind; 0: not yet
 };
 
+// The texture units of ambient occlusion's samplers, `depths` and `occluded`.
+inline constexpr GLint depthsUnit = 1, occludedUnit = 2;
+// Afterwards the program is in use.
+void SetOcclusionUnits(GLuint program);
+
 void SetVector(GLuint program, const char* name, const Vec3& v);
 // Light and material. The program must be in use.
 void SetLook(GLuint program, const SceneLighting& lighting);

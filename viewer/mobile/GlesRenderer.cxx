@@ -112,6 +112,7 @@ struct GlesRenderer::Sight
   double nearest, farthest;
   double tangent; // of half the vertical field of view
   GlesProjection projection;
+  const GlesOcclusion* occlusion; // null: nothing is darkened
 };
 
 GlesRenderer::Sight GlesRenderer::SightOf(const SceneCamera& camera, const Viewport& viewport) const
@@ -151,6 +152,11 @@ void GlesRenderer::Aim(GLuint program, const Sight& sight) const
   const GlesProjection& projection = sight.projection;
   glUniform4f(glGetUniformLocation(program, "projection"), projection[0], projection[1],
     projection[2], projection[3]);
+  glUniform4f(glGetUniformLocation(program, "grid"), 0.0f, 0.0f, 0.0f, 0.0f);
+  if (sight.occlusion)
+  {
+    sight.occlusion->Aim(program);
+  }
   glEnable(GL_DEPTH_TEST);
 }
 
@@ -314,21 +320,18 @@ Status GlesRenderer::Draw(const ViewerScene& scene, const Viewport& viewport)
   glDepthMask(GL_TRUE);
   glDepthFunc(GL_LEQUAL);
   glClearDepthf(1.0f);
-  const Sight sight = this->SightOf(camera, viewport);
+  Sight sight = this->SightOf(camera, viewport);
   const bool hasSurface = !this->Buffers.Parts().empty();
-  const bool occludes =
-    this->HasOcclusion && hasSurface && this->DrawDepths(scene, sight, viewport);
+  if (this->HasOcclusion && hasSurface && this->DrawDepths(scene, sight, viewport))
+  {
+    sight.occlusion = this->Occlusion.get();
+  }
   glViewport(0, 0, viewport.width, viewport.height);
   glClear(GL_DEPTH_BUFFER_BIT);
   this->DrawBackground();
   if (hasSurface)
   {
     this->DrawChunks(scene, sight, viewport.height, true);
-  }
-  if (occludes)
-  {
-    glBindVertexArray(this->Compiled->EmptyArray());
-    this->Occlusion->Darken();
   }
   glBindVertexArray(0);
   return this->Outcome;

@@ -35,30 +35,37 @@ void main()
 // the two terms of the depth. With CUT a plane cuts away what is above it. With PAINT a texture
 // gives the colour; until it is loaded, and where it is transparent, the vertices' colours are
 // used.
+// - radius: of a cloud's splat. away: from where the vertex morphs to its place; parentNormal: that
+//   it had there, the last is 0 where it does not morph; toGo: of the way, from 1 to 0.
+// - place: in the texture. splatPixels: of a length 1 at distance 1; the fewest and the most
+// across.
+//   splat: pixels across, radius. section: its normal, and how far the origin is above it.
+// - fromEye, above: of a place in the triangle, at its edge too.
 inline constexpr const char* surfaceVertex = R"(
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec4 normal;
 layout(location = 2) in vec4 color;
-layout(location = 3) in float radius; // of a cloud's splat
-layout(location = 4) in vec3 away;    // from where the vertex morphs to its place
-layout(location = 5) in vec4 parentNormal; // that it had there; the last is 0 where it does not morph
+layout(location = 3) in float radius;
+layout(location = 4) in vec3 away;
+layout(location = 5) in vec4 parentNormal;
 #ifdef PAINT
-layout(location = 6) in vec2 place; // in the texture
+layout(location = 6) in vec2 place;
 out vec2 texturePlace;
 #endif
-uniform float toGo; // of the way: from 1 to 0
+uniform float toGo;
 uniform vec3 eye;
 uniform mat3 turn;
 uniform vec4 projection;
-uniform vec3 splatPixels; // of a length 1 at distance 1; the fewest and the most across
+uniform vec3 splatPixels;
 out vec3 viewPosition;
 out vec3 viewNormal;
 out vec3 smoothColor;
 flat out vec3 flatColor;
-flat out vec2 splat; // pixels across, radius
+flat out vec2 splat;
+centroid out float fromEye;
 #ifdef CUT
-uniform vec4 section; // its normal, and how far the origin is above it
-centroid out float above; // of a place in the triangle, at its edge too
+uniform vec4 section;
+centroid out float above;
 #endif
 void main()
 {
@@ -74,26 +81,40 @@ void main()
 #endif
   gl_Position = vec4(projection.xy * viewPosition.xy,
     projection.z * viewPosition.z + projection.w, -viewPosition.z);
+  fromEye = -viewPosition.z;
   splat.x = clamp(2.0 * radius * splatPixels.x / gl_Position.w, splatPixels.y, splatPixels.z);
   splat.y = 0.5 * splat.x * gl_Position.w / splatPixels.x;
   gl_PointSize = splat.x;
 })";
 
+// What a fragment is multiplied by for ambient occlusion; follows occlusionDepths and occlusionLeft
+// (viewer/session/look/OcclusionShaders.h). Where there is none the grid has no texels. texels: of
+// the half picture, in a pixel.
+inline constexpr const char* darkened = R"(
+uniform vec2 texels;
+out vec4 fragment;
+vec4 darkened(vec3 color, float away)
+{
+  float left = grid.x > 0.0 ? lightLeft(gl_FragCoord.xy * texels, away) : 1.0;
+  return vec4(left * min(color, 1.0), 1.0);
+})";
+
 // Phong's model with the two directional lights of SceneLook.h. Followed by one of the two main
-// functions. With RELIEF, ridges (where normals diverge) are lighter.
+// functions. With RELIEF, ridges (where normals diverge) are lighter: by how much, and within how
+// many pixels a radian is all of it. smoothness: of colours, 1 or 0. depthRange: nearest, farthest,
+// 1 / their difference.
 inline constexpr const char* light = R"(
 in vec3 viewPosition;
 in vec3 viewNormal;
 in vec3 smoothColor;
 flat in vec3 flatColor;
 flat in vec2 splat;
-uniform float smoothness; // of colours: 1, or 0
+uniform float smoothness;
 uniform vec3 lightDirection[2];
 uniform vec3 lightColor[2];
 uniform vec4 material;
 uniform vec3 highlightColor;
-uniform vec3 depthRange; // nearest, farthest, 1 / their difference
-out vec4 fragment;
+uniform vec3 depthRange;
 #ifdef CUT
 centroid in float above;
 #endif
@@ -102,7 +123,7 @@ in vec2 texturePlace;
 uniform sampler2D paint;
 #endif
 #ifdef RELIEF
-uniform vec2 relief; // how much, and within how many pixels a radian is all of it
+uniform vec2 relief;
 #endif
 vec3 lit(vec3 normal)
 {
@@ -131,6 +152,7 @@ vec3 lit(vec3 normal)
 // may face away a little; it is clamped (as in viewer/rendering/SurfaceScene.cxx). If no triangle
 // at a point has an area, the normal faces the eye.
 inline constexpr const char* surfaceFragment = R"(
+centroid in float fromEye;
 void main()
 {
   vec3 normal = dot(viewNormal, viewNormal) > 0.0 ? normalize(viewNormal) : vec3(0.0, 0.0, 1.0);
@@ -138,11 +160,12 @@ void main()
   {
     normal = gl_FrontFacing && normal.z > -0.8 ? normalize(vec3(normal.xy, 0.0)) : -normal;
   }
-  fragment = vec4(lit(normal), 1.0);
+  vec3 color = lit(normal);
 #ifdef RELIEF
   float bend = relief.y * normal.z * (dFdx(normal.x) + dFdy(normal.y));
-  fragment.rgb *= 1.0 + relief.x * clamp(bend, -1.0, 1.0);
+  color *= 1.0 + relief.x * clamp(bend, -1.0, 1.0);
 #endif
+  fragment = darkened(color, fromEye);
 #ifdef CUT
   if (above > 0.0)
   {
@@ -153,15 +176,16 @@ void main()
 
 inline constexpr const char* capFragment = R"(
 flat in vec3 flatColor;
-out vec4 fragment;
+centroid in float fromEye;
 void main()
 {
-  fragment = vec4(flatColor, 1.0);
+  fragment = darkened(flatColor, fromEye);
 })";
 
 // Points are round splats, bent away from the eye at their rims, so that neighbours meet halfway.
 // With normals they are lit on the visible side; without normals they are drawn as shallow domes,
-// darker with the distance (as in viewer/rendering/CloudSplats.cxx).
+// darker with the distance (as in viewer/rendering/CloudSplats.cxx). far: of the way from the
+// nearest to the farthest.
 inline constexpr const char* cloudFragment = R"(
 void main()
 {
@@ -178,7 +202,7 @@ void main()
     discard;
   }
   float z = viewPosition.z - splat.y * square;
-  float far = clamp((-z - depthRange.x) * depthRange.z, 0.0, 1.0); // of the way from near to far
+  float far = clamp((-z - depthRange.x) * depthRange.z, 0.0, 1.0);
   gl_FragDepth = min(far * depthRange.y / -z, 1.0);
   vec3 normal = normalize(vec3(0.35 * place.x, -0.35 * place.y, 1.0));
   float shade = 1.0 - 0.4 * far;
@@ -187,7 +211,7 @@ void main()
     normal = normalize(viewNormal.z < 0.0 ? -viewNormal : viewNormal);
     shade = 1.0;
   }
-  fragment = vec4(shade * lit(normal), 1.0);
+  fragment = darkened(shade * lit(normal), -z);
 })";
 
 }

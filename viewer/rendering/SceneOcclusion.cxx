@@ -18,16 +18,17 @@
 
 #include <array>
 #include <cmath>
+#include <initializer_list>
 #include <numbers>
 #include <string>
+#include <utility>
 
 namespace kdstream
 {
 namespace
 {
 
-// At the farthest depth, so that the depth test distinguishes the model from the background. Both
-// attributes give a corner's place, because VTK reports one that is not used.
+// Both attributes give a corner's place, because VTK reports one that is not used.
 constexpr const char* vertexShader = R"(//VTK::System::Dec
 in vec4 ndCoordIn;
 in vec2 texCoordIn;
@@ -72,6 +73,34 @@ std::string WithDepths(const char* shader)
   return std::string(header) + shaders::occlusionDepths + shader;
 }
 
+// What each sample is multiplied by; 1 for the background. A driver that cannot shade samples uses
+// the depth of a pixel's first one for all.
+std::string LightShader(int samples)
+{
+  return std::string(header) + "#extension GL_ARB_sample_shading : enable\n" +
+         (samples > 1 ? "#define SAMPLES sampler2DMS\n" : "#define SAMPLES sampler2D\n") +
+         (samples > 1 ? "#ifdef GL_ARB_sample_shading\n#define SHADES\n#endif\n" : "") +
+         shaders::occlusionDepths + shaders::occlusionLeft + R"(
+uniform SAMPLES drawn;
+uniform vec4 area;
+out vec4 fragment;
+void main()
+{
+#ifdef SHADES
+  int number = gl_SampleID;
+#else
+  int number = 0;
+#endif
+  float depth = texelFetch(drawn, ivec2(gl_FragCoord.xy), number).x;
+  float left = 1.0;
+  if (depth < 1.0)
+  {
+    left = lightLeft(0.5 * (gl_FragCoord.xy - area.xy), distanceOf(depth));
+  }
+  fragment = vec4(vec3(left), 1.0);
+})";
+}
+
 }
 
 // Of the window: what the renderer draws into, in pixels; and its projection.
@@ -111,7 +140,7 @@ bool SceneOcclusion::Prepare(
     this->Gather = make(GatherShader(samples));
     this->Occlude = make(WithDepths(shaders::occlusionFragment));
     this->Average = make(WithDepths(shaders::occlusionMeanFragment));
-    this->Light = make(std::string(header) + shaders::occlusionLightFragment);
+    this->Light = make(LightShader(samples));
   }
   for (const auto* pass : { &this->Gather, &this->Occlude, &this->Average, &this->Light })
   {
@@ -126,10 +155,8 @@ bool SceneOcclusion::Prepare(
     {
       texture->ReleaseGraphicsResources(&window);
       texture->SetContext(&window);
-      const int filter =
-        texture == this->Mean ? vtkTextureObject::Linear : vtkTextureObject::Nearest;
-      texture->SetMinificationFilter(filter);
-      texture->SetMagnificationFilter(filter);
+      texture->SetMinificationFilter(vtkTextureObject::Nearest);
+      texture->SetMagnificationFilter(vtkTextureObject::Nearest);
       texture->SetWrapS(vtkTextureObject::ClampToEdge);
       texture->SetWrapT(vtkTextureObject::ClampToEdge);
       texture->Allocate2D(static_cast<unsigned>(area.half[0]), static_cast<unsigned>(area.half[1]),
@@ -141,17 +168,18 @@ bool SceneOcclusion::Prepare(
   return true;
 }
 
-// Fills what is bound with what the pass computes.
-void SceneOcclusion::Run(
-  vtkOpenGLQuadHelper& pass, const Area& area, vtkTextureObject& depths, vtkTextureObject* occluded)
+// Fills the target with what the pass computes.
+void SceneOcclusion::Run(vtkOpenGLQuadHelper& pass, vtkTextureObject& target, const Area& area,
+  std::initializer_list<std::pair<const char*, vtkTextureObject*>> sources)
 {
+  this->Framebuffer->Bind();
+  this->Framebuffer->AddColorAttachment(0, &target);
+  this->Framebuffer->ActivateDrawBuffer(0);
   this->Window->GetShaderCache()->ReadyShaderProgram(pass.Program);
-  depths.Activate();
-  pass.Program->SetUniformi("depths", depths.GetTextureUnit());
-  if (occluded)
+  for (const auto& [name, texture] : sources)
   {
-    occluded->Activate();
-    pass.Program->SetUniformi("occluded", occluded->GetTextureUnit());
+    texture->Activate();
+    pass.Program->SetUniformi(name, texture->GetTextureUnit());
   }
   pass.Program->SetUniform4f("area", area.place.data());
   pass.Program->SetUniform4f("grid", area.Grid().data());
@@ -160,31 +188,10 @@ void SceneOcclusion::Run(
   pass.Program->SetUniformf("facet", area.facet);
   pass.Program->SetUniformf("strength", static_cast<float>(occlusionStrength));
   pass.Render();
-  if (occluded)
+  for (const auto& [name, texture] : sources)
   {
-    occluded->Deactivate();
+    texture->Deactivate();
   }
-  depths.Deactivate();
-}
-
-void SceneOcclusion::FindOcclusion(vtkTextureObject& depths, const Area& area)
-{
-  vtkOpenGLState* state = this->Window->GetState();
-  state->PushFramebufferBindings();
-  const auto fill = [&](vtkTextureObject& target, vtkOpenGLQuadHelper& pass,
-                      vtkTextureObject& source, vtkTextureObject* occluded)
-  {
-    this->Framebuffer->Bind();
-    this->Framebuffer->AddColorAttachment(0, &target);
-    this->Framebuffer->ActivateDrawBuffer(0);
-    this->Run(pass, area, source, occluded);
-  };
-  state->vtkglViewport(0, 0, area.half[0], area.half[1]);
-  state->vtkglScissor(0, 0, area.half[0], area.half[1]);
-  fill(*this->Depths, *this->Gather, depths, nullptr);
-  fill(*this->Occluded, *this->Occlude, *this->Depths, nullptr);
-  fill(*this->Mean, *this->Average, *this->Depths, this->Occluded);
-  state->PopFramebufferBindings();
 }
 
 void SceneOcclusion::Darken(vtkRenderer& renderer, double facet)
@@ -192,12 +199,13 @@ void SceneOcclusion::Darken(vtkRenderer& renderer, double facet)
   auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer.GetRenderWindow());
   vtkOpenGLFramebufferObject* drawn = window ? window->GetRenderFramebuffer() : nullptr;
   vtkTextureObject* depths = drawn ? drawn->GetDepthAttachmentAsTextureObject() : nullptr;
+  vtkTextureObject* colors = drawn ? drawn->GetColorAttachmentAsTextureObject(0) : nullptr;
   int left = 0;
   int bottom = 0;
   int width = 0;
   int height = 0;
   renderer.GetTiledSizeAndOrigin(&width, &height, &left, &bottom);
-  if (!depths || width < 1 || height < 1)
+  if (!depths || !colors || width < 1 || height < 1)
   {
     return;
   }
@@ -222,21 +230,28 @@ void SceneOcclusion::Darken(vtkRenderer& renderer, double facet)
   const vtkOpenGLState::ScopedglViewport viewport(state);
   const vtkOpenGLState::ScopedglScissor scissor(state);
   const vtkOpenGLState::ScopedglDepthMask mask(state);
-  const vtkOpenGLState::ScopedglDepthFunc function(state);
   const vtkOpenGLState::ScopedglBlendFuncSeparate blending(state);
   const vtkOpenGLState::ScopedglEnableDisable blend(state, GL_BLEND);
   const vtkOpenGLState::ScopedglEnableDisable test(state, GL_DEPTH_TEST);
   state->vtkglDepthMask(GL_FALSE);
   state->vtkglDisable(GL_BLEND);
   state->vtkglDisable(GL_DEPTH_TEST);
-  this->FindOcclusion(*depths, area);
+  state->PushFramebufferBindings();
+  state->vtkglViewport(0, 0, area.half[0], area.half[1]);
+  state->vtkglScissor(0, 0, area.half[0], area.half[1]);
+  this->Run(*this->Gather, *this->Depths, area, { { "depths", depths } });
+  this->Run(*this->Occlude, *this->Occluded, area, { { "depths", this->Depths } });
+  this->Run(*this->Average, *this->Mean, area,
+    { { "depths", this->Depths }, { "occluded", this->Occluded } });
+  // Without the depths as an attachment, because they are read.
   state->vtkglViewport(left, bottom, width, height);
   state->vtkglScissor(left, bottom, width, height);
   state->vtkglEnable(GL_BLEND);
   state->vtkglBlendFuncSeparate(GL_ZERO, GL_SRC_COLOR, GL_ZERO, GL_ONE);
-  state->vtkglEnable(GL_DEPTH_TEST);
-  state->vtkglDepthFunc(GL_GREATER);
-  this->Run(*this->Light, area, *this->Depths, this->Mean);
+  this->Run(*this->Light, *colors, area,
+    { { "depths", this->Depths }, { "occluded", this->Mean }, { "drawn", depths } });
+  this->Framebuffer->RemoveColorAttachment(0);
+  state->PopFramebufferBindings();
 }
 
 }

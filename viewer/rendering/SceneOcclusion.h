@@ -6,7 +6,9 @@
 #include <vtkNew.h>
 #include <vtkWeakPointer.h>
 
+#include <initializer_list>
 #include <memory>
+#include <utility>
 
 class vtkOpenGLFramebufferObject;
 class vtkOpenGLQuadHelper;
@@ -35,9 +37,8 @@ private:
   struct Area;
 
   bool Prepare(vtkOpenGLRenderWindow& window, vtkTextureObject& depths, const Area& area);
-  void FindOcclusion(vtkTextureObject& depths, const Area& area);
-  void Run(vtkOpenGLQuadHelper& pass, const Area& area, vtkTextureObject& depths,
-    vtkTextureObject* occluded);
+  void Run(vtkOpenGLQuadHelper& pass, vtkTextureObject& target, const Area& area,
+    std::initializer_list<std::pair<const char*, vtkTextureObject*>> sources);
 
   vtkWeakPointer<vtkOpenGLRenderWindow> Window; // that the following are of
   vtkNew<vtkOpenGLFramebufferObject> Framebuffer;

@@ -277,7 +277,7 @@ Result<SessionStep> ParseStep(std::string_view text, std::size_t line)
          : has("tool")       ? ParseWord(object, line, "tool", Kind::Tool,
                                  { "none", "measure", "section", "light", "second light" })
          : has("section")    ? ParseWord(object, line, "section", Kind::Section,
-                                 { "x", "y", "z", "view", "flip", "off" })
+                                 { "front", "side", "above", "x", "y", "z", "view", "flip", "off" })
          : has("depth")      ? ParseDepth(object, line)
          : has("lamps")      ? ParseLightsStep(object, line)
          : has("link")       ? ParseLink(object, line)

@@ -15,8 +15,8 @@
 //   {"link":"model=…"}          the view of a link (ViewLink.h), without its colours and light
 //   {"tool":"measure"}          what fingers do from here on: measure, section, light,
 //                               second light, or none of these (the default)
-//   {"section":"x"}             a plane through the middle: across x, y, z or the view; "flip": the
-//                               other side is cut away; "off"
+//   {"section":"side"}          a plane through the middle: from the front, the side, above; across
+//                               x, y, z or the view; "flip": the other side is cut away; "off"
 //   {"depth":0.4}               so much of the model is cut away: 0-1
 //   {"lamps":"…"}               light as in a link (ViewLink.h); "standard"
 //   {"turning":"upright"}       how fingers turn the model from here on: upright, or free (the

@@ -129,8 +129,14 @@ void ViewerSession::SetSection(const std::optional<SectionPlane>& plane)
 
 bool ViewerSession::SetSectionAlong(std::string_view word)
 {
-  const bool known =
-    this->Own->model.section.SetAlong(word, this->Own->camera.Get().Forward() * -1);
+  const Vec3 toEye = this->Own->camera.Get().Forward() * -1;
+  const std::string_view side = word == "side" ? "right" : word == "above" ? "top" : word;
+  const bool isSide = word == "front" || side != word;
+  const bool known = isSide || this->Own->model.section.SetAlong(word, toEye);
+  if (const auto direction = isSide ? this->Own->camera.TowardsSide(side) : std::nullopt)
+  {
+    this->Own->model.section.SetAcross(*direction, toEye);
+  }
   if (known && !this->Own->model.open)
   {
     this->Own->model.section.Set({});

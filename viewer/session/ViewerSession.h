@@ -82,7 +82,8 @@ public:
   void NameMeasurement(std::size_t index, const std::string& name);
   void RemoveMeasurement(std::size_t index);
   // Cuts away what is above a plane. In view mode, what is cut away is not fetched. Errors: those
-  // of ShownSection; nothing before a model is open.
+  // of ShownSection; nothing before a model is open. By a word: those of ShownSection::SetAlong;
+  // and "front", "side" and "above", across the direction from which the model shows that.
   void SetSection(const std::optional<SectionPlane>& plane);
   bool SetSectionAlong(std::string_view word);
   void SetSectionDepth(double depth);

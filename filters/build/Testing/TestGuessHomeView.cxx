@@ -133,6 +133,34 @@ TEST(TestGuessHomeView, ABustStandsOnItsPlinthAndShowsItsFace)
   }
 }
 
+// Deeper than wide, with its head ahead: its sides are mirror images, and tell where its face is.
+TEST(TestGuessHomeView, AHeadIsNotSeenInProfile)
+{
+  const Mesh deep = Turned(Bust(),
+    [](const Vec3& p) {
+      return Vec3{ p[0], p[1], 1.35 * p[2] + (p[1] > 3.2 ? 0.3 : 0) };
+    });
+  for (const Turn& turn : { asItIs, zUp, zUpFromBehind })
+  {
+    EXPECT_EQ(Guess(Turned(deep, turn)).view, turn({ 0, 0, 1 }));
+  }
+}
+
+// It has no foot to stand on, and would lie on its back as a file of this kind mostly has it.
+TEST(TestGuessHomeView, WhatHasAFaceAheadStands)
+{
+  const Mesh egg = Bag({}, 2,
+    [](double h, double turn)
+    {
+      const double ahead = std::min(turn, 1 - turn);
+      const double face =
+        h > 0.3 && h < 0.8 && ahead < 0.2 ? 0.05 * std::sin(60 * h) * (1 - ahead / 0.2) : 0;
+      return std::max(0.7 * std::sqrt(std::max(0.0, 4 * h * (1 - h))), 0.02) + face;
+    });
+  EXPECT_EQ(Guess(egg).up, (Vec3{ 0, 1, 0 }));
+  EXPECT_EQ(Guess(egg).view, (Vec3{ 0, 0, 1 }));
+}
+
 TEST(TestGuessHomeView, AVaseIsNoBustUpsideDown)
 {
   const Mesh vase = Bag({}, 1.8, [](double h, double) { return 0.25 + 1.3 * h * (1.15 - h); });
@@ -177,6 +205,7 @@ TEST(TestGuessHomeView, WhereTheShapeDoesNotSayTheFormatDoes)
   EXPECT_EQ(Guess(ball, ".ply").up, (Vec3{ 0, 0, 1 }));
   EXPECT_EQ(Guess(ball, ".stl").view, (Vec3{ 0, -1, 0 }));
   EXPECT_EQ(Guess(ball, ".obj").up, (Vec3{ 0, 1, 0 }));
+  EXPECT_EQ(Guess(ball, ".off").up, (Vec3{ 0, 1, 0 }));
   const HomeView gltf = Guess(Turned(Bust(), zUp), ".glb");
   EXPECT_EQ(gltf.up, (Vec3{ 0, 1, 0 }));
   EXPECT_EQ(gltf.view, (Vec3{ 0, 0, 1 }));

@@ -131,18 +131,22 @@ bool Slider(const PanelFacts& facts, const char* text, double& value, double mos
 void DrawSection(const PanelFacts& facts, PanelWishes& wishes)
 {
   Say("Section");
-  static constexpr std::array<std::pair<const char*, const char*>, 6> words{ { { "X", "x" },
-    { "Y", "y" }, { "Z", "z" }, { "View", "view" }, { "Flip", "flip" }, { "None", "off" } } };
+  static constexpr std::array<std::pair<const char*, const char*>, 6> words{
+    { { "From the front", "front" }, { "From the side", "side" }, { "From above", "above" },
+      { "Facing me", "view" }, { "Other side", "flip" }, { "None", "off" } }
+  };
   ImGui::PushID("section");
-  for (const auto& [text, word] : words)
+  for (std::size_t i = 0; i < words.size(); ++i)
   {
-    if (ImGui::Button(text))
+    if (ImGui::Button(words[i].first))
     {
-      wishes.steps.push_back({ SessionStep::Kind::Section, {}, word });
+      wishes.steps.push_back({ SessionStep::Kind::Section, {}, words[i].second });
     }
-    ImGui::SameLine();
+    if (i % 3 != 2)
+    {
+      ImGui::SameLine();
+    }
   }
-  ImGui::NewLine();
   if (facts.sectionDepth)
   {
     double depth = *facts.sectionDepth;

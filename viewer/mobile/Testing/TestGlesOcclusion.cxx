@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Hollows in the phone's pictures: darker where they should be, nothing else anywhere.
-#include "Testing/Fixtures/ExtrudedSurface.h"
+#include "Testing/Fixtures/DepthStep.h"
 #include "viewer/mobile/Testing/GlesTools.h"
 
 #include <cmath>
@@ -168,6 +168,20 @@ TEST(GlesOcclusion, OnlyWhatIsNearDarkens)
   const Pair pair = DrawBoth(canvas, SceneBefore(two, { 0, 0, 8 }));
   EXPECT_NE(pair.plain[0], pair.plain[3 * (75 * width + 100)]); // there is a background
   EXPECT_LE(Compare(pair.plain, pair.occluded).largest, 3);
+}
+
+// Neither dark dots on a near part nor bright ones on what is behind it.
+TEST(GlesOcclusion, EdgesOfNearPartsAreClean)
+{
+  for (const double step : { 0.08, 0.12 })
+  {
+    SCOPED_TRACE(step);
+    Canvas canvas(width, height);
+    ViewerScene scene = SceneBefore(DepthStep(step), { 0, 0, 5 });
+    scene.up = UpOfDepthStep();
+    const Pair pair = DrawBoth(canvas, scene);
+    ExpectCleanEdge(width, height, [&](int x, int y) { return LeftAt(pair, x, y); });
+  }
 }
 
 // Not one of its pixels, where a groove runs into the outline.

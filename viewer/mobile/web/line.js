@@ -108,7 +108,7 @@ export const isOffline = () => offline;
 const notKept = () => ({ status: 404, bytes: new TextEncoder().encode('{"error":"it is not stored on this device"}'), retryAfter: 0 });
 
 // All addresses are relative to the page's, so that it works below a path too.
-function addressOf(path) {
+export function addressOf(path) {
   return new URL(path.replace(/^\/+/, ""), root);
 }
 

@@ -43,8 +43,8 @@ export class Looks {
     this.standard = makeButton("Standard light", () => act((viewer) => viewer.setStandardLight()),
       { className: "tool", id: "standard-light" });
     this.groups = [
-      group("Section", make("div", { className: "grid" }, along("Across x", "x"), along("Across y", "y"), along("Across z", "z"),
-        along("Facing me", "view"), along("Other side", "flip"), along("None", "off")),
+      group("Section", make("div", { className: "grid" }, along("From the front", "front"), along("From the side", "side"),
+        along("From above", "above"), along("Facing me", "view"), along("Other side", "flip"), along("None", "off")),
       this.depth.label, this.moves, this.outline),
       group("Light", this.shines, this.shinesToo, this.lamp.label, this.second.label, this.relief.label, this.standard)];
   }

@@ -46,6 +46,7 @@ async function getTools() {
     canvas, viewer, wake, redraw,
     exchange: () => line.exchange(),
     status: () => lastStatus,
+    model: selectedModel,
     words: () => [nameOf(selectedModel()), lastStatus.credit, lastStatus.license].filter(Boolean),
     key: async () => (find("legend").hidden ? null : (await import("./legend.js")).keyOf(viewer, colouring)),
     colours, getNotes,

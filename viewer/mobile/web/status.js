@@ -72,7 +72,7 @@ function showWhatIsWrong(status) {
 
 let knowsDoubleTap = false;
 
-function showHint({ mode, shownLevel, region, measuring, tool }, wrong) {
+function showHint({ mode, shownLevel, original, region, measuring, tool }, wrong) {
   if (mode !== "full screen") {
     say(find("hint"), "");
     return;
@@ -86,7 +86,7 @@ function showHint({ mode, shownLevel, region, measuring, tool }, wrong) {
     return;
   }
   knowsDoubleTap ||= region !== null;
-  const needed = shownLevel !== null && !knowsDoubleTap && !tool && !wrong && !shownSheet() && mayHaveOriginal();
+  const needed = shownLevel !== null && !original && !knowsDoubleTap && !tool && !wrong && !shownSheet() && mayHaveOriginal();
   const words = t(coarse ? "Double-tap the surface for its original detail" : "Double-click the surface for its original detail");
   say(find("hint"), needed ? words : "");
 }

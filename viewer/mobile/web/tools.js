@@ -7,6 +7,7 @@ import { formatError, formatLength } from "./lengths.js";
 import { make, pageOf } from "./list.js";
 import { Looks, tool } from "./looks.js";
 import { composePicture } from "./picture.js";
+import { mayHaveRoom, roomOf } from "./room.js";
 import { t } from "./words.js";
 
 const find = (id) => document.getElementById(id);
@@ -44,13 +45,15 @@ async function copyText(text) {
 
 // ---- the panel
 
-// page: { canvas, viewer, exchange, wake, redraw, status(), words(), key(), colours(), getNotes() }
+// page: { canvas, viewer, exchange, wake, redraw, status(), model(), words(), key(), colours(), getNotes() }
 export class Tools {
   #page;
   #panel = find("tools");
   #overlay = document.createElementNS("http://www.w3.org/2000/svg", "svg");
   #list = make("ol", { id: "measurements" });
   #drawn = "";
+  #room = make("a", { id: "room", className: "tool", hidden: true, textContent: t("In my room") });
+  #roomFor = null; // which model it leads to
 
   constructor(page) {
     this.#page = page;
@@ -65,7 +68,7 @@ export class Tools {
     this.looks = new Looks(page, (act) => this.#do(act));
     const share = navigator.share ? [makeButton("Share…", () => this.#share(), { className: "tool" })] : [];
     const carry = make("div", { id: "carry" }, makeButton("Copy link", () => this.#copyLink(), { className: "tool", id: "copy-link" }), ...share,
-      makeButton("Save picture", () => this.#savePicture(), { className: "tool", id: "save-picture" }));
+      makeButton("Save picture", () => this.#savePicture(), { className: "tool", id: "save-picture" }), this.#room);
     this.groups = [
       group("Look from", make("div", { className: "grid" }, ...["Front", "Back", "Left", "Right", "Top", "Bottom"].map(side)), this.spin),
       group("Distances", this.measure, this.#list,
@@ -160,12 +163,23 @@ export class Tools {
     this.#note("Picture saved.");
   }
 
+  async #offerRoom(model) {
+    this.#roomFor = model;
+    this.#room.hidden = true;
+    const address = await roomOf(model, document.title);
+    if (this.#roomFor === model && address) {
+      this.#room.href = address;
+      this.#room.hidden = false;
+    }
+  }
+
   // ---- lines over the picture
 
   // After each frame.
   show() {
     const { spinning, measuring, unit } = this.#page.status();
     this.looks.show(this.#page.status());
+    mayHaveRoom && !this.#panel.hidden && this.#roomFor !== this.#page.model() && this.#offerRoom(this.#page.model());
     this.spin.setAttribute("aria-pressed", Boolean(spinning));
     this.measure.setAttribute("aria-pressed", Boolean(measuring));
     const measurements = this.#page.viewer.measurements();

@@ -155,7 +155,7 @@ class Viewer {
     this.#call("SetTool", tool);
   }
 
-  // "x", "y", "z", "view", "flip" or "off".
+  // "front", "side", "above", "view", "flip" or "off".
   setSectionAlong(side) {
     this.#putText(side);
     this.#call("SetSectionAlong");

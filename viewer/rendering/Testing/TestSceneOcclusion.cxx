@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Ambient occlusion in VTK's pictures, as far as it differs from OpenGL ES (viewer/mobile/Testing
 // has the rest, and compares): windows, their parts, and what else is drawn in them.
-#include "Testing/Fixtures/ExtrudedSurface.h"
+#include "Testing/Fixtures/DepthStep.h"
 #include "viewer/rendering/Testing/RenderTools.h"
 
 #include <vtkRenderer.h>
@@ -79,6 +79,30 @@ TEST(SceneOcclusion, APlaneStaysAsItIsWhereDepthsAreCoarse)
         ASSERT_NEAR(RedAt(plain, x, y), RedAt(occluded, x, y), 3) << x << ", " << y;
       }
     }
+  }
+}
+
+// Where a pixel has several samples, and where it has one.
+TEST(SceneOcclusion, EdgesOfNearPartsAreClean)
+{
+  for (const int samples : { 0, 4 })
+  {
+    SCOPED_TRACE(samples);
+    const Stage stage(WindowBackend::Egl, side, side);
+    stage.window->SetMultiSamples(samples);
+    const auto draw = [&](bool occlusion)
+    {
+      SceneStyle style;
+      style.occlusion = occlusion;
+      stage.scene->SetStyle(style);
+      EXPECT_TRUE(stage.scene->Update(DepthStep(0.12), depths, { 0, 0, 0 }));
+      EXPECT_TRUE(stage.scene->SetCamera({ { 0, 0, 5 }, { 0, 0, 0 }, UpOfDepthStep(), 0.6 }));
+      return stage.Draw();
+    };
+    const WindowPicture plain = draw(false), occluded = draw(true);
+    ExpectCleanEdge(side, side,
+      [&](int x, int y)
+      { return RedAt(occluded, x, y) / static_cast<double>(RedAt(plain, x, y)); });
   }
 }
 

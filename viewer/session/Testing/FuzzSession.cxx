@@ -206,7 +206,7 @@ private:
 
   void UseTools()
   {
-    static constexpr const char* words[]{ "x", "y", "z", "view", "flip", "off" };
+    static constexpr const char* words[]{ "x", "side", "above", "view", "flip", "off" };
     const std::uint8_t what = this->Given.Next();
     this->Session.SetTool(static_cast<Tool>(what % 5));
     if (what % 2 == 0)

@@ -56,7 +56,7 @@ TEST(TestSessionSection, WhatIsCutAwayIsNotFetched)
     const auto session = std::make_unique<ViewerSession>();
     Open(*session);
     server.Serve(*session);
-    static constexpr std::array<std::string_view, 4> words{ "x", "y", "z", "view" };
+    static constexpr std::array<std::string_view, 5> words{ "x", "y", "z", "view", "side" };
     ASSERT_TRUE(session->SetSectionAlong(words[seed % words.size()]));
     session->SetSectionDepth(0.2 + 0.6 * any(random));
     session->EnterFullScreen();
@@ -178,6 +178,36 @@ TEST(TestSessionSection, FingersMoveAndTurnIt)
   session->SetTool(Tool::None);
   Drag(fingers, *session, 400, 200, 60, 0);
   EXPECT_NE(session->GetCamera().Orientation(), before.Orientation());
+}
+
+// However the model stands; the eye's side goes.
+TEST(TestSessionSection, IsCalledByWhereItIsSeenFrom)
+{
+  for (const HomeView& homeView :
+    { HomeView{ { 0, 0, 1 }, { 0, -1, 0 }, true }, { { 1, 0, 0 }, { 0, 0.8, -0.6 }, false } })
+  {
+    MemoryServer server = SmallTorus();
+    server.SetHomeView(homeView);
+    ViewerSession session;
+    EXPECT_TRUE(session.SetSectionAlong("front")) << "no model is open";
+    EXPECT_FALSE(session.GetSection().Plane());
+    Open(session);
+    server.Serve(session);
+    const Vec3 right = Cross(homeView.up, homeView.view);
+    for (const auto& [word, direction] :
+      { std::pair{ "front", homeView.view }, { "side", right }, { "above", homeView.up } })
+    {
+      SCOPED_TRACE(word);
+      ASSERT_TRUE(session.SetSectionAlong(word));
+      const SectionPlane plane = *session.GetSection().Plane();
+      EXPECT_NEAR(std::abs(Dot(plane.normal, direction)), 1, 1e-12);
+      EXPECT_GE(Dot(plane.normal, session.GetCamera().Forward()), -1 - 1e-12);
+      EXPECT_LE(Dot(plane.normal, session.GetCamera().Forward()), 1e-12);
+      EXPECT_NEAR(session.GetSection().Depth(), 0.5, 1e-12);
+    }
+    EXPECT_FALSE(session.SetSectionAlong("top"));
+    EXPECT_FALSE(session.SetSectionAlong("right"));
+  }
 }
 
 TEST(TestSessionSection, TheCapIsWhatIsPicked)

@@ -192,6 +192,16 @@ void CameraControl::JumpHome()
   }
 }
 
+std::optional<Vec3> CameraControl::TowardsSide(std::string_view side) const
+{
+  if (!this->Model.open)
+  {
+    return std::nullopt;
+  }
+  const HomeView homeView = this->Model.open->description.homeView.value_or(HomeView{});
+  return DirectionOfSide(side, homeView.up, LevelFront(homeView));
+}
+
 bool CameraControl::JumpToSide(std::string_view side)
 {
   const HomeView homeView =

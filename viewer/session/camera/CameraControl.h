@@ -48,6 +48,8 @@ public:
   void JumpHome();
   // Errors: false for other words (ViewerSession::LookFromSide).
   bool JumpToSide(std::string_view side);
+  // From the open model towards that side. Nothing for other words, and where no model is open.
+  std::optional<Vec3> TowardsSide(std::string_view side) const;
   // Where a link says. isJump: from where one was; otherwise it is the first view.
   void TakePlace(const std::optional<CameraPlace>& place, bool isJump);
   bool CanUndo() const { return !this->Earlier.empty(); }

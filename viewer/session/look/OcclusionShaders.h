@@ -10,11 +10,14 @@
 // much as the other falls, so no normals are needed. The search radius is a share of the picture's
 // height, so every zoom shows relief of a matching size.
 //
-// Four passes, the first three in half of the picture's width and height:
+// Three passes in half of the picture's width and height:
 // 1. the depths;
 // 2. occluded light, with lines of another direction in each of 4 × 4 neighbours;
-// 3. the mean of those neighbours that are about as far away;
-// 4. the picture times this mean, only where the model is.
+// 3. the mean of those neighbours that are about as far away.
+// Then each sample of the model in the picture is multiplied by what this mean is at its own depth
+// (joint bilateral upsampling, Kopf, Cohen, Lischinski, Uyttendaele, SIGGRAPH 2007). A pixel at an
+// edge has samples of two surfaces: a near bright one must not take the light of a dark one behind
+// it, nor the other way round.
 #pragma once
 
 namespace kdstream
@@ -39,10 +42,13 @@ inline constexpr const char* occlusionDepths = R"(
 uniform highp sampler2D depths;
 uniform vec4 projection;
 uniform vec4 grid;
-out vec4 fragment;
+float distanceOf(float depth)
+{
+  return projection.w / (2.0 * depth - 1.0 + projection.z);
+}
 float distanceAt(vec2 place)
 {
-  return projection.w / (2.0 * texture(depths, place).x - 1.0 + projection.z);
+  return distanceOf(texture(depths, place).x);
 }
 vec3 positionAt(vec2 place)
 {
@@ -56,18 +62,19 @@ vec3 positionAt(vec2 place)
 // - `unsure` is subtracted from a rise: the length of this number of steps of a 24-bit depth there.
 //   If the eye is inside the model's box, one step is as long as a texel, and smooth surfaces would
 //   get visible bands.
+// - rise: the sine of the angle by which a place rises from the plane across the line of sight; -1
+//   for the background, out of reach, and outside the picture. part: of a step.
 // - facet: FacetLength, in the unit of the projection. If it is longer than the reach, concave
 //   edges between triangles are not relief of the model but a limit of its resolution, and shallow
 //   ones are ignored.
 inline constexpr const char* occlusionFragment = R"(
+out vec4 fragment;
 vec3 here, toEye;
 float reach;
 float unsure;
 uniform float facet;
 const float depthSteps = 1.5;
 const vec2 ways[4] = vec2[4](vec2(1.0, 0.0), vec2(2.0, 1.0), vec2(1.0, 1.0), vec2(1.0, 2.0));
-// The sine of the angle by which a place rises from the plane across the line of sight; -1 for the
-// background, out of reach, and outside the picture.
 float rise(vec2 texel)
 {
   vec2 place = texel / grid.xy;
@@ -94,7 +101,7 @@ void main()
     vec2 cell = mod(floor(texel), 4.0);
     vec2 way = ways[int(mod(cell.x + 2.0 * cell.y, 4.0))];
     float most = max(grid.z / length(way), 1.0);
-    float part = 0.25 * cell.y; // of a step
+    float part = 0.25 * cell.y;
     float shallow = 0.13 * clamp(facet / reach - 0.3, 0.0, 1.0);
     for (int i = 0; i < 2; ++i)
     {
@@ -118,6 +125,7 @@ void main()
 inline constexpr const char* occlusionMeanFragment = R"(
 uniform sampler2D occluded;
 uniform float strength;
+out vec4 fragment;
 void main()
 {
   float here = distanceAt(gl_FragCoord.xy / grid.xy);
@@ -133,16 +141,41 @@ void main()
   fragment = vec4(min(strength * sum / all, 1.0));
 })";
 
-// What the picture is multiplied by. area: left, bottom, width, height of the picture.
-inline constexpr const char* occlusionLightFragment = R"(
+// The light that is left of a sample, 0-1. texel: its place in the half picture; away: its distance
+// from the eye. The texels around it count by how near they are in the picture and in depth, where
+// the unit is a texel's width there. If none of four has its depth, as at the tip of a thin part,
+// 16 are asked.
+inline constexpr const char* occlusionLeft = R"(
 uniform sampler2D occluded;
-uniform vec4 area;
-out vec4 fragment;
-void main()
+vec2 takenAround(vec2 texel, float away, float wide)
 {
-  float taken = texture(occluded, (gl_FragCoord.xy - area.xy) / area.zw).x;
-  fragment = vec4(vec3(1.0 - taken), 1.0);
-})";
+  vec2 first = floor(texel + 0.5) - wide;
+  float unit = away * grid.w / grid.z;
+  vec2 sum = vec2(0.0);
+  for (float y = 0.5; y < 2.0 * wide; y += 1.0)
+  {
+    for (float x = 0.5; x < 2.0 * wide; x += 1.0)
+    {
+      vec2 at = first + vec2(x, y);
+      vec2 share = max(1.0 - abs(at - texel) / wide, 0.0);
+      vec2 place = clamp(at, vec2(0.5), grid.xy - 0.5) / grid.xy;
+      float apart = min(abs(distanceAt(place) - away) / unit, 1e4);
+      float like = share.x * share.y / (1.0 + apart * apart * apart * apart);
+      sum += like * vec2(texture(occluded, place).x, 1.0);
+    }
+  }
+  return sum;
+}
+float lightLeft(vec2 texel, float away)
+{
+  vec2 taken = takenAround(texel, away, 1.0);
+  if (taken.y < 0.01)
+  {
+    taken = takenAround(texel, away, 2.0);
+  }
+  return 1.0 - taken.x / taken.y;
+}
+)";
 
 }
 

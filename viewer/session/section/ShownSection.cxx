@@ -90,23 +90,26 @@ bool ShownSection::SetAlong(std::string_view word, const Vec3& toEye)
   }
   else if (word == "view" || axis != axes.end())
   {
-    SectionPlane plane{ Normalized(toEye), 0 };
+    Vec3 direction = toEye;
     if (axis != axes.end())
     {
-      const auto k = static_cast<std::size_t>(axis - axes.begin());
-      plane.normal = {};
-      plane.normal[k] = toEye[k] < 0 ? -1 : 1;
+      direction = {};
+      direction[static_cast<std::size_t>(axis - axes.begin())] = 1;
     }
-    const Vec3 middle =
-      this->Around.Empty() ? Vec3{} : this->Around.lo * 0.5 + this->Around.hi * 0.5;
-    plane.offset = Dot(plane.normal, middle);
-    this->Set(plane);
+    this->SetAcross(direction, toEye);
   }
   else
   {
     return false;
   }
   return true;
+}
+
+void ShownSection::SetAcross(const Vec3& direction, const Vec3& toEye)
+{
+  const Vec3 normal = Normalized(direction) * (Dot(direction, toEye) < 0 ? -1 : 1);
+  const Vec3 middle = this->Around.Empty() ? Vec3{} : this->Around.lo * 0.5 + this->Around.hi * 0.5;
+  this->Set(SectionPlane{ normal, Dot(normal, middle) });
 }
 
 double ShownSection::Depth() const

@@ -29,6 +29,8 @@ public:
   // the middle of the box. The side of the eye is cut away (toEye: direction from the middle).
   // "flip": cuts away the other side. "off". False, and no change, for other words.
   bool SetAlong(std::string_view word, const Vec3& toEye);
+  // The same across any direction.
+  void SetAcross(const Vec3& direction, const Vec3& toEye);
   // How much of the box's length along the normal is cut away: 0-1. 0 without a plane.
   double Depth() const;
   void SetDepth(double depth);

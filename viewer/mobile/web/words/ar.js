@@ -137,9 +137,9 @@ export const texts = {
   "Distances": "المسافات",
   "Measure": "قياس",
   "Section": "المقطع",
-  "Across x": "عمودي على x",
-  "Across y": "عمودي على y",
-  "Across z": "عمودي على z",
+  "From the front": "من الأمام",
+  "From the side": "من الجانب",
+  "From above": "من الأعلى",
   "Facing me": "مواجه لي",
   "Other side": "الجهة الأخرى",
   "None": "بلا مقطع",
@@ -166,6 +166,7 @@ export const texts = {
   "Share…": "مشاركة…",
   "Link copied.": "نُسخ رابط هذا العرض.",
   "Save picture": "حفظ الصورة",
+  "In my room": "في غرفتي",
   "Picture saved.": "حُفظت الصورة.",
 
   // help

@@ -137,9 +137,9 @@ export const texts = {
   "Distances": "Abstände",
   "Measure": "Messen",
   "Section": "Schnitt",
-  "Across x": "Quer zu x",
-  "Across y": "Quer zu y",
-  "Across z": "Quer zu z",
+  "From the front": "Von vorn",
+  "From the side": "Von der Seite",
+  "From above": "Von oben",
   "Facing me": "Zu mir",
   "Other side": "Andere Seite",
   "None": "Keiner",
@@ -166,6 +166,7 @@ export const texts = {
   "Share…": "Teilen…",
   "Link copied.": "Link kopiert.",
   "Save picture": "Bild speichern",
+  "In my room": "In meinem Raum",
   "Picture saved.": "Bild gespeichert.",
 
   // help

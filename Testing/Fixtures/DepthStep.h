@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A near part before a part that its ambient occlusion darkens, and what its edge must look like.
+#pragma once
+
+#include "Testing/Fixtures/ExtrudedSurface.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <vector>
+
+namespace kdstream::test
+{
+
+// A wall, and before its left half a plate, whose edge is x = 0. Seen from (0, 0, 5).
+inline Surface DepthStep(double height)
+{
+  return Joined(Extruded({ { -3, 0 }, { 3, 0 } }), Extruded({ { -3, height }, { 0, height } }));
+}
+
+// Which way is up in the picture: the edge leans, so that it crosses pixels in many ways.
+inline Vec3 UpOfDepthStep()
+{
+  return { 0.28, 0.96, 0 };
+}
+
+// left(x, y): how much light ambient occlusion leaves at a pixel, 0-1, in a picture of DepthStep,
+// y down. Along the edge the light depends only on how far away the edge is: all of it is left on
+// the near side, and on the far side there are no bright dots.
+template <typename Left>
+void ExpectCleanEdge(int width, int height, const Left& left)
+{
+  const Vec3 up = UpOfDepthStep();
+  std::map<int, std::vector<double>> behind; // by half pixels from the edge
+  int near = 0;
+  for (int y = height / 4; y < 3 * height / 4; ++y)
+  {
+    for (int x = width / 4; x < 3 * width / 4; ++x)
+    {
+      const double away = (x + 0.5 - 0.5 * width) * up[1] + (0.5 * height - y - 0.5) * up[0];
+      if (away < -1 && away > -8)
+      {
+        EXPECT_GT(left(x, y), 0.94) << x << ", " << y << ", " << away;
+        ++near;
+      }
+      else if (away > 1 && away < 8)
+      {
+        behind[static_cast<int>(2 * away)].push_back(left(x, y));
+      }
+    }
+  }
+  EXPECT_GT(near, height);
+  ASSERT_EQ(behind.size(), 14U);
+  for (auto& [away, lights] : behind)
+  {
+    std::sort(lights.begin(), lights.end());
+    const double middle = lights[lights.size() / 2];
+    EXPECT_LT(middle, away < 8 ? 0.8 : 0.97) << away;
+    EXPECT_LT(lights.back(), middle + 0.08) << away;
+    EXPECT_GT(lights.front(), middle - 0.08) << away;
+  }
+}
+
+}
