@@ -76,8 +76,9 @@ Result<std::string> ReadText(std::ifstream& file, std::uint64_t bytes)
 }
 
 // A head of twelve bytes, a chunk of JSON, and an optional chunk of bytes; each chunk begins with
-// its length and kind.
-Result<std::string> ReadGlb(std::ifstream& file, std::uint64_t bytes, GltfDocument& document)
+// its length and kind. begin: in the file. isPart: of a tile, which fills up its end.
+Result<std::string> ReadGlb(std::ifstream& file, std::uint64_t begin, std::uint64_t bytes,
+  bool isPart, GltfDocument& document)
 {
   constexpr std::uint64_t headBytes = 12, chunkBytes = 8;
   std::array<char, headBytes + chunkBytes> head{};
@@ -113,13 +114,14 @@ Result<std::string> ReadGlb(std::ifstream& file, std::uint64_t bytes, GltfDocume
   const Result<std::string> text = ReadText(file, length);
   KDSTREAM_TRY(text);
   document.isGlb = true;
-  document.binary = head.size() + length + chunkBytes;
+  const std::uint64_t binary = head.size() + length + chunkBytes;
+  document.binary = begin + binary;
   std::array<char, head.size()> chunk{};
-  if (document.binary <= bytes && file.read(chunk.data(), chunkBytes))
+  if (binary <= bytes && file.read(chunk.data(), chunkBytes))
   {
-    document.binaryBytes = std::min<std::uint64_t>(NumberAt(chunk, 0), bytes - document.binary);
+    document.binaryBytes = std::min<std::uint64_t>(NumberAt(chunk, 0), bytes - binary);
   }
-  if (all >= head.size() + length)
+  if (!isPart && all >= head.size() + length)
   {
     document.tolerance.Count(
       Lapse::BytesBehindEnd, bytes - all, "byte " + std::to_string(all) + " of the file");
@@ -150,22 +152,27 @@ bool ChangesLooks(std::string_view extension)
 
 }
 
-Result<GltfDocument> ReadGltfDocument(const std::filesystem::path& file)
+Result<GltfDocument> ReadGltfDocument(const std::filesystem::path& file, const GltfRange& range)
 {
   std::ifstream input(file, std::ios::binary);
   std::error_code failed;
-  const std::uintmax_t bytes = std::filesystem::file_size(file, failed);
+  const std::uintmax_t all = std::filesystem::file_size(file, failed);
   std::array<char, 4> mark{};
   if (failed || !input)
   {
     return Error{ ErrorCode::InputOutput, "cannot be read" };
   }
-  input.read(mark.data(), mark.size());
+  const std::uint64_t begin = std::min<std::uint64_t>(range.begin, all);
+  const std::uint64_t bytes = std::min<std::uint64_t>(range.bytes.value_or(all), all - begin);
+  input.seekg(static_cast<std::streamoff>(begin));
+  input.read(mark.data(), static_cast<std::streamsize>(std::min<std::uint64_t>(mark.size(), bytes)));
   input.clear();
-  input.seekg(0);
+  input.seekg(static_cast<std::streamoff>(begin));
   GltfDocument document;
   const bool isGlb = std::memcmp(mark.data(), "glTF", mark.size()) == 0;
-  const Result<std::string> text = isGlb ? ReadGlb(input, bytes, document) : ReadText(input, bytes);
+  const Result<std::string> text =
+    isGlb ? ReadGlb(input, begin, bytes, range.bytes.has_value(), document)
+          : ReadText(input, bytes);
   KDSTREAM_TRY(text);
   Result<Json> json = ParseJson(*text, isGlb ? 20 : 0);
   KDSTREAM_TRY(json);

@@ -56,6 +56,12 @@ std::string NameOf(std::size_t mesh, std::size_t part)
   return "mesh " + std::to_string(mesh) + ", part " + std::to_string(part) + ": ";
 }
 
+// What a tile has beside its surface, to close gaps to its neighbours (doc/3dtiles.md).
+bool IsSkirt(const Json& part)
+{
+  return Member(Member(part, "extras"), "skirt") == true;
+}
+
 // A point array that is carried as it is.
 struct PlainArray
 {
@@ -655,6 +661,7 @@ void GltfMeshes::Claims::Add(const Claims& other)
   this->parts += other.parts;
   this->coloured += other.coloured;
   this->zeros += other.zeros;
+  this->skirts += other.skirts;
   for (const auto& [info, count] : other.arrays)
   {
     const auto found = std::find_if(this->arrays.begin(), this->arrays.end(),
@@ -721,6 +728,11 @@ Result<GltfMeshes::Claims> GltfMeshes::ClaimsOf(std::size_t mesh) const
   Claims claims;
   for (std::size_t i = 0; i < CountOf(parts); ++i)
   {
+    if (IsSkirt(parts[i]))
+    {
+      ++claims.skirts;
+      continue;
+    }
     const Json &attributes = Member(parts[i], "attributes"), &indices = Member(parts[i], "indices");
     const auto has = [&](const char* name)
     {
@@ -773,6 +785,10 @@ Result<std::vector<GltfPart>> GltfMeshes::PartsOf(std::size_t mesh, const Json& 
   for (std::size_t i = 0; i < CountOf(parts); ++i)
   {
     const std::string named = NameOf(mesh, i);
+    if (IsSkirt(parts[i]))
+    {
+      continue;
+    }
     Result<std::optional<GltfPart>> part =
       Reader(*this, parts[i]).Read(weights.is_null() ? Member(json, "weights") : weights, named);
     if (!part)

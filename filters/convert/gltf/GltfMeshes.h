@@ -51,6 +51,7 @@ public:
     std::uint64_t parts = 0;    // that have points
     std::uint64_t coloured = 0; // of these, by themselves or by their material
     std::uint64_t zeros = 0;    // elements of all attributes and indices that have no bytes
+    std::uint64_t skirts = 0;   // parts that only close gaps between tiles: they are not read
     // The arrays of the points, with the number of parts that have each: "Normals", "TCoords"
     // (TEXCOORD_0), "texcoord_1", then all others by their names, except those that the reader
     // itself uses.

@@ -32,11 +32,19 @@ struct GltfPlace
 // First inner, then outer.
 GltfPlace Combined(const GltfPlace& outer, const GltfPlace& inner);
 
+// How a scene stands in what it is a part of: a tile in its tileset. First it is turned, then come
+// the document's own centre (CESIUM_RTC) and the place of the tile.
+struct GltfStand
+{
+  GltfPlace turned{}, outer{};
+  bool operator==(const GltfStand&) const = default;
+};
+
 class GltfNodes
 {
 public:
   // The document must outlive it.
-  explicit GltfNodes(const GltfDocument& document);
+  explicit GltfNodes(const GltfDocument& document, const GltfStand& stand = {});
 
   // Finds the scene: the one that the file names, else the first, else all nodes that are not
   // children. Checks the nodes below it, without memory for their descendants. Errors: InvalidInput
@@ -60,10 +68,12 @@ public:
 
 private:
   Status ChooseScene();
+  GltfPlace Standing(const GltfPlace& inScene) const;
   Result<std::vector<GltfPlace>> InstancesOf(std::size_t node, GltfBuffers& buffers) const;
 
   const GltfDocument& Document;
   const nlohmann::json& Nodes;
+  const GltfStand Stand;
   std::vector<std::size_t> Roots;
   std::vector<GltfPlace> Places; // of all nodes
   Vec3 Center{};                 // from which the scene's places are counted (CESIUM_RTC)
