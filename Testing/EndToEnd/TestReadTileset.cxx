@@ -65,14 +65,15 @@ std::string BoxGlb(const std::string& more = "", bool withBatches = false)
   std::string attributes = "\"POSITION\":" + std::to_string(positions);
   if (withBatches)
   {
-    attributes += ",\"_BATCHID\":" +
-                  std::to_string(buffer.Add(std::vector<float>(8), "SCALAR", gltfFloat));
+    attributes +=
+      ",\"_BATCHID\":" + std::to_string(buffer.Add(std::vector<float>(8), "SCALAR", gltfFloat));
   }
   const std::string part =
     "\"attributes\":{" + attributes + "},\"indices\":" + std::to_string(indices);
-  return buffer.Glb("\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}],\"meshes\":[{"
-                    "\"primitives\":[{" +
-                    part + "}]}]" + more);
+  return buffer.Glb(
+    "\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}],\"meshes\":[{"
+    "\"primitives\":[{" +
+    part + "}]}]" + more);
 }
 
 std::string B3dm(std::string features, std::string batches, const std::string& glb)
@@ -80,9 +81,9 @@ std::string B3dm(std::string features, std::string batches, const std::string& g
   features.resize((features.size() + 7) / 8 * 8, ' ');
   batches.resize((batches.size() + 7) / 8 * 8, ' ');
   std::string file = "b3dm";
-  for (const std::size_t number : { std::size_t{ 1 },
-         28 + features.size() + batches.size() + glb.size(), features.size(), std::size_t{ 0 },
-         batches.size(), std::size_t{ 0 } })
+  for (const std::size_t number :
+    { std::size_t{ 1 }, 28 + features.size() + batches.size() + glb.size(), features.size(),
+      std::size_t{ 0 }, batches.size(), std::size_t{ 0 } })
   {
     file += BytesOf(static_cast<std::uint32_t>(number));
   }
@@ -98,8 +99,7 @@ std::string SubtreeOf(std::string json, std::string bits)
 }
 
 // Members that each tile has.
-const std::string claims =
-  "\"boundingVolume\":{\"sphere\":[0,0,0,9]},\"geometricError\":1";
+const std::string claims = "\"boundingVolume\":{\"sphere\":[0,0,0,9]},\"geometricError\":1";
 
 std::string At(double x, double y, double z)
 {
@@ -158,7 +158,8 @@ protected:
     const Outcome built = this->Build(all);
     ASSERT_EQ(built.exitCode, 0) << built.err;
   }
-  void Export(const std::string& store, const std::string& folder, std::vector<std::string> more = {})
+  void Export(
+    const std::string& store, const std::string& folder, std::vector<std::string> more = {})
   {
     more.insert(more.begin(), { "export", store, folder, "--format", "3dtiles", "--quiet" });
     const Outcome exported = RunTool(this->Folder, "store", more);
@@ -208,7 +209,8 @@ TEST_F(TestReadTileset, PicturesComeWithTheTiles)
   const Outcome made = RunTool(this->Folder, "generate",
     { "statue", "statue.obj", "--vertices", "4000", "--picture-side", "128", "--quiet" });
   ASSERT_EQ(made.exitCode, 0) << made.err;
-  this->Make("statue.kds", { "statue.obj", "--textures", "tiles", "--vertices-per-partition", "500" });
+  this->Make(
+    "statue.kds", { "statue.obj", "--textures", "tiles", "--vertices-per-partition", "500" });
   this->Export("statue.kds", "tiles");
   this->Make("back.kds", { "tiles/tileset.json", "--textures", "tiles" });
   const Json before = this->Info("statue.kds"), after = this->Info("back.kds");
@@ -225,12 +227,13 @@ TEST_F(TestReadTileset, TransformsUpAxesAndExternalTilesets)
   for (const auto& [axis, lo, hi] : { std::tuple{ "Z", Vec3{ 0, 0, 0 }, Vec3{ 1, 2, 3 } },
          { "X", Vec3{ -3, 0, 0 }, Vec3{ 0, 2, 1 } }, { "Y", Vec3{ 0, -3, 0 }, Vec3{ 1, 0, 2 } } })
   {
-    this->Tileset("tileset.json", Content("box.glb"), ",\"gltfUpAxis\":\"" + std::string(axis) + "\"");
+    this->Tileset(
+      "tileset.json", Content("box.glb"), ",\"gltfUpAxis\":\"" + std::string(axis) + "\"");
     this->Expect(1, lo, hi);
   }
   // The whole tile is replaced by what is below; that in another tileset, which goes up again.
-  this->Tileset("tileset.json", At(10, 0, 0) + "," + Content("missing.glb") +
-                                  ",\"children\":[{" + claims + "," + At(0, 100, 0) + "," +
+  this->Tileset("tileset.json", At(10, 0, 0) + "," + Content("missing.glb") + ",\"children\":[{" +
+                                  claims + "," + At(0, 100, 0) + "," +
                                   Content("far/deep/more.json?v=1") + "}]");
   this->Tileset("far/deep/more.json", At(0, 0, 1000) + "," + Content("../../box.glb"));
   this->ExpectError("tileset.json", "tile root names 'missing.glb', which is not there");
@@ -254,8 +257,9 @@ TEST_F(TestReadTileset, TilesOfVersionOne)
   const std::string center = BytesOf(1.0F) + BytesOf(2.0F) + BytesOf(3.0F) + "    ";
   std::string features = "{\"BATCH_LENGTH\":0,\"RTC_CENTER\":{\"byteOffset\":0}}";
   features.resize((features.size() + 7) / 8 * 8, ' ');
-  const std::string glb = BoxGlb(",\"extensionsUsed\":[\"CESIUM_RTC\"],\"extensions\":{\"CESIUM_RTC\":"
-                                 "{\"center\":[10,20,30]}}");
+  const std::string glb =
+    BoxGlb(",\"extensionsUsed\":[\"CESIUM_RTC\"],\"extensions\":{\"CESIUM_RTC\":"
+           "{\"center\":[10,20,30]}}");
   std::string file = "b3dm";
   for (const std::size_t number : { std::size_t{ 1 }, 28 + features.size() + 16 + glb.size(),
          features.size(), std::size_t{ 16 }, std::size_t{ 0 }, std::size_t{ 0 } })
@@ -272,8 +276,8 @@ TEST_F(TestReadTileset, TilesOfVersionOne)
                               BytesOf(static_cast<std::uint32_t>(16 + 2 * inner.size() + 16)) +
                               BytesOf(std::uint32_t{ 3 }) + inner + points + inner);
   this->Tileset("tileset.json", Content("a.cmpt"));
-  this->Expect(2, { 0, -3, 0 }, { 1, 0, 2 },
-    "tile 'a.cmpt': left out: tiles of the kind pnts are not read");
+  this->Expect(
+    2, { 0, -3, 0 }, { 1, 0, 2 }, "tile 'a.cmpt': left out: tiles of the kind pnts are not read");
 }
 
 TEST_F(TestReadTileset, ImplicitTiling)
@@ -281,7 +285,8 @@ TEST_F(TestReadTileset, ImplicitTiling)
   this->Folders("c/1");
   this->Folders("s");
   this->WriteText("c/0-0-0.glb", BoxGlb());
-  for (const std::string name : { "c/1-0-0.glb", "c/1-1-0.glb", "c/1-0-1.glb", "c/1-1-1.glb", "c/2-3-1.glb" })
+  for (const std::string name :
+    { "c/1-0-0.glb", "c/1-1-0.glb", "c/1-0-1.glb", "c/1-1-1.glb", "c/2-3-1.glb" })
   {
     this->WriteText(name, BoxGlb());
   }
@@ -293,8 +298,8 @@ TEST_F(TestReadTileset, ImplicitTiling)
     std::string json = "{\"buffers\":[{\"byteLength\":24}],\"bufferViews\":[";
     for (const int at : { 0, 8, 16 })
     {
-      json += std::string(at > 0 ? "," : "") + "{\"buffer\":0,\"byteOffset\":" + std::to_string(at) +
-              ",\"byteLength\":8}";
+      json += std::string(at > 0 ? "," : "") +
+              "{\"buffer\":0,\"byteOffset\":" + std::to_string(at) + ",\"byteLength\":8}";
     }
     const std::string view = std::string("{\"") + named + "\":";
     json += "],\"tileAvailability\":" + view + "0},\"contentAvailability\":[" + view +
@@ -311,27 +316,29 @@ TEST_F(TestReadTileset, ImplicitTiling)
                              "\"subtrees\":{\"uri\":\"s/{level}-{x}-{y}\"},";
   const std::string contents = Content("c/{level}-{x}-{y}.glb");
   this->WriteText("s/0-0-0", subtree("\x1f", "\x1b", std::string(1, '\0'), "bitstream"));
-  this->Tileset("tileset.json", contents + ",\"implicitTiling\":{" + scheme + "\"availableLevels\":2}");
+  this->Tileset(
+    "tileset.json", contents + ",\"implicitTiling\":{" + scheme + "\"availableLevels\":2}");
   // Bits 0, 1, 3, 4: the root, which is replaced, and the tiles (0, 0), (0, 1), (1, 1).
   fs::remove(this->Folder / "c/1-1-0.glb");
   this->Expect(3, { 0, -3, 0 }, { 1, 0, 2 });
-  this->Tileset("tileset.json", contents + ",\"refine\":\"ADD\",\"implicitTiling\":{" + scheme +
-                                  "\"availableLevels\":2}");
+  this->Tileset("tileset.json",
+    contents + ",\"refine\":\"ADD\",\"implicitTiling\":{" + scheme + "\"availableLevels\":2}");
   this->Expect(4, { 0, -3, 0 }, { 1, 0, 2 });
 
   // Below (1, 0), of Morton index 1 among the four: the tile (3, 1), which is 3 among its four.
   this->WriteText("s/0-0-0", subtree("\x1f", "\x1f", std::string(1, '\x80'), "bufferView"));
   this->WriteText("c/1-1-0.glb", "this one is replaced");
   this->WriteText("s/2-3-1", subtree("\x01", "\x01", std::string(1, '\0'), "bufferView"));
-  this->Tileset("tileset.json", contents + ",\"extensions\":{\"3DTILES_implicit_tiling\":{" + scheme +
-                                  "\"maximumLevel\":2}}");
+  this->Tileset("tileset.json",
+    contents + ",\"extensions\":{\"3DTILES_implicit_tiling\":{" + scheme + "\"maximumLevel\":2}}");
   this->Expect(4, { 0, -3, 0 }, { 1, 0, 2 });
 
   // All of an octree, and a content that is not there.
   this->WriteText("s/0-0-0", "{\"tileAvailability\":{\"constant\":1},\"contentAvailability\":[{"
                              "\"constant\":1}],\"childSubtreeAvailability\":{\"constant\":0}}");
-  const std::string octree = "\"implicitTiling\":{\"subdivisionScheme\":\"OCTREE\",\"subtreeLevels\":2,"
-                             "\"subtrees\":{\"uri\":\"s/{level}-{x}-{y}\"},\"availableLevels\":2}";
+  const std::string octree =
+    "\"implicitTiling\":{\"subdivisionScheme\":\"OCTREE\",\"subtreeLevels\":2,"
+    "\"subtrees\":{\"uri\":\"s/{level}-{x}-{y}\"},\"availableLevels\":2}";
   this->Tileset("tileset.json", Content("c/{level}/{x}{y}{z}.glb") + "," + octree);
   for (const std::string name : { "000", "100", "010", "110", "001", "101", "011" })
   {
@@ -371,7 +378,8 @@ TEST_F(TestReadTileset, HostileTilesetsAreNamed)
   inFolder(Content("/etc/passwd"), "tile root names '/etc/passwd', " + outside);
   inFolder(Content("x/../../box.glb"), outside);
   inFolder(Content("link.glb"), "which is a link that leads out of the tileset's folder");
-  for (const std::string address : { "https://example.org/a.glb", "data:,glTF", "file:///etc/passwd", "C:/a.glb" })
+  for (const std::string address :
+    { "https://example.org/a.glb", "data:,glTF", "file:///etc/passwd", "C:/a.glb" })
   {
     inFolder(Content(address), "which is an address, and nothing is fetched");
   }
@@ -394,37 +402,45 @@ TEST_F(TestReadTileset, HostileTilesetsAreNamed)
   // Claims that cannot be.
   for (const std::string claim : { "\"boundingVolume\":{\"box\":[1,2]},\"geometricError\":1",
          "\"boundingVolume\":{\"sphere\":[0,0,0,-1]},\"geometricError\":1",
-         "\"boundingVolume\":{\"region\":[0,1,0,-1,0,0]},\"geometricError\":1", "\"geometricError\":1" })
+         "\"boundingVolume\":{\"region\":[0,1,0,-1,0,0]},\"geometricError\":1",
+         "\"geometricError\":1" })
   {
-    this->ExpectTileError("\"children\":[{" + claim + "}]", "tile root/0 has a boundingVolume that cannot be");
+    this->ExpectTileError(
+      "\"children\":[{" + claim + "}]", "tile root/0 has a boundingVolume that cannot be");
   }
   for (const std::string error : { "-1", "\"x\"", "null" })
   {
-    this->ExpectTileError("\"children\":[{\"boundingVolume\":{\"sphere\":[0,0,0,9]},\"geometricError\":" + error + "}]",
+    this->ExpectTileError(
+      "\"children\":[{\"boundingVolume\":{\"sphere\":[0,0,0,9]},\"geometricError\":" + error + "}]",
       "tile root/0 has a geometricError that is not 0 or more");
   }
   this->ExpectTileError("\"transform\":[1,2,3]", "has a transform that is not of 16 numbers");
-  this->ExpectTileError("\"transform\":[1,0,0,5,0,1,0,0,0,0,1,0,0,0,0,1]", "whose last row is not 0 0 0 1");
+  this->ExpectTileError(
+    "\"transform\":[1,0,0,5,0,1,0,0,0,0,1,0,0,0,0,1]", "whose last row is not 0 0 0 1");
   this->ExpectTileError("\"refine\":\"PERHAPS\"", "is refined in a way that is not known");
-  this->Tileset("tileset.json", Content("box.glb") + ",\"children\":[{\"boundingVolume\":{\"sphere\":"
-                                "[0,0,0,9]},\"geometricError\":5}]");
-  this->Expect(1, { 0, -3, 0 }, { 1, 0, 2 }, "1 tile claims a larger geometricError than the tile above");
+  this->Tileset("tileset.json", Content("box.glb") +
+                                  ",\"children\":[{\"boundingVolume\":{\"sphere\":"
+                                  "[0,0,0,9]},\"geometricError\":5}]");
+  this->Expect(
+    1, { 0, -3, 0 }, { 1, 0, 2 }, "1 tile claims a larger geometricError than the tile above");
   // Counts of implicit tiling.
   const auto implicit = [](int levels, int ofSubtree)
   {
     return "\"implicitTiling\":{\"subdivisionScheme\":\"OCTREE\",\"subtreeLevels\":" +
-           std::to_string(ofSubtree) + ",\"subtrees\":{\"uri\":\"s.json\"},\"availableLevels\":" +
-           std::to_string(levels) + "}";
+           std::to_string(ofSubtree) +
+           ",\"subtrees\":{\"uri\":\"s.json\"},\"availableLevels\":" + std::to_string(levels) + "}";
   };
   this->ExpectTileError(implicit(60, 3), "has implicitTiling of more than 32 levels");
-  this->ExpectTileError(implicit(32, 32), "has implicitTiling of more than 4194304 tiles a subtree");
+  this->ExpectTileError(
+    implicit(32, 32), "has implicitTiling of more than 4194304 tiles a subtree");
   this->ExpectTileError(implicit(0, 1), "has implicitTiling without a subdivisionScheme");
   this->WriteText("s.json", "{\"tileAvailability\":{\"constant\":1},\"contentAvailability\":[],"
                             "\"childSubtreeAvailability\":{\"constant\":1}}");
   this->ExpectTileError(implicit(32, 3), "has more than 4194304 tiles");
   this->WriteText("s.json", "{\"buffers\":[{\"byteLength\":1}],\"bufferViews\":[{\"buffer\":0,"
                             "\"byteLength\":1}],\"tileAvailability\":{\"bitstream\":0}}");
-  this->ExpectTileError(implicit(3, 3), "has a subtree 's.json' that has no 73 bits in its bufferView 0");
+  this->ExpectTileError(
+    implicit(3, 3), "has a subtree 's.json' that has no 73 bits in its bufferView 0");
 }
 
 TEST_F(TestReadTileset, DamagedTilesAreNamed)

@@ -28,7 +28,8 @@ constexpr const char* description =
 
 constexpr const char* footer =
   "INPUT is a .ply, .stl, .obj or .off file, which is read in chunks and may be larger than "
-  "memory; or a .vtp, .vtk, .wrl, .glb, .gltf, .json (3D Tiles), .pcd, .xyz or .las file, which kdstream-convert "
+  "memory; or a .vtp, .vtk, .wrl, .glb, .gltf, .json (3D Tiles), .pcd, .xyz or .las file, which "
+  "kdstream-convert "
   "reads as a whole, in addition to --memory (see kdstream-convert --help). Files with textures "
   "are also read as a whole, unless --textures is off. A file without faces is a point cloud.\n\n"
   "Example:\n"

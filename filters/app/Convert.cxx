@@ -149,15 +149,15 @@ std::uint64_t MostMemory(const std::filesystem::path& input)
 {
   std::error_code status;
   const std::uintmax_t bytes = std::filesystem::file_size(input, status);
-  // Files without a limit: a .gltf, a tileset, pictures, and VRML with Inline (also in a compressed file),
-  // because bytes of other files belong to them; and .obj, .ply and .off, because our own readers
-  // trust no claim of the file.
+  // Files without a limit: a .gltf, a tileset, pictures, and VRML with Inline (also in a compressed
+  // file), because bytes of other files belong to them; and .obj, .ply and .off, because our own
+  // readers trust no claim of the file.
   constexpr std::string_view gzipMark = "\x1f\x8b\x08";
   const std::string ending = FileEnding(input);
-  const bool alone = !status && ending != ".gltf" && ending != ".json" && ending != ".obj" && ending != ".ply" &&
-                     ending != ".off" && !(ending == ".wrl" && Holds(input, "Inline")) &&
-                     !(ending.starts_with(".wr") && Holds(input, gzipMark)) &&
-                     bytes < (std::uint64_t{ 1 } << 50);
+  const bool alone =
+    !status && ending != ".gltf" && ending != ".json" && ending != ".obj" && ending != ".ply" &&
+    ending != ".off" && !(ending == ".wrl" && Holds(input, "Inline")) &&
+    !(ending.starts_with(".wr") && Holds(input, gzipMark)) && bytes < (std::uint64_t{ 1 } << 50);
   return alone ? leastMemory + memoryPerByte * bytes : std::numeric_limits<std::uint64_t>::max();
 }
 

@@ -175,11 +175,11 @@ Result<ForeignMesh> ReadForeignMesh(const std::filesystem::path& file,
     return Error{ ErrorCode::Unsupported, UnknownEndingHint(*source, ending), {}, {},
       Remedy::Told };
   }
-  Result<ForeignMesh> result = OfInput(own    ? ReadOwn(file, textures, execution)
-                                       : gltf ? ReadGltf(file, textures, execution)
+  Result<ForeignMesh> result = OfInput(own       ? ReadOwn(file, textures, execution)
+                                       : gltf    ? ReadGltf(file, textures, execution)
                                        : tileset ? ReadTileset(file, textures, execution)
-                                       : xyz  ? ReadXyz(file, columns, execution)
-                                              : read(file, execution));
+                                       : xyz     ? ReadXyz(file, columns, execution)
+                                                 : read(file, execution));
   const Result<std::string_view> begin = source->Peek(contentFormatBytes);
   const bool isUnpacked = ending.starts_with(".wr") && begin && FormatOfContent(*begin) == ".gz";
   const std::string hint = isUnpacked ? std::string() : OtherFormatHint(*source, ending);

@@ -162,7 +162,7 @@ std::string_view FormatOfJson(std::string_view begin)
   { return begin.find(word) != std::string_view::npos; };
   const bool isOther =
     has("\"CityJSON\"") || (has("\"metadata\"") && (has("Geometry") || has("\"Object\"")));
-  return isOther                    ? ".cityjson"
+  return isOther                     ? ".cityjson"
          : has("\"geometricError\"") ? ".json"
          : has("\"asset\"")          ? ".gltf"
                                      : "";

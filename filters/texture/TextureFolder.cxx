@@ -321,9 +321,9 @@ TextureFolder::~TextureFolder()
 Status TextureFolder::Read(std::uint32_t picture, const TexelBox& box, std::uint8_t* rgba) const
 {
   const bool isOpen = this->Descriptors[picture] >= 0;
-  const int descriptor = isOpen
-                           ? this->Descriptors[picture]
-                           : ::open(PictureFile(this->Folder, picture).c_str(), O_RDONLY | O_CLOEXEC);
+  const int descriptor =
+    isOpen ? this->Descriptors[picture]
+           : ::open(PictureFile(this->Folder, picture).c_str(), O_RDONLY | O_CLOEXEC);
   const Status read = this->ReadFrom(descriptor, picture, box, rgba);
   if (!isOpen && descriptor >= 0)
   {

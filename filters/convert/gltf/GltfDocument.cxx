@@ -144,6 +144,15 @@ bool IsRead(std::string_view extension)
   return std::find(readExtensions.begin(), readExtensions.end(), extension) != readExtensions.end();
 }
 
+// Of metadata, names of arrays are read: they are not if there is more of it.
+bool HasOnlyArrays(const Json& json, std::string_view extension)
+{
+  constexpr const char* name = "EXT_structural_metadata";
+  const Json& metadata = Member(Member(json, "extensions"), name);
+  return extension == name && Member(metadata, "propertyTables").is_null() &&
+         Member(metadata, "propertyTextures").is_null();
+}
+
 bool ChangesLooks(std::string_view extension)
 {
   return std::any_of(looks.begin(), looks.end(),
@@ -165,7 +174,8 @@ Result<GltfDocument> ReadGltfDocument(const std::filesystem::path& file, const G
   const std::uint64_t begin = std::min<std::uint64_t>(range.begin, all);
   const std::uint64_t bytes = std::min<std::uint64_t>(range.bytes.value_or(all), all - begin);
   input.seekg(static_cast<std::streamoff>(begin));
-  input.read(mark.data(), static_cast<std::streamsize>(std::min<std::uint64_t>(mark.size(), bytes)));
+  input.read(
+    mark.data(), static_cast<std::streamsize>(std::min<std::uint64_t>(mark.size(), bytes)));
   input.clear();
   input.seekg(static_cast<std::streamoff>(begin));
   GltfDocument document;
@@ -264,13 +274,14 @@ Status CheckGltfExtensions(const Json& json, std::optional<std::string>& notRead
     for (const Json& extension : Member(json, list))
     {
       const std::string name = extension.is_string() ? extension.get<std::string>() : "";
-      if (list == std::string_view("extensionsRequired") && !IsRead(name) && !ChangesLooks(name))
+      const bool isRead = IsRead(name) || HasOnlyArrays(json, name);
+      if (list == std::string_view("extensionsRequired") && !isRead && !ChangesLooks(name))
       {
         return Error{ ErrorCode::Unsupported,
           "needs the extension " + Quoted(name) + ", which is not read: save it without", {}, {},
           Remedy::Told };
       }
-      if (!IsRead(name))
+      if (!isRead)
       {
         names.insert(name);
       }

@@ -197,8 +197,7 @@ Status JoinedScenes::Count(GltfSource& source)
                      " points or triangles, more than can be read: show its meshes less often",
                    {}, {}, Remedy::Told });
     }));
-  this->IsAnimated =
-    this->IsAnimated || CountOf(Member(source.Document.json, "animations")) > 0;
+  this->IsAnimated = this->IsAnimated || CountOf(Member(source.Document.json, "animations")) > 0;
   this->AddMaterials(source);
   return {};
 }
@@ -388,9 +387,9 @@ void JoinedScenes::AppendPoints(const GltfPart& part, const GltfPlace& place, bo
   }
   this->Whole.Add(placed);
   this->AreFloats = this->AreFloats && areFloats;
-  this->AreDoubles = this->AreDoubles ||
-                     (this->When == Doubles::ByPart && isMoved && !areFloats &&
-                       FloatsAreCoarse(placed) && IsFiner(local, placed, place));
+  this->AreDoubles =
+    this->AreDoubles || (this->When == Doubles::ByPart && isMoved && !areFloats &&
+                          FloatsAreCoarse(placed) && IsFiner(local, placed, place));
 }
 
 // Colours of the points: the part's own, times the material's.

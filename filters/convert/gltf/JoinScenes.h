@@ -34,8 +34,8 @@ class GltfSource
 {
 public:
   // Errors: those of ReadGltfDocument, CheckGltfExtensions and GltfNodes::Open.
-  static Result<std::unique_ptr<GltfSource>> Open(const std::filesystem::path& file,
-    const GltfRange& range = {}, const GltfStand& stand = {});
+  static Result<std::unique_ptr<GltfSource>> Open(
+    const std::filesystem::path& file, const GltfRange& range = {}, const GltfStand& stand = {});
   GltfSource(const GltfSource&) = delete;
   GltfSource& operator=(const GltfSource&) = delete;
 
@@ -72,8 +72,7 @@ public:
     ByWhole
   };
   // leftOut: names of arrays that are not carried. textures must outlive it.
-  JoinedScenes(
-    const TextureOptions& textures, Doubles doubles, std::set<std::string> leftOut = {});
+  JoinedScenes(const TextureOptions& textures, Doubles doubles, std::set<std::string> leftOut = {});
 
   // Adds up what the scene claims, before memory is taken for it. Errors: LimitExceeded for more
   // points or triangles than can be read; those of GltfMeshes::ClaimsOf.
@@ -101,8 +100,7 @@ private:
   void AppendColors(const GltfPart& part);
   void AppendTextured(const GltfPart& part, std::size_t first);
   void RoundToFloats();
-  void WarnOfAll(
-    const std::vector<std::string>& scenes, const std::vector<std::string>& materials);
+  void WarnOfAll(const std::vector<std::string>& scenes, const std::vector<std::string>& materials);
   Status Bake(const Execution& execution);
   void MultiplyByOwn(std::vector<Attribute>& arrays) const;
 

@@ -135,8 +135,7 @@ public:
       },
       true));
     this->Joined.Begin();
-    KDSTREAM_TRY(this->ForScenes(
-      [&](const TileFile&, GltfSource& scene)
+    KDSTREAM_TRY(this->ForScenes([&](const TileFile&, GltfSource& scene)
       { return this->Joined.Append(scene, this->Runs); },
       false));
     std::vector<std::string> notes = std::move(this->Finest.warnings);
@@ -223,7 +222,9 @@ private:
       std::size_t count = 0;
       for (const std::string& name : parts.properties)
       {
-        names += count == mostNames ? ", …" : count > mostNames ? "" : (count > 0 ? ", " : "") + Quoted(name);
+        names += count == mostNames  ? ", …"
+                 : count > mostNames ? ""
+                                     : (count > 0 ? ", " : "") + Quoted(name);
         ++count;
       }
       this->Notes.Add("its batch table is not carried: " + names, tile.file);

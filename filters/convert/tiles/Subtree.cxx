@@ -79,8 +79,8 @@ private:
           Remedy::CopyAgain);
       }
       text = bytes.substr(headBytes, static_cast<std::size_t>(json));
-      this->Binary = bytes.substr(
-        headBytes + static_cast<std::size_t>(json), static_cast<std::size_t>(binary));
+      this->Binary =
+        bytes.substr(headBytes + static_cast<std::size_t>(json), static_cast<std::size_t>(binary));
     }
     Result<Json> json = ParseTileJson(text);
     KDSTREAM_TRY(json);
@@ -121,8 +121,7 @@ private:
     const std::size_t buffer = IndexIn(buffers, place);
     if (buffer == CountOf(buffers))
     {
-      return GltfError(
-        "has a bufferView that " + NamesNone("buffer", place, buffers));
+      return GltfError("has a bufferView that " + NamesNone("buffer", place, buffers));
     }
     Result<std::string> bytes = this->BytesOf(buffers[buffer]);
     KDSTREAM_TRY(bytes);
@@ -131,8 +130,8 @@ private:
     const std::size_t needed = (count + 7) / 8;
     if (offset < 0 || length < double(needed) || offset + length > double(bytes->size()))
     {
-      return GltfError("has no " + std::to_string(count) + " bits in its bufferView " +
-                       std::to_string(view));
+      return GltfError(
+        "has no " + std::to_string(count) + " bits in its bufferView " + std::to_string(view));
     }
     return TileBits(bytes->substr(static_cast<std::size_t>(offset), needed));
   }

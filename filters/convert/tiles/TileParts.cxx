@@ -105,14 +105,14 @@ private:
     const std::uint64_t version = NumberInTile(head, 4, 4), claimed = NumberInTile(head, 8, 4);
     if (version != 1)
     {
-      return BadInput("is a tile of version " + std::to_string(version) +
-                        ", of which only version 1 is read",
+      return BadInput(
+        "is a tile of version " + std::to_string(version) + ", of which only version 1 is read",
         Remedy::SaveOtherwise);
     }
     return claimed >= headBytes && claimed <= size
              ? Status{}
-             : Status(BadInput("claims " + std::to_string(claimed) + " bytes; it has " +
-                                 std::to_string(size),
+             : Status(BadInput(
+                 "claims " + std::to_string(claimed) + " bytes; it has " + std::to_string(size),
                  Remedy::CopyAgain));
   }
 
@@ -129,8 +129,8 @@ private:
     }
     if (sum > all || tables[0] > mostTableBytes || tables[2] > mostTableBytes)
     {
-      return BadInput("claims tables of " + std::to_string(sum - batchedHead) +
-                        " bytes; it has " + std::to_string(all),
+      return BadInput("claims tables of " + std::to_string(sum - batchedHead) + " bytes; it has " +
+                        std::to_string(all),
         Remedy::Repair);
     }
     const std::uint64_t features = tile.begin + batchedHead;
@@ -156,8 +156,7 @@ private:
   }
 
   // Of the feature table: in its JSON, or as floats in its numbers.
-  Status ReadCenter(
-    std::uint64_t begin, std::uint64_t size, std::uint64_t numbers, Vec3& center)
+  Status ReadCenter(std::uint64_t begin, std::uint64_t size, std::uint64_t numbers, Vec3& center)
   {
     const Result<Json> table = this->Table(begin, size);
     KDSTREAM_TRY(table);
@@ -175,8 +174,10 @@ private:
       }
       return {};
     }
-    const bool isRight = told.is_null() || (CountOf(told) == 3 && std::all_of(told.begin(), told.end(),
-                                              [](const Json& number) { return number.is_number(); }));
+    const bool isRight =
+      told.is_null() ||
+      (CountOf(told) == 3 && std::all_of(told.begin(), told.end(),
+                               [](const Json& number) { return number.is_number(); }));
     if (!isRight)
     {
       return BadInput("has an RTC_CENTER that is not of 3 numbers", Remedy::Repair);
@@ -203,8 +204,7 @@ private:
     return {};
   }
 
-  Status ReadComposite(
-    const GltfRange& tile, std::string_view head, std::vector<GltfRange>& left)
+  Status ReadComposite(const GltfRange& tile, std::string_view head, std::vector<GltfRange>& left)
   {
     KDSTREAM_TRY(CheckHead(head, composedHead, *tile.bytes));
     const std::uint64_t end = tile.begin + NumberInTile(head, 8, 4);

@@ -76,9 +76,10 @@ Result<GltfPlace> PlaceOfTransform(const Json& transform)
 bool HasVolume(const Json& volume, const char* name, std::size_t count)
 {
   const Json& numbers = Member(volume, name);
-  return CountOf(numbers) == count && std::all_of(numbers.begin(), numbers.end(),
-                                        [](const Json& number)
-                                        { return number.is_number() && std::isfinite(number.get<double>()); });
+  return CountOf(numbers) == count &&
+         std::all_of(numbers.begin(), numbers.end(),
+           [](const Json& number)
+           { return number.is_number() && std::isfinite(number.get<double>()); });
 }
 
 Status CheckVolume(const Json& volume)
@@ -142,9 +143,8 @@ std::vector<std::string> UrisOf(const Json& tile)
 
 std::string WithNumbers(std::string uri, unsigned level, const std::array<std::uint64_t, 3>& at)
 {
-  for (const auto& [name, number] :
-    { std::pair<const char*, std::uint64_t>{ "{level}", level }, { "{x}", at[0] }, { "{y}", at[1] },
-      { "{z}", at[2] } })
+  for (const auto& [name, number] : { std::pair<const char*, std::uint64_t>{ "{level}", level },
+         { "{x}", at[0] }, { "{y}", at[1] }, { "{z}", at[2] } })
   {
     const std::string_view word = name;
     for (std::size_t found = uri.find(word); found != std::string::npos; found = uri.find(word))
@@ -195,7 +195,8 @@ public:
     const fs::path real = fs::canonical(this->Folder.PathOf(file), failed);
     if (std::find(this->Open.begin(), this->Open.end(), real) != this->Open.end())
     {
-      return BadInput(this->Where(file) + "is below itself: it names itself, or a tileset that does",
+      return BadInput(
+        this->Where(file) + "is below itself: it names itself, or a tileset that does",
         Remedy::Unknown);
     }
     this->Open.push_back(real);
@@ -276,9 +277,9 @@ private:
     TileAround around = above;
     if (++this->Depth > mostTileDepth)
     {
-      return this->OfTile(above,
-        { ErrorCode::LimitExceeded,
-          "lies in " + std::to_string(mostTileDepth) + " others, deeper than is read" });
+      return this->OfTile(
+        above, { ErrorCode::LimitExceeded,
+                 "lies in " + std::to_string(mostTileDepth) + " others, deeper than is read" });
     }
     const Status claims = this->ReadClaims(tile, around);
     if (!claims)
@@ -288,8 +289,8 @@ private:
     const Json& old =
       Member(Member(tile, "extensions"), "3DTILES_implicit_tiling"); // before version 1.1
     const Json& implicit = old.is_null() ? Member(tile, "implicitTiling") : old;
-    const Result<bool> has =
-      implicit.is_null() ? this->ExplicitTile(tile, around) : this->ImplicitTiles(tile, implicit, around);
+    const Result<bool> has = implicit.is_null() ? this->ExplicitTile(tile, around)
+                                                : this->ImplicitTiles(tile, implicit, around);
     --this->Depth;
     return has;
   }
@@ -309,8 +310,7 @@ private:
     const double number = NumberOf(error, -1);
     if (number < 0)
     {
-      return GltfError(
-        "has a geometricError that is not 0 or more: " + Quoted(error.dump()));
+      return GltfError("has a geometricError that is not 0 or more: " + Quoted(error.dump()));
     }
     this->LargerErrors += number > around.error ? 1 : 0;
     around.error = number;
@@ -403,8 +403,8 @@ private:
     const Json& scheme = Member(json, "subdivisionScheme");
     read.dimensions = scheme == "OCTREE" ? 3 : scheme == "QUADTREE" ? 2 : 0;
     const Json& last = Member(json, "maximumLevel"); // before version 1.1
-    const double levels = last.is_null() ? WholeOf(Member(json, "availableLevels"), -1)
-                                         : WholeOf(last, -1) + 1;
+    const double levels =
+      last.is_null() ? WholeOf(Member(json, "availableLevels"), -1) : WholeOf(last, -1) + 1;
     const double ofSubtree = WholeOf(Member(json, "subtreeLevels"), -1);
     const Json& uri = Member(Member(json, "subtrees"), "uri");
     if (read.dimensions == 0 || !uri.is_string() || levels < 1 || ofSubtree < 1)
@@ -414,8 +414,8 @@ private:
     }
     if (levels > mostImplicitLevels || ofSubtree > mostImplicitLevels)
     {
-      return Error{ ErrorCode::LimitExceeded, "has implicitTiling of more than " +
-                                                std::to_string(mostImplicitLevels) + " levels" };
+      return Error{ ErrorCode::LimitExceeded,
+        "has implicitTiling of more than " + std::to_string(mostImplicitLevels) + " levels" };
     }
     read.levels = static_cast<unsigned>(levels);
     read.subtreeLevels = static_cast<unsigned>(ofSubtree);
@@ -436,7 +436,8 @@ private:
     return read;
   }
 
-  Result<bool> SubtreeTiles(const Implicit& implicit, const SubtreeRoot& root, const TileAround& around)
+  Result<bool> SubtreeTiles(
+    const Implicit& implicit, const SubtreeRoot& root, const TileAround& around)
   {
     const std::string uri = WithNumbers(implicit.subtrees, root.level, root.at);
     const Result<fs::path> file = this->Folder.Find(around.tileset, uri);
@@ -447,7 +448,8 @@ private:
     const Result<Subtree> subtree = ReadSubtree(this->Folder, *file, implicit.shape);
     if (!subtree)
     {
-      return this->OfTile(around, Within("has a subtree " + Quoted(uri) + " that ", subtree.GetError()));
+      return this->OfTile(
+        around, Within("has a subtree " + Quoted(uri) + " that ", subtree.GetError()));
     }
     this->Found.tilesets.push_back(*file);
     KDSTREAM_TRY(this->CountTiles(1 + implicit.shape.tiles / 64)); // the work for those not there
@@ -457,8 +459,8 @@ private:
     {
       if (subtree->children[child] && root.level + implicit.subtreeLevels < implicit.levels)
       {
-        const Result<bool> has =
-          this->SubtreeTiles(implicit, Below(implicit, root, implicit.subtreeLevels, child), around);
+        const Result<bool> has = this->SubtreeTiles(
+          implicit, Below(implicit, root, implicit.subtreeLevels, child), around);
         KDSTREAM_TRY(has);
         below[child] = *has;
       }
@@ -483,7 +485,8 @@ private:
           isReplaced = isReplaced || below[child];
         }
         here[t] = isReplaced;
-        for (std::size_t i = 0; i < std::min(implicit.contents.size(), subtree->contents.size()); ++i)
+        for (std::size_t i = 0; i < std::min(implicit.contents.size(), subtree->contents.size());
+             ++i)
         {
           if (subtree->contents[i][first + t])
           {

@@ -41,8 +41,8 @@ Result<TilesetFolder> TilesetFolder::Open(const fs::path& tileset)
   opened.Folder = tileset.has_parent_path() ? tileset.parent_path() : fs::path(".");
   std::error_code failed;
   opened.Real = fs::canonical(opened.Folder, failed);
-  return failed ? Result<TilesetFolder>(Error{ ErrorCode::InputOutput,
-                    "its folder cannot be read: " + failed.message() })
+  return failed ? Result<TilesetFolder>(Error{
+                    ErrorCode::InputOutput, "its folder cannot be read: " + failed.message() })
                 : opened;
 }
 
@@ -50,8 +50,8 @@ Result<fs::path> TilesetFolder::Find(const fs::path& by, const std::string& uri)
 {
   if (HasScheme(uri))
   {
-    return CannotFollow(uri, "is an address, and nothing is fetched: download it with the tileset",
-      Remedy::Told);
+    return CannotFollow(
+      uri, "is an address, and nothing is fetched: download it with the tileset", Remedy::Told);
   }
   const std::string path = uri.substr(0, uri.find_first_of("?#"));
   const std::string outside = "lies outside the tileset's folder, where nothing is read";
@@ -74,8 +74,8 @@ Result<fs::path> TilesetFolder::Find(const fs::path& by, const std::string& uri)
     const fs::path real = fs::canonical(this->Folder / below, failed);
     return !failed && LiesIn(this->Real, real)
              ? Result<fs::path>(below)
-             : CannotFollow(uri, "is a link that leads out of the tileset's folder",
-                 Remedy::Repair);
+             : CannotFollow(
+                 uri, "is a link that leads out of the tileset's folder", Remedy::Repair);
   }
   return CannotFollow(uri, "is not there", Remedy::CopyAgain);
 }
@@ -91,9 +91,9 @@ Result<std::string> ReadTileText(const fs::path& file, std::uint64_t most)
   }
   if (bytes > most)
   {
-    return Error{ ErrorCode::LimitExceeded,
-      "has " + std::to_string(bytes) + " bytes, of which at most " + std::to_string(most) +
-        " are read" };
+    return Error{ ErrorCode::LimitExceeded, "has " + std::to_string(bytes) +
+                                              " bytes, of which at most " + std::to_string(most) +
+                                              " are read" };
   }
   std::string text(static_cast<std::size_t>(bytes), ' ');
   return input.read(text.data(), static_cast<std::streamsize>(bytes))

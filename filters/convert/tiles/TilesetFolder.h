@@ -22,8 +22,7 @@ public:
   // The file that `by` names, relative to the folder, as `by` is. Errors: InvalidInput, continuing
   // a sentence: for a URI that leads out of the folder (by .., as an absolute path, a URL, or
   // through links), or to no file.
-  Result<std::filesystem::path> Find(
-    const std::filesystem::path& by, const std::string& uri) const;
+  Result<std::filesystem::path> Find(const std::filesystem::path& by, const std::string& uri) const;
   std::filesystem::path PathOf(const std::filesystem::path& below) const
   {
     return this->Folder / below;
