@@ -204,6 +204,40 @@ TEST_F(TestReadTileset, WhatWasExportedComesBack)
   }
 }
 
+TEST_F(TestReadTileset, ArraysKeepTheirNames)
+{
+  Mesh ring = Torus(40, 20);
+  Attribute heat;
+  heat.name = "heat of the day";
+  heat.type = AttributeType::Float32;
+  heat.association = AttributeAssociation::Point;
+  heat.components = 1;
+  heat.values.resize(ring.points.size() * heat.TupleSize());
+  for (std::size_t i = 0; i < ring.points.size(); ++i)
+  {
+    heat.Set(i, 0, double(float(ring.points[i][0])));
+  }
+  ring.attributes.push_back(heat);
+  ASSERT_TRUE(WriteMesh(this->Folder / "ring.ply", ring));
+  this->Make(
+    "ring.kds", { "ring.ply", "--vertices-per-partition", "100", "--precision", "lossless" });
+  for (const std::string compression : { "none", "draco" })
+  {
+    this->Export("ring.kds", compression, { "--compression", compression });
+    ASSERT_EQ(this->Convert(compression + "/tileset.json").exitCode, 0);
+    auto reader = MeshReader::Open(this->Folder / "out.ply");
+    ASSERT_TRUE(reader);
+    Mesh back;
+    ASSERT_TRUE((*reader)->ReadRest(back, {}));
+    const std::vector<double> values = ValuesOf(back, "heat of the day");
+    ASSERT_EQ(values.size(), back.points.size());
+    for (std::size_t i = 0; i < values.size(); ++i)
+    {
+      ASSERT_NEAR(values[i], back.points[i][0], 1e-3) << compression;
+    }
+  }
+}
+
 TEST_F(TestReadTileset, PicturesComeWithTheTiles)
 {
   const Outcome made = RunTool(this->Folder, "generate",
