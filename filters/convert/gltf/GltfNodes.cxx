@@ -244,6 +244,13 @@ GltfPlace Combined(const GltfPlace& outer, const GltfPlace& inner)
   return place;
 }
 
+GltfPlace CombinedFarAway(const GltfPlace& outer, const GltfPlace& inner)
+{
+  const GltfPlace turned{ outer.axes, {} };
+  return { { turned.Of(inner.axes[0]), turned.Of(inner.axes[1]), turned.Of(inner.axes[2]) },
+    outer.Of(inner.origin) };
+}
+
 GltfNodes::GltfNodes(const GltfDocument& document, const GltfStand& stand)
   : Document(document)
   , Nodes(Member(document.json, "nodes"))
@@ -254,9 +261,9 @@ GltfNodes::GltfNodes(const GltfDocument& document, const GltfStand& stand)
 GltfPlace GltfNodes::Standing(const GltfPlace& inScene) const
 {
   const bool isPart = !(this->Stand == GltfStand{});
-  GltfPlace place = isPart ? Combined(this->Stand.turned, inScene) : inScene;
+  GltfPlace place = isPart ? CombinedFarAway(this->Stand.turned, inScene) : inScene;
   place.origin = Plus(place.origin, this->Center);
-  return isPart ? Combined(this->Stand.outer, place) : place;
+  return isPart ? CombinedFarAway(this->Stand.outer, place) : place;
 }
 
 Status GltfNodes::ChooseScene()

@@ -31,6 +31,8 @@ struct GltfPlace
 };
 // First inner, then outer.
 GltfPlace Combined(const GltfPlace& outer, const GltfPlace& inner);
+// The same for an outer place far from the origin, as on the globe: the axes lose nothing by that.
+GltfPlace CombinedFarAway(const GltfPlace& outer, const GltfPlace& inner);
 
 // How a scene stands in what it is a part of: a tile in its tileset. First it is turned, then come
 // the document's own centre (CESIUM_RTC) and the place of the tile.

@@ -446,6 +446,19 @@ void JoinedScenes::RoundToFloats()
                                            FloatsAreCoarse(this->Whole));
   Mesh& mesh = this->Joined.mesh;
   mesh.scalarType = this->AreDoubles ? ScalarType::Float64 : ScalarType::Float32;
+  if (this->AreDoubles && this->When == Doubles::ByWhole)
+  {
+    // Places that documents share come out of other sums in each.
+    constexpr int bits = 38; // on the globe 0.03 mm
+    const double step = std::ldexp(1, std::ilogb(LargestCoordinate(this->Whole)) + 1 - bits);
+    for (Vec3& point : mesh.points)
+    {
+      for (double& value : point)
+      {
+        value = std::round(value / step) * step + 0.0;
+      }
+    }
+  }
   for (std::size_t i = 0; i < mesh.points.size() && !this->AreDoubles; ++i)
   {
     for (double& value : mesh.points[i])

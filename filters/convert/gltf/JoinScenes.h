@@ -65,7 +65,8 @@ class JoinedScenes
 public:
   // When the mesh is one of doubles, if floats do not hold its places exactly: ByPart: floats would
   // leave one of its parts fewer than 2^16 steps along its longest side, and the part's own numbers
-  // are finer. ByWhole: the same of all parts together.
+  // are finer. ByWhole: the same of all parts together; places are rounded to 2^-38 of the largest
+  // coordinate, so that documents beside each other meet.
   enum class Doubles
   {
     ByPart,

@@ -185,7 +185,7 @@ private:
     for (const TilePart& part : parts->parts)
     {
       GltfStand stand = tile.stand;
-      stand.outer = Combined(stand.outer, GltfPlace{ GltfPlace{}.axes, part.center });
+      stand.outer = CombinedFarAway(stand.outer, GltfPlace{ GltfPlace{}.axes, part.center });
       const auto scene = GltfSource::Open(file, part.range, stand);
       KDSTREAM_TRY(scene);
       const Status visited = visit(tile, **scene);

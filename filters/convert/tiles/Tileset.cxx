@@ -123,9 +123,10 @@ std::vector<std::string> UrisOf(const Json& tile)
   {
     const Json& uri = Member(content, "uri");
     const Json& old = Member(content, "url"); // before version 1.0
-    if (const Json& named = uri.is_string() ? uri : old; named.is_string())
+    const Json& named = uri.is_string() ? uri : old;
+    if (!content.is_null())
     {
-      uris.push_back(named.get<std::string>());
+      uris.push_back(named.is_string() ? named.get<std::string>() : std::string());
     }
   };
   add(Member(tile, "content"));
@@ -304,7 +305,7 @@ private:
     }
     const Result<GltfPlace> place = PlaceOfTransform(Member(tile, "transform"));
     KDSTREAM_TRY(place);
-    around.place = Combined(around.place, *place);
+    around.place = CombinedFarAway(around.place, *place);
     KDSTREAM_TRY(CheckVolume(Member(tile, "boundingVolume")));
     const Json& error = Member(tile, "geometricError");
     const double number = NumberOf(error, -1);
