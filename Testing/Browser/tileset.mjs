@@ -4,6 +4,7 @@
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
+import { createRequire } from "node:module";
 import { dirname, join, normalize } from "node:path";
 import { fileURLToPath } from "node:url";
 import { MeshoptDecoder } from "meshoptimizer";
@@ -36,7 +37,9 @@ const sizes = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4 };
 let draco;
 async function loadDraco() {
   const file = fileURLToPath(new URL("node_modules/three/examples/jsm/libs/draco/draco_decoder.js", import.meta.url));
-  draco ??= await new Function(`${readFileSync(file, "utf8")}; return DracoDecoderModule;`)()(); // no module of any kind
+  // A script, no module of any kind.
+  const script = new Function("require", "__dirname", `${readFileSync(file, "utf8")}; return DracoDecoderModule;`);
+  draco ??= await script(createRequire(import.meta.url), dirname(file))();
 }
 
 // What a primitive holds: by accessor, and its indices.
