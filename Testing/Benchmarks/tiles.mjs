@@ -43,7 +43,7 @@ function print(title, columns, rows) {
 }
 
 function findGltfpack() {
-  return [path.join(here, "../Browser"), path.join(here, "Phone")].map((place) => path.join(place, "node_modules/.bin/gltfpack")).find(existsSync);
+  return [path.join(here, "Phone/node_modules/.bin/gltfpack")].find(existsSync);
 }
 
 mkdirSync(folder, { recursive: true });
@@ -76,9 +76,9 @@ for (const mesh of meshes) {
       }
       const kilobytes = (file) => (statSync(file).size / 1000).toFixed(0);
       if (gltfpack) {
-        // -vp 16: as many bits a coordinate; -noq would keep floats.
+        // as many bits a coordinate
         const packed = path.join(folder, `${name}-packed.glb`);
-        const { status } = spawnSync(gltfpack, ["-i", files.none, "-o", packed, "-c", "-vp", "16", "-kn", "-ke"], { stdio: "ignore" });
+        const { status } = spawnSync(gltfpack, ["-i", files.none, "-o", packed, "-c", "-vp", "16"], { stdio: "ignore" });
         peers.push([`${name} ${middle}`, kilobytes(files.meshopt), kilobytes(files.draco), status === 0 ? kilobytes(packed) : "-", kilobytes(files.none)]);
       } else {
         peers.push([`${name} ${middle}`, kilobytes(files.meshopt), kilobytes(files.draco), "-", kilobytes(files.none)]);
