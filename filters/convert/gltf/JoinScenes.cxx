@@ -153,9 +153,9 @@ Error GltfSource::Explained(Error error) const
 // ---- all of them
 
 JoinedScenes::JoinedScenes(
-  const TextureOptions& textures, Doubles doubles, std::set<std::string> leftOut)
+  const TextureOptions& textures, Parts parts, std::set<std::string> leftOut)
   : Textures(textures)
-  , When(doubles)
+  , Joins(parts)
   , LeftOut(std::move(leftOut))
 {
 }
@@ -219,7 +219,7 @@ void JoinedScenes::AddMaterials(const GltfSource& source)
     {
       this->Known.emplace(place, number);
     }
-    if (this->When == Doubles::ByWhole)
+    if (this->Joins == Parts::OfTiles)
     {
       picture.name = QuotedText(source.File.filename().string()) + ": " + picture.name;
     }
@@ -308,6 +308,7 @@ Status JoinedScenes::Append(GltfSource& source, const Execution& execution)
   this->Joined.tolerance.Add(source.Document.tolerance);
   this->Joined.tolerance.Add(meshes.Dropped());
   this->MaterialsAt += source.Materials.materials.size();
+  ++this->Appended;
   this->Source = nullptr;
   return {};
 }
@@ -343,12 +344,18 @@ Status JoinedScenes::AppendPlaced(const GltfPart& part, const GltfPlace& place)
   }
   const bool isMoved = !(place == GltfPlace{});
   this->AppendPoints(part, place, isMoved);
+  const std::size_t firstTriangle = mesh.triangles.size();
   const bool isMirrored = isMoved && place.Determinant() < 0;
   const auto offset = static_cast<VertexId>(first);
   for (const Triangle& t : part.triangles)
   {
     mesh.triangles.push_back(
       { t[0] + offset, t[isMirrored ? 2 : 1] + offset, t[isMirrored ? 1 : 2] + offset });
+  }
+  if (this->Joins == Parts::OfTiles)
+  {
+    this->Borders.Add(
+      mesh, firstTriangle, static_cast<std::uint32_t>(this->Appended), this->Placed);
   }
   for (Attribute& array : mesh.attributes)
   {
@@ -385,10 +392,11 @@ void JoinedScenes::AppendPoints(const GltfPart& part, const GltfPlace& place, bo
                                [](double value) { return double(float(value)) == value; });
     points.push_back(at);
   }
+  this->Placed = placed;
   this->Whole.Add(placed);
   this->AreFloats = this->AreFloats && areFloats;
   this->AreDoubles =
-    this->AreDoubles || (this->When == Doubles::ByPart && isMoved && !areFloats &&
+    this->AreDoubles || (this->Joins == Parts::OfOneFile && isMoved && !areFloats &&
                           FloatsAreCoarse(placed) && IsFiner(local, placed, place));
 }
 
@@ -442,23 +450,10 @@ void JoinedScenes::AppendTextured(const GltfPart& part, std::size_t first)
 
 void JoinedScenes::RoundToFloats()
 {
-  this->AreDoubles = this->AreDoubles || (this->When == Doubles::ByWhole && !this->AreFloats &&
+  this->AreDoubles = this->AreDoubles || (this->Joins == Parts::OfTiles && !this->AreFloats &&
                                            FloatsAreCoarse(this->Whole));
   Mesh& mesh = this->Joined.mesh;
   mesh.scalarType = this->AreDoubles ? ScalarType::Float64 : ScalarType::Float32;
-  if (this->AreDoubles && this->When == Doubles::ByWhole)
-  {
-    // Places that documents share come out of other sums in each.
-    constexpr int bits = 38; // on the globe 0.03 mm
-    const double step = std::ldexp(1, std::ilogb(LargestCoordinate(this->Whole)) + 1 - bits);
-    for (Vec3& point : mesh.points)
-    {
-      for (double& value : point)
-      {
-        value = std::round(value / step) * step + 0.0;
-      }
-    }
-  }
   for (std::size_t i = 0; i < mesh.points.size() && !this->AreDoubles; ++i)
   {
     for (double& value : mesh.points[i])
@@ -503,6 +498,7 @@ void JoinedScenes::WarnOfAll(
 Result<ForeignMesh> JoinedScenes::Finish(const std::vector<std::string>& scenes,
   const std::vector<std::string>& materials, const Execution& execution)
 {
+  this->Borders.Close(this->Joined.mesh);
   this->RoundToFloats();
   this->WarnOfAll(scenes, materials);
   if (this->IsTextured && !this->Joined.mesh.points.empty())

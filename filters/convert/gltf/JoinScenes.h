@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Scenes of glTF joined to one mesh: that of a file, or those of the tiles of a tileset.
 //
-//   JoinedScenes joined(textures, JoinedScenes::Doubles::ByPart);
+//   JoinedScenes joined(textures, JoinedScenes::Parts::OfOneFile);
 //   for each document: joined.Count(document)   // what they claim, before memory is taken
 //   joined.Begin();
 //   for each document: joined.Append(document)
@@ -14,6 +14,7 @@
 #include "filters/convert/gltf/GltfMaterials.h"
 #include "filters/convert/gltf/GltfMeshes.h"
 #include "filters/convert/gltf/GltfNodes.h"
+#include "filters/convert/gltf/JoinedBorders.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -63,17 +64,18 @@ private:
 class JoinedScenes
 {
 public:
-  // When the mesh is one of doubles, if floats do not hold its places exactly: ByPart: floats would
-  // leave one of its parts fewer than 2^16 steps along its longest side, and the part's own numbers
-  // are finer. ByWhole: the same of all parts together; places are rounded to 2^-38 of the largest
-  // coordinate, so that documents beside each other meet.
-  enum class Doubles
+  // What the mesh is joined of.
+  // OfOneFile: it has doubles if floats would leave one of its parts fewer than 2^16 steps along
+  // its longest side, and the part's own numbers are finer.
+  // OfTiles: the same of all parts together; and borders of tiles beside each other are closed
+  // (JoinedBorders.h).
+  enum class Parts
   {
-    ByPart,
-    ByWhole
+    OfOneFile,
+    OfTiles
   };
   // leftOut: names of arrays that are not carried. textures must outlive it.
-  JoinedScenes(const TextureOptions& textures, Doubles doubles, std::set<std::string> leftOut = {});
+  JoinedScenes(const TextureOptions& textures, Parts parts, std::set<std::string> leftOut = {});
 
   // Adds up what the scene claims, before memory is taken for it. Errors: LimitExceeded for more
   // points or triangles than can be read; those of GltfMeshes::ClaimsOf.
@@ -106,7 +108,7 @@ private:
   void MultiplyByOwn(std::vector<Attribute>& arrays) const;
 
   const TextureOptions& Textures;
-  const Doubles When;
+  const Parts Joins;
   const std::set<std::string> LeftOut;
   GltfMeshes::Claims Claims;
   bool IsTextured = false;
@@ -122,7 +124,9 @@ private:
   ForeignMesh Joined;
   std::vector<Color> Colors; // of the points; where pictures paint, what multiplies them
   TexturedMesh Textured;
-  Box Whole;
+  Box Whole, Placed; // of all; of the part that is appended
+  JoinedBorders Borders;
+  std::size_t Appended = 0; // documents
   std::size_t Lines = 0;
   bool AreDoubles = false, IsPosed = false, IsAnimated = false;
   bool AreFloats = true; // all places

@@ -14,7 +14,7 @@ Result<ForeignMesh> ReadGltf(
   KDSTREAM_TRY(source);
   GltfSource& scene = **source;
   std::vector<std::filesystem::path> named = scene.Named();
-  JoinedScenes joined(textures, JoinedScenes::Doubles::ByPart);
+  JoinedScenes joined(textures, JoinedScenes::Parts::OfOneFile);
   Status read = joined.Count(scene);
   joined.Begin();
   read = read ? joined.Append(scene, execution) : read;

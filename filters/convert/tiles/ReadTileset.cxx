@@ -116,7 +116,7 @@ public:
     : File(file)
     , Folder(file.has_parent_path() ? file.parent_path() : fs::path("."))
     , Runs(execution)
-    , Joined(textures, JoinedScenes::Doubles::ByWhole, { batchNumbers })
+    , Joined(textures, JoinedScenes::Parts::OfTiles, { batchNumbers })
   {
   }
 
