@@ -32,6 +32,7 @@ const sections = [
   ["codec", "The codec", "Our codec ([why](decisions/0010-codec.md)) beside Draco at speed 5 and plain arrays under zstd -19; natively and as WebAssembly."],
   ["floors", "Floors and peers", "What a step costs at least, and what other programs take for the same mesh."],
   ["view", "Views", "View-dependent refinement ([how](viewing.md)) from 12 directions, 800 x 480, over simulated lines of 1, 10 and 100 Mbit/s with a round trip of 30 ms. Bytes and seconds until the first picture, and until at most 5 % and 1 % of the object's pixels are wrong (a channel off by more than 8 of 255). The oracle fetches only the final cut.\n\n![Wrong pixels of the dragon over bytes, at zooms of 1, 4 and 16](pictures/view-dragon.png)"],
+  ["tiles", "Tilesets", "What `kdstream-store export --format 3dtiles` costs beside the build (bar: twice its time), its tiles, and a level's bytes beside gltfpack's."],
   ["paint", "Colours", "Levels of a mesh with vertex colours beside levels by shape only; pictures without light from 24 cameras."],
   ["textures", "Textures", "What tiles of texture cost a build (bar: 2 times the build without)."],
   ["tables456", "Levels and regions over a line", "The paper's Tables 4 to 6 and Figures 10, 11 and 19: `kdstream-serve` and `kdstream-view --detail level` over a proxy. The paper measured a phone of 2013 on Wi-Fi.\n\n![Bytes of the partitions of one region, by k-d tree and by octree](pictures/fig10-dragon.png)"],

@@ -96,6 +96,7 @@ function describe(model) {
 test("tiles are valid, lie in their boxes and hold the triangles of each level", async () => {
   await check(exportTiles("pebble", "pebble"), "pebble");
   await check(exportTiles("pebble", "plain", "--compression", "none"), "pebble");
+  await check(exportTiles("pebble", "draco", "--compression", "draco"), "pebble");
   runProgram("kdstream-generate", "relief", join(out, "hill.ply"), "--vertices", "48400", "--quiet");
   buildStore(join(out, "hill.ply"), join(models, "hill.kds"), "--vertices-per-partition", "300", "--cell-vertices", "1");
   await check(exportTiles("hill", "hill"), "hill"); // levels of wide spacing in many pieces: skirts beside the lattice
@@ -110,6 +111,12 @@ test("normals have a length of 1, colours and none where they are not wanted", a
     assert.ok(Math.abs(Math.hypot(...normal) / 127 - 1) < 0.02, String(normal));
   }
   assert.equal(primitives[0].attributes.COLOR_0.length, primitives[0].positions.length);
+  const packed = exportTiles("vase", "packed", "--compression", "draco");
+  const { primitives: [ofDraco] } = await readTile(join(packed, allTiles(readTileset(packed)).at(-1).content));
+  assert.ok(ofDraco.attributes.NORMAL.every((normal) => Math.abs(Math.hypot(...normal) - 1) < 1e-3));
+  const sums = [ofDraco, primitives[0]].map(({ attributes }) => [0, 1, 2, 3].map((k) =>
+    attributes.COLOR_0.reduce((sum, color) => sum + color[k], 0) / attributes.COLOR_0.length));
+  sums[0].forEach((value, k) => assert.ok(Math.abs(value / sums[1][k] - 1) < 0.05, JSON.stringify(sums)));
   const bare = exportTiles("vase", "bare", "--normals", "off");
   const { gltf } = await readTile(join(bare, allTiles(readTileset(bare)).at(-1).content));
   assert.deepEqual(Object.keys(gltf.meshes[0].primitives[0].attributes), ["POSITION", "COLOR_0"]);
@@ -154,6 +161,7 @@ const page = `<!doctype html><style>body { margin: 0 } canvas { display: block }
   "3d-tiles-renderer/three": "/npm/3d-tiles-renderer/build/index.three.js", "meshoptimizer": "/npm/meshoptimizer/meshopt_decoder.mjs" } }</script>
 <script type="module">
 import * as THREE from "three";
+import { DRACOLoader } from "three/addons/loaders/DRACOLoader.js";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 import { TilesRenderer } from "3d-tiles-renderer/three";
 import { MeshoptDecoder } from "meshoptimizer";
@@ -165,6 +173,7 @@ document.body.append(renderer.domElement);
 const camera = new THREE.PerspectiveCamera(30, 1, 0.001, 1000);
 const loader = new GLTFLoader();
 loader.setMeshoptDecoder(MeshoptDecoder);
+loader.setDRACOLoader(new DRACOLoader().setDecoderPath("/npm/three/examples/jsm/libs/draco/gltf/"));
 
 function makeScene() {
   const scene = new THREE.Scene();
@@ -316,6 +325,18 @@ test("3d-tiles-renderer shows what the whole mesh looks like, and less where les
     before = shown.triangles;
     assert.ok(difference(picture, whole) < most, `${errorTarget}: ${difference(picture, whole)}, ${JSON.stringify(shown)}`);
   }
+});
+
+test("tiles by Draco look like those by meshoptimizer", async () => {
+  const sphere = sphereOf(readTileset(exportTiles("vase", "by-draco", "--compression", "draco")));
+  exportTiles("vase", "by-meshopt");
+  const pictures = [];
+  for (const folder of ["by-draco", "by-meshopt"]) {
+    await visit.evaluate((options) => window.drawTileset(...options), [`${url}${folder}/tileset.json`, [0.5, 0.4, 1], sphere, 0]);
+    pictures.push(await visit.locator("canvas").screenshot());
+    keep(folder, pictures.at(-1));
+  }
+  assert.ok(difference(...pictures) < 0.01, String(difference(...pictures)));
 });
 
 test("textured tiles show their pictures", async () => {

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Reads what kdstream-store export --format 3dtiles writes, as any other client would: tilesets, and tiles by npm's meshoptimizer.
+// Reads what kdstream-store export --format 3dtiles writes, as any other client would: tilesets, and tiles by npm's
+// meshoptimizer, or by the decoder of Draco that three.js has.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
+import { createRequire } from "node:module";
 import { dirname, join, normalize } from "node:path";
+import { fileURLToPath } from "node:url";
 import { MeshoptDecoder } from "meshoptimizer";
 
 // All tiles below a tileset's root, external tilesets followed: { box, error, content, children }, content relative to `folder`.
@@ -31,6 +34,42 @@ export function allTiles(tile) {
 const arrays = { 5120: Int8Array, 5121: Uint8Array, 5123: Uint16Array, 5125: Uint32Array, 5126: Float32Array };
 const sizes = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4 };
 
+let draco;
+async function loadDraco() {
+  const file = fileURLToPath(new URL("node_modules/three/examples/jsm/libs/draco/draco_decoder.js", import.meta.url));
+  // A script, no module of any kind.
+  const script = new Function("require", "__dirname", `${readFileSync(file, "utf8")}; return DracoDecoderModule;`);
+  draco ??= await script(createRequire(import.meta.url), dirname(file))();
+}
+
+// What a primitive holds: by accessor, and its indices.
+function unpackDraco(bytes, { attributes }, primitive, gltf) {
+  const decoder = new draco.Decoder();
+  const mesh = new draco.Mesh();
+  const status = decoder.DecodeArrayToMesh(new Int8Array(bytes), bytes.length, mesh);
+  assert.ok(status.ok(), status.error_msg());
+  const unpacked = new Map();
+  for (const [name, number] of Object.entries(attributes)) {
+    const accessor = gltf.accessors[primitive.attributes[name]];
+    assert.equal(accessor.bufferView, undefined);
+    assert.equal(mesh.num_points(), accessor.count);
+    const values = new draco.DracoFloat32Array();
+    decoder.GetAttributeFloatForAllPoints(mesh, decoder.GetAttributeByUniqueId(mesh, number), values);
+    const size = sizes[accessor.type];
+    const scale = accessor.normalized ? 65535 : 1; // it gives normalized ones as parts
+    unpacked.set(primitive.attributes[name], Array.from({ length: accessor.count }, (_, i) =>
+      Array.from({ length: size }, (_, k) => scale * values.GetValue(i * size + k))));
+  }
+  assert.equal(3 * mesh.num_faces(), gltf.accessors[primitive.indices].count);
+  const face = new draco.DracoInt32Array();
+  unpacked.set(primitive.indices, Array.from({ length: mesh.num_faces() }, (_, f) => {
+    decoder.GetFaceFromMesh(mesh, f, face);
+    return [0, 1, 2].map((k) => [face.GetValue(k)]);
+  }).flat());
+  [face, mesh, decoder].forEach((object) => draco.destroy(object));
+  return unpacked;
+}
+
 // A tile's JSON and what its primitives hold: positions in the tileset's coordinates (z up), as [x, y, z], and indices.
 export async function readTile(file) {
   await MeshoptDecoder.ready;
@@ -50,7 +89,18 @@ export async function readTile(file) {
     MeshoptDecoder.decodeGltfBuffer(out, count, byteStride, binary.subarray(byteOffset, byteOffset + byteLength), mode, filter);
     return out;
   });
+  const unpacked = new Map();
+  for (const primitive of gltf.meshes[0].primitives) {
+    const packed = primitive.extensions?.KHR_draco_mesh_compression;
+    if (packed) {
+      await loadDraco();
+      unpackDraco(views[packed.bufferView], packed, primitive, gltf).forEach((values, index) => unpacked.set(index, values));
+    }
+  }
   const read = (index) => {
+    if (unpacked.has(index)) {
+      return unpacked.get(index);
+    }
     const { bufferView, componentType, count, type } = gltf.accessors[index];
     const array = arrays[componentType], size = sizes[type];
     const stride = gltf.bufferViews[bufferView].byteStride ?? size * array.BYTES_PER_ELEMENT;

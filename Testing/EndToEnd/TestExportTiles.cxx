@@ -140,7 +140,9 @@ TEST_F(TestExportTiles, WhatIsNotCarriedIsNamed)
   Mesh rich = Torus(40, 20);
   const AttributeInfo colors{ "RGB", AttributeType::UInt8, AttributeAssociation::Point, 3 };
   const AttributeInfo heat{ "heat", AttributeType::Float32, AttributeAssociation::Point, 1 };
-  for (const AttributeInfo& array : { colors, heat })
+  const AttributeInfo wide{ "wide", AttributeType::Float32, AttributeAssociation::Point, 5 };
+  const AttributeInfo fine{ "1 fine", AttributeType::Float64, AttributeAssociation::Point, 2 };
+  for (const AttributeInfo& array : { colors, heat, wide, fine })
   {
     const std::size_t bytes = rich.points.size() * array.TupleSize();
     rich.attributes.push_back({ array, std::vector<std::uint8_t>(bytes, 64) });
@@ -148,13 +150,23 @@ TEST_F(TestExportTiles, WhatIsNotCarriedIsNamed)
   this->Make("rich", rich);
   const Outcome outcome = this->Export({ "rich.kds", "rich" });
   ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
-  EXPECT_NE(outcome.err.find("warning: rich: this format cannot hold these attributes: heat"),
-    std::string::npos)
-    << outcome.err;
-  const Json attributes =
-    JsonOfGlb(this->Contents("rich").back())["meshes"][0]["primitives"][0]["attributes"];
-  EXPECT_TRUE(attributes.contains("NORMAL"));
-  EXPECT_TRUE(attributes.contains("COLOR_0"));
+  for (const std::string warning : { "this format cannot hold these attributes: wide\n",
+         "these attributes are written as floats of 32 bits: 1 fine\n" })
+  {
+    EXPECT_NE(outcome.err.find("warning: rich: " + warning), std::string::npos) << outcome.err;
+  }
+  const Json glb = JsonOfGlb(this->Contents("rich").back());
+  const Json part = glb["meshes"][0]["primitives"][0];
+  for (const char* name : { "NORMAL", "COLOR_0", "_HEAT", "__1_FINE" })
+  {
+    EXPECT_TRUE(part["attributes"].contains(name)) << name;
+  }
+  EXPECT_EQ(part["extensions"]["EXT_structural_metadata"]["propertyAttributes"], Json({ 0 }));
+  const Json metadata = glb["extensions"]["EXT_structural_metadata"];
+  const Json properties = metadata["schema"]["classes"]["vertex"]["properties"];
+  EXPECT_EQ(properties["_1_fine"]["name"], "1 fine");
+  EXPECT_EQ(properties["_1_fine"]["type"], "VEC2");
+  EXPECT_EQ(metadata["propertyAttributes"][0]["properties"]["heat"]["attribute"], "_HEAT");
 
   this->Make("ells", Torus(40, 20), { "--unit", "ells" });
   EXPECT_NE(this->Export({ "ells.kds", "ells" }).err.find("the unit 'ells' is not known"),

@@ -28,7 +28,8 @@ constexpr const char* description =
 
 constexpr const char* footer =
   "INPUT is a .ply, .stl, .obj or .off file, which is read in chunks and may be larger than "
-  "memory; or a .vtp, .vtk, .wrl, .glb, .gltf, .pcd, .xyz or .las file, which kdstream-convert "
+  "memory; or a .vtp, .vtk, .wrl, .glb, .gltf, .json (3D Tiles), .pcd, .xyz or .las file, which "
+  "kdstream-convert "
   "reads as a whole, in addition to --memory (see kdstream-convert --help). Files with textures "
   "are also read as a whole, unless --textures is off. A file without faces is a point cloud.\n\n"
   "Example:\n"
@@ -91,7 +92,7 @@ Result<BuildReport> BuildFrom(BuildCommand& line, const std::filesystem::path& s
     // A glTF's buffers hold its mesh; pictures and materials are not in them. A file that is
     // missing, or is somewhere else, was not read, so it can only be a picture.
     std::error_code failure;
-    if ((ending == ".gltf" || ending == ".glb") &&
+    if ((ending == ".gltf" || ending == ".glb" || ending == ".json") &&
         TypeOfName(named.string()) == PictureType::Unknown &&
         std::filesystem::is_regular_file(named, failure))
     {

@@ -46,6 +46,7 @@ constexpr const char* footer =
   "  .vtp .vtk       VTK; for a grid, its surface\n"
   "  .wrl .wrz       VRML 2 and 1, if built with Coin; also compressed by gzip\n"
   "  .glb .gltf      the default scene; textures are baked to vertex colours\n"
+  "  .json           a tileset of 3D Tiles (tileset.json): its finest tiles\n"
   "  .pcd            PCL point clouds\n"
   "  .las            laser scans; compressed ones (.laz) if built with LASzip\n"
   "  .xyz .txt .csv .pts .asc\n"
@@ -148,15 +149,15 @@ std::uint64_t MostMemory(const std::filesystem::path& input)
 {
   std::error_code status;
   const std::uintmax_t bytes = std::filesystem::file_size(input, status);
-  // Files without a limit: a .gltf, pictures, and VRML with Inline (also in a compressed file),
-  // because bytes of other files belong to them; and .obj, .ply and .off, because our own readers
-  // trust no claim of the file.
+  // Files without a limit: a .gltf, a tileset, pictures, and VRML with Inline (also in a compressed
+  // file), because bytes of other files belong to them; and .obj, .ply and .off, because our own
+  // readers trust no claim of the file.
   constexpr std::string_view gzipMark = "\x1f\x8b\x08";
   const std::string ending = FileEnding(input);
-  const bool alone = !status && ending != ".gltf" && ending != ".obj" && ending != ".ply" &&
-                     ending != ".off" && !(ending == ".wrl" && Holds(input, "Inline")) &&
-                     !(ending.starts_with(".wr") && Holds(input, gzipMark)) &&
-                     bytes < (std::uint64_t{ 1 } << 50);
+  const bool alone =
+    !status && ending != ".gltf" && ending != ".json" && ending != ".obj" && ending != ".ply" &&
+    ending != ".off" && !(ending == ".wrl" && Holds(input, "Inline")) &&
+    !(ending.starts_with(".wr") && Holds(input, gzipMark)) && bytes < (std::uint64_t{ 1 } << 50);
   return alone ? leastMemory + memoryPerByte * bytes : std::numeric_limits<std::uint64_t>::max();
 }
 

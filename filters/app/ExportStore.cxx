@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/app/ExportStore.h"
 
+#include "filters/app/HiddenFolder.h"
 #include "filters/codec/PartitionBoxes.h"
 #include "filters/codec/TreePage.h"
 #include "filters/core/SystemReason.h"
@@ -23,7 +24,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <fstream>
 #include <iterator>
 #include <memory>
@@ -215,9 +215,8 @@ private:
   std::vector<fs::path> Made; // by this, the outermost first
 };
 
-// A folder that appears whole or not at all: a model's folder, or, if that exists, the folder of
-// another digest in it. Its files are written into a hidden folder beside it, which gets its name
-// at the end, when the disk has them, or is removed. An existing folder stays where it is.
+// A model's folder, or, if that exists, the folder of another digest in it, which appears whole or
+// not at all (HiddenFolder). An existing folder stays where it is.
 class NewFolder
 {
 public:
@@ -241,17 +240,9 @@ public:
       this->Up = true;
       return {};
     }
-    return About(this->Target.NameOf(this->Folder), this->MakeHidden());
+    return About(this->Target.NameOf(this->Folder),
+      this->Hidden.Make(this->Parent->Path(), this->Folder.filename()));
   }
-  ~NewFolder()
-  {
-    if (!this->Hidden.path.empty())
-    {
-      RemoveTree(this->Hidden.path);
-    }
-  }
-  NewFolder(const NewFolder&) = delete;
-  NewFolder& operator=(const NewFolder&) = delete;
 
   bool IsUp() const { return this->Up; }
   // file: its path in the target.
@@ -264,7 +255,7 @@ public:
   // REQUIRES: !IsUp() and Holds(file).
   fs::path PlaceOf(const fs::path& file) const
   {
-    return this->Place / file.lexically_relative(this->Folder);
+    return this->Hidden.Place() / file.lexically_relative(this->Folder);
   }
   Status GoUp()
   {
@@ -273,13 +264,7 @@ public:
       return {};
     }
     const fs::path name = this->Target.NameOf(this->Folder);
-    KDSTREAM_TRY(About(name, SyncTree(this->Place)));
-    std::error_code failure;
-    fs::rename(this->Place, this->InParent(), failure);
-    if (failure)
-    {
-      return SystemError("cannot be written", failure.value(), name.string());
-    }
+    KDSTREAM_TRY(About(name, this->Hidden.Appear(this->InParent())));
     this->Up = true;
     KDSTREAM_TRY(About(name, SyncFolder(this->Parent->Path())));
     return this->Target.Sync();
@@ -300,23 +285,12 @@ private:
     RemoveDeadFolders(this->Parent->Path());
     return {};
   }
-  Status MakeHidden()
-  {
-    Result<LockedFolder> hidden = MakeLockedFolder(this->Parent->Path());
-    KDSTREAM_TRY(hidden);
-    this->Hidden = std::move(*hidden);
-    this->Place = this->Hidden.path / this->Folder.filename();
-    return ::mkdir(this->Place.c_str(), 0777) == 0 // less the umask, as it stays
-             ? Status{}
-             : Status{ SystemError("cannot be written", errno) };
-  }
 
   TargetFolder& Target;
   fs::path Folder;
   std::string Digest;
   std::optional<HeldFolder> Parent;
-  LockedFolder Hidden; // in Parent
-  fs::path Place;      // until it is up
+  HiddenFolder Hidden; // in Parent, until it is up
   bool Up = false;
 };
 

@@ -7,6 +7,7 @@
 // in its node. So each piece is in one tile, and its children show the same part of the surface.
 #include "filters/app/ExportTiles.h"
 
+#include "filters/app/HiddenFolder.h"
 #include "filters/app/OutputFolders.h"
 #include "filters/codec/TextureTile.h"
 #include "filters/codec/TreePage.h"
@@ -46,8 +47,9 @@ constexpr std::size_t tilesAtATime = 64;
 // The file that viewers open: it appears last.
 constexpr const char* rootTileset = "tileset.json";
 
-// Appears with all that is in it, or not at all; in an empty folder, which may be a mount point or
-// lie where nothing else may be written, the files appear one after the other.
+// The folder of a tileset appears with all that is in it (HiddenFolder); in an empty folder, which
+// may be a mount point or lie where nothing else may be written, the files appear one after the
+// other.
 class TilesFolder
 {
 public:
@@ -66,31 +68,18 @@ public:
     auto above = OfFile(name, OutputFolders::Make(this->Folder));
     KDSTREAM_TRY(above);
     this->Above = std::move(*above);
-    auto hidden = OfFile(name, MakeLockedFolder(around));
-    KDSTREAM_TRY(hidden);
-    this->Hidden = std::move(*hidden);
-    this->Place = this->Hidden.path / "tiles";
-    return this->MakeFolder({});
+    return OfFile(name, this->Hidden.Make(around, "tiles"));
   }
-  ~TilesFolder()
-  {
-    if (!this->Hidden.path.empty())
-    {
-      RemoveTree(this->Hidden.path);
-    }
-  }
-  TilesFolder(const TilesFolder&) = delete;
-  TilesFolder& operator=(const TilesFolder&) = delete;
 
   Status MakeFolder(const fs::path& below) const
   {
-    return ::mkdir((this->Place / below).c_str(), 0777) == 0 // less the umask, as it stays
+    return ::mkdir((this->Hidden.Place() / below).c_str(), 0777) == 0 // less the umask, as it stays
              ? Status{}
              : Status{ SystemError("cannot be written", errno, this->NameOf(below)) };
   }
   Status Put(const fs::path& below, std::string_view bytes)
   {
-    const Status written = WriteAnew(this->Place / below, bytes);
+    const Status written = WriteAnew(this->Hidden.Place() / below, bytes);
     if (!written)
     {
       return Error{ written.GetError().code, written.GetError().message, this->NameOf(below) };
@@ -100,18 +89,13 @@ public:
   }
   Status Appear()
   {
-    KDSTREAM_TRY(OfFile(this->Folder.string(), SyncTree(this->Place)));
     if (this->IsThere)
     {
+      KDSTREAM_TRY(OfFile(this->Folder.string(), SyncTree(this->Hidden.Place())));
       KDSTREAM_TRY(this->FillFolder());
       return SyncFolder(this->Folder);
     }
-    std::error_code failure;
-    fs::rename(this->Place, this->Folder, failure);
-    if (failure)
-    {
-      return SystemError("cannot be written", failure.value(), this->Folder.string());
-    }
+    KDSTREAM_TRY(OfFile(this->Folder.string(), this->Hidden.Appear(this->Folder)));
     this->Above.Keep();
     return SyncFolder(this->Parent());
   }
@@ -125,14 +109,14 @@ private:
   }
   Status FillFolder() const
   {
-    auto names = NamesIn(this->Place);
+    auto names = NamesIn(this->Hidden.Place());
     KDSTREAM_TRY(names);
     std::partition(
       names->begin(), names->end(), [](const std::string& name) { return name != rootTileset; });
     for (auto name = names->begin(); name != names->end(); ++name)
     {
       std::error_code failure;
-      fs::rename(this->Place / *name, this->Folder / *name, failure);
+      fs::rename(this->Hidden.Place() / *name, this->Folder / *name, failure);
       if (failure)
       {
         std::for_each(names->begin(), name,
@@ -166,8 +150,7 @@ private:
   fs::path Folder;
   OutputFolders Above;
   bool IsThere = false; // Folder, empty
-  LockedFolder Hidden;  // beside Folder, or in it
-  fs::path Place;       // until it appears
+  HiddenFolder Hidden;  // beside Folder, or in it
 };
 
 // ---- the tree of tiles

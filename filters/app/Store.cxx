@@ -423,8 +423,9 @@ private:
   TilesOptions WantedTiles() const
   {
     TilesOptions options = this->Line.tiles;
-    options.compression =
-      this->Line.compression == "none" ? TileCompression::None : TileCompression::Meshopt;
+    options.compression = this->Line.compression == "none"    ? TileCompression::None
+                          : this->Line.compression == "draco" ? TileCompression::Draco
+                                                              : TileCompression::Meshopt;
     options.normals = this->Line.normals == "on";
     return options;
   }
@@ -457,10 +458,32 @@ private:
   // What neither a tileset nor a small .glb has of the model.
   void WarnOfTileLosses(const ModelDescription& model) const
   {
-    const std::string left = AttributesWithoutPlace(model.attributes);
+    std::vector<AttributeInfo> left, rounded;
+    for (const AttributeInfo& array : model.attributes)
+    {
+      const AttributeRole role = RoleOf(array);
+      const bool hasPlace = role == AttributeRole::Normals || role == AttributeRole::Colors;
+      if (!hasPlace && !IsTileArray(array))
+      {
+        left.push_back(array);
+      }
+      else if (!hasPlace && !IsExactInTiles(array))
+      {
+        rounded.push_back(array);
+      }
+    }
     if (!left.empty())
     {
-      this->WarnOfLoss("this format cannot hold these attributes: " + left);
+      this->WarnOfLoss("this format cannot hold these attributes: " + AttributesWithoutPlace(left));
+    }
+    if (!rounded.empty())
+    {
+      this->WarnOfLoss(
+        "these attributes are written as floats of 32 bits: " + AttributesWithoutPlace(rounded));
+    }
+    if (this->Line.compression == "draco" && model.primitive == PrimitiveType::Points)
+    {
+      this->WarnOfLoss("Draco compresses triangles: the points are not compressed");
     }
     if (model.unused && !this->Line.wanted.level)
     {
@@ -698,8 +721,9 @@ void AddExport(CLI::App& exported, CommandLine& line)
   const char* const tiles = "3dtiles and glb";
   only(exported
          .add_option("--compression", line.compression,
-           "of the .glb files: meshopt (EXT_meshopt_compression, 16 bits a coordinate), or none")
-         ->check(CLI::IsMember({ "meshopt", "none" }))
+           "of the .glb files: meshopt (EXT_meshopt_compression, 16 bits a coordinate), draco "
+           "(KHR_draco_mesh_compression; not of points), or none")
+         ->check(CLI::IsMember({ "meshopt", "draco", "none" }))
          ->capture_default_str()
          ->group(tiles),
     "3dtiles and glb");

@@ -8,6 +8,10 @@
 #include "filters/core/VectorMath.h"
 #include "filters/model/JsonWriter.h"
 
+#ifdef KDSTREAM_HAS_DRACO
+#include <draco/compression/encode.h>
+#include <draco/mesh/mesh.h>
+#endif
 #ifdef KDSTREAM_HAS_MESHOPTIMIZER
 #include <meshoptimizer.h>
 #endif
@@ -18,6 +22,7 @@
 #include <cstring>
 #include <limits>
 #include <optional>
+#include <span>
 #include <utility>
 
 namespace kdstream
@@ -39,6 +44,8 @@ enum TileComponent
 };
 
 constexpr const char* meshoptName = "EXT_meshopt_compression";
+constexpr const char* dracoName = "KHR_draco_mesh_compression";
+constexpr const char* metadataName = "EXT_structural_metadata";
 
 // Little-endian, whatever the machine.
 template <class T>
@@ -58,6 +65,59 @@ std::uint16_t ShortOf(double part)
   return static_cast<std::uint16_t>(std::lround(std::clamp(part, 0.0, 1.0) * mostShort));
 }
 
+// Whether an encoded picture has alpha, by its head: of a PNG the kind of its colours, of a WebP
+// the flag of its first chunk.
+bool MayHaveAlpha(std::span<const std::uint8_t> picture, TileImage format)
+{
+  const auto bit = [&](std::size_t at, unsigned mask)
+  { return at < picture.size() && (picture[at] & mask) != 0; };
+  if (format == TileImage::Png)
+  {
+    return bit(25, 4U);
+  }
+  if (format != TileImage::Webp || picture.size() < 16)
+  {
+    return false;
+  }
+  const std::string chunk(picture.begin() + 12, picture.begin() + 16);
+  return chunk == "VP8X" ? bit(20, 0x10U) : chunk == "VP8L" && bit(24, 0x10U);
+}
+
+bool IsPlainLetter(char c)
+{
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+}
+
+std::string InCapitals(std::string text)
+{
+  std::transform(text.begin(), text.end(), text.begin(),
+    [](char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c; });
+  return text;
+}
+
+// What stands for the names of arrays: letters, digits and _, unlike each other in capitals, too.
+std::vector<std::string> IdentifiersOf(const std::vector<TileArray>& arrays)
+{
+  std::vector<std::string> identifiers;
+  for (const TileArray& array : arrays)
+  {
+    std::string identifier =
+      IsPlainLetter(array.name.empty() ? '_' : array.name.front()) ? "" : "_";
+    for (const char c : array.name)
+    {
+      identifier += IsPlainLetter(c) || (c >= '0' && c <= '9') ? c : '_';
+    }
+    const auto isTaken = [&](const std::string& other)
+    { return InCapitals(other) == InCapitals(identifier); };
+    while (std::any_of(identifiers.begin(), identifiers.end(), isTaken))
+    {
+      identifier += "_";
+    }
+    identifiers.push_back(std::move(identifier));
+  }
+  return identifiers;
+}
+
 class TileGlb
 {
 public:
@@ -65,21 +125,16 @@ public:
     : From(mesh)
     , Frame(frame)
     , Small(compression == TileCompression::Meshopt)
+    , IsDraco(compression == TileCompression::Draco && !mesh.triangles.empty())
+    , Identifiers(IdentifiersOf(mesh.arrays))
   {
   }
 
   Result<std::string> Encode()
   {
     this->Order();
-    this->AddVertices();
-    if (!this->From.triangles.empty())
-    {
-      this->Triangles = this->AddIndices(this->Shown);
-    }
-    if (!this->Under.empty())
-    {
-      this->Skirts = this->AddIndices(this->Under);
-    }
+    this->ChooseLattice();
+    KDSTREAM_TRY(this->IsDraco ? this->AddPacked() : this->AddPlainPrimitives());
     if (!this->From.picture.empty())
     {
       this->Picture = this->AddPlain(
@@ -91,6 +146,16 @@ public:
 
 private:
   using Indices = std::vector<unsigned>;
+
+  // A mesh of the file.
+  struct Primitive
+  {
+    std::optional<std::size_t> indices;
+    std::vector<std::pair<std::string, std::size_t>> attributes; // and their accessors
+    bool isSkirt = false;
+    std::optional<std::size_t> packed = {};                // the view of what Draco compressed
+    std::vector<std::pair<std::string, int>> numbers = {}; // of attributes in that
+  };
 
   struct View
   {
@@ -108,6 +173,7 @@ private:
     const char* type = "";
     bool normalized = false;
     std::vector<double> least{}, most{};
+    bool hasView = true; // none of what Draco compressed
   };
 
   // ---- the order of triangles and vertices
@@ -281,7 +347,191 @@ private:
     return this->Accessors.size() - 1;
   }
 
+  // ---- by Draco
+
+#ifdef KDSTREAM_HAS_DRACO
+  // Of the vertices of a primitive, in the order of their use.
+  struct Packing
+  {
+    draco::Mesh mesh;
+    std::vector<unsigned> used; // vertices, as From has them
+    Primitive made;
+  };
+
+  template <class T>
+  void PackAttribute(Packing& packing, const std::string& name, draco::GeometryAttribute::Type kind,
+    draco::DataType type, TileComponent component, const std::vector<T>& values,
+    std::size_t components, bool normalized = false)
+  {
+    static constexpr const char* types[] = { "SCALAR", "VEC2", "VEC3", "VEC4" };
+    draco::GeometryAttribute attribute;
+    const std::size_t stride = components * sizeof(T);
+    attribute.Init(kind, nullptr, static_cast<std::uint8_t>(components), type, normalized,
+      static_cast<std::int64_t>(stride), 0);
+    const auto count = static_cast<std::uint32_t>(packing.used.size());
+    const int number = packing.mesh.AddAttribute(attribute, true, count);
+    draco::PointAttribute& packed = *packing.mesh.attribute(number);
+    for (std::uint32_t v = 0; v < count; ++v)
+    {
+      packed.SetAttributeValue(draco::AttributeValueIndex(v), values.data() + v * components);
+    }
+    Accessor accessor{ 0, 0, component, types[components - 1], normalized };
+    accessor.hasView = false;
+    this->Accessors.push_back(std::move(accessor));
+    packing.made.attributes.emplace_back(name, this->Accessors.size() - 1);
+    packing.made.numbers.emplace_back(name, static_cast<int>(packed.unique_id()));
+  }
+
+  void PackPositions(Packing& packing)
+  {
+    std::vector<float> values;
+    Box stored;
+    for (const unsigned v : packing.used)
+    {
+      Vec3 place = this->OnLattice(this->From.points[v]);
+      stored.Add(place);
+      values.insert(values.end(), { float(place[0]), float(place[1]), float(place[2]) });
+    }
+    this->PackAttribute(packing, "POSITION", draco::GeometryAttribute::POSITION, draco::DT_FLOAT32,
+      TileFloat, values, 3);
+    this->Accessors.back().least.assign(stored.lo.begin(), stored.lo.end());
+    this->Accessors.back().most.assign(stored.hi.begin(), stored.hi.end());
+  }
+
+  void PackOthers(Packing& packing)
+  {
+    std::vector<float> normals, places;
+    std::vector<std::uint16_t> colors;
+    for (const unsigned v : packing.used)
+    {
+      for (std::size_t k = 0; k < 3 && !this->From.normals.empty(); ++k)
+      {
+        normals.push_back(float(this->From.normals[v][k]));
+      }
+      for (std::size_t k = 0; k < 2 && !this->From.places.empty(); ++k)
+      {
+        places.push_back(this->From.places[v][k]);
+      }
+      for (std::size_t k = 0; k < 4 && !this->From.colors.empty(); ++k)
+      {
+        colors.push_back(this->LinearShort(v, k));
+      }
+    }
+    if (!normals.empty())
+    {
+      this->PackAttribute(packing, "NORMAL", draco::GeometryAttribute::NORMAL, draco::DT_FLOAT32,
+        TileFloat, normals, 3);
+    }
+    if (!places.empty())
+    {
+      this->PackAttribute(packing, "TEXCOORD_0", draco::GeometryAttribute::TEX_COORD,
+        draco::DT_FLOAT32, TileFloat, places, 2);
+    }
+    if (!colors.empty())
+    {
+      this->PackAttribute(packing, "COLOR_0", draco::GeometryAttribute::COLOR, draco::DT_UINT16,
+        TileShort, colors, 4, true);
+    }
+    for (std::size_t a = 0; a < this->From.arrays.size(); ++a)
+    {
+      const TileArray& array = this->From.arrays[a];
+      std::vector<float> values;
+      for (const unsigned v : packing.used)
+      {
+        const auto begin = array.values.begin() + static_cast<std::ptrdiff_t>(v * array.components);
+        values.insert(values.end(), begin, begin + static_cast<std::ptrdiff_t>(array.components));
+      }
+      this->PackAttribute(packing, this->AttributeOf(a), draco::GeometryAttribute::GENERIC,
+        draco::DT_FLOAT32, TileFloat, values, array.components);
+    }
+  }
+
+  Status Pack(const Indices& corners, bool isSkirt)
+  {
+    Packing packing;
+    packing.made.isSkirt = isSkirt;
+    std::vector<unsigned> numbers(this->Used.size(), noVertex);
+    packing.mesh.SetNumFaces(corners.size() / 3);
+    for (std::uint32_t f = 0; f < corners.size() / 3; ++f)
+    {
+      draco::Mesh::Face face;
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        unsigned& number = numbers[corners[3 * f + k]];
+        if (number == noVertex)
+        {
+          number = static_cast<unsigned>(packing.used.size());
+          packing.used.push_back(this->Used[corners[3 * f + k]]);
+        }
+        face[k] = draco::PointIndex(number);
+      }
+      packing.mesh.SetFace(draco::FaceIndex(f), face);
+    }
+    packing.mesh.set_num_points(static_cast<std::uint32_t>(packing.used.size()));
+    const std::size_t first = this->Accessors.size();
+    this->PackPositions(packing);
+    this->PackOthers(packing);
+    draco::Encoder encoder;
+    constexpr int speed = 3, normalBits = 8, placeBits = 14, positionBits = 16;
+    const float origin[] = { 0, 0, 0 };
+    encoder.SetSpeedOptions(speed, speed);
+    encoder.SetTrackEncodedProperties(true);
+    encoder.SetAttributeExplicitQuantization(
+      draco::GeometryAttribute::POSITION, positionBits, 3, origin, float(mostShort));
+    encoder.SetAttributeQuantization(draco::GeometryAttribute::NORMAL, normalBits);
+    encoder.SetAttributeQuantization(draco::GeometryAttribute::TEX_COORD, placeBits);
+    draco::EncoderBuffer buffer;
+    const draco::Status encoded = encoder.EncodeMeshToBuffer(packing.mesh, &buffer);
+    if (!encoded.ok() || encoder.num_encoded_faces() != corners.size() / 3)
+    {
+      return Error{ ErrorCode::Unsupported,
+        "libdraco does not compress a tile: use --compression none or meshopt", {}, {},
+        Remedy::Told };
+    }
+    for (std::size_t i = first; i < this->Accessors.size(); ++i)
+    {
+      this->Accessors[i].count = encoder.num_encoded_points(); // it may split some
+    }
+    Accessor indices{ 0, corners.size(),
+      encoder.num_encoded_points() <= mostShortVertices ? TileShort : TileInt, "SCALAR" };
+    indices.hasView = false;
+    this->Accessors.push_back(std::move(indices));
+    packing.made.indices = this->Accessors.size() - 1;
+    packing.made.packed = this->AddPlain({ buffer.data(), buffer.size() }, 0, 0);
+    this->Primitives.push_back(std::move(packing.made));
+    return {};
+  }
+#endif
+
+  Status AddPacked()
+  {
+#ifdef KDSTREAM_HAS_DRACO
+    KDSTREAM_TRY(this->Pack(this->Shown, false));
+    if (!this->Under.empty())
+    {
+      KDSTREAM_TRY(this->Pack(this->Under, true));
+    }
+#endif
+    return {};
+  }
+
   // ---- vertices
+
+  Status AddPlainPrimitives()
+  {
+    this->AddVertices();
+    Primitive shown{ std::nullopt, this->Attributes };
+    if (!this->From.triangles.empty())
+    {
+      shown.indices = this->AddIndices(this->Shown);
+    }
+    this->Primitives.push_back(std::move(shown));
+    if (!this->Under.empty())
+    {
+      this->Primitives.push_back({ this->AddIndices(this->Under), this->Attributes, true });
+    }
+    return {};
+  }
 
   void AddVertices()
   {
@@ -298,6 +548,12 @@ private:
     {
       this->AddColors();
     }
+    this->AddArrays();
+  }
+
+  bool IsRounded() const
+  {
+    return this->Small || this->IsDraco;
   }
 
   // Where the numbers of positions begin, and how far apart they are.
@@ -308,9 +564,9 @@ private:
     for (std::size_t k = 0; k < 3; ++k)
     {
       side = std::max(side, box.hi[k] - box.lo[k]);
-      this->Begin[k] = this->Small ? box.lo[k] : box.lo[k] + (box.hi[k] - box.lo[k]) / 2;
+      this->Begin[k] = this->IsRounded() ? box.lo[k] : box.lo[k] + (box.hi[k] - box.lo[k]) / 2;
     }
-    if (!this->Small || !(side > 0))
+    if (!this->IsRounded() || !(side > 0))
     {
       return;
     }
@@ -331,26 +587,29 @@ private:
     }
   }
 
+  // As the file has it: whole numbers of steps, or a float.
+  Vec3 OnLattice(const Vec3& point) const
+  {
+    Vec3 place = Minus(point, this->Begin);
+    for (double& value : place)
+    {
+      value = this->IsRounded() ? std::clamp(std::round(value / this->Step), 0.0, mostShort)
+                                : double(float(value));
+    }
+    return place;
+  }
+
   void AddPositions()
   {
-    this->ChooseLattice();
     std::string bytes;
     Box stored;
     for (const unsigned v : this->Used)
     {
-      Vec3 place = Minus(this->From.points[v], this->Begin);
-      for (double& value : place)
+      const Vec3 place = this->OnLattice(this->From.points[v]);
+      for (const double value : place)
       {
-        if (this->Small)
-        {
-          value = std::clamp(std::round(value / this->Step), 0.0, mostShort);
-          AppendNumber(bytes, static_cast<std::uint16_t>(value));
-        }
-        else
-        {
-          value = float(value);
-          AppendNumber(bytes, float(value));
-        }
+        this->Small ? AppendNumber(bytes, static_cast<std::uint16_t>(value))
+                    : AppendNumber(bytes, float(value));
       }
       if (this->Small)
       {
@@ -411,19 +670,48 @@ private:
                       bytes, { 0, 0, this->Small ? TileShort : TileFloat, "VEC2", this->Small }));
   }
 
+  std::uint16_t LinearShort(unsigned v, std::size_t k) const
+  {
+    const std::uint8_t byte = this->From.colors[v][k];
+    return ShortOf(k < 3 ? LinearOfBytes()[byte] : byte / 255.0);
+  }
+
   void AddColors()
   {
     std::string bytes;
     for (const unsigned v : this->Used)
     {
-      const auto& color = this->From.colors[v];
       for (std::size_t k = 0; k < 4; ++k)
       {
-        AppendNumber(bytes, ShortOf(k < 3 ? LinearOfBytes()[color[k]] : color[k] / 255.0));
+        AppendNumber(bytes, this->LinearShort(v, k));
       }
     }
     this->Attributes.emplace_back(
       "COLOR_0", this->AddAttribute(bytes, { 0, 0, TileShort, "VEC4", true }));
+  }
+
+  std::string AttributeOf(std::size_t array) const
+  {
+    return "_" + InCapitals(this->Identifiers[array]);
+  }
+
+  void AddArrays()
+  {
+    static constexpr const char* types[] = { "SCALAR", "VEC2", "VEC3", "VEC4" };
+    for (std::size_t a = 0; a < this->From.arrays.size(); ++a)
+    {
+      const TileArray& array = this->From.arrays[a];
+      std::string bytes;
+      for (const unsigned v : this->Used)
+      {
+        for (std::size_t k = 0; k < array.components; ++k)
+        {
+          AppendNumber(bytes, array.values[v * array.components + k]);
+        }
+      }
+      this->Attributes.emplace_back(this->AttributeOf(a),
+        this->AddAttribute(bytes, { 0, 0, TileFloat, types[array.components - 1] }));
+    }
   }
 
   // ---- the file
@@ -471,6 +759,7 @@ private:
     }
     json.EndObject();
     this->PutExtensions(json);
+    this->PutMetadata(json);
     json.Member("scene", 0).Key("scenes").BeginArray().BeginObject().Key("nodes").BeginArray();
     json.Put(0).EndArray().EndObject().EndArray();
     json.Key("nodes").BeginArray().BeginObject().Member("mesh", 0);
@@ -491,11 +780,19 @@ private:
     {
       required = { meshoptName, "KHR_mesh_quantization" };
     }
+    if (this->IsDraco)
+    {
+      required.emplace_back(dracoName);
+    }
     if (this->UsesWebp())
     {
       required.emplace_back("EXT_texture_webp");
     }
     used = required;
+    if (!this->From.arrays.empty())
+    {
+      used.emplace_back(metadataName);
+    }
     if (this->IsUnlit())
     {
       used.emplace_back("KHR_materials_unlit");
@@ -508,6 +805,35 @@ private:
     {
       json.Member("extensionsRequired", required);
     }
+  }
+
+  // What the attributes of arrays are called, and of what kind they are.
+  void PutMetadata(JsonWriter& json) const
+  {
+    static constexpr const char* types[] = { "SCALAR", "VEC2", "VEC3", "VEC4" };
+    const std::vector<TileArray>& arrays = this->From.arrays;
+    if (arrays.empty())
+    {
+      return;
+    }
+    json.Key("extensions").BeginObject().Key(metadataName).BeginObject();
+    json.Key("schema").BeginObject().Member("id", "arrays").Key("classes").BeginObject();
+    json.Key("vertex").BeginObject().Key("properties").BeginObject();
+    for (std::size_t a = 0; a < arrays.size(); ++a)
+    {
+      json.Key(this->Identifiers[a]).BeginObject().Member("name", arrays[a].name);
+      json.Member("type", types[arrays[a].components - 1]).Member("componentType", "FLOAT32");
+      json.EndObject();
+    }
+    json.EndObject().EndObject().EndObject().EndObject();
+    json.Key("propertyAttributes").BeginArray().BeginObject().Member("class", "vertex");
+    json.Key("properties").BeginObject();
+    for (std::size_t a = 0; a < arrays.size(); ++a)
+    {
+      json.Key(this->Identifiers[a]).BeginObject();
+      json.Member("attribute", this->AttributeOf(a)).EndObject();
+    }
+    json.EndObject().EndObject().EndArray().EndObject().EndObject();
   }
 
   void PutMatrix(JsonWriter& json) const
@@ -526,26 +852,52 @@ private:
     json.EndArray();
   }
 
-  void PutPrimitive(JsonWriter& json, std::optional<std::size_t> indices, bool isSkirt) const
+  void PutPrimitive(JsonWriter& json, const Primitive& primitive) const
   {
     json.BeginObject().Key("attributes").BeginObject();
-    for (const auto& [name, accessor] : this->Attributes)
+    for (const auto& [name, accessor] : primitive.attributes)
     {
       json.Member(name, accessor);
     }
     json.EndObject();
-    if (indices)
+    if (primitive.indices)
     {
-      json.Member("indices", *indices);
+      json.Member("indices", *primitive.indices);
     }
     else
     {
       json.Member("mode", 0);
     }
     json.Member("material", 0);
-    if (isSkirt)
+    this->PutExtensionsOf(json, primitive);
+    if (primitive.isSkirt)
     {
       json.Key("extras").BeginObject().Member("skirt", true).EndObject();
+    }
+    json.EndObject();
+  }
+
+  void PutExtensionsOf(JsonWriter& json, const Primitive& primitive) const
+  {
+    if (!primitive.packed && this->From.arrays.empty())
+    {
+      return;
+    }
+    json.Key("extensions").BeginObject();
+    if (primitive.packed)
+    {
+      json.Key(dracoName).BeginObject().Member("bufferView", *primitive.packed);
+      json.Key("attributes").BeginObject();
+      for (const auto& [name, number] : primitive.numbers)
+      {
+        json.Member(name, number);
+      }
+      json.EndObject().EndObject();
+    }
+    if (!this->From.arrays.empty())
+    {
+      json.Key(metadataName).BeginObject().Key("propertyAttributes").BeginArray().Put(0).EndArray();
+      json.EndObject();
     }
     json.EndObject();
   }
@@ -553,10 +905,9 @@ private:
   void PutMesh(JsonWriter& json) const
   {
     json.Key("meshes").BeginArray().BeginObject().Key("primitives").BeginArray();
-    this->PutPrimitive(json, this->Triangles, false);
-    if (this->Skirts)
+    for (const Primitive& primitive : this->Primitives)
     {
-      this->PutPrimitive(json, this->Skirts, true);
+      this->PutPrimitive(json, primitive);
     }
     json.EndArray().EndObject().EndArray();
   }
@@ -575,7 +926,8 @@ private:
       json.EndObject();
     }
     const auto isClear = [](const auto& color) { return color[3] < 255; };
-    if (std::any_of(this->From.colors.begin(), this->From.colors.end(), isClear))
+    if (std::any_of(this->From.colors.begin(), this->From.colors.end(), isClear) ||
+        MayHaveAlpha(this->From.picture, this->From.pictureFormat))
     {
       json.Member("alphaMode", "BLEND");
     }
@@ -609,7 +961,11 @@ private:
     json.Key("accessors").BeginArray();
     for (const Accessor& accessor : this->Accessors)
     {
-      json.BeginObject().Member("bufferView", accessor.view);
+      json.BeginObject();
+      if (accessor.hasView)
+      {
+        json.Member("bufferView", accessor.view);
+      }
       json.Member("componentType", static_cast<int>(accessor.component));
       json.Member("count", accessor.count).Member("type", accessor.type);
       if (accessor.normalized)
@@ -670,7 +1026,8 @@ private:
 
   const TileMesh& From;
   const TileFrame& Frame;
-  const bool Small;
+  const bool Small, IsDraco;
+  const std::vector<std::string> Identifiers; // of arrays
   Indices Shown, Under;       // the triangles', and the skirts', numbers among the used vertices
   std::vector<unsigned> Used; // vertices of the mesh
   Vec3 Begin{};               // where the numbers of positions are 0
@@ -679,8 +1036,9 @@ private:
   std::size_t FallbackBytes = 0;
   std::vector<View> Views;
   std::vector<Accessor> Accessors;
-  std::vector<std::pair<const char*, std::size_t>> Attributes;
-  std::optional<std::size_t> Triangles, Skirts, Picture;
+  std::vector<std::pair<std::string, std::size_t>> Attributes; // of all primitives but Draco's
+  std::vector<Primitive> Primitives;
+  std::optional<std::size_t> Picture;
 };
 
 }
@@ -694,9 +1052,24 @@ bool HasMeshoptCompression()
 #endif
 }
 
+bool HasDracoCompression()
+{
+#ifdef KDSTREAM_HAS_DRACO
+  return true;
+#else
+  return false;
+#endif
+}
+
 Result<std::string> EncodeTileGlb(
   const TileMesh& mesh, const TileFrame& frame, TileCompression compression)
 {
+  if (compression == TileCompression::Draco && !HasDracoCompression())
+  {
+    return Error{ ErrorCode::Unsupported,
+      "libdraco-dev was not there when KdStream was built: use another --compression", {}, {},
+      Remedy::Told };
+  }
   if (compression == TileCompression::Meshopt && !HasMeshoptCompression())
   {
     return Error{ ErrorCode::Unsupported,

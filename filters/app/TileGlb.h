@@ -16,15 +16,17 @@ namespace kdstream
 
 enum class TileCompression
 {
-  None,   // floats, no extension but that of WebP
-  Meshopt // EXT_meshopt_compression of KHR_mesh_quantization
+  None,    // floats, no extension but that of WebP
+  Meshopt, // EXT_meshopt_compression of KHR_mesh_quantization
+  Draco    // KHR_draco_mesh_compression; points as None
 };
 
 // How far a place may be rounded: of the longest side of what is encoded.
 inline constexpr double mostTileRounding = 1.0 / 65534;
 
-// Whether libmeshoptimizer was there when this was built.
+// Whether libmeshoptimizer and libdraco were there when this was built.
 bool HasMeshoptCompression();
+bool HasDracoCompression();
 
 // How a tile stands in its file, and whose it is.
 struct TileFrame
@@ -45,9 +47,11 @@ struct TileFrame
 // the mesh's longest side, they are exact, and meshes beside each other have their common vertices
 // in the same places; else every 2nd, 4th … point is used. Without a lattice the side is divided.
 // Normals are bytes, colours (linear, as the format has them) and texture coordinates 16 bits.
-// None: floats, differences to the middle of the mesh. Large coordinates stand only in the node's
-// matrix, which has doubles. Deterministic. Errors: LimitExceeded beyond 4 GB; Unsupported where
-// there is no libmeshoptimizer. REQUIRES: points.
+// Draco: the same positions; normals of 8 bits, texture coordinates of 14; a primitive has its own
+// vertices. Arrays are floats, of property attributes by EXT_structural_metadata. None: floats,
+// differences to the middle of the mesh. Large coordinates stand only in the node's matrix, which
+// has doubles. Deterministic. Errors: LimitExceeded beyond 4 GB; Unsupported where the library is
+// not there. REQUIRES: points.
 Result<std::string> EncodeTileGlb(
   const TileMesh& mesh, const TileFrame& frame, TileCompression compression);
 

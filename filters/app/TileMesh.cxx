@@ -76,6 +76,14 @@ public:
     , WithNormals(normals && (this->Normals || !this->Sums.empty()))
     , Depth(depth)
   {
+    for (const Attribute& attribute : attributes)
+    {
+      if (IsTileArray(attribute))
+      {
+        this->Arrays.push_back(&attribute);
+        this->Out.arrays.push_back({ attribute.name, attribute.components, {} });
+      }
+    }
   }
 
   void Add(const TileCorner& corner, bool withPicture)
@@ -90,6 +98,13 @@ public:
                                   : this->Sums[v];
       normal = UnitOrZero(normal);
       this->Out.normals.push_back(normal == Vec3{} ? Vec3{ 0, 0, 1 } : normal);
+    }
+    for (std::size_t a = 0; a < this->Arrays.size(); ++a)
+    {
+      for (std::size_t k = 0; k < this->Arrays[a]->components; ++k)
+      {
+        this->Out.arrays[a].values.push_back(float(this->Arrays[a]->Get(v, k)));
+      }
     }
     if (withPicture)
     {
@@ -112,6 +127,7 @@ private:
   const std::vector<Vec3> Sums; // of the areas around each point; empty of a cloud
   const Attribute* const Normals;
   const Attribute* const Colors;
+  std::vector<const Attribute*> Arrays; // those of Out
   const bool WithNormals;
   const double Depth;
 };
@@ -298,6 +314,20 @@ private:
   std::unordered_map<TileCorner, VertexId, TileCornerHash, SameTileCorner> Numbers;
 };
 
+}
+
+bool IsTileArray(const AttributeInfo& array)
+{
+  constexpr std::uint8_t mostComponents = 4;
+  const AttributeRole role = RoleOf(array);
+  return array.association == AttributeAssociation::Point && array.components >= 1 &&
+         array.components <= mostComponents && role != AttributeRole::Normals &&
+         role != AttributeRole::Colors;
+}
+
+bool IsExactInTiles(const AttributeInfo& array)
+{
+  return SizeOf(array.type) <= 2 || array.type == AttributeType::Float32;
 }
 
 std::vector<BorderNormal> BorderNormalsOf(const Piece& piece)

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "filters/codec/TextureTile.h"
+#include "filters/core/Attribute.h"
 #include "filters/core/Result.h"
 #include "filters/core/Types.h"
 #include "filters/core/pieces/Piece.h"
@@ -12,10 +13,24 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace kdstream
 {
+
+// What else each vertex has.
+struct TileArray
+{
+  std::string name; // in the store
+  std::size_t components = 1;
+  std::vector<float> values;
+};
+
+// Arrays that tiles carry: of points, with one to four components, neither normals nor colours.
+bool IsTileArray(const AttributeInfo& array);
+// Whether floats hold all of its values.
+bool IsExactInTiles(const AttributeInfo& array);
 
 // A mesh that carries everything in its vertices, as graphics cards take them.
 struct TileMesh
@@ -24,9 +39,10 @@ struct TileMesh
   std::vector<Vec3> normals;                       // of length 1; empty: none
   std::vector<std::array<std::uint8_t, 4>> colors; // sRGB; empty: none
   std::vector<PictureCoordinate> places; // in the picture, 0-1, from its upper left; empty: none
-  std::vector<Triangle> triangles;       // none: a cloud
-  std::vector<Triangle> skirts;          // close gaps to neighbours of another level
-  std::vector<std::uint8_t> picture;     // encoded; empty: none
+  std::vector<TileArray> arrays;
+  std::vector<Triangle> triangles;   // none: a cloud
+  std::vector<Triangle> skirts;      // close gaps to neighbours of another level
+  std::vector<std::uint8_t> picture; // encoded; empty: none
   TileImage pictureFormat = TileImage::Webp;
 
   bool Empty() const { return this->triangles.empty() && this->points.empty(); }

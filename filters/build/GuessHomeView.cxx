@@ -417,6 +417,10 @@ Vec3 GuessUp(const Shape& shape, std::string_view ending)
   {
     return { 0, 1, 0 };
   }
+  if (ending == ".json") // a tileset
+  {
+    return { 0, 0, 1 };
+  }
   if (const std::optional<Axis> flat = shape.Flat())
   {
     return shape.IsWall() ? Vec3{ 0, 0, 1 } : flat->Direction();

@@ -161,7 +161,7 @@ Result<ForeignMesh> ReadForeignMesh(const std::filesystem::path& file,
   const std::string ending = FileEnding(file);
   const bool xyz = IsPointText(ending);
   const bool own = ending == ".ply" || ending == ".obj";
-  const bool gltf = ending == ".glb" || ending == ".gltf";
+  const bool gltf = ending == ".glb" || ending == ".gltf", tileset = ending == ".json";
   const ReadFormat read = FormatOf(ending);
   // A message for a missing file, or a folder.
   Result<ByteSource> source = ByteSource::Open(file);
@@ -170,15 +170,16 @@ Result<ForeignMesh> ReadForeignMesh(const std::filesystem::path& file,
   {
     return BadInput("is empty", Remedy::CopyAgain);
   }
-  if (!read && !own && !gltf && !xyz)
+  if (!read && !own && !gltf && !tileset && !xyz)
   {
     return Error{ ErrorCode::Unsupported, UnknownEndingHint(*source, ending), {}, {},
       Remedy::Told };
   }
-  Result<ForeignMesh> result = OfInput(own    ? ReadOwn(file, textures, execution)
-                                       : gltf ? ReadGltf(file, textures, execution)
-                                       : xyz  ? ReadXyz(file, columns, execution)
-                                              : read(file, execution));
+  Result<ForeignMesh> result = OfInput(own       ? ReadOwn(file, textures, execution)
+                                       : gltf    ? ReadGltf(file, textures, execution)
+                                       : tileset ? ReadTileset(file, textures, execution)
+                                       : xyz     ? ReadXyz(file, columns, execution)
+                                                 : read(file, execution));
   const Result<std::string_view> begin = source->Peek(contentFormatBytes);
   const bool isUnpacked = ending.starts_with(".wr") && begin && FormatOfContent(*begin) == ".gz";
   const std::string hint = isUnpacked ? std::string() : OtherFormatHint(*source, ending);

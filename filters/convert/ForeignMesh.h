@@ -33,6 +33,7 @@ struct ForeignMesh
 // Reads a file by its extension.
 //   .vtp          VTK's XML; .vtk: VTK's legacy format, of a grid its surface
 //   .wrl          VRML 2 (VRML 97); .glb, .gltf: glTF 2.0, the default scene, transforms applied
+//   .json         a tileset of 3D Tiles: its finest tiles (ReadTileset)
 //   .pcd          PCL's clouds: ascii, binary, compressed
 //   .xyz          see ReadXyz; .las: see ReadLas
 //   .ply .stl .obj .off  as kdstream-build reads them; corners of .stl in the same place are joined
@@ -41,8 +42,8 @@ struct ForeignMesh
 // - Coordinates keep their type. Exceptions: those of .wrl, and of a text .pcd with SIZE 4, become
 //   floats, with a warning if floats are too coarse. Other text becomes floats if these keep its
 //   decimals distinct, else doubles.
-// - Pictures are baked to vertex colours, as `textures` asks (BakeTextures.h), in .obj, .ply, .glb
-//   and .gltf.
+// - Pictures are baked to vertex colours, as `textures` asks (BakeTextures.h), in .obj, .ply, .glb,
+//   .gltf and .json.
 // - Points that are not finite are dropped, with their triangles, and counted in `tolerance`.
 //
 // columns: of an .xyz, see ReadXyz. Peak memory: some three times the mesh. Errors: InvalidInput
@@ -59,6 +60,14 @@ Result<ForeignMesh> ReadVtp(const std::filesystem::path& file, const Execution& 
 Result<ForeignMesh> ReadVtk(const std::filesystem::path& file, const Execution& execution);
 Result<ForeignMesh> ReadVrml(const std::filesystem::path& file, const Execution& execution);
 Result<ForeignMesh> ReadGltf(
+  const std::filesystem::path& file, const TextureOptions& textures, const Execution& execution);
+
+// The finest tiles (tiles/Tileset.h) of glTF (glb, gltf) and b3dm, with their transforms and
+// pictures; z is up. Not carried, with a warning: tiles of other kinds, batch tables, skirts
+// (primitives with "extras": { "skirt": true }, as kdstream-store exports them). Only files in the
+// tileset's folder are read. Coordinates become doubles if floats would leave the whole mesh fewer
+// than 2^16 steps. Memory: the mesh, and one tile.
+Result<ForeignMesh> ReadTileset(
   const std::filesystem::path& file, const TextureOptions& textures, const Execution& execution);
 
 // Text with a point in each line, its numbers separated by blanks, commas or semicolons. Where

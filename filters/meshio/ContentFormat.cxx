@@ -96,8 +96,9 @@ constexpr Unread unread[] = { { ".3mf", "a 3MF file",
   { ".dwg", "a DWG drawing", ownProgram }, { ".e57", "an E57 file (a scan)", cloudCompare },
   { ".ptx", "a PTX file (a scan)", cloudCompare }, { ".rcp", "a ReCap file", ownProgram },
   { ".rcs", "a ReCap file", ownProgram }, { ".fls", "a FARO scan", ownProgram },
-  { ".b3dm", "a tile of 3D Tiles", "take the mesh that it was made of" },
-  { ".json", "a JSON file that is not glTF", "export what it describes as .glb or .ply" },
+  { ".b3dm", "a tile of 3D Tiles", "take the tileset.json that names it" },
+  { ".cityjson", "a JSON file that is neither glTF nor a tileset",
+    "export what it describes as .glb or .ply" },
   { ".vtu", "a file of VTK's without PolyData", vtkSurface },
   { ".pvtp", "a list of VTK's files, with the mesh in parts",
     "open it in ParaView and save it as .vtp" },
@@ -173,9 +174,12 @@ std::string_view FormatOfJson(std::string_view begin)
 {
   const auto has = [begin](std::string_view word)
   { return begin.find(word) != std::string_view::npos; };
-  const bool isOther = has("\"geometricError\"") || has("\"CityJSON\"") ||
-                       (has("\"metadata\"") && (has("Geometry") || has("\"Object\"")));
-  return isOther ? ".json" : has("\"asset\"") ? ".gltf" : "";
+  const bool isOther =
+    has("\"CityJSON\"") || (has("\"metadata\"") && (has("Geometry") || has("\"Object\"")));
+  return isOther                     ? ".cityjson"
+         : has("\"geometricError\"") ? ".json"
+         : has("\"asset\"")          ? ".gltf"
+                                     : "";
 }
 
 bool IsRead(std::string_view ending)

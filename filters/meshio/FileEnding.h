@@ -29,11 +29,12 @@ inline bool IsPointText(const std::string& ending)
   return std::find(std::begin(endings), std::end(endings), ending) != std::end(endings);
 }
 
-// What only kdstream-convert reads. A .wrz is a .wrl that gzip has compressed.
+// What only kdstream-convert reads. A .wrz is a .wrl that gzip has compressed, a .json a
+// tileset of 3D Tiles.
 inline bool IsConvertedFormat(const std::string& ending)
 {
-  constexpr const char* endings[] = { ".vtp", ".vtk", ".wrl", ".wrz", ".glb", ".gltf", ".pcd",
-    ".las", ".laz" };
+  constexpr const char* endings[] = { ".vtp", ".vtk", ".wrl", ".wrz", ".glb", ".gltf", ".json",
+    ".pcd", ".las", ".laz" };
   return IsPointText(ending) ||
          std::find(std::begin(endings), std::end(endings), ending) != std::end(endings);
 }

@@ -26,6 +26,8 @@ constexpr auto squareSide = static_cast<std::int64_t>(TexelLayout::squareSide);
 constexpr std::size_t squareBytes = TexelLayout::squareBytes;
 constexpr std::uint64_t mostIndexBytes = std::uint64_t{ 1 } << 26;
 constexpr std::uint64_t mostSide = std::uint64_t{ 1 } << 31;
+// Pictures that stay open: a tileset may have more of them than a process may have open files.
+constexpr std::size_t mostOpenPictures = 512;
 
 std::int64_t SquaresAlong(std::uint64_t texels)
 {
@@ -247,6 +249,7 @@ Result<std::shared_ptr<const TextureFolder>> TextureFolder::Open(
   const std::vector<char> content{ std::istreambuf_iterator<char>(stream), {} };
   ByteReader reader({ reinterpret_cast<const std::uint8_t*>(content.data()), content.size() });
   std::shared_ptr<TextureFolder> textures(new TextureFolder);
+  textures->Folder = folder;
   const std::size_t pictures = reader.Count(content.size());
   textures->Textures.pictures = pictures;
   for (std::size_t i = 0; i < pictures && !reader.Failed(); ++i)
@@ -289,10 +292,10 @@ Status TextureFolder::OpenPicture(
     this->Sizes.back() = {};
     return {};
   }
-  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
-  this->Descriptors.back() = descriptor;
   struct stat state = {};
-  if (descriptor < 0 || ::fstat(descriptor, &state) != 0)
+  const bool stays = this->Descriptors.size() <= mostOpenPictures;
+  this->Descriptors.back() = stays ? ::open(file.c_str(), O_RDONLY | O_CLOEXEC) : -1;
+  if ((stays && this->Descriptors.back() < 0) || ::stat(file.c_str(), &state) != 0)
   {
     return Error{ ErrorCode::InputOutput, "cannot be read: " + SystemReason(errno), file.string() };
   }
@@ -317,6 +320,21 @@ TextureFolder::~TextureFolder()
 
 Status TextureFolder::Read(std::uint32_t picture, const TexelBox& box, std::uint8_t* rgba) const
 {
+  const bool isOpen = this->Descriptors[picture] >= 0;
+  const int descriptor =
+    isOpen ? this->Descriptors[picture]
+           : ::open(PictureFile(this->Folder, picture).c_str(), O_RDONLY | O_CLOEXEC);
+  const Status read = this->ReadFrom(descriptor, picture, box, rgba);
+  if (!isOpen && descriptor >= 0)
+  {
+    ::close(descriptor);
+  }
+  return read;
+}
+
+Status TextureFolder::ReadFrom(
+  int descriptor, std::uint32_t picture, const TexelBox& box, std::uint8_t* rgba) const
+{
   const std::int64_t columns = SquaresAlong(this->Sizes[picture][0]);
   std::array<std::uint8_t, squareBytes> square;
   for (std::int64_t row = box.lo[1] / squareSide; row * squareSide < box.hi[1]; ++row)
@@ -324,7 +342,7 @@ Status TextureFolder::Read(std::uint32_t picture, const TexelBox& box, std::uint
     for (std::int64_t column = box.lo[0] / squareSide; column * squareSide < box.hi[0]; ++column)
     {
       const off_t at = (row * columns + column) * std::int64_t{ squareBytes };
-      if (::pread(this->Descriptors[picture], square.data(), square.size(), at) !=
+      if (::pread(descriptor, square.data(), square.size(), at) !=
           static_cast<ssize_t>(square.size()))
       {
         return Error{ ErrorCode::InputOutput,

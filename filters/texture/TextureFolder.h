@@ -95,10 +95,13 @@ public:
 private:
   TextureFolder() = default;
   Status OpenPicture(const std::filesystem::path& file, std::array<std::uint32_t, 2> size);
+  Status ReadFrom(
+    int descriptor, std::uint32_t picture, const TexelBox& box, std::uint8_t* rgba) const;
 
+  std::filesystem::path Folder;
   TextureSet Textures;
   std::vector<std::array<std::uint32_t, 2>> Sizes;
-  std::vector<int> Descriptors; // -1: no texels
+  std::vector<int> Descriptors; // -1: no texels, or opened for each read
 };
 
 }

@@ -114,8 +114,9 @@ Status FindBinaryChunk(
 }
 
 // A head of twelve bytes, a chunk of JSON, and an optional chunk of bytes; each chunk begins with
-// its length and kind.
-Result<std::string> ReadGlb(std::ifstream& file, std::uint64_t bytes, GltfDocument& document)
+// its length and kind. begin: in the file. isPart: of a tile, which fills up its end.
+Result<std::string> ReadGlb(std::ifstream& file, std::uint64_t begin, std::uint64_t bytes,
+  bool isPart, GltfDocument& document)
 {
   constexpr std::uint64_t headBytes = 12, chunkBytes = 8;
   std::array<char, headBytes + chunkBytes> head{};
@@ -151,8 +152,8 @@ Result<std::string> ReadGlb(std::ifstream& file, std::uint64_t bytes, GltfDocume
   const Result<std::string> text = ReadText(file, length);
   KDSTREAM_TRY(text);
   document.isGlb = true;
-  KDSTREAM_TRY(FindBinaryChunk(file, head.size() + length, bytes, document));
-  if (all >= head.size() + length)
+  KDSTREAM_TRY(FindBinaryChunk(file, begin + head.size() + length, begin + bytes, document));
+  if (!isPart && all >= head.size() + length)
   {
     document.tolerance.Count(
       Lapse::BytesBehindEnd, bytes - all, "byte " + std::to_string(all) + " of the file");
@@ -175,6 +176,15 @@ bool IsRead(std::string_view extension)
   return std::find(readExtensions.begin(), readExtensions.end(), extension) != readExtensions.end();
 }
 
+// Of metadata, names of arrays are read: they are not if there is more of it.
+bool HasOnlyArrays(const Json& json, std::string_view extension)
+{
+  constexpr const char* name = "EXT_structural_metadata";
+  const Json& metadata = Member(Member(json, "extensions"), name);
+  return extension == name && Member(metadata, "propertyTables").is_null() &&
+         Member(metadata, "propertyTextures").is_null();
+}
+
 bool ChangesLooks(std::string_view extension)
 {
   return std::any_of(looks.begin(), looks.end(),
@@ -183,22 +193,28 @@ bool ChangesLooks(std::string_view extension)
 
 }
 
-Result<GltfDocument> ReadGltfDocument(const std::filesystem::path& file)
+Result<GltfDocument> ReadGltfDocument(const std::filesystem::path& file, const GltfRange& range)
 {
   std::ifstream input(file, std::ios::binary);
   std::error_code failed;
-  const std::uintmax_t bytes = std::filesystem::file_size(file, failed);
+  const std::uintmax_t all = std::filesystem::file_size(file, failed);
   std::array<char, 4> mark{};
   if (failed || !input)
   {
     return Error{ ErrorCode::InputOutput, "cannot be read" };
   }
-  input.read(mark.data(), mark.size());
+  const std::uint64_t begin = std::min<std::uint64_t>(range.begin, all);
+  const std::uint64_t bytes = std::min<std::uint64_t>(range.bytes.value_or(all), all - begin);
+  input.seekg(static_cast<std::streamoff>(begin));
+  input.read(
+    mark.data(), static_cast<std::streamsize>(std::min<std::uint64_t>(mark.size(), bytes)));
   input.clear();
-  input.seekg(0);
+  input.seekg(static_cast<std::streamoff>(begin));
   GltfDocument document;
   const bool isGlb = std::memcmp(mark.data(), "glTF", mark.size()) == 0;
-  const Result<std::string> text = isGlb ? ReadGlb(input, bytes, document) : ReadText(input, bytes);
+  const Result<std::string> text =
+    isGlb ? ReadGlb(input, begin, bytes, range.bytes.has_value(), document)
+          : ReadText(input, bytes);
   KDSTREAM_TRY(text);
   Result<Json> json = ParseJson(*text, isGlb ? 20 : 0);
   KDSTREAM_TRY(json);
@@ -290,13 +306,14 @@ Status CheckGltfExtensions(const Json& json, std::optional<std::string>& notRead
     for (const Json& extension : Member(json, list))
     {
       const std::string name = extension.is_string() ? extension.get<std::string>() : "";
-      if (list == std::string_view("extensionsRequired") && !IsRead(name) && !ChangesLooks(name))
+      const bool isRead = IsRead(name) || HasOnlyArrays(json, name);
+      if (list == std::string_view("extensionsRequired") && !isRead && !ChangesLooks(name))
       {
         return Error{ ErrorCode::Unsupported,
           "needs the extension " + Quoted(name) + ", which is not read: save it without", {}, {},
           Remedy::Told };
       }
-      if (!IsRead(name))
+      if (!isRead)
       {
         names.insert(name);
       }

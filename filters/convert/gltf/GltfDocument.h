@@ -18,10 +18,17 @@
 namespace kdstream
 {
 
+// Where a glTF lies in its file: all of it, or a part, as tiles of 3D Tiles hold one.
+struct GltfRange
+{
+  std::uint64_t begin = 0;
+  std::optional<std::uint64_t> bytes{}; // none: to the end
+};
+
 struct GltfDocument
 {
   nlohmann::json json;           // an object
-  std::uint64_t binary = 0;      // where a .glb's chunk of bytes (BIN) begins, after its head
+  std::uint64_t binary = 0;      // where in the file the chunk of bytes (BIN) of a .glb begins
   std::uint64_t binaryBytes = 0; // that it has, 0 where there is none
   std::string otherChunk;        // the second chunk, where there is none of bytes
   bool isGlb = false;            // by its first bytes, whatever the file is called
@@ -30,7 +37,8 @@ struct GltfDocument
 
 // Peak memory: several times the JSON. Errors: InvalidInput for a file that is not glTF 2, that is
 // shorter than it claims, or whose JSON is truncated or malformed (naming the byte).
-Result<GltfDocument> ReadGltfDocument(const std::filesystem::path& file);
+Result<GltfDocument> ReadGltfDocument(
+  const std::filesystem::path& file, const GltfRange& range = {});
 
 // A member, or null: also where the value is not an object.
 const nlohmann::json& Member(const nlohmann::json& value, const char* name);

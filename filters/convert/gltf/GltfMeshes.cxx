@@ -56,6 +56,12 @@ std::string NameOf(std::size_t mesh, std::size_t part)
   return "mesh " + std::to_string(mesh) + ", part " + std::to_string(part) + ": ";
 }
 
+// What a tile has beside its surface, to close gaps to its neighbours (doc/3dtiles.md).
+bool IsSkirt(const Json& part)
+{
+  return Member(Member(part, "extras"), "skirt") == true;
+}
+
 // A point array that is carried as it is.
 struct PlainArray
 {
@@ -83,8 +89,41 @@ AttributeType TypeOf(GltfComponent component)
   return AttributeType::Float32;
 }
 
+// By attribute the name of the property that it is, where both have the same values.
+std::map<std::string, std::string> NamesOfProperties(const Json& json)
+{
+  static constexpr std::array<std::string_view, 5> taken{ "Normals", "TCoords", "texcoord_1", "RGB",
+    "RGBA" };
+  const Json& metadata = Member(Member(json, "extensions"), "EXT_structural_metadata");
+  const Json& classes = Member(Member(metadata, "schema"), "classes");
+  std::map<std::string, std::string> names;
+  std::set<std::string> used(taken.begin(), taken.end());
+  for (const Json& property : Member(metadata, "propertyAttributes"))
+  {
+    const Json& kind = Member(property, "class");
+    const Json& definitions = Member(
+      Member(classes, kind.is_string() ? kind.get<std::string>().c_str() : ""), "properties");
+    for (const auto& [id, place] : Member(property, "properties").items())
+    {
+      const Json& attribute = Member(place, "attribute");
+      const Json& definition = Member(definitions, id.c_str());
+      const Json& told = Member(definition, "name");
+      const std::string name = told.is_string() ? told.get<std::string>() : id;
+      const auto changes = [](const Json& values)
+      { return values.contains("offset") || values.contains("scale"); };
+      if (attribute.is_string() && attribute.get_ref<const std::string&>().starts_with("_") &&
+          !changes(place) && !changes(definition) && used.insert(name).second)
+      {
+        names.emplace(attribute.get<std::string>(), name);
+      }
+    }
+  }
+  return names;
+}
+
 // Those of a part that the reader does not use up, in their order.
-std::vector<PlainArray> PlainArraysOf(const Json& accessors, const Json& attributes)
+std::vector<PlainArray> PlainArraysOf(
+  const Json& accessors, const Json& attributes, const std::map<std::string, std::string>& names)
 {
   static constexpr std::array<std::string_view, 4> used{ "POSITION", "NORMAL", "TANGENT",
     "COLOR_0" };
@@ -108,10 +147,13 @@ std::vector<PlainArray> PlainArraysOf(const Json& accessors, const Json& attribu
     array.info.name = name == "TEXCOORD_0"   ? "TCoords"
                       : name == "TEXCOORD_1" ? "texcoord_1" // as stores have it from VTK's reader
                                              : name;
+    const auto property = names.find(name);
+    array.info.name = property == names.end() ? array.info.name : property->second;
     arrays.push_back(std::move(array));
   }
   std::stable_partition(arrays.begin(), arrays.end(),
-    [](const PlainArray& array) { return array.info.name != array.attribute; });
+    [](const PlainArray& array)
+    { return array.attribute.starts_with("TEXCOORD_") && array.info.name != array.attribute; });
   return arrays;
 }
 
@@ -457,7 +499,8 @@ private:
         part.pictures[i] = { float(coordinates->Part(i, 0)), float(coordinates->Part(i, 1)) };
       }
     }
-    for (const PlainArray& array : PlainArraysOf(this->Accessors, this->Attributes))
+    for (const PlainArray& array :
+      PlainArraysOf(this->Accessors, this->Attributes, this->Meshes.ArrayNames))
     {
       const Result<GltfAccessor> values = this->Open(array.attribute);
       KDSTREAM_TRY(values);
@@ -623,6 +666,7 @@ GltfMeshes::GltfMeshes(
   : Document(document)
   , Buffers(buffers)
   , Materials(materials)
+  , ArrayNames(NamesOfProperties(document.json))
 {
   for (const Json& mesh : Member(document.json, "meshes"))
   {
@@ -655,6 +699,7 @@ void GltfMeshes::Claims::Add(const Claims& other)
   this->parts += other.parts;
   this->coloured += other.coloured;
   this->zeros += other.zeros;
+  this->skirts += other.skirts;
   for (const auto& [info, count] : other.arrays)
   {
     const auto found = std::find_if(this->arrays.begin(), this->arrays.end(),
@@ -721,6 +766,11 @@ Result<GltfMeshes::Claims> GltfMeshes::ClaimsOf(std::size_t mesh) const
   Claims claims;
   for (std::size_t i = 0; i < CountOf(parts); ++i)
   {
+    if (IsSkirt(parts[i]))
+    {
+      ++claims.skirts;
+      continue;
+    }
     const Json &attributes = Member(parts[i], "attributes"), &indices = Member(parts[i], "indices");
     const auto has = [&](const char* name)
     {
@@ -752,7 +802,8 @@ Result<GltfMeshes::Claims> GltfMeshes::ClaimsOf(std::size_t mesh) const
       claimed.arrays.push_back(
         { { "Normals", AttributeType::Float32, AttributeAssociation::Point, 3 }, 1 });
     }
-    for (PlainArray& array : PlainArraysOf(Member(this->Document.json, "accessors"), attributes))
+    for (PlainArray& array :
+      PlainArraysOf(Member(this->Document.json, "accessors"), attributes, this->ArrayNames))
     {
       claimed.arrays.push_back({ std::move(array.info), 1 });
     }
@@ -773,6 +824,10 @@ Result<std::vector<GltfPart>> GltfMeshes::PartsOf(std::size_t mesh, const Json& 
   for (std::size_t i = 0; i < CountOf(parts); ++i)
   {
     const std::string named = NameOf(mesh, i);
+    if (IsSkirt(parts[i]))
+    {
+      continue;
+    }
     Result<std::optional<GltfPart>> part =
       Reader(*this, parts[i]).Read(weights.is_null() ? Member(json, "weights") : weights, named);
     if (!part)

@@ -51,9 +51,10 @@ public:
     std::uint64_t parts = 0;    // that have points
     std::uint64_t coloured = 0; // of these, by themselves or by their material
     std::uint64_t zeros = 0;    // elements of all attributes and indices that have no bytes
+    std::uint64_t skirts = 0;   // parts that only close gaps between tiles: they are not read
     // The arrays of the points, with the number of parts that have each: "Normals", "TCoords"
-    // (TEXCOORD_0), "texcoord_1", then all others by their names, except those that the reader
-    // itself uses.
+    // (TEXCOORD_0), "texcoord_1", then all others by their names (those that a property attribute
+    // of EXT_structural_metadata gives them), except those that the reader itself uses.
     std::vector<std::pair<AttributeInfo, std::uint64_t>> arrays{};
 
     void Add(const Claims& other);
@@ -83,6 +84,7 @@ private:
   const GltfDocument& Document;
   GltfBuffers& Buffers;
   const std::vector<GltfMaterial>& Materials;
+  std::map<std::string, std::string> ArrayNames;    // of attributes, by EXT_structural_metadata
   std::map<std::size_t, std::size_t> PartsOfPlaces; // how many have an accessor's places
   Tolerance DroppedPoints;
 };

@@ -244,10 +244,26 @@ GltfPlace Combined(const GltfPlace& outer, const GltfPlace& inner)
   return place;
 }
 
-GltfNodes::GltfNodes(const GltfDocument& document)
+GltfPlace CombinedFarAway(const GltfPlace& outer, const GltfPlace& inner)
+{
+  const GltfPlace turned{ outer.axes, {} };
+  return { { turned.Of(inner.axes[0]), turned.Of(inner.axes[1]), turned.Of(inner.axes[2]) },
+    outer.Of(inner.origin) };
+}
+
+GltfNodes::GltfNodes(const GltfDocument& document, const GltfStand& stand)
   : Document(document)
   , Nodes(Member(document.json, "nodes"))
+  , Stand(stand)
 {
+}
+
+GltfPlace GltfNodes::Standing(const GltfPlace& inScene) const
+{
+  const bool isPart = !(this->Stand == GltfStand{});
+  GltfPlace place = isPart ? CombinedFarAway(this->Stand.turned, inScene) : inScene;
+  place.origin = Plus(place.origin, this->Center);
+  return isPart ? CombinedFarAway(this->Stand.outer, place) : place;
 }
 
 Status GltfNodes::ChooseScene()
@@ -330,7 +346,7 @@ Status GltfNodes::Open()
   }
   for (const auto& [node, parent] : check.Entered())
   {
-    this->Places[node].origin = Plus(this->Places[node].origin, this->Center);
+    this->Places[node] = this->Standing(this->Places[node]);
   }
   if (hidden > 0)
   {
@@ -435,9 +451,7 @@ Status GltfNodes::ForEachMesh(GltfBuffers& buffers, const Visit& visit) const
       KDSTREAM_TRY(instances);
       for (const GltfPlace& instance : *instances)
       {
-        GltfPlace placed = Combined(place, instance);
-        placed.origin = Plus(placed.origin, this->Center);
-        KDSTREAM_TRY(visit(number, placed));
+        KDSTREAM_TRY(visit(number, this->Standing(Combined(place, instance))));
       }
     }
     const Json& children = Member(node, "children");

@@ -31,12 +31,22 @@ struct GltfPlace
 };
 // First inner, then outer.
 GltfPlace Combined(const GltfPlace& outer, const GltfPlace& inner);
+// The same for an outer place far from the origin, as on the globe: the axes lose nothing by that.
+GltfPlace CombinedFarAway(const GltfPlace& outer, const GltfPlace& inner);
+
+// How a scene stands in what it is a part of: a tile in its tileset. First it is turned, then come
+// the document's own centre (CESIUM_RTC) and the place of the tile.
+struct GltfStand
+{
+  GltfPlace turned{}, outer{};
+  bool operator==(const GltfStand&) const = default;
+};
 
 class GltfNodes
 {
 public:
   // The document must outlive it.
-  explicit GltfNodes(const GltfDocument& document);
+  explicit GltfNodes(const GltfDocument& document, const GltfStand& stand = {});
 
   // Finds the scene: the one that the file names, else the first, else all nodes that are not
   // children. Checks the nodes below it, without memory for their descendants. Errors: InvalidInput
@@ -60,10 +70,12 @@ public:
 
 private:
   Status ChooseScene();
+  GltfPlace Standing(const GltfPlace& inScene) const;
   Result<std::vector<GltfPlace>> InstancesOf(std::size_t node, GltfBuffers& buffers) const;
 
   const GltfDocument& Document;
   const nlohmann::json& Nodes;
+  const GltfStand Stand;
   std::vector<std::size_t> Roots;
   std::vector<GltfPlace> Places; // of all nodes
   Vec3 Center{};                 // from which the scene's places are counted (CESIUM_RTC)

@@ -218,7 +218,7 @@ TEST(MeshReader, FormatsThatAreNotReadAreNamed)
     { "<?xml version=\"1.0\"?>\n<amf unit=\"mm\">", "AMF" },
     { "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\">", "VTK" },
     { "#usda 1.0\n", "USD" }, { "#Inventor V2.1 ascii\n", "Inventor" },
-    { "{\"asset\":{\"version\":\"1.0\"},\"geometricError\":9", "JSON" },
+    { "{\"type\":\"CityJSON\",\"version\":\"2.0\"", "JSON" },
     { "{\"metadata\":{\"version\":4.5,\"type\":\"Object\"", "JSON" },
     { std::string("FORM\0\0\x01\0LWO2TAGS", 16), "LightWave" }, { "b3dm", "3D Tiles" },
     { "$MeshFormat\n2.2 0 8\n", "Gmsh" }, { "\x89PNG\r\n", "PNG picture, and no mesh" },

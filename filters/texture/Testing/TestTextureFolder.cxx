@@ -6,7 +6,10 @@
 
 #include <gtest/gtest.h>
 
+#include <sys/resource.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -252,4 +255,35 @@ TEST(TextureArrays, ComeBackFromAPiece)
   EXPECT_FALSE(TakeTextureArrays(other, 70000)) << "a material that is not there";
   third.attributes.pop_back();
   EXPECT_FALSE(TakeTextureArrays(third, 70001)) << "no materials";
+}
+
+// Of a tileset there are more than a process may have open files.
+TEST_F(TestTextureFolder, MorePicturesThanOpenFiles)
+{
+  constexpr std::uint8_t count = 250;
+  std::vector<Picture> pictures;
+  for (std::uint8_t i = 0; i < count; ++i)
+  {
+    pictures.push_back({ 1, 1, 3, { i, 2, 3 } });
+  }
+  std::vector<Picture> all;
+  for (int times = 0; times < 3; ++times)
+  {
+    all.insert(all.end(), pictures.begin(), pictures.end());
+  }
+  this->Write(all, {});
+  rlimit limits{};
+  ::getrlimit(RLIMIT_NOFILE, &limits);
+  rlimit few = limits;
+  few.rlim_cur = 600;
+  ::setrlimit(RLIMIT_NOFILE, &few);
+  const auto opened = TextureFolder::Open(this->Folder / "paint");
+  ::setrlimit(RLIMIT_NOFILE, &limits);
+  ASSERT_TRUE(opened) << opened.GetError().message;
+  for (std::uint32_t i = 0; i < all.size(); ++i)
+  {
+    std::array<std::uint8_t, 4> texel{};
+    ASSERT_TRUE((*opened)->Read(i, { { 0, 0 }, { 1, 1 } }, texel.data())) << i;
+    EXPECT_EQ(texel[0], i % count);
+  }
 }

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Scenes of glTF joined to one mesh: that of a file, or those of the tiles of a tileset.
+//
+//   JoinedScenes joined(textures, JoinedScenes::Parts::OfOneFile);
+//   for each document: joined.Count(document)   // what they claim, before memory is taken
+//   joined.Begin();
+//   for each document: joined.Append(document)
+//   Result<ForeignMesh> mesh = joined.Finish(…);
+#pragma once
+
+#include "filters/convert/ForeignMesh.h"
+#include "filters/convert/gltf/GltfBuffers.h"
+#include "filters/convert/gltf/GltfDocument.h"
+#include "filters/convert/gltf/GltfMaterials.h"
+#include "filters/convert/gltf/GltfMeshes.h"
+#include "filters/convert/gltf/GltfNodes.h"
+#include "filters/convert/gltf/JoinedBorders.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <tuple>
+#include <vector>
+
+namespace kdstream
+{
+
+// A document with all that is read of it.
+class GltfSource
+{
+public:
+  // Errors: those of ReadGltfDocument, CheckGltfExtensions and GltfNodes::Open.
+  static Result<std::unique_ptr<GltfSource>> Open(
+    const std::filesystem::path& file, const GltfRange& range = {}, const GltfStand& stand = {});
+  GltfSource(const GltfSource&) = delete;
+  GltfSource& operator=(const GltfSource&) = delete;
+
+  // The files that it names, but its own.
+  std::vector<std::filesystem::path> Named() const;
+  // What users should know of its scene; of its materials; and, once it is read, of the rest.
+  const std::vector<std::string>& SceneNotes() const { return this->Nodes.Notes(); }
+  std::vector<std::string> MaterialNotes() const;
+  std::vector<std::string> OtherNotes() const;
+  // A buffer that is missing or short explains an error better.
+  Error Explained(Error error) const;
+
+private:
+  friend class JoinedScenes;
+  GltfSource(GltfDocument document, std::filesystem::path file, const GltfStand& stand);
+
+  const std::filesystem::path File;
+  const GltfDocument Document;
+  GltfBuffers Buffers;
+  GltfNodes Nodes;
+  const GltfMaterials Materials;
+  std::optional<std::string> NotRead;
+};
+
+class JoinedScenes
+{
+public:
+  // What the mesh is joined of.
+  // OfOneFile: it has doubles if floats would leave one of its parts fewer than 2^16 steps along
+  // its longest side, and the part's own numbers are finer.
+  // OfTiles: the same of all parts together; and borders of tiles beside each other are closed
+  // (JoinedBorders.h).
+  enum class Parts
+  {
+    OfOneFile,
+    OfTiles
+  };
+  // leftOut: names of arrays that are not carried. textures must outlive it.
+  JoinedScenes(const TextureOptions& textures, Parts parts, std::set<std::string> leftOut = {});
+
+  // Adds up what the scene claims, before memory is taken for it. Errors: LimitExceeded for more
+  // points or triangles than can be read; those of GltfMeshes::ClaimsOf.
+  Status Count(GltfSource& source);
+  // Chooses the arrays: those that all parts have.
+  void Begin();
+  // Appends each mesh, at each of its places. Errors: those of GltfMeshes::PartsOf.
+  Status Append(GltfSource& source, const Execution& execution);
+  // Bakes pictures, or keeps colours; converts to floats if these are as fine as the files'
+  // numbers. scenes, materials: notes, which become warnings. Errors: those of BakeAndKeepTextures.
+  Result<ForeignMesh> Finish(const std::vector<std::string>& scenes,
+    const std::vector<std::string>& materials, const Execution& execution);
+
+  std::uint64_t Points() const { return this->Claims.points; } // that were claimed
+  // What all places lie in, and how many parts were left out because they only close gaps.
+  const Box& Bounds() const { return this->Whole; }
+  std::uint64_t Skirts() const { return this->Claims.skirts; }
+
+private:
+  static std::size_t MeshOf(const GltfSource& source, std::size_t node);
+  void AddMaterials(const GltfSource& source);
+  Status AppendPart(const GltfPart& part, std::size_t node, const GltfPlace& place);
+  Status AppendPlaced(const GltfPart& part, const GltfPlace& place);
+  void AppendPoints(const GltfPart& part, const GltfPlace& place, bool isMoved);
+  void AppendColors(const GltfPart& part);
+  void AppendTextured(const GltfPart& part, std::size_t first);
+  void RoundToFloats();
+  void WarnOfAll(const std::vector<std::string>& scenes, const std::vector<std::string>& materials);
+  Status Bake(const Execution& execution);
+  void MultiplyByOwn(std::vector<Attribute>& arrays) const;
+
+  const TextureOptions& Textures;
+  const Parts Joins;
+  const std::set<std::string> LeftOut;
+  GltfMeshes::Claims Claims;
+  bool IsTextured = false;
+
+  // Of all documents, in their order. What is named again is the same picture.
+  std::vector<TexturedMaterial> Materials;
+  std::vector<PictureSource> Pictures;
+  std::map<std::tuple<std::filesystem::path, std::uint64_t, std::uint64_t>, std::uint32_t> Known;
+  std::size_t Documents = 0;    // counted
+  std::size_t MaterialsAt = 0;  // of the document that is appended, in Materials
+  GltfSource* Source = nullptr; // the same
+
+  ForeignMesh Joined;
+  std::vector<Color> Colors; // of the points; where pictures paint, what multiplies them
+  TexturedMesh Textured;
+  Box Whole, Placed; // of all; of the part that is appended
+  JoinedBorders Borders;
+  std::size_t Appended = 0; // documents
+  std::size_t Lines = 0;
+  bool AreDoubles = false, IsPosed = false, IsAnimated = false;
+  bool AreFloats = true; // all places
+  bool IsTinted = false; // by colours that are not white, as modellers write where none is painted
+};
+
+}

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Steps: 1. edges, sorted; those that come once are on the border  2. cells as wide as the farthest
+// reach; each vertex looks into those around its own  3. without a near one it is one itself.
+#include "filters/convert/gltf/JoinedBorders.h"
+
+#include "filters/core/SeededHash.h"
+#include "filters/core/VectorMath.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <unordered_map>
+#include <utility>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr double reachOfSide = 0x1p-16;
+// More of them in a cell are looked at by nobody: so near are no vertices but those of spoilt
+// files.
+constexpr std::size_t mostInCell = 64;
+
+struct CellHash
+{
+  std::uint64_t seed = 0;
+  std::size_t operator()(const Vec3& cell) const { return HashOfPlace(cell, this->seed); }
+};
+
+Vec3 CellOf(const Vec3& point, double side)
+{
+  return WithPositiveZeros(
+    { std::floor(point[0] / side), std::floor(point[1] / side), std::floor(point[2] / side) });
+}
+
+bool IsFinitePoint(const Vec3& point)
+{
+  return std::all_of(point.begin(), point.end(), [](double value) { return std::isfinite(value); });
+}
+
+}
+
+void JoinedBorders::Add(const Mesh& mesh, std::size_t first, std::uint32_t tile, const Box& box)
+{
+  std::vector<std::pair<VertexId, VertexId>> edges;
+  edges.reserve(3 * (mesh.triangles.size() - first));
+  for (std::size_t t = first; t < mesh.triangles.size(); ++t)
+  {
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      edges.push_back(std::minmax({ mesh.triangles[t][k], mesh.triangles[t][(k + 1) % 3] }));
+    }
+  }
+  std::sort(edges.begin(), edges.end());
+  std::vector<VertexId> border;
+  for (std::size_t begin = 0, end = 0; begin < edges.size(); begin = end)
+  {
+    for (end = begin; end < edges.size() && edges[end] == edges[begin]; ++end)
+    {
+    }
+    if (end == begin + 1)
+    {
+      border.insert(border.end(), { edges[begin].first, edges[begin].second });
+    }
+  }
+  std::sort(border.begin(), border.end());
+  border.erase(std::unique(border.begin(), border.end()), border.end());
+  double side = 0;
+  for (std::size_t k = 0; k < 3 && !box.Empty(); ++k)
+  {
+    side = std::max(side, box.hi[k] - box.lo[k]);
+  }
+  for (const VertexId number : border)
+  {
+    this->Vertices.push_back({ number, tile, reachOfSide * side });
+  }
+}
+
+void JoinedBorders::Close(Mesh& mesh) const
+{
+  double cell = 0;
+  for (const Vertex& vertex : this->Vertices)
+  {
+    cell = std::max(cell, std::isfinite(vertex.reach) ? vertex.reach : 0.0);
+  }
+  if (!(cell > 0))
+  {
+    return;
+  }
+  constexpr std::size_t fewest = 1024;
+  std::unordered_map<Vec3, std::vector<const Vertex*>, CellHash> cells(
+    fewest, CellHash{ RandomSeed() });
+  for (const Vertex& vertex : this->Vertices)
+  {
+    Vec3& point = mesh.points[vertex.number];
+    if (!IsFinitePoint(point))
+    {
+      continue;
+    }
+    const Vec3 own = CellOf(point, cell);
+    std::optional<std::pair<double, Vec3>> nearest;
+    for (int around = 0; around < 27; ++around)
+    {
+      const Vec3 looked{ own[0] + around % 3 - 1, own[1] + around / 3 % 3 - 1,
+        own[2] + around / 9 - 1 };
+      const auto found = cells.find(looked);
+      for (std::size_t i = 0; found != cells.end() && i < found->second.size(); ++i)
+      {
+        const Vertex& other = *found->second[i];
+        const Vec3& place = mesh.points[other.number];
+        const double distance = SquaredDistance(point, place),
+                     reach = std::max(vertex.reach, other.reach);
+        if (other.tile != vertex.tile && distance <= reach * reach &&
+            (!nearest || distance < nearest->first))
+        {
+          nearest = { distance, place };
+        }
+      }
+    }
+    if (nearest)
+    {
+      point = nearest->second;
+      continue;
+    }
+    std::vector<const Vertex*>& here = cells[own];
+    if (here.size() < mostInCell)
+    {
+      here.push_back(&vertex);
+    }
+  }
+}
+
+}

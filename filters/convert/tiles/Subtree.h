@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A subtree of implicit tiling: which of its tiles, contents and child subtrees are there.
+#pragma once
+
+#include "filters/convert/tiles/TilesetFolder.h"
+#include "filters/core/Result.h"
+
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+// A bit for each of some tiles, level after level, each in Morton order.
+class TileBits
+{
+public:
+  explicit TileBits(bool all = false)
+    : All(all)
+  {
+  }
+  explicit TileBits(std::string bits)
+    : Bits(std::move(bits))
+  {
+  }
+  // REQUIRES: a tile of the subtree.
+  bool operator[](std::size_t tile) const
+  {
+    return this->Bits ? (static_cast<unsigned char>((*this->Bits)[tile / 8]) >> tile % 8 & 1U) != 0
+                      : this->All;
+  }
+
+private:
+  bool All = false;
+  std::optional<std::string> Bits;
+};
+
+struct Subtree
+{
+  TileBits tiles;
+  std::vector<TileBits> contents; // one for each content that a tile may have
+  TileBits children;              // child subtrees
+};
+
+// The size of a subtree: how many tiles, and how many tiles are below its last level.
+struct SubtreeShape
+{
+  std::size_t tiles = 0, children = 0;
+};
+
+// Reads a .subtree or its JSON. file: relative to the folder. Memory: the file. Errors:
+// InvalidInput, continuing a sentence: for bits that are not there for all tiles.
+Result<Subtree> ReadSubtree(
+  const TilesetFolder& folder, const std::filesystem::path& file, const SubtreeShape& shape);
+
+}
