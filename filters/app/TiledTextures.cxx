@@ -2,13 +2,25 @@
 #include "filters/app/TiledTextures.h"
 
 #include "filters/texture/TextureArrays.h"
+#include "filters/texture/levels/LevelTile.h"
 
 namespace kdstream
 {
+namespace
+{
+
+// Of the image of a level that is one piece: what is seen first comes at once.
+constexpr std::size_t mostBytesOfOnePiece = 36000;
+
+}
 
 TextureDescription TiledTextures::Describe() const
 {
-  return { std::string(NameOf(TileImage::Webp)), this->Options.quality == 0 };
+  TextureDescription description;
+  description.format = NameOf(TileImage::Webp);
+  description.lossless = this->Options.quality == 0;
+  description.levels = true;
+  return description;
 }
 
 Result<EncodedTexture> TiledTextures::Make(Piece& piece) const
@@ -27,6 +39,31 @@ Result<EncodedTexture> TiledTextures::Make(Piece& piece) const
     const std::lock_guard lock(this->Mutex);
     this->Sums.Add(made->counts);
   }
+  return EncodedTexture{ EncodeTextureTile(made->tile, piece.triangles), made->counts.texels };
+}
+
+Result<EncodedTexture> TiledTextures::MakeOfLevel(
+  const Piece& piece, const FinerPieces& finer) const
+{
+  FinerTiles tiles;
+  for (const FinerPieces::Place& place : finer.places)
+  {
+    tiles.places.push_back({ place.box, place.below });
+  }
+  tiles.read = [&finer](std::size_t place) -> Result<FinerTile>
+  {
+    Result<FinerPiece> read = finer.read(place);
+    KDSTREAM_TRY(read);
+    Result<TextureTile> tile = DecodeTextureTile(read->texture, read->piece.triangles);
+    KDSTREAM_TRY(tile);
+    return FinerTile{ std::move(read->piece), std::move(*tile) };
+  };
+  LevelTileOptions options;
+  options.quality = this->Options.quality == 0 ? options.quality : this->Options.quality;
+  options.mostBytes = piece.id.node == 1 ? mostBytesOfOnePiece : 0;
+  options.oneLarge = &this->LargeTile;
+  const Result<MadeTile> made = MakeLevelTile(piece, tiles, options);
+  KDSTREAM_TRY(made);
   return EncodedTexture{ EncodeTextureTile(made->tile, piece.triangles), made->counts.texels };
 }
 
