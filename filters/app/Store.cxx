@@ -14,6 +14,7 @@
 #include "filters/core/CaughtError.h"
 #include "filters/core/MeshDistance.h"
 #include "filters/core/VectorMath.h"
+#include "filters/core/tree/PieceDepth.h"
 #include "filters/files/WriteWhole.h"
 #include "filters/meshio/FileEnding.h"
 #include "filters/meshio/MeshWriter.h"
@@ -28,6 +29,7 @@
 #include <cmath>
 #include <functional>
 #include <iostream>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -269,9 +271,10 @@ private:
       return PrintError(this->Program, this->Line.store, original.GetError());
     }
     const std::string ending = FileEnding(*output);
-    const bool withPictures = original->alone && (ending == ".obj" || ending == ".glb");
+    const std::vector<PieceId> textured = this->TexturedPieces(store.Info(), *original);
+    const bool withPictures = !textured.empty() && (ending == ".obj" || ending == ".glb");
     const int exitCode = withPictures || ending == ".glb"
-                           ? this->ExtractTextured(store, *output, *original, *folders, begin)
+                           ? this->ExtractTextured(store, *output, textured, *folders, begin)
                            : this->ExtractPlain(store, *output, *folders, begin);
     if (exitCode == exitDone && (ending == ".stl" || ending == ".glb") &&
         HasUnused(store, this->Line.wanted))
@@ -320,14 +323,35 @@ private:
     return exitDone;
   }
 
-  // With the pictures of partitions, if nothing else is asked for; otherwise a .glb without
-  // pictures.
-  int ExtractTextured(const Store& store, const std::filesystem::path& output,
-    const WantedPartitions& original, OutputFolders& folders, Moment begin) const
+  // The pieces that the mesh consists of, if they have textures: only partitions, or a level.
+  std::vector<PieceId> TexturedPieces(
+    const ModelDescription& model, const WantedPartitions& original) const
   {
-    Result<TexturedMesh> mesh = original.alone
-                                  ? kdstream::ExtractTextured(store, original.partitions)
-                                  : this->MakePlain(store);
+    std::vector<PieceId> pieces;
+    for (std::size_t i = 0; original.alone && i < original.partitions.size(); ++i)
+    {
+      pieces.push_back(
+        PieceOfPartition(Resolution::Original(), original.partitions[i], model.depths));
+    }
+    const std::optional<unsigned> level = this->Line.wanted.level;
+    if (model.textures && model.textures->levels && level && *level <= model.depths.finest)
+    {
+      const Resolution resolution = Resolution::Level(*level);
+      const NodeId first = NodeId{ 1 } << PieceDepth(resolution, model.depths);
+      for (NodeId node = first; node < 2 * first; ++node)
+      {
+        pieces.push_back({ resolution, node });
+      }
+    }
+    return pieces;
+  }
+
+  // With the pictures of these pieces; without any a .glb without pictures.
+  int ExtractTextured(const Store& store, const std::filesystem::path& output,
+    const std::vector<PieceId>& textured, OutputFolders& folders, Moment begin) const
+  {
+    Result<TexturedMesh> mesh =
+      textured.empty() ? this->MakePlain(store) : kdstream::ExtractTextured(store, textured);
     const bool withUnused = FileEnding(output) == ".obj" && HasUnused(store, this->Line.wanted);
     const Status added = mesh && withUnused ? AddUnused(store, mesh->mesh) : Status{};
     if (!mesh || !added)
@@ -497,9 +521,9 @@ private:
     frame.axes = { Cross(up, front), up, front };
     frame.scale = MetresOfUnit(model.unit).value_or(1);
     frame.copyright = model.credit;
+    const std::optional<unsigned> level = this->Line.wanted.level;
     if (!model.grid.Lossless())
     {
-      const std::optional<unsigned> level = this->Line.wanted.level;
       frame.latticeStep = model.grid.step * (level ? model.levels[*level].spacing : 1);
       frame.latticeOrigin = model.grid.origin;
     }
@@ -513,7 +537,12 @@ private:
     }
     folders->Keep();
     this->WarnOfTileLosses(model);
-    if (model.textures && !this->Line.wanted.level)
+    if (model.textures && model.textures->levels && level)
+    {
+      this->WarnOfLoss("the level's textures are left out: kdstream-store extract --level " +
+                       std::to_string(*level) + " -o OUT.glb has them");
+    }
+    if (model.textures && !level)
     {
       this->WarnOfLoss("the original's textures are left out: kdstream-store extract --all -o "
                        "OUT.glb has them");
@@ -637,7 +666,7 @@ void AddExtract(CLI::App& extract, CommandLine& line)
   extract
     .add_option("-o,--output", line.output,
       "mesh to write: .ply, .vtp, .stl, .obj, .wrl or .glb; .obj and .glb include the textures of "
-      "a textured original")
+      "partitions or a level")
     ->type_name("OUT")
     ->required()
     ->group("Output");

@@ -11,6 +11,14 @@
 
 namespace kdstream
 {
+namespace
+{
+
+// Of a box, for its grid: a longer one has cells of this size, and all sums stay finite.
+constexpr double largestSide = 1e300;
+
+}
+
 FinerColors::FinerColors(const FinerTile& finer, const Picture& picture)
   : Finer(finer)
   , Image(picture)
@@ -50,24 +58,45 @@ Color FinerColors::At(const Vec3& place, const Vec3& normal, std::uint32_t& near
   return near == noNear ? Color{ 0, 0, 0, 255 } : this->ColorOn(near, place);
 }
 
+// Whether a grid of cells of this.Side is small: it has few cells, and triangles that span many of
+// them are few. Sets Counts.
+bool FinerColors::CountCells()
+{
+  constexpr double mostCells = 1 << 20, cellsOfTriangle = 32;
+  double cells = 1;
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    const double side = this->Bounds.hi[k] - this->Bounds.lo[k];
+    const double count = std::floor(std::min(side, largestSide) / this->Side) + 1;
+    cells *= count;
+    this->Counts[k] = static_cast<std::int64_t>(std::min(count, mostCells));
+  }
+  if (!(cells <= mostCells))
+  {
+    return false;
+  }
+  double listed = 0;
+  for (std::uint32_t t = 0; t < this->Balls.size(); ++t)
+  {
+    const auto [lo, hi] = this->CellsOf(t);
+    listed += double(hi[0] - lo[0] + 1) * double(hi[1] - lo[1] + 1) * double(hi[2] - lo[2] + 1);
+  }
+  return listed <= std::max(mostCells, cellsOfTriangle * double(this->Balls.size()));
+}
+
 void FinerColors::MakeGrid()
 {
-  constexpr double mostCells = 1 << 20;
   if (this->Bounds.Empty())
   {
     return;
   }
   const Vec3 sides = Minus(this->Bounds.hi, this->Bounds.lo);
-  const double longest = std::max({ sides[0], sides[1], sides[2] });
-  this->Side = this->Side > 0 ? std::max(this->Side, longest * 1e-4) : 1;
-  const auto count = [&](std::size_t k) { return std::floor(sides[k] / this->Side) + 1; };
-  while (!(count(0) * count(1) * count(2) <= mostCells))
+  const double longest = std::min(std::max({ sides[0], sides[1], sides[2] }), largestSide);
+  this->Side = std::isfinite(this->Side) ? std::max(this->Side, longest * 1e-4) : longest;
+  this->Side = this->Side > 0 ? this->Side : 1;
+  while (!this->CountCells())
   {
     this->Side *= 1.5;
-  }
-  for (std::size_t k = 0; k < 3; ++k)
-  {
-    this->Counts[k] = static_cast<std::int64_t>(count(k));
   }
   const auto cells = static_cast<std::size_t>(this->Counts[0] * this->Counts[1] * this->Counts[2]);
   this->First.assign(cells + 1, 0);
@@ -99,15 +128,20 @@ FinerColors::Cell FinerColors::CellOf(const Vec3& place) const
   return cell;
 }
 
-template <class Visit>
-void FinerColors::VisitCells(std::uint32_t t, const Visit& visit) const
+std::pair<FinerColors::Cell, FinerColors::Cell> FinerColors::CellsOf(std::uint32_t t) const
 {
   Box box;
   for (const VertexId corner : this->Finer.piece.triangles[t])
   {
     box.Add(this->PointOf(corner));
   }
-  const Cell lo = this->CellOf(box.lo), hi = this->CellOf(box.hi);
+  return { this->CellOf(box.lo), this->CellOf(box.hi) };
+}
+
+template <class Visit>
+void FinerColors::VisitCells(std::uint32_t t, const Visit& visit) const
+{
+  const auto [lo, hi] = this->CellsOf(t);
   for (std::int64_t z = lo[2]; z <= hi[2]; ++z)
   {
     for (std::int64_t y = lo[1]; y <= hi[1]; ++y)

@@ -11,6 +11,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace kdstream
@@ -53,8 +54,10 @@ private:
   using Cell = std::array<std::int64_t, 3>;
 
   const Vec3& PointOf(VertexId vertex) const { return this->Finer.piece.positions[vertex]; }
+  bool CountCells();
   void MakeGrid();
   Cell CellOf(const Vec3& place) const;
+  std::pair<Cell, Cell> CellsOf(std::uint32_t t) const; // the least and the greatest
   std::size_t NumberOf(std::int64_t x, std::int64_t y, std::int64_t z) const
   {
     return static_cast<std::size_t>((z * this->Counts[1] + y) * this->Counts[0] + x);

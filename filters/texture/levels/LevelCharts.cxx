@@ -17,6 +17,7 @@ namespace
 constexpr std::uint32_t noChart = std::numeric_limits<std::uint32_t>::max();
 constexpr double growsTo = 0.6, steepest = 0.4; // cosines to the chart's normal
 constexpr double mostSquares = 1 << 22;         // that are looked at for a chart
+constexpr double largestChart = 1e300;          // longer ones have squares of this size
 constexpr int turns = 8;                        // of the axes, within a quarter
 
 using ChartPlace = std::array<double, 2>;
@@ -51,7 +52,11 @@ public:
     : Lo(lo)
     , Side(side)
   {
-    const auto count = [&](std::size_t k) { return std::floor((hi[k] - lo[k]) / this->Side) + 1; };
+    const auto count = [&](std::size_t k)
+    {
+      const double side = hi[k] - lo[k];
+      return side > 0 ? std::floor(std::min(side, largestChart) / this->Side) + 1 : 1;
+    };
     while (!(count(0) * count(1) <= mostSquares))
     {
       this->Side *= 2;
@@ -102,7 +107,8 @@ public:
 private:
   std::int64_t Square(double at, std::size_t k) const
   {
-    return static_cast<std::int64_t>((at - this->Lo[k]) / this->Side);
+    const double square = (at - this->Lo[k]) / this->Side;
+    return square > 0 ? static_cast<std::int64_t>(std::min(square, mostSquares)) : 0;
   }
 
   ChartPlace Lo;
