@@ -7,7 +7,7 @@ import { STATUS_CODES, createServer, request } from "node:http";
 import { WebSocket, WebSocketServer } from "ws";
 
 const frameHead = 20; // bytes of a KdStream frame before its payload: doc/protocol.md
-const kinds = ["tree", "levels", "partitions", "boxes", "textures", "textures"];
+const kinds = ["tree", "levels", "partitions", "boxes", "textures", "level-textures"];
 const ofLevels = [1, 5]; // kinds
 
 // "partitions/12" of the KdStream frame in a message.

@@ -43,7 +43,8 @@ async function visitNear(address, model) {
   return visit;
 }
 
-const isOfLevel = (name) => /^textures\/\d+\/\d+$/.test(name);
+const isOfLevel = (name) => name.startsWith("level-textures/");
+const isTexture = (name) => isOfLevel(name) || name.startsWith("textures/");
 
 for (const way of ["streamed", "got"]) {
   test(`they are seen from near, ${way}`, async () => {
@@ -54,12 +55,12 @@ for (const way of ["streamed", "got"]) {
       return bytes;
     };
     const visit = await visitNear(proxy.url, "statue");
-    const textures = sent.filter((name) => name.startsWith("textures/"));
+    const textures = sent.filter(isTexture);
     assert.ok(textures.length > 3, `${textures.length} textures`);
     assert.equal(new Set(textures).size, textures.length, "each once");
     assert.ok(textures.some(isOfLevel), "of levels too");
     assert.ok(!textures.every(isOfLevel), "of the original too");
-    const textured = (name) => name.replace("textures", isOfLevel(name) ? "levels" : "partitions");
+    const textured = (name) => name.replace(/^[^/]+/, isOfLevel(name) ? "levels" : "partitions");
     assert.ok(textures.every((name) => sent.includes(textured(name))), "of what is there");
     const status = await visit.status();
     assert.equal(status.error, "");
@@ -84,13 +85,13 @@ for (const way of ["streamed", "got"]) {
 test("one that is damaged is named, and the model stays to be looked at", async () => {
   proxy.streams = true;
   proxy.alterBlob = (name, bytes) => {
-    if (name.startsWith("textures/")) {
+    if (isTexture(name)) {
       bytes[bytes.length >> 1] ^= 1;
     }
     return bytes;
   };
   const visit = await visitNear(proxy.url, "statue");
-  await visit.untilSaid(/^A part of “A statue” is missing \(textures\/[\d/]+\): .*its checksum is wrong\.$/);
+  await visit.untilSaid(/^A part of “A statue” is missing \((level-)?textures\/[\d/]+\): .*its checksum is wrong\.$/);
   const { triangles, original } = await visit.status();
   assert.ok(triangles > 1000 && original);
   proxy.alterBlob = null;
@@ -135,7 +136,7 @@ test("the original is kept with them", async () => {
   }));
   const count = (paths, kind) => paths.filter((path) => path.includes(`/${kind}/`)).length;
   const paths = await eventually("all of it", kept, (all) => count(all, "partitions") > 8
-    && count(all, "textures") === count(all, "partitions") + count(all, "levels"));
+    && count(all, "textures") === count(all, "partitions") && count(all, "level-textures") === count(all, "levels"));
   assert.ok(count(paths, "textures") >= 32, `${count(paths, "textures")} textures`);
   await visit.close();
 });

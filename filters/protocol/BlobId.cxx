@@ -46,7 +46,7 @@ std::string BlobName(const BlobId& blob)
     case BlobKind::Texture:
       return "textures/" + std::to_string(blob.number);
     case BlobKind::LevelTexture:
-      return "textures/" + std::to_string(blob.level) + "/" + std::to_string(blob.number);
+      return "level-textures/" + std::to_string(blob.level) + "/" + std::to_string(blob.number);
   }
   return {};
 }
@@ -64,14 +64,14 @@ Result<BlobId> ParseBlobName(std::string_view name)
     const auto node = ParseDecimal(parts[1], 1, nodeEnd - 1);
     return node ? Result<BlobId>(BlobId{ kind, 0, *node }) : bad("not a tree node", parts[1]);
   }
-  if (parts.size() == 3 && (parts[0] == "levels" || parts[0] == "textures"))
+  if (parts.size() == 3 && (parts[0] == "levels" || parts[0] == "level-textures"))
   {
     const auto depth = ParseDecimal(parts[1], 0, maximumDepth);
     if (!depth)
     {
       return bad("no level", parts[1]);
     }
-    const BlobKind kind = parts[0] == "textures" ? BlobKind::LevelTexture : BlobKind::Level;
+    const BlobKind kind = parts[0] == "levels" ? BlobKind::Level : BlobKind::LevelTexture;
     const auto node = ParseDecimal(parts[2], 1, nodeEnd - 1);
     return node ? Result<BlobId>(BlobId{ kind, static_cast<std::uint8_t>(*depth), *node })
                 : bad("not a tree node", parts[2]);

@@ -77,8 +77,8 @@ constexpr bool IsOfTexture(const BlobId& blob)
   return blob.kind == BlobKind::Texture || blob.kind == BlobKind::LevelTexture;
 }
 
-// "tree/1", "boxes/1", "levels/7/1", "partitions/12", "textures/12", "textures/7/1". REQUIRES:
-// IsValid(blob).
+// "tree/1", "boxes/1", "levels/7/1", "partitions/12", "textures/12", "level-textures/7/1".
+// REQUIRES: IsValid(blob).
 std::string BlobName(const BlobId& blob);
 
 // The inverse, strict: decimal numbers without sign, leading zeros or surrounding characters, in

@@ -245,7 +245,7 @@ TEST_F(TestTexturedExtract, ExportedFoldersHaveTheTextures)
   }
   const auto blob = (*store)->Read(protocol::BlobId::LevelTexture(0, 1));
   ASSERT_TRUE(blob);
-  EXPECT_EQ(ReadWhole(this->Folder / ("www/api/models/m/" + info.digest + "/textures/0/1")),
+  EXPECT_EQ(ReadWhole(this->Folder / ("www/api/models/m/" + info.digest + "/level-textures/0/1")),
     std::string(blob->begin(), blob->end()));
   EXPECT_NE(ReadWhole(this->Folder / "www/api/models/m/model.json").find("\"textures\":{\"bytes\""),
     std::string::npos);

@@ -255,16 +255,16 @@ TEST_F(StoreTextures, LevelsHaveThemToo)
     EXPECT_EQ(info.levels[depth].texels, 1000 * info.levels[depth].pieces);
   }
   EXPECT_EQ((*store)->Read(protocol::BlobId::LevelTexture(3, 2)).GetError().message,
-    "the model has no textures/3/2");
+    "the model has no level-textures/3/2");
 
   StoreContent content(this->File());
-  content.FirstByteOf("textures/3/1") ^= 1;
+  content.FirstByteOf("level-textures/3/1") ^= 1;
   content.Write();
   const auto damaged = Store::Open(this->File());
   ASSERT_TRUE(damaged);
   const std::vector<Error> found = (*damaged)->Verify();
   ASSERT_EQ(found.size(), 1U);
-  EXPECT_EQ(found[0].message, "textures/3/1: wrong checksum");
+  EXPECT_EQ(found[0].message, "level-textures/3/1: wrong checksum");
 }
 
 TEST_F(StoreTextures, PlainStoresHaveNone)

@@ -51,11 +51,22 @@ Color FinerColors::At(const Vec3& place, const Vec3& normal, std::uint32_t& near
   Search search{ place, normal, infinity, infinity, noNear };
   if (near < this->Balls.size())
   {
+    if (const auto coordinates = this->CloseAbove(near, place, normal))
+    {
+      return this->ColorOn(near, *coordinates);
+    }
     this->Look(near, search);
   }
   this->FindNearest(search);
   near = search.found;
-  return near == noNear ? Color{ 0, 0, 0, 255 } : this->ColorOn(near, place);
+  if (near == noNear)
+  {
+    return { 0, 0, 0, 255 };
+  }
+  const Triangle& corners = this->Finer.piece.triangles[near];
+  const Vec3 nearest = NearestOnTriangle(
+    place, this->PointOf(corners[0]), this->PointOf(corners[1]), this->PointOf(corners[2]));
+  return this->ColorOn(near, this->CoordinatesOf(near, nearest));
 }
 
 // Whether a grid of cells of this.Side is small: it has few cells, and triangles that span many of
@@ -240,21 +251,42 @@ void FinerColors::Look(std::uint32_t t, Search& search) const
   }
 }
 
-Color FinerColors::ColorOn(std::uint32_t t, const Vec3& place) const
+// Of the projection on the triangle's plane: along its first and its third edge, from its first
+// corner. 0 where it has no area.
+std::array<double, 2> FinerColors::CoordinatesOf(std::uint32_t t, const Vec3& place) const
 {
   const Triangle& corners = this->Finer.piece.triangles[t];
-  const Vec3 &a = this->PointOf(corners[0]), &b = this->PointOf(corners[1]),
-             &c = this->PointOf(corners[2]);
-  const Vec3 nearest = NearestOnTriangle(place, a, b, c);
-  const Vec3 u = Minus(b, a), v = Minus(c, a), w = Minus(nearest, a);
+  const Vec3& a = this->PointOf(corners[0]);
+  const Vec3 u = Minus(this->PointOf(corners[1]), a), v = Minus(this->PointOf(corners[2]), a);
+  const Vec3 w = Minus(place, a);
   const double uu = Dot(u, u), uv = Dot(u, v), vv = Dot(v, v);
   const double wu = Dot(w, u), wv = Dot(w, v), determinant = uu * vv - uv * uv;
-  double s = 0, r = 0;
-  if (determinant > 0)
+  return determinant > 0 ? std::array<double, 2>{ (vv * wu - uv * wv) / determinant,
+    (uu * wv - uv * wu) / determinant }
+                         : std::array<double, 2>{};
+}
+
+// If a place is so close to the inside of a triangle that none is looked for that is nearer.
+std::optional<std::array<double, 2>> FinerColors::CloseAbove(
+  std::uint32_t t, const Vec3& place, const Vec3& normal) const
+{
+  constexpr double close = 0.25; // of the triangle's size
+  const Ball& ball = this->Balls[t];
+  const double above =
+    Dot(ball.normal, Minus(place, this->PointOf(this->Finer.piece.triangles[t][0])));
+  const double squared = Dot(ball.normal, ball.normal), most = close * ball.radius;
+  if (!(Dot(ball.normal, normal) > 0 && above * above <= most * most * squared))
   {
-    s = std::clamp((vv * wu - uv * wv) / determinant, 0.0, 1.0);
-    r = std::clamp((uu * wv - uv * wu) / determinant, 0.0, 1.0 - s);
+    return {};
   }
+  const auto at = this->CoordinatesOf(t, place);
+  return at[0] >= 0 && at[1] >= 0 && at[0] + at[1] <= 1 ? std::optional(at) : std::nullopt;
+}
+
+Color FinerColors::ColorOn(std::uint32_t t, const std::array<double, 2>& coordinates) const
+{
+  const double s = std::clamp(coordinates[0], 0.0, 1.0);
+  const double r = std::clamp(coordinates[1], 0.0, 1.0 - s);
   const auto& at = this->Finer.tile.corners[t];
   const auto along = [&](std::size_t k)
   { return (1 - s - r) * double(at[0][k]) + s * double(at[1][k]) + r * double(at[2][k]); };

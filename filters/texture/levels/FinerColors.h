@@ -11,6 +11,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -33,7 +34,8 @@ public:
   // At the nearest place of the surface: RGB in linear light, and alpha, 0-255. normal: of the
   // surface that is coloured, of any length; what faces the other way counts as farther. Of a piece
   // without triangles: black. near: a triangle where the search begins, or noNear; the one that is
-  // found. The colour does not depend on it.
+  // found. Where the place is close to its inside, that is taken without a search: so the colour
+  // depends on it a little.
   Color At(const Vec3& place, const Vec3& normal, std::uint32_t& near) const;
   static constexpr std::uint32_t noNear = 0xFFFFFFFF;
 
@@ -68,7 +70,10 @@ private:
   void SearchShell(const Cell& middle, std::int64_t shell, Search& search) const;
   void SearchCell(std::size_t cell, Search& search) const;
   void Look(std::uint32_t t, Search& search) const;
-  Color ColorOn(std::uint32_t t, const Vec3& place) const;
+  std::array<double, 2> CoordinatesOf(std::uint32_t t, const Vec3& place) const;
+  std::optional<std::array<double, 2>> CloseAbove(
+    std::uint32_t t, const Vec3& place, const Vec3& normal) const;
+  Color ColorOn(std::uint32_t t, const std::array<double, 2>& coordinates) const;
   Color ColorAt(double x, double y) const;
   void AddTexel(std::size_t x, std::size_t y, double weight, Color& color) const;
 

@@ -37,7 +37,7 @@ function* blobsUpTo(goal, { partition_depth: depth, levels, textures }) {
     for (const node of nodesOf(Math.min(depth, Math.max(0, level - previewLevel)))) {
       yield `levels/${level}/${node}`;
       if (textures?.levels) {
-        yield `textures/${level}/${node}`;
+        yield `level-textures/${level}/${node}`;
       }
     }
   }

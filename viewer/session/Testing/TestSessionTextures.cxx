@@ -155,7 +155,7 @@ TEST(TestSessionTextures, OfLevelsThatCannotBeHadAreNamed)
   EXPECT_EQ(CountTexturedParts(session), 0u);
   EXPECT_EQ(CountBoundaryEdges(session.Scene().surface->Whole().triangles), 0u);
   const std::string error = session.GetStatus().error;
-  EXPECT_EQ(error.rfind("textures/", 0), 0u) << error;
+  EXPECT_EQ(error.rfind("level-textures/", 0), 0u) << error;
 }
 
 // The parts of the original that may be visible.
