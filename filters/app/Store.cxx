@@ -10,6 +10,8 @@
 #include "filters/app/ExtractTextured.h"
 #include "filters/app/OutputFolders.h"
 #include "filters/app/PrintStoreInfo.h"
+#include "filters/app/TileGlb.h"
+#include "filters/app/TileMesh.h"
 #include "filters/app/WriteTextured.h"
 #include "filters/core/CaughtError.h"
 #include "filters/core/MeshDistance.h"
@@ -496,6 +498,32 @@ private:
     }
   }
 
+  // With the texture of a level that is one piece, if there is one.
+  Result<TileMesh> MakeSmallMesh(const Store& store, bool normals) const
+  {
+    const ModelDescription& model = store.Info();
+    const std::vector<PieceId> textured = this->TexturedPieces(model, {});
+    if (textured.size() != 1)
+    {
+      const Result<Mesh> mesh = ExtractMesh(store, this->Line.wanted);
+      KDSTREAM_TRY(mesh);
+      return WholeTileMesh(*mesh, normals);
+    }
+    const Result<Piece> piece = store.ReadPiece(textured.front());
+    KDSTREAM_TRY(piece);
+    const protocol::BlobId name = TextureOfPiece(textured.front(), model.depths);
+    const auto blob = store.Read(name);
+    KDSTREAM_TRY(blob);
+    const Result<TextureTile> tile = DecodeTextureTile(*blob, piece->triangles);
+    if (!tile)
+    {
+      return Error{ ErrorCode::Damaged, BlobName(name) + ": " + tile.GetError().message };
+    }
+    TileMeshOptions options;
+    options.normals = normals;
+    return CutTileMesh(*piece, &*tile, options);
+  }
+
   // All of one level, or of the original, as one small file.
   int ExportGlb(const Store& store) const
   {
@@ -510,7 +538,8 @@ private:
     {
       return PrintError(this->Program, this->Line.output, output.GetError());
     }
-    const Result<Mesh> mesh = ExtractMesh(store, this->Line.wanted);
+    const TilesOptions options = this->WantedTiles();
+    const Result<TileMesh> mesh = this->MakeSmallMesh(store, options.normals);
     if (!mesh)
     {
       return PrintError(this->Program, this->Line.store, mesh.GetError());
@@ -527,9 +556,7 @@ private:
       frame.latticeStep = model.grid.step * (level ? model.levels[*level].spacing : 1);
       frame.latticeOrigin = model.grid.origin;
     }
-    const TilesOptions options = this->WantedTiles();
-    const auto bytes =
-      EncodeTileGlb(WholeTileMesh(*mesh, options.normals), frame, options.compression);
+    const auto bytes = EncodeTileGlb(*mesh, frame, options.compression);
     const Status written = bytes ? WriteWhole(*output, *bytes) : Status{ bytes.GetError() };
     if (!written)
     {
@@ -537,7 +564,7 @@ private:
     }
     folders->Keep();
     this->WarnOfTileLosses(model);
-    if (model.textures && model.textures->levels && level)
+    if (model.textures && model.textures->levels && level && mesh->picture.empty())
     {
       this->WarnOfLoss("the level's textures are left out: kdstream-store extract --level " +
                        std::to_string(*level) + " -o OUT.glb has them");

@@ -187,6 +187,26 @@ TEST_F(TestTexturedExtract, TilesOfTilesetsHaveTheirPictures)
   EXPECT_GT(tiles, 10U);
 }
 
+TEST_F(TestTexturedExtract, ASmallFileOfOnePieceHasItsPicture)
+{
+  this->WriteHardObj("hard", 2);
+  this->BuildAndExtract("hard.obj", "all.obj", {});
+  const auto store = kdstream::Store::Open(this->Folder / "m.kds");
+  ASSERT_TRUE(store);
+  const unsigned finest = (*store)->Info().depths.finest;
+  for (const unsigned level : { 4U, finest })
+  {
+    const Outcome exported = this->Store({ "export", "m.kds", "level.glb", "--format", "glb",
+      "--level", std::to_string(level), "--quiet" });
+    ASSERT_EQ(exported.exitCode, 0) << exported.err;
+    const bool isOne = (*store)->Info().levels[level].pieces == 1;
+    EXPECT_EQ(isOne, level == 4);
+    EXPECT_EQ(
+      ReadWhole(this->Folder / "level.glb").find("EXT_texture_webp") != std::string::npos, isOne);
+    EXPECT_EQ(exported.err.find("the level's textures are left out") == std::string::npos, isOne);
+  }
+}
+
 // Tiles whose image is none, or of another size: of a right checksum.
 class WrongImages : public PieceTextures
 {
