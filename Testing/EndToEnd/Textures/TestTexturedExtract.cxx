@@ -35,6 +35,16 @@ protected:
     ASSERT_EQ(extracted.exitCode, 0) << extracted.err;
     EXPECT_EQ(extracted.err, "");
   }
+  // Levels beyond 11 are several pieces.
+  void BuildStatue()
+  {
+    ASSERT_EQ(
+      RunTool(this->Folder, "generate",
+        { "statue", "statue.obj", "--vertices", "12000", "--picture-side", "256", "--quiet" })
+        .exitCode,
+      0);
+    this->BuildAndExtract("statue.obj", "all.obj", { "--cell-vertices", "2" });
+  }
 };
 
 }
@@ -118,11 +128,7 @@ TEST_F(TestTexturedExtract, PartsHaveTheirPictures)
 // Each triangle once, and the pictures show what the vertices' colours are the means of.
 TEST_F(TestTexturedExtract, LevelsHaveTheirPictures)
 {
-  ASSERT_EQ(RunTool(this->Folder, "generate",
-              { "statue", "statue.obj", "--vertices", "6000", "--picture-side", "256", "--quiet" })
-              .exitCode,
-    0);
-  this->BuildAndExtract("statue.obj", "all.obj", {});
+  this->BuildStatue();
   const auto store = kdstream::Store::Open(this->Folder / "m.kds");
   ASSERT_TRUE(store);
   const ModelDescription& model = (*store)->Info();
@@ -168,8 +174,7 @@ TEST_F(TestTexturedExtract, LevelsHaveTheirPictures)
 
 TEST_F(TestTexturedExtract, TilesOfTilesetsHaveTheirPictures)
 {
-  this->WriteHardObj("hard", 2);
-  this->BuildAndExtract("hard.obj", "all.obj", {});
+  this->BuildStatue();
   const Outcome exported =
     this->Store({ "export", "m.kds", "tiles", "--format", "3dtiles", "--quiet" });
   ASSERT_EQ(exported.exitCode, 0) << exported.err;
@@ -189,18 +194,17 @@ TEST_F(TestTexturedExtract, TilesOfTilesetsHaveTheirPictures)
 
 TEST_F(TestTexturedExtract, ASmallFileOfOnePieceHasItsPicture)
 {
-  this->WriteHardObj("hard", 2);
-  this->BuildAndExtract("hard.obj", "all.obj", {});
+  this->BuildStatue();
   const auto store = kdstream::Store::Open(this->Folder / "m.kds");
   ASSERT_TRUE(store);
   const unsigned finest = (*store)->Info().depths.finest;
-  for (const unsigned level : { 4U, finest })
+  for (const unsigned level : { 11U, finest })
   {
     const Outcome exported = this->Store({ "export", "m.kds", "level.glb", "--format", "glb",
       "--level", std::to_string(level), "--quiet" });
     ASSERT_EQ(exported.exitCode, 0) << exported.err;
     const bool isOne = (*store)->Info().levels[level].pieces == 1;
-    EXPECT_EQ(isOne, level == 4);
+    EXPECT_EQ(isOne, level == 11);
     EXPECT_EQ(
       ReadWhole(this->Folder / "level.glb").find("EXT_texture_webp") != std::string::npos, isOne);
     EXPECT_EQ(exported.err.find("the level's textures are left out") == std::string::npos, isOne);
