@@ -4,13 +4,16 @@
 #include "filters/texture/TextureArrays.h"
 #include "filters/texture/levels/LevelTile.h"
 
+#include <algorithm>
+#include <utility>
+
 namespace kdstream
 {
 namespace
 {
 
-// Of the image of a level that is one piece: what is seen first comes at once.
-constexpr std::size_t mostBytesOfOnePiece = 36000;
+// Of the texture of a level that is one piece: what is seen first comes at once.
+constexpr std::size_t mostBytesOfOnePiece = 40000;
 
 }
 
@@ -62,9 +65,19 @@ Result<EncodedTexture> TiledTextures::MakeOfLevel(
   options.quality = this->Options.quality == 0 ? options.quality : this->Options.quality;
   options.mostBytes = piece.id.node == 1 ? mostBytesOfOnePiece : 0;
   options.oneLarge = &this->LargeTile;
-  const Result<MadeTile> made = MakeLevelTile(piece, tiles, options);
-  KDSTREAM_TRY(made);
-  return EncodedTexture{ EncodeTextureTile(made->tile, piece.triangles), made->counts.texels };
+  constexpr int mostTries = 4; // what is beside the image is known only then
+  for (int tries = 1;; ++tries)
+  {
+    const Result<MadeTile> made = MakeLevelTile(piece, tiles, options);
+    KDSTREAM_TRY(made);
+    EncodedTexture encoded{ EncodeTextureTile(made->tile, piece.triangles), made->counts.texels };
+    const std::size_t bytes = encoded.bytes.size();
+    if (options.mostBytes == 0 || bytes <= mostBytesOfOnePiece || tries == mostTries)
+    {
+      return encoded;
+    }
+    options.mostBytes -= std::min(bytes - mostBytesOfOnePiece, options.mostBytes / 2);
+  }
 }
 
 TileCounts TiledTextures::Counts() const
