@@ -398,6 +398,7 @@ private:
     this->Tile.width = static_cast<std::uint32_t>(this->Packed.width);
     this->Tile.height = static_cast<std::uint32_t>(this->Packed.height);
     this->Tile.format = TileImage::Webp;
+    this->Tile.isCoarse = true;
     Result<std::vector<std::uint8_t>> image =
       EncodeWebp({ this->Tile.width, this->Tile.height, 4, std::move(this->Texels) },
         this->Options.quality, this->HasAlpha);
