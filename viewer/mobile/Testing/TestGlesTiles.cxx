@@ -53,7 +53,7 @@ std::vector<bool> BordersOf(const Image& resolutions, int width, int height)
     return *most > 0 ? 1 << (most - first) : 0;
   };
   std::vector<bool> isBorder;
-  for (int y = 0; y < height; ++y)
+  for (int y = 0; y < height && !resolutions.empty(); ++y)
   {
     for (int x = 0; x < width; ++x)
     {
