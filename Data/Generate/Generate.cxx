@@ -21,6 +21,7 @@ struct CommandLine
   std::string kind, file;
   std::uint64_t vertices = 300000;
   std::size_t pictureSide = 2048;
+  std::string charts = "few";
   generate::ReliefOptions relief;
   unsigned threads = 0;
   bool quiet = false;
@@ -46,8 +47,11 @@ Status MakeStatueFile(
   const CommandLine& line, const std::filesystem::path& file, const Execution& execution)
 {
   KDSTREAM_TRY(CheckPlain(line));
+  const auto charts = line.charts == "small"  ? generate::StatueCharts::Small
+                      : line.charts == "udim" ? generate::StatueCharts::Udim
+                                              : generate::StatueCharts::Few;
   return generate::WriteStatue(
-    { line.vertices, line.pictureSide, line.relief.seed }, file, execution);
+    { line.vertices, line.pictureSide, line.relief.seed, charts }, file, execution);
 }
 
 Status MakeVaseFile(const CommandLine& line, const std::filesystem::path& file)
@@ -69,11 +73,14 @@ Status MakeReliefFile(
 int Generate(const CLI::App& app, const CommandLine& line)
 {
   const std::string& program = app.get_name();
-  if (line.kind != "statue" && app.count("--picture-side") > 0)
+  for (const std::string option : { "--picture-side", "--charts" })
   {
-    return PrintError(program, line.file,
-      { ErrorCode::InvalidArgument,
-        "a " + line.kind + " has no --picture-side: only a statue has" });
+    if (line.kind != "statue" && app.count(option) > 0)
+    {
+      return PrintError(program, line.file,
+        { ErrorCode::InvalidArgument,
+          "a " + line.kind + " has no " + option + ": only a statue has" });
+    }
   }
   const std::string ending = line.kind == "statue" ? ".obj" : ".ply";
   if (FileEnding(line.file) != ending)
@@ -145,6 +152,13 @@ try
     .add_option("--picture-side", line.pictureSide,
       "statue: texels of a side of its photographs; they lie beside it")
     ->check(CLI::Range(std::size_t{ 64 }, std::size_t{ 1 } << 14))
+    ->capture_default_str()
+    ->group(model);
+  app
+    .add_option("--charts", line.charts,
+      "statue: four charts a photograph, 576 small ones, or few with a coordinate range for each "
+      "photograph")
+    ->check(CLI::IsMember({ "few", "small", "udim" }))
     ->capture_default_str()
     ->group(model);
   app.add_option("--seed", line.relief.seed, "another number makes another grain, and order")

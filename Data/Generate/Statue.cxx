@@ -16,6 +16,7 @@
 #include <cmath>
 #include <cstdio>
 #include <string>
+#include <vector>
 
 namespace kdstream::generate
 {
@@ -23,8 +24,7 @@ namespace
 {
 
 constexpr double wholeTurn = 6.283185307179586;
-constexpr std::size_t quarters = 4, bands = 4;
-constexpr double gutter = 8; // texels beside each chart
+constexpr std::size_t quarters = 4;
 
 struct Profile
 {
@@ -117,36 +117,71 @@ std::uint8_t ByteOf(double value)
   return static_cast<std::uint8_t>(std::lround(std::clamp(value, 0.0, 255.0)));
 }
 
+// How the charts of a picture lie in it: in a square of slots.
+struct ChartLayout
+{
+  std::size_t perSide = 2;
+  double gutter = 8; // texels beside each chart
+  bool isMosaic = false;
+
+  std::size_t Count() const { return this->perSide * this->perSide; }
+  std::size_t SlotOf(std::size_t number) const
+  {
+    return this->isMosaic ? (number * 7919 + 13) % this->Count() : number;
+  }
+};
+
+ChartLayout LayoutOf(const StatueOptions& options)
+{
+  return options.charts == StatueCharts::Small ? ChartLayout{ 24, 3, true } : ChartLayout{};
+}
+
 // A part of the surface: intervals of levels and columns.
 struct Chart
 {
-  std::size_t quarter = 0, band = 0;
+  ChartLayout layout;
+  std::size_t quarter = 0, number = 0;
+  bool turned = false;
   std::uint64_t firstLevel = 0, lastLevel = 0, firstColumn = 0, lastColumn = 0;
+
+  double Slot(std::size_t k) const
+  {
+    const std::size_t slot = this->layout.SlotOf(this->number);
+    return double(k == 0 ? slot % this->layout.perSide : slot / this->layout.perSide);
+  }
 
   // Where in its picture, 0-1 from the left and from below, a part's place (0-1 each way) is.
   std::array<double, 2> InPicture(double across, double up, double side) const
   {
-    const double edge = 2 * gutter / side;
-    const bool turned = this->band % 2 == 1;
-    const double x = edge + (1 - 2 * edge) * (turned ? 1 - across : across);
-    const double y = edge + (1 - 2 * edge) * (turned ? 1 - up : up);
-    return { (double(this->band % 2) + x) / 2, (double(this->band / 2) + y) / 2 };
+    const auto perSide = double(this->layout.perSide);
+    const double edge = perSide * this->layout.gutter / side;
+    const double x = edge + (1 - 2 * edge) * (this->turned ? 1 - across : across);
+    const double y = edge + (1 - 2 * edge) * (this->turned ? 1 - up : up);
+    return { (this->Slot(0) + x) / perSide, (this->Slot(1) + y) / perSide };
   }
   // The other way; also of the gutter.
   std::array<double, 2> OnSurface(double x, double y, double side) const
   {
-    const double edge = 2 * gutter / side;
-    const double across = (2 * x - double(this->band % 2) - edge) / (1 - 2 * edge);
-    const double up = (2 * y - double(this->band / 2) - edge) / (1 - 2 * edge);
-    return this->band % 2 == 1 ? std::array<double, 2>{ 1 - across, 1 - up }
-                               : std::array<double, 2>{ across, up };
+    const auto perSide = double(this->layout.perSide);
+    const double edge = perSide * this->layout.gutter / side;
+    const double across = (perSide * x - this->Slot(0) - edge) / (1 - 2 * edge);
+    const double up = (perSide * y - this->Slot(1) - edge) / (1 - 2 * edge);
+    return this->turned ? std::array<double, 2>{ 1 - across, 1 - up }
+                        : std::array<double, 2>{ across, up };
   }
 };
 
-Chart ChartOf(const ClosedGrid& grid, std::size_t quarter, std::size_t band)
+Chart ChartOf(
+  const ClosedGrid& grid, const ChartLayout& layout, std::size_t quarter, std::size_t number)
 {
-  return { quarter, band, (grid.rings + 1) * band / bands, (grid.rings + 1) * (band + 1) / bands,
-    grid.columns * quarter / quarters, grid.columns * (quarter + 1) / quarters };
+  // Few charts are bands around the quarter; a mosaic divides these too.
+  const std::size_t across = layout.isMosaic ? layout.perSide : 1;
+  const std::size_t bands = layout.Count() / across, band = number / across;
+  const std::size_t column = quarter * across + number % across, columns = quarters * across;
+  const bool turned = (layout.isMosaic ? number / 2 + band : number) % 2 == 1;
+  return { layout, quarter, number, turned, (grid.rings + 1) * band / bands,
+    (grid.rings + 1) * (band + 1) / bands, grid.columns * column / columns,
+    grid.columns * (column + 1) / columns };
 }
 
 Picture PhotographOf(const ClosedGrid& grid, const StatueOptions& options, std::size_t quarter,
@@ -155,14 +190,21 @@ Picture PhotographOf(const ClosedGrid& grid, const StatueOptions& options, std::
   const std::size_t side = options.pictureSide;
   Picture picture{ side, side, 3, std::vector<std::uint8_t>(side * side * 3) };
   const double exposure = 1 + 0.04 * (double(quarter) - 1.5);
+  const ChartLayout layout = LayoutOf(options);
+  std::vector<Chart> charts(layout.Count()); // by slot
+  for (std::size_t number = 0; number < layout.Count(); ++number)
+  {
+    charts[layout.SlotOf(number)] = ChartOf(grid, layout, quarter, number);
+  }
   const auto rows = [&](std::size_t begin, std::size_t end)
   {
     for (std::size_t i = begin * side; i < end * side; ++i)
     {
       const double x = (double(i % side) + 0.5) / double(side);
       const double y = 1 - (double(i / side) + 0.5) / double(side);
-      const std::size_t band = (x < 0.5 ? 0U : 1U) + (y < 0.5 ? 0U : 2U);
-      const Chart chart = ChartOf(grid, quarter, band);
+      const auto perSide = double(layout.perSide);
+      const Chart& chart =
+        charts[std::size_t(x * perSide) + layout.perSide * std::size_t(y * perSide)];
       const auto [across, up] = chart.OnSurface(x, y, double(side));
       const double along =
         (double(chart.firstLevel) + up * double(chart.lastLevel - chart.firstLevel)) /
@@ -241,10 +283,12 @@ public:
       }
     }
     this->WriteVertex(this->Grid.rings + 1, 0);
-    for (std::size_t i = 0; i < quarters * bands; ++i)
+    const ChartLayout layout = LayoutOf(this->Options);
+    const std::size_t charts = quarters * layout.Count();
+    for (std::size_t i = 0; i < charts; ++i)
     {
-      KDSTREAM_TRY(execution.Report("triangles", double(i) / double(quarters * bands)));
-      this->WriteChart(ChartOf(this->Grid, i / bands, i % bands));
+      KDSTREAM_TRY(execution.Report("triangles", double(i) / double(charts)));
+      this->WriteChart(ChartOf(this->Grid, layout, i / layout.Count(), i % layout.Count()));
     }
     return this->Output.Finish();
   }
@@ -261,18 +305,19 @@ private:
 
   void WriteChart(const Chart& chart)
   {
-    if (chart.band == 0)
+    if (chart.number == 0)
     {
       this->Output.Write("usemtl photo" + std::to_string(chart.quarter) + "\n");
     }
     const std::uint64_t levels = chart.lastLevel - chart.firstLevel;
     const std::uint64_t columns = chart.lastColumn - chart.firstColumn;
+    const double beside = this->Options.charts == StatueCharts::Udim ? double(chart.quarter) : 0;
     for (std::uint64_t i = 0; i < (levels + 1) * (columns + 1); ++i)
     {
       const auto [u, v] = chart.InPicture(double(i % (columns + 1)) / double(columns),
         double(i / (columns + 1)) / double(levels), double(this->Options.pictureSide));
       std::array<char, 80> line{};
-      std::snprintf(line.data(), line.size(), "vt %.6f %.6f\n", u, v);
+      std::snprintf(line.data(), line.size(), "vt %.6f %.6f\n", u + beside, v);
       this->Output.Write(line.data());
     }
     for (std::uint64_t i = 0; i < levels * columns; ++i)
@@ -332,10 +377,19 @@ Status WriteStatue(
   constexpr double columnsPerRing = 1.2;
   const Result<ClosedGrid> grid = ClosedGrid::Of(options.vertices, columnsPerRing);
   KDSTREAM_TRY(grid);
-  if (grid->rings + 1 < bands || grid->columns < quarters)
+  const ChartLayout layout = LayoutOf(options);
+  const std::size_t across = layout.isMosaic ? layout.perSide : 1;
+  if (grid->rings + 1 < layout.Count() / across || grid->columns < quarters * across)
+  {
+    return Error{ ErrorCode::InvalidArgument, std::to_string(options.vertices) +
+                                                " vertices: a statue has some " +
+                                                (layout.isMosaic ? "8000" : "20") + " at least" };
+  }
+  if (double(options.pictureSide) < 3 * layout.gutter * double(layout.perSide))
   {
     return Error{ ErrorCode::InvalidArgument,
-      std::to_string(options.vertices) + " vertices: a statue has some 20 at least" };
+      std::to_string(options.pictureSide) +
+        " texels: too few for small charts with their gutters" };
   }
   KDSTREAM_TRY(WritePictures(*grid, options, obj, execution));
   return StatueWriter(*grid, options).Write(obj, execution);

@@ -8,10 +8,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <map>
 #include <sstream>
+#include <vector>
 
 using namespace kdstream;
 using namespace kdstream::generate;
@@ -106,9 +108,49 @@ TEST(Statue, IsClosedAndPaintedWhereItIsPhotographed)
   EXPECT_LT(off, elsewhere / 2);
 }
 
+// However the surface is cut, its vertices have the same colours, more or less.
+TEST(Statue, OtherChartsShowTheSame)
+{
+  const fixtures::TemporaryFolder folder;
+  std::vector<double> expected;
+  for (const StatueCharts charts : { StatueCharts::Few, StatueCharts::Small, StatueCharts::Udim })
+  {
+    const std::filesystem::path file = folder / "s.obj";
+    ASSERT_TRUE(WriteStatue({ 20000, 1024, 1, charts }, file));
+    Result<TexturedFile> read = ReadTextured(file);
+    ASSERT_TRUE(read) << read.GetError().message;
+    double most = 0;
+    for (const auto& corners : read->textured.corners)
+    {
+      most = std::max(most, double(corners[0][0]));
+    }
+    EXPECT_EQ(most > 3, charts == StatueCharts::Udim);
+    const Result<BakeReport> report = BakeTextures(read->textured);
+    ASSERT_TRUE(report);
+    EXPECT_TRUE(report->warnings.empty());
+    EXPECT_EQ(report->pictures, 4U);
+    const Attribute& colors = read->textured.mesh.attributes.back();
+    std::vector<double> found;
+    for (std::size_t v = 0; v < read->textured.mesh.points.size(); ++v)
+    {
+      found.push_back(colors.Get(v, 1));
+    }
+    expected = expected.empty() ? found : expected;
+    ASSERT_EQ(found.size(), expected.size());
+    double off = 0;
+    for (std::size_t v = 0; v < found.size(); ++v)
+    {
+      off += std::abs(found[v] - expected[v]) / double(found.size());
+    }
+    EXPECT_LT(off, 6);
+  }
+}
+
 TEST(Statue, FewVerticesAreRefused)
 {
   const fixtures::TemporaryFolder folder;
   EXPECT_FALSE(WriteStatue({ 10, 64, 1 }, folder / "s.obj"));
   EXPECT_TRUE(WriteStatue({ 40, 64, 1 }, folder / "s.obj"));
+  EXPECT_FALSE(WriteStatue({ 1000, 512, 1, StatueCharts::Small }, folder / "s.obj"));
+  EXPECT_FALSE(WriteStatue({ 9000, 64, 1, StatueCharts::Small }, folder / "s.obj"));
 }

@@ -58,7 +58,7 @@ double BytesOfShown(const ViewerSession& session, const ServedModel& model)
   }
   for (const TexturedPiece& painted : *session.Scene().tiles)
   {
-    blobs.push_back(protocol::BlobId::Texture(BlobOfPiece(painted.piece, depths).number));
+    blobs.push_back(TextureOfPiece(painted.piece, depths));
   }
   double bytes = 0;
   for (const protocol::BlobId& blob : blobs)

@@ -7,12 +7,13 @@ import { STATUS_CODES, createServer, request } from "node:http";
 import { WebSocket, WebSocketServer } from "ws";
 
 const frameHead = 20; // bytes of a KdStream frame before its payload: doc/protocol.md
-const kinds = ["tree", "levels", "partitions", "boxes", "textures"];
+const kinds = ["tree", "levels", "partitions", "boxes", "textures", "level-textures"];
+const ofLevels = [1, 5]; // kinds
 
 // "partitions/12" of the KdStream frame in a message.
 function blobOfFrame(message) {
   const [kind, level, number] = [message[4], message[5], message.readUInt32LE(8)];
-  return kinds[kind] === "levels" ? `levels/${level}/${number}` : `${kinds[kind]}/${number}`;
+  return ofLevels.includes(kind) ? `${kinds[kind]}/${level}/${number}` : `${kinds[kind]}/${number}`;
 }
 
 // "partitions/12" of a blob's path, or nothing.

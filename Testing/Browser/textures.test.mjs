@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The pictures of a textured model: they come where one looks closely, and the browser decodes them.
+// The pictures of a textured model: they come after what they paint, and the browser decodes them.
 
 import assert from "node:assert/strict";
 import { join } from "node:path";
@@ -43,6 +43,9 @@ async function visitNear(address, model) {
   return visit;
 }
 
+const isOfLevel = (name) => name.startsWith("level-textures/");
+const isTexture = (name) => isOfLevel(name) || name.startsWith("textures/");
+
 for (const way of ["streamed", "got"]) {
   test(`they are seen from near, ${way}`, async () => {
     proxy.streams = way === "streamed";
@@ -52,10 +55,13 @@ for (const way of ["streamed", "got"]) {
       return bytes;
     };
     const visit = await visitNear(proxy.url, "statue");
-    const textures = sent.filter((name) => name.startsWith("textures/"));
+    const textures = sent.filter(isTexture);
     assert.ok(textures.length > 3, `${textures.length} textures`);
     assert.equal(new Set(textures).size, textures.length, "each once");
-    assert.ok(textures.every((name) => sent.includes(name.replace("textures", "partitions"))), "of what is there");
+    assert.ok(textures.some(isOfLevel), "of levels too");
+    assert.ok(!textures.every(isOfLevel), "of the original too");
+    const textured = (name) => name.replace(/^[^/]+/, isOfLevel(name) ? "levels" : "partitions");
+    assert.ok(textures.every((name) => sent.includes(textured(name))), "of what is there");
     const status = await visit.status();
     assert.equal(status.error, "");
     assert.ok(status.memory.graphics > 100_000);
@@ -79,13 +85,13 @@ for (const way of ["streamed", "got"]) {
 test("one that is damaged is named, and the model stays to be looked at", async () => {
   proxy.streams = true;
   proxy.alterBlob = (name, bytes) => {
-    if (name.startsWith("textures/")) {
+    if (isTexture(name)) {
       bytes[bytes.length >> 1] ^= 1;
     }
     return bytes;
   };
   const visit = await visitNear(proxy.url, "statue");
-  await visit.untilSaid(/^A part of “A statue” is missing \(textures\/\d+\): .*its checksum is wrong\.$/);
+  await visit.untilSaid(/^A part of “A statue” is missing \((level-)?textures\/[\d/]+\): .*its checksum is wrong\.$/);
   const { triangles, original } = await visit.status();
   assert.ok(triangles > 1000 && original);
   proxy.alterBlob = null;
@@ -129,7 +135,8 @@ test("the original is kept with them", async () => {
     };
   }));
   const count = (paths, kind) => paths.filter((path) => path.includes(`/${kind}/`)).length;
-  const paths = await eventually("all of it", kept, (all) => count(all, "partitions") > 8 && count(all, "textures") === count(all, "partitions"));
+  const paths = await eventually("all of it", kept, (all) => count(all, "partitions") > 8
+    && count(all, "textures") === count(all, "partitions") && count(all, "level-textures") === count(all, "levels"));
   assert.ok(count(paths, "textures") >= 32, `${count(paths, "textures")} textures`);
   await visit.close();
 });

@@ -44,7 +44,8 @@ export function decodeTexture(blob, triangles) {
   need(count === triangles.length, "another number of triangles");
   need(width >= 1 && width <= 16383 && height >= 1 && height <= 16383, "no picture");
   const exact = format >= 128;
-  need(format % 128 >= 1 && format % 128 <= 3, "no format");
+  const coarse = !exact && format >= 64, kind = format - (exact ? 128 : coarse ? 64 : 0), steps = coarse ? 8 : 256; // of a texel
+  need(kind >= 1 && kind <= 3, "no format");
   const image = reader.take(reader.varint());
   const symbols = new Symbols(reader, 14, 4);
   const tables = exact ? readTables(symbols, count) : null;
@@ -106,9 +107,9 @@ export function decodeTexture(blob, triangles) {
       lastAt.set(vertex, t);
     });
     for (const pair of pairs[t]) {
-      need(pair.every((number, i) => number >= 0n && number <= (exact ? 2n ** 32n - 1n : BigInt(256 * [width, height][i]))),
+      need(pair.every((number, i) => number >= 0n && number <= (exact ? 2n ** 32n - 1n : BigInt(steps * [width, height][i]))),
         "a corner outside");
-      let place = pair.map((steps) => Number(steps) / 256);
+      let place = pair.map((number) => Number(number) / steps);
       if (exact) {
         const [u, v] = pair.map(value);
         given.push(u, v);
@@ -123,5 +124,5 @@ export function decodeTexture(blob, triangles) {
     }
   }
   symbols.finish();
-  return { width, height, format: format % 128, image, places, given };
+  return { width, height, format: kind, image, places, given };
 }

@@ -161,8 +161,7 @@ public:
   {
     DistributedPieces& pieces = this->PiecesFor(writer);
     return EncodePieces(
-      cutter, count, encoding,
-      [&](const EncodedPiece& encoded) { return pieces.Add(encoded.piece, encoded.blob); },
+      cutter, count, encoding, [&](const EncodedPiece& encoded) { return pieces.Add(encoded); },
       this->Whole.Clock, this->Exec, written);
   }
   Status FinishResolution(

@@ -11,21 +11,24 @@ namespace
 constexpr std::uint64_t batchBytes = std::uint64_t{ 1 } << 22;
 
 // What the writer needs of a piece besides its blob. After it follow: deviations; the numbers of
-// its own vertices whose ranges are gathered, array after array; the blob.
+// its own vertices whose ranges are gathered, array after array; the blob; its texture.
 struct PieceHead
 {
-  std::uint64_t blobBytes = 0, scalarBytes = 0;
+  std::uint64_t blobBytes = 0, scalarBytes = 0, textureBytes = 0, texels = 0;
   std::uint32_t node = 0, ownVertices = 0, triangles = 0, deviations = 0;
+  std::uint64_t hasTexture = 0;
 };
 
 }
 
-Status DistributedPieces::Add(const Piece& piece, std::span<const std::uint8_t> blob)
+Status DistributedPieces::Add(const EncodedPiece& encoded)
 {
   if (this->Writer != nullptr)
   {
-    return this->Writer->AddPiece(piece, blob);
+    return AddToStore(*this->Writer, encoded);
   }
+  const Piece& piece = encoded.piece;
+  const EncodedTexture texture = encoded.texture.value_or(EncodedTexture{});
   if (!this->Kept.IsOpen())
   {
     Result<SpillFile> file = this->Folder.CreateFile("encoded pieces", 0);
@@ -40,12 +43,12 @@ Status DistributedPieces::Add(const Piece& piece, std::span<const std::uint8_t> 
     scalars.insert(scalars.end(), values.begin(),
       values.begin() + static_cast<std::ptrdiff_t>(piece.ownVertices * array.TupleSize()));
   }
-  const PieceHead head{ blob.size(), scalars.size(), piece.id.node, piece.ownVertices,
-    static_cast<std::uint32_t>(piece.triangles.size()),
-    static_cast<std::uint32_t>(piece.deviations.size()) };
+  const PieceHead head{ encoded.blob.size(), scalars.size(), texture.bytes.size(), texture.texels,
+    piece.id.node, piece.ownVertices, static_cast<std::uint32_t>(piece.triangles.size()),
+    static_cast<std::uint32_t>(piece.deviations.size()), encoded.texture ? 1U : 0U };
   const std::span<const std::byte> parts[] = { std::as_bytes(std::span(&head, 1)),
     std::as_bytes(std::span(piece.deviations)), std::as_bytes(std::span(scalars)),
-    std::as_bytes(blob) };
+    std::as_bytes(std::span(encoded.blob)), std::as_bytes(std::span(texture.bytes)) };
   std::vector<std::byte> bytes;
   for (const std::span<const std::byte> part : parts)
   {
@@ -102,7 +105,8 @@ Status DistributedPieces::Write(std::span<const std::byte> bytes, Resolution res
     PieceHead head;
     std::memcpy(&head, bytes.data(), sizeof(head));
     bytes = bytes.subspan(sizeof(head));
-    Piece piece; // as much of it as the writer reads
+    EncodedPiece encoded;
+    Piece& piece = encoded.piece; // as much of it as the writer reads
     piece.id = { resolution, head.node };
     piece.ownVertices = head.ownVertices;
     piece.triangles.resize(head.triangles);
@@ -121,10 +125,15 @@ Status DistributedPieces::Write(std::span<const std::byte> bytes, Resolution res
       scalar += size;
     }
     bytes = bytes.subspan(head.scalarBytes);
-    const std::span<const std::uint8_t> blob(
-      reinterpret_cast<const std::uint8_t*>(bytes.data()), head.blobBytes);
-    KDSTREAM_TRY(this->Writer->AddPiece(piece, blob));
-    bytes = bytes.subspan(head.blobBytes);
+    const auto* blob = reinterpret_cast<const std::uint8_t*>(bytes.data());
+    encoded.blob.assign(blob, blob + head.blobBytes);
+    blob += head.blobBytes;
+    if (head.hasTexture != 0)
+    {
+      encoded.texture = EncodedTexture{ { blob, blob + head.textureBytes }, head.texels };
+    }
+    KDSTREAM_TRY(AddToStore(*this->Writer, encoded));
+    bytes = bytes.subspan(head.blobBytes + head.textureBytes);
   }
   return {};
 }

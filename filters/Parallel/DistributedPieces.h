@@ -4,6 +4,7 @@
 #pragma once
 
 #include "filters/Parallel/MpiGroup.h"
+#include "filters/build/PieceWriting.h"
 #include "filters/core/pieces/Piece.h"
 #include "filters/outofcore/files/SpillFile.h"
 #include "filters/store/ScalarStatistics.h"
@@ -32,7 +33,7 @@ public:
   }
 
   // Errors: those of the writer; InputOutput.
-  Status Add(const Piece& piece, std::span<const std::uint8_t> blob);
+  Status Add(const EncodedPiece& encoded);
   // Called when all pieces of a resolution of this rank have been added. The other ranks send
   // theirs to rank 0, one rank after the other, about 4 MiB at a time; so they arrive in the order
   // of nodes. triangles: of this rank's pieces.

@@ -2,16 +2,14 @@
 // kdstream-build: a mesh file in, a store out. Step "build" of the pipeline picture.
 // doc/cli.md#kdstream-build describes it.
 #include "filters/app/BuildCommand.h"
-#include "filters/app/ConvertedInput.h"
+#include "filters/app/ConvertForBuild.h"
 #include "filters/app/OutputFolders.h"
-#include "filters/app/TiledTextures.h"
 #include "filters/build/Builder.h"
 #include "filters/core/CaughtError.h"
-#include "filters/meshio/FileEnding.h"
+#include "filters/core/TakeResult.h"
 #include "filters/outofcore/files/LockedFolder.h"
 #include "filters/program/Program.h"
 #include "filters/program/TbbExecution.h"
-#include "filters/texture/Picture.h"
 
 #include <chrono>
 #include <filesystem>
@@ -49,68 +47,15 @@ Result<BuildReport> BuildFrom(BuildCommand& line, const std::filesystem::path& s
   {
     return BuildStore(std::filesystem::path(line.input), store, line.build, execution);
   }
-  std::vector<std::string> arguments;
-  if (!line.reconstruct.empty())
-  {
-    arguments = { "--reconstruct", line.reconstruct };
-  }
-  if (line.textures == "off")
-  {
-    arguments.push_back("--textures=off");
-  }
-  if (line.texturePixels != mostPicturePixels)
-  {
-    arguments.push_back("--texture-pixels=" + std::to_string(line.texturePixels));
-  }
-  if (!line.columns.empty())
-  {
-    arguments.push_back("--columns=" + line.columns);
-  }
-  std::vector<std::string> more = arguments; // what changes nothing
-  if (line.build.strict)
-  {
-    more.push_back("--strict");
-  }
-  if (line.threads > 0)
-  {
-    more.push_back("--threads=" + std::to_string(line.threads));
-  }
   const auto begin = std::chrono::steady_clock::now();
-  const Result<ConvertedInput> converted =
-    ConvertedInput::Make(line.input, folder, more, line.WantsTiles(), execution);
+  const Result<ConvertedInput> converted = ConvertForBuild(line, folder, execution);
   KDSTREAM_TRY(converted);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
   warnings = converted->Warnings();
-  line.baked = converted->Baked();
-  line.build.inputName = std::filesystem::path(line.input).filename().string();
-  line.build.convertedFrom = line.input;
-  line.build.convertedWith = converted->Named();
-  line.build.inputFiles = { line.input };
-  const std::string ending = FileEnding(line.input);
-  for (const std::filesystem::path& named : converted->Named())
-  {
-    // A glTF's buffers hold its mesh; pictures and materials are not in them. A file that is
-    // missing, or is somewhere else, was not read, so it can only be a picture.
-    std::error_code failure;
-    if ((ending == ".gltf" || ending == ".glb" || ending == ".json") &&
-        TypeOfName(named.string()) == PictureType::Unknown &&
-        std::filesystem::is_regular_file(named, failure))
-    {
-      line.build.inputFiles.push_back(named);
-    }
-  }
-  for (const std::string& argument : arguments)
-  {
-    line.build.convertedBy += argument + " ";
-  }
   std::shared_ptr<const TiledTextures> textures;
   if (std::error_code none; std::filesystem::exists(converted->TextureFolderPath() / "paint", none))
   {
-    const auto textureSet = TextureFolder::Open(converted->TextureFolderPath());
-    KDSTREAM_TRY(textureSet);
-    textures = std::make_shared<TiledTextures>(*textureSet, line.tiles);
-    line.build.textures = textures;
-    line.build.convertedBy += "--texture-quality=" + line.textureQuality;
+    KDSTREAM_TRY(Take(KeepTextures(line, converted->TextureFolderPath()), textures));
   }
   Result<BuildReport> report = BuildStore(converted->File(), store, line.build, execution);
   if (!report)

@@ -6,18 +6,25 @@
 #include "filters/Parallel/MpiJob.h"
 #include "filters/Parallel/RankAgreement.h"
 #include "filters/app/BuildCommand.h"
-#include "filters/app/ConvertedInput.h"
+#include "filters/app/ConvertForBuild.h"
 #include "filters/app/OutputFolders.h"
 #include "filters/core/CaughtError.h"
+#include "filters/core/TakeResult.h"
 #include "filters/program/Program.h"
 #include "filters/program/TbbExecution.h"
 #include "kdstream/Version.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdlib>
 #include <iostream>
+#include <memory>
+#include <optional>
+#include <string>
 #include <thread>
+#include <utility>
+#include <vector>
 
 namespace
 {
@@ -30,8 +37,10 @@ constexpr const char* description =
 constexpr const char* footer =
   "INPUT is a .ply, .stl, .obj or .off mesh or point cloud that all ranks can read. --memory, "
   "--threads and --temp-dir apply to each rank, which keeps in temporary files what it does not "
-  "work on. Use kdstream-build for other formats, octree and k-means partitions, surface "
-  "reconstruction and resuming a killed build.\n\n"
+  "work on. The first rank reads a file with textures, as a whole, into a folder beside the store, "
+  "which all ranks must see, unless --textures is off. Use kdstream-build for other formats, "
+  "octree "
+  "and k-means partitions, surface reconstruction and resuming a killed build.\n\n"
   "Example:\n"
   "  mpirun -np 4 kdstream-build-mpi dragon.ply -o dragon.kds";
 
@@ -67,8 +76,7 @@ std::size_t RanksHere(std::size_t ranks)
 // What only one process does. Not in this program's help, but understood, to say where it is done.
 void HideOptionsOfOneProcess(CLI::App& app)
 {
-  for (const char* const name : { "--columns", "--partitioner", "--reconstruct", "--resume",
-         "--textures", "--texture-pixels", "--texture-quality" })
+  for (const char* const name : { "--columns", "--partitioner", "--reconstruct", "--resume" })
   {
     FindOption(app, name)->group("");
   }
@@ -162,8 +170,98 @@ Result<bool> ReadCommandLine(
   KDSTREAM_TRY(AgreeOnOptions(group, line.build,
     { { "the version of the program", KDSTREAM_VERSION },
       { "--help or --version", *wanted ? "" : "given" }, { "--output", line.output },
+      { "--textures", line.textures }, { "--texture-quality", line.textureQuality },
+      { "--texture-pixels", std::to_string(line.texturePixels) },
       { "--strict", line.build.strict ? "given" : "" } }));
   return *wanted;
+}
+
+// What rank 0 has made of a textured mesh; nothing where the mesh is read itself.
+struct SharedConversion
+{
+  std::optional<ConvertedInput> own; // of rank 0; its files go with it
+  std::filesystem::path mesh, textures;
+};
+
+// Rank 0 converts, and tells the others where the files are.
+Result<SharedConversion> Convert(MpiGroup& group, BuildCommand& line,
+  const std::filesystem::path& store, const Execution& execution,
+  std::vector<std::string>& warnings)
+{
+  SharedConversion shared;
+  Status status;
+  warnings = group.IsFirst() ? ChooseReader(line) : std::vector<std::string>{};
+  if (line.converts)
+  {
+    const std::filesystem::path folder = std::filesystem::absolute(store).parent_path();
+    Result<ConvertedInput> made = ConvertForBuild(line, folder, execution);
+    if (made)
+    {
+      shared.own.emplace(std::move(*made));
+      const std::vector<std::string>& told = shared.own->Warnings();
+      warnings.insert(warnings.end(), told.begin(), told.end());
+    }
+    status = made ? Status{} : Status(made.GetError());
+  }
+  KDSTREAM_TRY(status ? group.Finish() : Status(group.Fail(status.GetError())));
+  std::string told; // the mesh, and the pictures where there are some, a line each
+  if (shared.own)
+  {
+    std::error_code none;
+    told = shared.own->File().string() + "\n";
+    told += std::filesystem::exists(shared.own->TextureFolderPath() / "paint", none)
+              ? shared.own->TextureFolderPath().string()
+              : "";
+  }
+  RankLists<char> out(group.Count());
+  out.assign(group.Count(), std::vector<char>(told.begin(), told.end()));
+  const Result<RankLists<char>> in = group.Exchange(out);
+  KDSTREAM_TRY(in);
+  const std::string of0((*in)[0].begin(), (*in)[0].end());
+  const std::size_t end = std::min(of0.find('\n'), of0.size());
+  shared.mesh = of0.substr(0, end);
+  shared.textures = of0.substr(std::min(end + 1, of0.size()));
+  return shared;
+}
+
+// Builds from the input itself, or from what rank 0 converts.
+Result<BuildReport> BuildFrom(MpiGroup& group, BuildCommand& line,
+  const std::filesystem::path& store, const Execution& execution,
+  std::vector<std::string>& warnings)
+{
+  const Result<SharedConversion> shared = Convert(group, line, store, execution, warnings);
+  KDSTREAM_TRY(shared);
+  if (shared->mesh.empty())
+  {
+    return BuildStoreCollectively(group, line.input, store, line.build, execution);
+  }
+  std::shared_ptr<const TiledTextures> textures;
+  const Status kept =
+    shared->textures.empty() ? Status{} : Take(KeepTextures(line, shared->textures), textures);
+  KDSTREAM_TRY(kept ? group.Finish() : Status(group.Fail(kept.GetError())));
+  Result<BuildReport> report =
+    BuildStoreCollectively(group, shared->mesh, store, line.build, execution);
+  if (!report)
+  {
+    return shared->own ? shared->own->Blame(report.GetError()) : report.GetError();
+  }
+  if (textures)
+  {
+    const TileCounts own = textures->Counts();
+    std::array<std::uint64_t, 5> sums{ own.tiles, own.halved, own.texels, own.triangles,
+      own.repeating };
+    KDSTREAM_TRY(group.Sum(sums));
+    line.tiled = TileCounts{ sums[0], sums[1], sums[2], sums[3], sums[4] };
+    const std::vector<std::string> told = textures->Warnings();
+    warnings.insert(warnings.end(), told.begin(), told.end());
+  }
+  if (shared->own)
+  {
+    Tolerance tolerance = shared->own->GetTolerance();
+    tolerance.Add(report->tolerance);
+    report->tolerance = std::move(tolerance);
+  }
+  return report;
 }
 
 int Build(MpiGroup& group, CLI::App& app, int argc, char** argv)
@@ -194,15 +292,20 @@ int Build(MpiGroup& group, CLI::App& app, int argc, char** argv)
   }
   CatchInterrupts();
   const auto begin = std::chrono::steady_clock::now();
+  std::vector<std::string> warnings;
   Result<BuildReport> report = Error{};
   {
     ProgressReporter progress(program, line.quiet || !group.IsFirst(), SharesOfSteps(line));
     TellAmounts(line, progress);
     Execution execution = MakeTbbExecution(line.threads);
     execution.progress = std::ref(progress);
-    report = BuildStoreCollectively(group, line.input, store, line.build, execution);
+    report = BuildFrom(group, line, store, execution, warnings);
   }
   ReleaseInterrupts();
+  for (const std::string& warning : warnings)
+  {
+    std::cerr << program << ": warning: " << line.input << ": " << warning << "\n";
+  }
   if (!report)
   {
     return PrintError(program, line.input, report.GetError(), line.output);
@@ -215,6 +318,10 @@ int Build(MpiGroup& group, CLI::App& app, int argc, char** argv)
   PrintWarnings(program, line, *report);
   if (!line.quiet)
   {
+    if (line.baked && line.tiled)
+    {
+      std::cerr << program << ": note: " << line.input << ": " << line.baked->TellLevels() << "\n";
+    }
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
     PrintWritten(program, line.output, LastWords(line.build, *report), seconds.count());
   }

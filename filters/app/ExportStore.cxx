@@ -445,6 +445,10 @@ Status PutBlobs(const Store& store, const std::string& model, Writer& writer)
   for (const PieceId piece : store.PieceIds())
   {
     blobs.push_back(BlobOfPiece(piece, info.depths));
+    if (info.textures && info.textures->levels && !piece.resolution.IsOriginal())
+    {
+      blobs.push_back(TextureOfPiece(piece, info.depths));
+    }
   }
   for (std::uint32_t p = 0; info.textures && p < info.partitions; ++p)
   {

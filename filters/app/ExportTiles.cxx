@@ -175,12 +175,14 @@ struct Step
 };
 
 // How far light and colours of a piece may be wrong, since they are interpolated between its
-// vertices: of clouds and coloured surfaces all of the distance between these.
+// vertices: of clouds and coloured surfaces all of the distance between these. Textures of levels
+// show colours between vertices.
 double TilePartOfSpacing(const ModelDescription& model)
 {
   const bool colored = std::any_of(model.attributes.begin(), model.attributes.end(),
     [](const AttributeInfo& array) { return RoleOf(array) == AttributeRole::Colors; });
-  return colored || model.textures || model.primitive == PrimitiveType::Points ? 1 : 1.0 / 3;
+  const bool texturedOriginal = model.textures && !model.textures->levels;
+  return colored || texturedOriginal || model.primitive == PrimitiveType::Points ? 1 : 1.0 / 3;
 }
 
 // With the places that vertices may be rounded to: skirts hang beside the lattice.
@@ -371,9 +373,9 @@ private:
       this->From.ReadPiece({ step.resolution, step.First() + static_cast<NodeId>(t) });
     KDSTREAM_TRY(piece);
     std::optional<TextureTile> texture;
-    if (step.resolution.IsOriginal() && this->Info.textures)
+    if (this->Info.textures && (step.resolution.IsOriginal() || this->Info.textures->levels))
     {
-      const auto id = protocol::BlobId::Texture(static_cast<std::uint32_t>(t));
+      const protocol::BlobId id = TextureOfPiece(piece->id, this->Info.depths);
       const auto blob = this->From.Read(id);
       KDSTREAM_TRY(blob);
       auto decoded = DecodeTextureTile(*blob, piece->triangles);

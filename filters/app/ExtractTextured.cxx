@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps:
-// 1. partition by partition: vertices, triangles, their materials; a lossy tile becomes a picture
+// 1. piece by piece: vertices, triangles, their materials; a lossy tile becomes a picture
 // 2. for each picture of a lossless input: its texels from all tiles that have some.
 #include "filters/app/ExtractTextured.h"
 
@@ -32,16 +32,19 @@ class TexturedExtraction
 {
 public:
   TexturedExtraction(
-    const Store& store, std::span<const std::uint32_t> partitions, const Execution& execution)
+    const Store& store, const std::vector<PieceId>& pieces, const Execution& execution)
     : Source(store)
-    , Partitions(partitions)
+    , Pieces(pieces)
     , Exec(execution)
   {
     Mesh& mesh = this->Out.mesh;
     mesh.scalarType = store.Info().grid.scalarType;
-    for (const AttributeInfo& attribute : store.Info().attributes)
+    const bool areLevels = !pieces.empty() && !pieces.front().resolution.IsOriginal();
+    const std::vector<AttributeInfo>& all = store.Info().attributes;
+    for (const AttributeInfo& attribute : areLevels ? ArraysOfLevels(all) : all)
     {
-      if (attribute.association == AttributeAssociation::Point &&
+      if ((!areLevels || !IsScalar(attribute) || store.Info().scalars.Find(attribute.name)) &&
+          attribute.association == AttributeAssociation::Point &&
           RoleOf(attribute) != AttributeRole::Colors)
       {
         mesh.attributes.push_back({ attribute, {} });
@@ -51,12 +54,12 @@ public:
 
   Result<TexturedMesh> Extract()
   {
-    for (std::size_t i = 0; i < this->Partitions.size(); ++i)
+    for (std::size_t i = 0; i < this->Pieces.size(); ++i)
     {
-      KDSTREAM_TRY(this->Exec.Report("pieces", double(i) / double(this->Partitions.size())));
-      const Result<TiledPiece> read = this->Read(this->Partitions[i]);
+      KDSTREAM_TRY(this->Exec.Report("pieces", double(i) / double(this->Pieces.size())));
+      const Result<TiledPiece> read = this->Read(this->Pieces[i]);
       KDSTREAM_TRY(read);
-      KDSTREAM_TRY(this->Add(this->Partitions[i], *read));
+      KDSTREAM_TRY(this->Add(*read));
     }
     for (const auto& [number, used] : this->Sources)
     {
@@ -70,28 +73,32 @@ private:
   struct SourcePicture
   {
     std::uint32_t width = 1, height = 1;
-    std::uint32_t picture = 0;             // in Out
-    std::vector<std::uint32_t> partitions; // that have some of it
-    std::vector<std::uint32_t> materials;  // in Out
+    std::uint32_t picture = 0;            // in Out
+    std::vector<PieceId> pieces;          // that have some of it
+    std::vector<std::uint32_t> materials; // in Out
   };
 
-  Result<TiledPiece> Read(std::uint32_t partition) const
+  protocol::BlobId TextureOf(PieceId piece) const
   {
-    Result<Piece> piece = this->Source.ReadPiece(
-      { Resolution::Original(), NodeOfPartition(partition, this->Source.Info().depths) });
+    return TextureOfPiece(piece, this->Source.Info().depths);
+  }
+
+  Result<TiledPiece> Read(PieceId id) const
+  {
+    Result<Piece> piece = this->Source.ReadPiece(id);
     KDSTREAM_TRY(piece);
-    const auto blob = this->Source.Read(protocol::BlobId::Texture(partition));
+    const auto blob = this->Source.Read(this->TextureOf(id));
     KDSTREAM_TRY(blob);
     Result<TextureTile> tile = DecodeTextureTile(*blob, piece->triangles);
     if (!tile)
     {
       return Error{ ErrorCode::Damaged,
-        BlobName(protocol::BlobId::Texture(partition)) + ": " + tile.GetError().message };
+        BlobName(this->TextureOf(id)) + ": " + tile.GetError().message };
     }
     return TiledPiece{ std::move(*piece), std::move(*tile) };
   }
 
-  Status Add(std::uint32_t partition, const TiledPiece& part)
+  Status Add(const TiledPiece& part)
   {
     const ExactTile& exact = part.tile.exact;
     const bool restored = part.tile.isExact && exact.halvings == 0;
@@ -100,18 +107,18 @@ private:
     std::optional<Picture> picture;
     if (!restored || patches)
     {
-      Result<Picture> decoded = DecodeTileImage(partition, part.tile);
+      Result<Picture> decoded = DecodeTileImage(this->TextureOf(part.piece.id), part.tile);
       KDSTREAM_TRY(decoded);
       picture = std::move(*decoded);
     }
     const std::vector<VertexId> vertices = this->AddVertices(part.piece);
-    const std::uint32_t own = restored ? 0 : this->AddTileMaterial(partition, *picture);
+    const std::uint32_t own = restored ? 0 : this->AddTileMaterial(part.piece.id, *picture);
     const std::vector<std::uint32_t> ofSources =
-      restored ? this->AddSources(partition, exact) : std::vector<std::uint32_t>();
+      restored ? this->AddSources(part.piece.id, exact) : std::vector<std::uint32_t>();
     for (std::size_t t = 0; t < part.piece.triangles.size(); ++t)
     {
       const Triangle& triangle = part.piece.triangles[t];
-      if (!this->Counts(partition, part.piece, triangle))
+      if (!this->Counts(part.piece, triangle))
       {
         continue;
       }
@@ -136,20 +143,27 @@ private:
     return {};
   }
 
-  // Each triangle is in the pieces of all its corners' partitions: it is taken of the first.
-  bool Counts(std::uint32_t partition, const Piece& piece, const Triangle& triangle) const
+  // Each triangle is in the pieces of all its corners: it is taken of the first. Of a level that
+  // has the lowest key.
+  bool Counts(const Piece& piece, const Triangle& triangle) const
   {
-    std::uint32_t first = partition;
+    if (!piece.id.resolution.IsOriginal())
+    {
+      return *std::min_element(triangle.begin(), triangle.end(),
+               [&piece](VertexId a, VertexId b)
+               { return piece.keys[a] < piece.keys[b]; }) < piece.ownVertices;
+    }
+    NodeId first = piece.id.node;
     for (const VertexId v : triangle)
     {
-      const std::uint32_t other = PartitionOfKey(piece.keys[v]);
-      if (other < first &&
-          std::binary_search(this->Partitions.begin(), this->Partitions.end(), other))
+      const PieceId other = PieceOfPartition(
+        Resolution::Original(), PartitionOfKey(piece.keys[v]), this->Source.Info().depths);
+      if (other.node < first && std::binary_search(this->Pieces.begin(), this->Pieces.end(), other))
       {
-        first = other;
+        first = other.node;
       }
     }
-    return first == partition;
+    return first == piece.id.node;
   }
 
   // The piece's vertices among the mesh's.
@@ -192,10 +206,13 @@ private:
     return static_cast<std::uint32_t>(this->Out.materials.size() - 1);
   }
 
-  std::uint32_t AddTileMaterial(std::uint32_t partition, const Picture& picture)
+  std::uint32_t AddTileMaterial(PieceId piece, const Picture& picture)
   {
+    const protocol::BlobId blob = this->TextureOf(piece);
     TexturedMaterial material;
-    material.name = "partition-" + std::to_string(partition);
+    material.name =
+      piece.resolution.IsOriginal() ? "partition-" : "level-" + std::to_string(blob.level) + "-";
+    material.name += std::to_string(blob.number);
     material.picture = static_cast<std::uint32_t>(this->Out.pictures.size());
     material.wrapU = material.wrapV = TextureWrap::Clamp;
     material.opaque = !HasAlpha(picture);
@@ -226,7 +243,7 @@ private:
   }
 
   // The material of each source of a tile.
-  std::vector<std::uint32_t> AddSources(std::uint32_t partition, const ExactTile& exact)
+  std::vector<std::uint32_t> AddSources(PieceId piece, const ExactTile& exact)
   {
     std::vector<std::uint32_t> materials;
     for (const TileSource& source : exact.sources)
@@ -236,10 +253,10 @@ private:
       const std::uint32_t material =
         known != this->KnownSources.end() ? known->second : this->AddSource(source);
       materials.push_back(material);
-      std::vector<std::uint32_t>& partitions = this->Sources[source.picture].partitions;
-      if (partitions.empty() || partitions.back() != partition)
+      std::vector<PieceId>& pieces = this->Sources[source.picture].pieces;
+      if (pieces.empty() || pieces.back() != piece)
       {
-        partitions.push_back(partition);
+        pieces.push_back(piece);
       }
     }
     return materials;
@@ -274,12 +291,12 @@ private:
   {
     KDSTREAM_TRY(CheckPictureSize(used.width, used.height, mostPicturePixels));
     Picture canvas = GreyPicture(used.width, used.height);
-    for (const std::uint32_t partition : used.partitions)
+    for (const PieceId piece : used.pieces)
     {
       KDSTREAM_TRY(this->Exec.Report("textures", 0));
-      const Result<TiledPiece> part = this->Read(partition);
+      const Result<TiledPiece> part = this->Read(piece);
       KDSTREAM_TRY(part);
-      const Result<Picture> picture = DecodeTileImage(partition, part->tile);
+      const Result<Picture> picture = DecodeTileImage(this->TextureOf(piece), part->tile);
       KDSTREAM_TRY(picture);
       PasteTile(number, part->tile, *picture, canvas);
     }
@@ -293,7 +310,7 @@ private:
   }
 
   const Store& Source;
-  const std::span<const std::uint32_t> Partitions;
+  const std::vector<PieceId>& Pieces;
   const Execution& Exec;
   TexturedMesh Out;
   std::unordered_map<VertexKey, VertexId> VertexOfKey;
@@ -305,9 +322,9 @@ private:
 }
 
 Result<TexturedMesh> ExtractTextured(
-  const Store& store, std::span<const std::uint32_t> partitions, const Execution& execution)
+  const Store& store, const std::vector<PieceId>& pieces, const Execution& execution)
 {
-  return TexturedExtraction(store, partitions, execution).Extract();
+  return TexturedExtraction(store, pieces, execution).Extract();
 }
 
 }

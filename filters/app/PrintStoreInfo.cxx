@@ -99,6 +99,17 @@ void PrintStoreInfo(const ModelDescription& info, std::uintmax_t bytes)
                                     (info.textures->lossless ? ", lossless" : "") + "), " +
                                     std::to_string(info.textures->texels) + " texels");
   }
+  if (info.textures && info.textures->levels)
+  {
+    std::uint64_t tileBytes = 0, texels = 0;
+    for (const ResolutionDescription& level : info.levels)
+    {
+      tileBytes += level.tileBytes;
+      texels += level.texels;
+    }
+    line("texture bytes, levels",
+      std::to_string(tileBytes) + ", " + std::to_string(texels) + " texels");
+  }
   line("store bytes          ", bytes);
   line("digest               ", info.digest);
   if (!info.inputDigest.empty())

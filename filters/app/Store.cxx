@@ -10,10 +10,13 @@
 #include "filters/app/ExtractTextured.h"
 #include "filters/app/OutputFolders.h"
 #include "filters/app/PrintStoreInfo.h"
+#include "filters/app/TileGlb.h"
+#include "filters/app/TileMesh.h"
 #include "filters/app/WriteTextured.h"
 #include "filters/core/CaughtError.h"
 #include "filters/core/MeshDistance.h"
 #include "filters/core/VectorMath.h"
+#include "filters/core/tree/PieceDepth.h"
 #include "filters/files/WriteWhole.h"
 #include "filters/meshio/FileEnding.h"
 #include "filters/meshio/MeshWriter.h"
@@ -30,6 +33,7 @@
 #include <cmath>
 #include <functional>
 #include <iostream>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -271,9 +275,10 @@ private:
       return PrintError(this->Program, this->Line.store, original.GetError());
     }
     const std::string ending = FileEnding(*output);
-    const bool withPictures = original->alone && (ending == ".obj" || ending == ".glb");
+    const std::vector<PieceId> textured = this->TexturedPieces(store.Info(), *original);
+    const bool withPictures = !textured.empty() && (ending == ".obj" || ending == ".glb");
     const int exitCode = withPictures || ending == ".glb"
-                           ? this->ExtractTextured(store, *output, *original, *folders, begin)
+                           ? this->ExtractTextured(store, *output, textured, *folders, begin)
                            : this->ExtractPlain(store, *output, *folders, begin);
     if (exitCode == exitDone && (ending == ".stl" || ending == ".glb") &&
         HasUnused(store, this->Line.wanted))
@@ -322,14 +327,35 @@ private:
     return exitDone;
   }
 
-  // With the pictures of partitions, if nothing else is asked for; otherwise a .glb without
-  // pictures.
-  int ExtractTextured(const Store& store, const std::filesystem::path& output,
-    const WantedPartitions& original, OutputFolders& folders, Moment begin) const
+  // The pieces that the mesh consists of, if they have textures: only partitions, or a level.
+  std::vector<PieceId> TexturedPieces(
+    const ModelDescription& model, const WantedPartitions& original) const
   {
-    Result<TexturedMesh> mesh = original.alone
-                                  ? kdstream::ExtractTextured(store, original.partitions)
-                                  : this->MakePlain(store);
+    std::vector<PieceId> pieces;
+    for (std::size_t i = 0; original.alone && i < original.partitions.size(); ++i)
+    {
+      pieces.push_back(
+        PieceOfPartition(Resolution::Original(), original.partitions[i], model.depths));
+    }
+    const std::optional<unsigned> level = this->Line.wanted.level;
+    if (model.textures && model.textures->levels && level && *level <= model.depths.finest)
+    {
+      const Resolution resolution = Resolution::Level(*level);
+      const NodeId first = NodeId{ 1 } << PieceDepth(resolution, model.depths);
+      for (NodeId node = first; node < 2 * first; ++node)
+      {
+        pieces.push_back({ resolution, node });
+      }
+    }
+    return pieces;
+  }
+
+  // With the pictures of these pieces; without any a .glb without pictures.
+  int ExtractTextured(const Store& store, const std::filesystem::path& output,
+    const std::vector<PieceId>& textured, OutputFolders& folders, Moment begin) const
+  {
+    Result<TexturedMesh> mesh =
+      textured.empty() ? this->MakePlain(store) : kdstream::ExtractTextured(store, textured);
     const bool withUnused = FileEnding(output) == ".obj" && HasUnused(store, this->Line.wanted);
     const Status added = mesh && withUnused ? AddUnused(store, mesh->mesh) : Status{};
     if (!mesh || !added)
@@ -497,6 +523,32 @@ private:
     }
   }
 
+  // With the texture of a level that is one piece, if there is one.
+  Result<TileMesh> MakeSmallMesh(const Store& store, bool normals) const
+  {
+    const ModelDescription& model = store.Info();
+    const std::vector<PieceId> textured = this->TexturedPieces(model, {});
+    if (textured.size() != 1)
+    {
+      const Result<Mesh> mesh = ExtractMesh(store, this->Line.wanted);
+      KDSTREAM_TRY(mesh);
+      return WholeTileMesh(*mesh, normals);
+    }
+    const Result<Piece> piece = store.ReadPiece(textured.front());
+    KDSTREAM_TRY(piece);
+    const protocol::BlobId name = TextureOfPiece(textured.front(), model.depths);
+    const auto blob = store.Read(name);
+    KDSTREAM_TRY(blob);
+    const Result<TextureTile> tile = DecodeTextureTile(*blob, piece->triangles);
+    if (!tile)
+    {
+      return Error{ ErrorCode::Damaged, BlobName(name) + ": " + tile.GetError().message };
+    }
+    TileMeshOptions options;
+    options.normals = normals;
+    return CutTileMesh(*piece, &*tile, options);
+  }
+
   // All of one level, or of the original, as one small file.
   int ExportGlb(const Store& store) const
   {
@@ -511,7 +563,8 @@ private:
     {
       return PrintError(this->Program, this->Line.output, output.GetError());
     }
-    const Result<Mesh> mesh = ExtractMesh(store, this->Line.wanted);
+    const TilesOptions options = this->WantedTiles();
+    const Result<TileMesh> mesh = this->MakeSmallMesh(store, options.normals);
     if (!mesh)
     {
       return PrintError(this->Program, this->Line.store, mesh.GetError());
@@ -522,15 +575,13 @@ private:
     frame.axes = { Cross(up, front), up, front };
     frame.scale = MetresOfUnit(model.unit).value_or(1);
     frame.copyright = model.credit;
+    const std::optional<unsigned> level = this->Line.wanted.level;
     if (!model.grid.Lossless())
     {
-      const std::optional<unsigned> level = this->Line.wanted.level;
       frame.latticeStep = model.grid.step * (level ? model.levels[*level].spacing : 1);
       frame.latticeOrigin = model.grid.origin;
     }
-    const TilesOptions options = this->WantedTiles();
-    const auto bytes =
-      EncodeTileGlb(WholeTileMesh(*mesh, options.normals), frame, options.compression);
+    const auto bytes = EncodeTileGlb(*mesh, frame, options.compression);
     const Status written = bytes ? WriteWhole(*output, *bytes) : Status{ bytes.GetError() };
     if (!written)
     {
@@ -538,7 +589,12 @@ private:
     }
     folders->Keep();
     this->WarnOfTileLosses(model);
-    if (model.textures && !this->Line.wanted.level)
+    if (model.textures && model.textures->levels && level && mesh->picture.empty())
+    {
+      this->WarnOfLoss("the level's textures are left out: kdstream-store extract --level " +
+                       std::to_string(*level) + " -o OUT.glb has them");
+    }
+    if (model.textures && !level)
     {
       this->WarnOfLoss("the original's textures are left out: kdstream-store extract --all -o "
                        "OUT.glb has them");
@@ -662,7 +718,7 @@ void AddExtract(CLI::App& extract, CommandLine& line)
   extract
     .add_option("-o,--output", line.output,
       "mesh to write: .ply, .vtp, .stl, .obj, .wrl or .glb; .obj and .glb include the textures of "
-      "a textured original")
+      "partitions or a level")
     ->type_name("OUT")
     ->required()
     ->group("Output");

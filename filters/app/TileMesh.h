@@ -73,7 +73,7 @@ struct TileMeshOptions
 // the border that other pieces show are here once more, their outer corners lowered by the skirt's
 // depth; and bands hang from the outer edges of the triangles that are shown.
 //
-// texture: of a partition, or null. Normals: the array of that role, else the sum of the areas of
+// texture: of the piece, or null. Normals: the array of that role, else the sum of the areas of
 // the triangles around a vertex. REQUIRES: a checked piece, and its texture.
 TileMesh CutTileMesh(
   const Piece& piece, const TextureTile* texture, const TileMeshOptions& options);

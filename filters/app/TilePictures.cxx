@@ -18,9 +18,9 @@ constexpr std::uint8_t emptyTexel = 128;
 
 using Rgba = std::array<std::uint8_t, 4>;
 
-Error DamagedTexture(std::uint32_t partition, const std::string& what)
+Error DamagedTexture(const protocol::BlobId& blob, const std::string& what)
 {
-  return { ErrorCode::Damaged, BlobName(protocol::BlobId::Texture(partition)) + ": " + what };
+  return { ErrorCode::Damaged, BlobName(blob) + ": " + what };
 }
 
 // Which texel of a picture's side is shown at a place; nothing beyond a clamped edge.
@@ -78,17 +78,17 @@ std::vector<std::uint8_t> PngOf(Picture picture)
   return EncodePicture(picture, PictureType::Png);
 }
 
-Result<Picture> DecodeTileImage(std::uint32_t partition, const TextureTile& tile)
+Result<Picture> DecodeTileImage(const protocol::BlobId& blob, const TextureTile& tile)
 {
   const std::uint64_t texels = std::uint64_t{ tile.width } * tile.height;
   Result<Picture> picture = DecodePicture(tile.image, texels);
   if (!picture)
   {
-    return DamagedTexture(partition, picture.GetError().message);
+    return DamagedTexture(blob, picture.GetError().message);
   }
   if (picture->width != tile.width || picture->height != tile.height)
   {
-    return DamagedTexture(partition, "its image does not have the size that the tile states");
+    return DamagedTexture(blob, "its image does not have the size that the tile states");
   }
   return picture;
 }

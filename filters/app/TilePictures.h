@@ -5,6 +5,7 @@
 
 #include "filters/codec/TextureTile.h"
 #include "filters/core/Result.h"
+#include "filters/protocol/BlobId.h"
 #include "filters/texture/Picture.h"
 
 #include <array>
@@ -14,9 +15,9 @@
 namespace kdstream
 {
 
-// The image of a partition's tile. Errors: Damaged, naming the blob, for an image that cannot be
-// decoded, or whose size differs from the tile's.
-Result<Picture> DecodeTileImage(std::uint32_t partition, const TextureTile& tile);
+// The image of a tile. Errors: Damaged, naming the blob, for an image that cannot be decoded, or
+// whose size differs from the tile's.
+Result<Picture> DecodeTileImage(const protocol::BlobId& blob, const TextureTile& tile);
 
 // RGBA, grey and opaque.
 Picture GreyPicture(std::size_t width, std::size_t height);

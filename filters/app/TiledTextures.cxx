@@ -2,13 +2,28 @@
 #include "filters/app/TiledTextures.h"
 
 #include "filters/texture/TextureArrays.h"
+#include "filters/texture/levels/LevelTile.h"
+
+#include <algorithm>
+#include <utility>
 
 namespace kdstream
 {
+namespace
+{
+
+// Of the texture of a level that is one piece: what is seen first comes at once.
+constexpr std::size_t mostBytesOfOnePiece = 40000;
+
+}
 
 TextureDescription TiledTextures::Describe() const
 {
-  return { std::string(NameOf(TileImage::Webp)), this->Options.quality == 0 };
+  TextureDescription description;
+  description.format = NameOf(TileImage::Webp);
+  description.lossless = this->Options.quality == 0;
+  description.levels = true;
+  return description;
 }
 
 Result<EncodedTexture> TiledTextures::Make(Piece& piece) const
@@ -28,6 +43,41 @@ Result<EncodedTexture> TiledTextures::Make(Piece& piece) const
     this->Sums.Add(made->counts);
   }
   return EncodedTexture{ EncodeTextureTile(made->tile, piece.triangles), made->counts.texels };
+}
+
+Result<EncodedTexture> TiledTextures::MakeOfLevel(
+  const Piece& piece, const FinerPieces& finer) const
+{
+  FinerTiles tiles;
+  for (const FinerPieces::Place& place : finer.places)
+  {
+    tiles.places.push_back({ place.box, place.below });
+  }
+  tiles.read = [&finer](std::size_t place) -> Result<FinerTile>
+  {
+    Result<FinerPiece> read = finer.read(place);
+    KDSTREAM_TRY(read);
+    Result<TextureTile> tile = DecodeTextureTile(read->texture, read->piece.triangles);
+    KDSTREAM_TRY(tile);
+    return FinerTile{ std::move(read->piece), std::move(*tile) };
+  };
+  LevelTileOptions options;
+  options.quality = this->Options.quality == 0 ? options.quality : this->Options.quality;
+  options.mostBytes = piece.id.node == 1 ? mostBytesOfOnePiece : 0;
+  options.oneLarge = &this->LargeTile;
+  constexpr int mostTries = 4; // what is beside the image is known only then
+  for (int tries = 1;; ++tries)
+  {
+    const Result<MadeTile> made = MakeLevelTile(piece, tiles, options);
+    KDSTREAM_TRY(made);
+    EncodedTexture encoded{ EncodeTextureTile(made->tile, piece.triangles), made->counts.texels };
+    const std::size_t bytes = encoded.bytes.size();
+    if (options.mostBytes == 0 || bytes <= mostBytesOfOnePiece || tries == mostTries)
+    {
+      return encoded;
+    }
+    options.mostBytes -= std::min(bytes - mostBytesOfOnePiece, options.mostBytes / 2);
+  }
 }
 
 TileCounts TiledTextures::Counts() const

@@ -26,8 +26,9 @@ public:
 
   TextureDescription Describe() const override;
   Result<EncodedTexture> Make(Piece& piece) const override;
+  Result<EncodedTexture> MakeOfLevel(const Piece& piece, const FinerPieces& finer) const override;
 
-  // Of all that were made, so far.
+  // Of the original's that were made, so far.
   TileCounts Counts() const;
   // What the user should know of them, a sentence each.
   std::vector<std::string> Warnings() const;

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The conductor of a build: see Conductor.h. Steps: those of the back end, then the model's
-// description, pieces, pages of the tree, unused vertices, home view.
+// description, pieces, textures of levels, pages of the tree, unused vertices, home view.
 #include "filters/build/Conductor.h"
 
 #include "filters/build/GuessHomeView.h"
+#include "filters/build/LevelTextures.h"
 #include "filters/core/TakeResult.h"
 
 #include <algorithm>
@@ -37,10 +38,17 @@ Status MakeSteps(BuildBackEnd& backEnd)
   return {};
 }
 
-Status WriteParts(BuildBackEnd& backEnd, const CodecContext& codec, StoreWriter* writer)
+bool HasLevelTextures(const ModelDescription& model)
+{
+  return model.textures && model.textures->levels;
+}
+
+Status WriteParts(BuildBackEnd& backEnd, const ModelDescription& model, StoreWriter* writer)
 {
   BuildState& build = backEnd.State();
+  const CodecContext codec = model.Codec();
   const PieceEncoding encoding{ codec, build.Options.textures.get() };
+  const double ofPieces = HasLevelTextures(model) ? encodedBeforeLevelTextures : 1;
   std::uint64_t triangles = 0; // of the resolution
   const PartVisit write = [&](const VertexTree& tree, const Mesh& mesh, Resolution resolution,
                             const ModelPart& part) -> Status
@@ -55,7 +63,8 @@ Status WriteParts(BuildBackEnd& backEnd, const CodecContext& codec, StoreWriter*
       [&](std::size_t written)
       {
         const double done = double(part.firstPiece + written) / double(all);
-        return build.Exec.Report("encode", EncodedPart(resolution, build.Facts.depths, done));
+        return build.Exec.Report(
+          "encode", ofPieces * EncodedPart(resolution, build.Facts.depths, done));
       }));
     triangles += cutter.TriangleCount();
     return {};
@@ -76,7 +85,12 @@ Status WriteStore(BuildBackEnd& backEnd, const std::filesystem::path& store)
   {
     KDSTREAM_TRY(Take(StoreWriter::Create(store, description), writer));
   }
-  KDSTREAM_TRY(WriteParts(backEnd, description.Codec(), writer.get()));
+  KDSTREAM_TRY(WriteParts(backEnd, description, writer.get()));
+  if (writer && HasLevelTextures(description))
+  {
+    KDSTREAM_TRY(WriteLevelTextures(
+      *build.Options.textures, build.Boxes, description, *writer, build.Clock, build.Exec));
+  }
   if (writer)
   {
     KDSTREAM_TRY(WriteTreePages(build.Boxes, build.Facts.depths, *writer));

@@ -37,6 +37,7 @@ ModelDescription DescribeModel(
   {
     std::erase_if(info.attributes, IsTexturePaint);
     info.textures = options.textures->Describe();
+    info.textures->levels = info.textures->levels && options.partitioner->HasLevels();
   }
   info.partitioner = options.partitioner->Name();
   info.weld = facts.weld;

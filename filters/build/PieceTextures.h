@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The interface between builders and the code that makes textures of partitions: part of step
-// "encode" of the pipeline picture. Builders carry the texture coordinates of triangles
-// (IsTexturePaint) as any other array, and hand over each piece of the original when it is cut.
-// They know nothing of images.
+// The interface between builders and the code that makes textures: part of step "encode" of the
+// pipeline picture. Builders carry the texture coordinates of triangles (IsTexturePaint) as any
+// other array, and hand over each piece of the original when it is cut, and then each piece of a
+// level with the finer pieces around it. They know nothing of images.
 #pragma once
 
 #include "filters/core/Result.h"
 #include "filters/core/pieces/Piece.h"
 #include "filters/model/ModelDescription.h"
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace kdstream
@@ -21,17 +23,44 @@ struct EncodedTexture
   std::uint64_t texels = 0;
 };
 
+struct FinerPiece
+{
+  Piece piece;
+  std::vector<std::uint8_t> texture; // TextureTile.h
+};
+
+// Pieces of the next finer resolution around a piece.
+struct FinerPieces
+{
+  struct Place
+  {
+    Box box;           // of the piece's own vertices
+    bool below = true; // it covers part of the piece; else it is beside it
+  };
+  std::vector<Place> places;
+  // That of a place. Called any number of times.
+  std::function<Result<FinerPiece>(std::size_t)> read;
+};
+
 // From several threads at a time.
 class PieceTextures
 {
 public:
   virtual ~PieceTextures() = default;
 
-  // What the model's description says of them, except counts.
+  // What the model's description says of them, except counts. `levels`: whether MakeOfLevel is
+  // implemented; without levels in the model it is not called.
   virtual TextureDescription Describe() const = 0;
   // Makes the texture of a piece of the original; removes the arrays of texture coordinates from
   // the piece. Errors: InvalidInput if the piece has none; InputOutput; LimitExceeded.
   virtual Result<EncodedTexture> Make(Piece& piece) const = 0;
+  // The texture of a level's piece. REQUIRES: Describe().levels. Errors: those of finer.read;
+  // Damaged; LimitExceeded.
+  virtual Result<EncodedTexture> MakeOfLevel(
+    const Piece& /*piece*/, const FinerPieces& /*finer*/) const
+  {
+    return EncodedTexture{};
+  }
 };
 
 }

@@ -30,19 +30,6 @@ Status Encode(
   return {};
 }
 
-Status AddTo(StoreWriter& writer, const EncodedPiece& encoded)
-{
-  const Piece& piece = encoded.piece;
-  KDSTREAM_TRY(writer.AddPiece(piece, encoded.blob));
-  if (!encoded.texture)
-  {
-    return {};
-  }
-  // A depth's nodes begin at a power of two.
-  const std::uint32_t partition = piece.id.node - (NodeId{ 1 } << DepthOfNode(piece.id.node));
-  return writer.AddTexture(partition, encoded.texture->bytes, encoded.texture->texels);
-}
-
 // Pieces that follow each other, and their bytes.
 struct Batch
 {
@@ -68,7 +55,7 @@ struct Batch
     for (std::size_t i = 0; i < this->count; ++i)
     {
       KDSTREAM_TRY(this->statuses[i]);
-      KDSTREAM_TRY(AddTo(writer, this->pieces[i]));
+      KDSTREAM_TRY(AddToStore(writer, this->pieces[i]));
     }
     return {};
   }
@@ -81,6 +68,19 @@ std::size_t PiecesAtOnce(const PieceCutter& cutter)
     encodeBatchVertices / std::max<std::size_t>(1, vertices), 1, encodeBatch);
 }
 
+}
+
+Status AddToStore(StoreWriter& writer, const EncodedPiece& encoded)
+{
+  const Piece& piece = encoded.piece;
+  KDSTREAM_TRY(writer.AddPiece(piece, encoded.blob));
+  if (!encoded.texture)
+  {
+    return {};
+  }
+  // A depth's nodes begin at a power of two.
+  const std::uint32_t partition = piece.id.node - (NodeId{ 1 } << DepthOfNode(piece.id.node));
+  return writer.AddTexture(partition, encoded.texture->bytes, encoded.texture->texels);
 }
 
 Status EncodePieces(const PieceCutter& cutter, std::size_t count, const PieceEncoding& encoding,
@@ -120,8 +120,9 @@ Status WritePieces(const PieceCutter& cutter, std::size_t count, const PieceEnco
   if (atOnce < 2)
   {
     return EncodePieces(
-      cutter, count, encoding, [&](const EncodedPiece& encoded) { return AddTo(writer, encoded); },
-      clock, execution, written);
+      cutter, count, encoding,
+      [&](const EncodedPiece& encoded) { return AddToStore(writer, encoded); }, clock, execution,
+      written);
   }
   const std::size_t most = atOnce / 2; // two batches are in memory
   std::array<Batch, 2> batches;

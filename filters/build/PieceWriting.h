@@ -36,6 +36,9 @@ struct EncodedPiece
   std::optional<EncodedTexture> texture{};
 };
 
+// Adds it, and its texture. Errors: those of the writer.
+Status AddToStore(StoreWriter& writer, const EncodedPiece& encoded);
+
 // Takes a piece and its bytes. Errors end the work.
 using PieceSink = std::function<Status(const EncodedPiece&)>;
 

@@ -19,7 +19,7 @@ namespace
 {
 
 constexpr std::string_view tileMagic = "KDX";
-constexpr std::uint8_t exactBit = 0x80; // of the byte that names the format
+constexpr std::uint8_t exactBit = 0x80, coarseBit = 0x40; // of the byte that names the format
 constexpr std::uint8_t mostHalvings = 14;
 constexpr std::int64_t mostChartPlace = std::int64_t{ 1 } << 46;
 constexpr std::uint64_t mostSourceSide = std::uint64_t{ 1 } << 31;
@@ -30,8 +30,10 @@ void WriteHead(ByteWriter& writer, const TextureTile& tile, std::size_t triangle
   writer.Varint(triangles);
   writer.Varint(tile.width);
   writer.Varint(tile.height);
-  writer.Byte(static_cast<std::uint8_t>(
-    static_cast<std::uint8_t>(tile.format) | (tile.isExact ? exactBit : 0)));
+  writer.Byte(
+    static_cast<std::uint8_t>(static_cast<std::uint8_t>(tile.format) | (tile.isExact     ? exactBit
+                                                                         : tile.isCoarse ? coarseBit
+                                                                                         : 0)));
   writer.Varint(tile.image.size());
   writer.Raw(tile.image);
 }
@@ -45,7 +47,10 @@ TextureTileHead ReadHead(ByteReader& reader)
   head.height = static_cast<std::uint32_t>(reader.Varint(longestTileSide));
   const std::uint8_t format = reader.Byte();
   head.exact = (format & exactBit) != 0;
-  head.format = static_cast<TileImage>(format & ~exactBit);
+  head.coarse = !head.exact && (format & coarseBit) != 0;
+  head.format = static_cast<TileImage>(format & ~(head.exact    ? exactBit
+                                                  : head.coarse ? coarseBit
+                                                                : 0));
   if (head.format < TileImage::Jpeg || head.format > TileImage::Webp)
   {
     reader.Fail("unknown image format");
@@ -168,11 +173,16 @@ const char* ReadTables(SymbolReader& symbols, std::size_t triangles, ExactTile& 
 
 // ---- corners
 
-// Rounded and kept inside.
-std::int64_t StepsOf(float place, std::uint32_t side)
+unsigned StepsOfTexel(const TextureTile& tile)
 {
-  const double steps = std::nearbyint(double(place) * tileSteps);
-  return steps > 0 ? static_cast<std::int64_t>(std::min(steps, double(side) * tileSteps)) : 0;
+  return tile.isCoarse ? coarseTileSteps : tileSteps;
+}
+
+// Rounded and kept inside.
+std::int64_t StepsOf(float place, std::uint32_t side, unsigned ofTexel)
+{
+  const double steps = std::nearbyint(double(place) * ofTexel);
+  return steps > 0 ? static_cast<std::int64_t>(std::min(steps, double(side) * ofTexel)) : 0;
 }
 
 TileCorner CornerToWrite(const TextureTile& tile, std::size_t triangle, std::size_t corner)
@@ -183,14 +193,15 @@ TileCorner CornerToWrite(const TextureTile& tile, std::size_t triangle, std::siz
     return { OrderedBits(u), OrderedBits(v) };
   }
   const TileCoordinate& place = tile.corners[triangle][corner];
-  return { StepsOf(place[0], tile.width), StepsOf(place[1], tile.height) };
+  const unsigned steps = StepsOfTexel(tile);
+  return { StepsOf(place[0], tile.width, steps), StepsOf(place[1], tile.height, steps) };
 }
 
 bool IsCorner(const TileCorner& corner, const TextureTile& tile)
 {
-  const std::int64_t most = std::numeric_limits<std::uint32_t>::max();
-  const std::int64_t x = tile.isExact ? most : std::int64_t{ tile.width } * tileSteps;
-  const std::int64_t y = tile.isExact ? most : std::int64_t{ tile.height } * tileSteps;
+  const std::int64_t most = std::numeric_limits<std::uint32_t>::max(), steps = StepsOfTexel(tile);
+  const std::int64_t x = tile.isExact ? most : tile.width * steps;
+  const std::int64_t y = tile.isExact ? most : tile.height * steps;
   return corner[0] >= 0 && corner[0] <= x && corner[1] >= 0 && corner[1] <= y;
 }
 
@@ -200,7 +211,8 @@ bool TakeCorner(TextureTile& tile, std::size_t triangle, std::size_t k, const Ti
   TileCoordinate& place = tile.corners[triangle][k];
   if (!tile.isExact)
   {
-    place = { float(corner[0]) / tileSteps, float(corner[1]) / tileSteps };
+    const auto steps = float(StepsOfTexel(tile));
+    place = { float(corner[0]) / steps, float(corner[1]) / steps };
     return true;
   }
   std::array<float, 2>& given = tile.exact.corners[triangle][k];
@@ -335,7 +347,7 @@ Result<TextureTile> DecodeTextureTile(
     return OfTile(reader.Why());
   }
   TextureTile tile{ head.width, head.height, head.format, { head.image.begin(), head.image.end() },
-    {}, head.exact };
+    {}, head.exact, {}, head.coarse };
   SymbolReader symbols(unsealed->subspan(reader.Position()), TileContext::all);
   const char* wrong = symbols.Failed() ? "" : ReadCorners(symbols, triangles, tile);
   if (wrong || symbols.Failed())

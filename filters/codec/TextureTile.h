@@ -34,8 +34,8 @@ using TileCoordinate = std::array<float, 2>;
 
 // The longest side of a tile's picture: WebP's.
 inline constexpr std::uint32_t longestTileSide = 16383;
-// Steps of a texel to which coordinates are rounded, except in exact tiles.
-inline constexpr unsigned tileSteps = 256;
+// Steps of a texel to which coordinates are rounded, except in exact tiles; and in coarse ones.
+inline constexpr unsigned tileSteps = 256, coarseTileSteps = 8;
 
 inline constexpr std::uint32_t noTileSource = std::numeric_limits<std::uint32_t>::max();
 
@@ -81,7 +81,7 @@ struct TextureTileHead
   std::uint32_t triangles = 0;
   std::uint32_t width = 1, height = 1; // texels of the picture, 1 to longestTileSide
   TileImage format = TileImage::Webp;
-  bool exact = false;
+  bool exact = false, coarse = false;
   std::span<const std::uint8_t> image; // into the blob
 };
 
@@ -95,6 +95,7 @@ struct TextureTile
   std::vector<std::array<TileCoordinate, 3>> corners;
   bool isExact = false;
   ExactTile exact{};
+  bool isCoarse = false; // not of an exact tile
 };
 
 // Where in the tile a corner of an exact chart lies.
@@ -102,9 +103,9 @@ TileCoordinate PlaceOfCorner(
   const ExactTile& exact, std::uint32_t chart, const std::array<float, 2>& corner);
 
 // Encodes a tile of a piece with these triangles. Coordinates are rounded to 1 / tileSteps of a
-// texel and kept inside the picture, unless the tile is exact. REQUIRES: as many corners (exact:
-// charts and corners) as triangles; sides of 1 to longestTileSide; numbers of charts and sources
-// that are there. Deterministic; O(triangles + bytes of the image).
+// texel (coarseTileSteps) and kept inside the picture, unless the tile is exact. REQUIRES: as many
+// corners (exact: charts and corners) as triangles; sides of 1 to longestTileSide; numbers of
+// charts and sources that are there. Deterministic; O(triangles + bytes of the image).
 std::vector<std::uint8_t> EncodeTextureTile(
   const TextureTile& tile, std::span<const Triangle> triangles);
 

@@ -97,7 +97,14 @@ ModelDescription ToldWith(ModelDescription model, ModelDetail detail)
   if (detail != ModelDetail::Regions)
   {
     model.original = {};
-    model.textures.reset();
+    if (model.textures && model.textures->levels)
+    {
+      model.textures->bytes = model.textures->texels = 0;
+    }
+    else
+    {
+      model.textures.reset();
+    }
   }
   for (std::size_t level = PreviewLevel(model) + std::size_t{ 1 };
        detail == ModelDetail::Preview && level < model.levels.size(); ++level)

@@ -46,6 +46,8 @@ struct ResolutionDescription
   // For a level: the spacing of its coordinates, in steps of the grid, 1 … mostSpacing. 1 for the
   // original.
   std::uint32_t spacing = 1;
+  // Of a level of a model with textures of levels: of the tiles of its pieces.
+  std::uint64_t tileBytes = 0, texels = 0;
   bool operator==(const ResolutionDescription&) const = default;
 };
 
@@ -58,13 +60,15 @@ struct HomeView
   bool operator==(const HomeView&) const = default;
 };
 
-// For a model whose original has textures: one tile for each partition (TextureTile.h).
+// For a model whose original has textures: one tile for each partition (TextureTile.h), and since
+// version 14 of the store for each piece of a level.
 struct TextureDescription
 {
   std::string format = "webp"; // of the tiles' images
   bool lossless = false;       // they keep the input's texels and coordinates bit for bit
-  std::uint64_t bytes = 0;     // of all tiles
+  std::uint64_t bytes = 0;     // of the original's tiles
   std::uint64_t texels = 0;    // the same
+  bool levels = false;         // pieces of levels have tiles too; not in stores before version 14
   bool operator==(const TextureDescription&) const = default;
 };
 

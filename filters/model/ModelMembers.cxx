@@ -73,6 +73,11 @@ void ReadLevels(JsonReader& reader, const JsonValue& object, ModelDescription& m
     ResolutionDescription& level =
       model.levels.emplace_back(ReadResolution(reader, (*levels)[depth]));
     level.spacing = reader.Small<std::uint32_t>((*levels)[depth], "spacing", 1, mostSpacing);
+    if (reader.Find((*levels)[depth], "tile_bytes", false))
+    {
+      level.tileBytes = reader.Integer((*levels)[depth], "tile_bytes", 1, mostCount);
+      level.texels = reader.Integer((*levels)[depth], "texels", 0, mostCount);
+    }
   }
 }
 
@@ -105,6 +110,10 @@ void ReadTextures(JsonReader& reader, const JsonValue& object, ModelDescription&
   told.lossless = reader.Boolean(*textures, "lossless");
   told.bytes = reader.Integer(*textures, "bytes", 0, mostCount);
   told.texels = reader.Integer(*textures, "texels", 0, mostCount);
+  if (reader.Find(*textures, "levels", false))
+  {
+    told.levels = reader.Boolean(*textures, "levels");
+  }
 }
 
 // Takes numbers one after the other, none of which may be below the one before.
@@ -220,8 +229,12 @@ void PutTextures(JsonWriter& json, const ModelDescription& model, const char* ke
     json.Key(key)
       .BeginObject()
       .Member("bytes", model.textures->bytes)
-      .Member("format", model.textures->format)
-      .Member("lossless", model.textures->lossless)
+      .Member("format", model.textures->format);
+    if (model.textures->levels)
+    {
+      json.Member("levels", true);
+    }
+    json.Member("lossless", model.textures->lossless)
       .Member("texels", model.textures->texels)
       .EndObject();
   }
@@ -249,7 +262,12 @@ void PutLevels(JsonWriter& json, const std::vector<ResolutionDescription>& level
   {
     json.BeginObject().Member("depth", depth);
     PutResolution(json, levels[depth]);
-    json.Member("spacing", levels[depth].spacing).EndObject();
+    json.Member("spacing", levels[depth].spacing);
+    if (levels[depth].tileBytes > 0)
+    {
+      json.Member("texels", levels[depth].texels).Member("tile_bytes", levels[depth].tileBytes);
+    }
+    json.EndObject();
   }
   json.EndArray();
 }

@@ -22,6 +22,7 @@ bool IsValid(const BlobId& blob)
     case BlobKind::Boxes:
       return blob.level == 0 && blob.number >= 1 && blob.number < nodeEnd;
     case BlobKind::Level:
+    case BlobKind::LevelTexture:
       return blob.level <= maximumDepth && blob.number >= 1 && blob.number < nodeEnd;
     case BlobKind::Partition:
     case BlobKind::Texture:
@@ -44,6 +45,8 @@ std::string BlobName(const BlobId& blob)
       return "partitions/" + std::to_string(blob.number);
     case BlobKind::Texture:
       return "textures/" + std::to_string(blob.number);
+    case BlobKind::LevelTexture:
+      return "level-textures/" + std::to_string(blob.level) + "/" + std::to_string(blob.number);
   }
   return {};
 }
@@ -61,15 +64,16 @@ Result<BlobId> ParseBlobName(std::string_view name)
     const auto node = ParseDecimal(parts[1], 1, nodeEnd - 1);
     return node ? Result<BlobId>(BlobId{ kind, 0, *node }) : bad("not a tree node", parts[1]);
   }
-  if (parts.size() == 3 && parts[0] == "levels")
+  if (parts.size() == 3 && (parts[0] == "levels" || parts[0] == "level-textures"))
   {
     const auto depth = ParseDecimal(parts[1], 0, maximumDepth);
     if (!depth)
     {
       return bad("no level", parts[1]);
     }
+    const BlobKind kind = parts[0] == "levels" ? BlobKind::Level : BlobKind::LevelTexture;
     const auto node = ParseDecimal(parts[2], 1, nodeEnd - 1);
-    return node ? Result<BlobId>(BlobId::LevelPiece(static_cast<std::uint8_t>(*depth), *node))
+    return node ? Result<BlobId>(BlobId{ kind, static_cast<std::uint8_t>(*depth), *node })
                 : bad("not a tree node", parts[2]);
   }
   if (parts.size() == 2 && (parts[0] == "partitions" || parts[0] == "textures"))
@@ -97,6 +101,14 @@ protocol::BlobId BlobOfPiece(PieceId piece, const TreeDepths& depths)
     static_cast<std::uint8_t>(piece.resolution.Depth()), piece.node);
 }
 
+protocol::BlobId TextureOfPiece(PieceId piece, const TreeDepths& depths)
+{
+  protocol::BlobId blob = BlobOfPiece(piece, depths);
+  blob.kind =
+    piece.resolution.IsOriginal() ? protocol::BlobKind::Texture : protocol::BlobKind::LevelTexture;
+  return blob;
+}
+
 bool IsOfPiece(const protocol::BlobId& blob)
 {
   return blob.kind == protocol::BlobKind::Level || blob.kind == protocol::BlobKind::Partition;
@@ -109,7 +121,7 @@ bool IsOfTree(const protocol::BlobId& blob)
 
 PieceId PieceOfBlob(const protocol::BlobId& blob, const TreeDepths& depths)
 {
-  if (blob.kind != protocol::BlobKind::Level)
+  if (blob.kind != protocol::BlobKind::Level && blob.kind != protocol::BlobKind::LevelTexture)
   {
     return { Resolution::Original(), NodeOfPartition(blob.number, depths) };
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Which blob of a model: a page of the tree, boxes of partitions, a piece of a level, a
-// partition of the original, or the texture of one.
+// partition of the original, or the texture of one of these two.
 //
 // Blobs are the only data of the protocol: everything else names or describes them. The names below
 // are the same in URLs ("/api/models/dragon/DIGEST/levels/7/1"), error messages and logs.
@@ -26,15 +26,16 @@ enum class BlobKind : std::uint8_t
   Level = 1,
   Partition = 2,
   Boxes = 3,
-  Texture = 4
+  Texture = 4,
+  LevelTexture = 5
 };
 
 struct BlobId
 {
   BlobKind kind = BlobKind::Tree;
-  std::uint8_t level = 0;   // of a Level, 0 for the others
-  std::uint32_t number = 1; // node of a tree page, of boxes or of a level's piece (from 1); number
-                            // of a partition, also of its texture (from 0)
+  std::uint8_t level = 0;   // of a Level, also of its texture; 0 for the others
+  std::uint32_t number = 1; // node of a tree page, of boxes or of a level's piece, also of its
+                            // texture (from 1); number of a partition, also of its texture (from 0)
   auto operator<=>(const BlobId&) const = default;
 
   static constexpr BlobId TreePage(std::uint32_t node) { return { BlobKind::Tree, 0, node }; }
@@ -54,6 +55,10 @@ struct BlobId
   {
     return { BlobKind::Texture, 0, partition };
   }
+  static constexpr BlobId LevelTexture(std::uint8_t depth, std::uint32_t node)
+  {
+    return { BlobKind::LevelTexture, depth, node };
+  }
 };
 
 // Whether the numbers are in the ranges that any model could have (the server checks whether its
@@ -66,7 +71,14 @@ constexpr bool IsOfOriginal(const BlobId& blob)
   return blob.kind == BlobKind::Partition || blob.kind == BlobKind::Texture;
 }
 
-// "tree/1", "boxes/1", "levels/7/1", "partitions/12", "textures/12". REQUIRES: IsValid(blob).
+// Whether it is the texture of a piece.
+constexpr bool IsOfTexture(const BlobId& blob)
+{
+  return blob.kind == BlobKind::Texture || blob.kind == BlobKind::LevelTexture;
+}
+
+// "tree/1", "boxes/1", "levels/7/1", "partitions/12", "textures/12", "level-textures/7/1".
+// REQUIRES: IsValid(blob).
 std::string BlobName(const BlobId& blob);
 
 // The inverse, strict: decimal numbers without sign, leading zeros or surrounding characters, in
@@ -83,6 +95,8 @@ namespace kdstream
 // (PieceOfBlob): IsOfPiece(blob), or a texture, which gives the textured piece; the partition is
 // one of the tree.
 protocol::BlobId BlobOfPiece(PieceId piece, const TreeDepths& depths);
+protocol::BlobId TextureOfPiece(
+  PieceId piece, const TreeDepths& depths);   // whether or not it has one
 bool IsOfPiece(const protocol::BlobId& blob); // no tree page, no boxes, no texture
 bool IsOfTree(const protocol::BlobId& blob);  // a page, or boxes
 PieceId PieceOfBlob(const protocol::BlobId& blob, const TreeDepths& depths);

@@ -8,6 +8,7 @@
 //   /api/models/{id}/{digest}/levels/{d}/{node}     a piece of level d
 //   /api/models/{id}/{digest}/partitions/{p}        a partition of the original
 //   /api/models/{id}/{digest}/textures/{p}          its texture
+//   /api/models/{id}/{digest}/level-textures/{d}/{node}  that of a piece of level d
 //
 // The content of a blob's path never changes: another build of the model has another digest.
 #pragma once

@@ -144,6 +144,11 @@ Result<BlobRow> Store::RowOf(const BlobId& blob) const
       row.table = BlobTable::Textures;
       has = isOfPartition && info.textures;
       break;
+    case protocol::BlobKind::LevelTexture:
+      row.table = BlobTable::LevelTextures;
+      row.key = PieceRow(PieceOfBlob(blob, info.depths));
+      has = info.textures && info.textures->levels && info.HasPiece(PieceOfBlob(blob, info.depths));
+      break;
   }
   if (!has)
   {

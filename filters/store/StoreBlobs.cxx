@@ -28,8 +28,9 @@ std::uint64_t NodesOfDepth(unsigned depth)
   return std::uint64_t{ 1 } << depth;
 }
 
-// The order of the digest: levels coarse to fine; partitions, each followed by its texture; boxes;
-// pages of the tree; the parts of the list of unused vertices.
+// The order of the digest: levels coarse to fine; partitions, each followed by its texture;
+// textures of levels, fine to coarse; boxes; pages of the tree; the parts of the list of unused
+// vertices.
 class BlobOrder
 {
 public:
@@ -42,7 +43,9 @@ public:
       this->Levels.push_back(this->Original);
       this->Original += NodesOfDepth(PieceDepth(Resolution::Level(depth), model.depths));
     }
-    this->Boxes = this->Original + model.partitions * this->PerPartition;
+    this->LevelTextures = this->Original + model.partitions * this->PerPartition;
+    this->Boxes = this->LevelTextures;
+    this->Boxes += model.textures && model.textures->levels ? this->Original : 0;
     this->Tree = this->Boxes + NodesOfDepth(DepthOfPartitionBoxes(model.depths));
     this->Unused = this->Tree + this->TreePagesAbove(model.depths.partition);
   }
@@ -58,6 +61,8 @@ public:
         return this->OfPiece(*PieceOfRow(blob.key));
       case BlobTable::Textures:
         return this->Original + 2 * key + 1;
+      case BlobTable::LevelTextures:
+        return this->OfLevelTexture(*PieceOfRow(blob.key));
       case BlobTable::Boxes:
         return this->Boxes + key - NodesOfDepth(DepthOfPartitionBoxes(this->Depths));
       case BlobTable::Tree:
@@ -78,6 +83,14 @@ private:
                                       : this->Levels[id.resolution.Depth()] + place;
   }
 
+  // Behind those of all finer levels.
+  std::uint64_t OfLevelTexture(PieceId id) const
+  {
+    const unsigned depth = PieceDepth(id.resolution, this->Depths);
+    const std::uint64_t end = this->Levels[id.resolution.Depth()] + NodesOfDepth(depth);
+    return this->LevelTextures + this->Original - end + (id.node - NodesOfDepth(depth));
+  }
+
   // How many pages there are of nodes above that depth.
   std::uint64_t TreePagesAbove(unsigned depth) const
   {
@@ -93,7 +106,7 @@ private:
   TreeDepths Depths;
   std::uint64_t PerPartition;        // blobs
   std::vector<std::uint64_t> Levels; // the first piece of each
-  std::uint64_t Original = 0, Boxes = 0, Tree = 0, Unused = 0;
+  std::uint64_t Original = 0, LevelTextures = 0, Boxes = 0, Tree = 0, Unused = 0;
 };
 
 // ---- from version 13 on

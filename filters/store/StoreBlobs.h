@@ -21,15 +21,17 @@ enum class BlobTable : std::size_t
   Pieces,
   Tree,
   Boxes,
-  Textures, // where a model has them
-  Unused,   // where it has unused vertices
+  Textures,      // where a model has them
+  Unused,        // where it has unused vertices
+  LevelTextures, // where pieces of levels have some; from version 14 on
 };
 
 // Where a blob is, and what errors call it.
 struct BlobRow
 {
   BlobTable table = BlobTable::Pieces;
-  std::int64_t key = 0; // PieceRow of a piece; a node, partition or part of the others
+  std::int64_t key = 0; // PieceRow of a piece, also of its texture of a level; a node, partition or
+                        // part of the others
   std::string name;
 };
 

@@ -52,6 +52,11 @@ Result<ModelDescription> ReadStoredModel(int descriptor)
   {
     return DamagedBlob("metadata", "its textures do not fit the store's version");
   }
+  const bool hasTexturedLevels = model && model->textures && model->textures->levels;
+  if (model && hasTexturedLevels != (*version == texturedLevelsVersion))
+  {
+    return DamagedBlob("metadata", "its textures do not fit the store's version");
+  }
   if (isTold && model->unused.has_value() != HasUnused(*version))
   {
     return DamagedBlob("metadata", "its unused vertices do not fit the store's version");

@@ -95,12 +95,12 @@ Result<int> CheckHeader(Bytes page)
     return Error{ ErrorCode::InvalidInput, "not a KdStream store" };
   }
   const std::uint32_t version = NumberAt(page, 60, 4);
-  if (version < oldestStoreVersion || version > storeVersion)
+  if (version < oldestStoreVersion || version > newestStoreVersion)
   {
     return Error{ ErrorCode::Unsupported,
       "store version " + std::to_string(static_cast<std::int32_t>(version)) +
         "; this program reads versions " + std::to_string(oldestStoreVersion) + " to " +
-        std::to_string(storeVersion) + ": build the store again" };
+        std::to_string(newestStoreVersion) + ": build the store again" };
   }
   const std::size_t pageBytes = PageBytesOfStore(static_cast<int>(version));
   if (NumberAt(page, 16, 2) != pageBytes || page[20] != 0)

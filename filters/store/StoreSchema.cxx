@@ -63,6 +63,11 @@ private:
 
 }
 
+int VersionOfStore(const ModelDescription& model)
+{
+  return model.textures && model.textures->levels ? texturedLevelsVersion : storeVersion;
+}
+
 std::vector<StoreTable> TablesOfStore(int version)
 {
   if (!HasRowsOfBlobs(version))
@@ -299,6 +304,11 @@ void ContentDigest::AddPiece(PieceId id, std::span<const std::uint8_t> data)
 void ContentDigest::AddTexture(std::uint32_t partition, std::span<const std::uint8_t> data)
 {
   this->AddBlob('x', partition, data);
+}
+
+void ContentDigest::AddLevelTexture(PieceId piece, std::span<const std::uint8_t> data)
+{
+  this->AddBlob('y', static_cast<std::uint64_t>(PieceRow(piece)), data);
 }
 
 void ContentDigest::AddUnused(std::uint32_t part, std::span<const std::uint8_t> data)

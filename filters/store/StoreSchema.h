@@ -17,7 +17,10 @@
 namespace kdstream
 {
 
-inline constexpr int storeVersion = 13; // that is written
+// That are written: the second where pieces of levels have textures.
+inline constexpr int storeVersion = 13, texturedLevelsVersion = 14;
+inline constexpr int newestStoreVersion = texturedLevelsVersion;
+int VersionOfStore(const ModelDescription& model);
 
 // Older versions that are still read, in which each blob is a row of the table of its kind. Version
 // 10 has textures, 11 a list of vertices that no triangle uses, 12 both.
@@ -99,8 +102,8 @@ std::int64_t PieceChecksum(
 // The content digest: XXH3-128, as 32 hexadecimal digits. It is computed over the coordinate grid,
 // the depths and the levels' spacings, then over the kind, key and XXH3-128 of every blob, in this
 // order: levels coarse to fine, partitions (each directly followed by its texture, if there are
-// textures), boxes, tree pages, each by ascending node, and the parts of the list of unused
-// vertices.
+// textures), textures of levels fine to coarse, boxes, tree pages, each by ascending node, and the
+// parts of the list of unused vertices.
 class ContentDigest
 {
 public:
@@ -110,6 +113,7 @@ public:
   void AddBoxes(NodeId node, std::span<const std::uint8_t> data);
   void AddPiece(PieceId id, std::span<const std::uint8_t> data);
   void AddTexture(std::uint32_t partition, std::span<const std::uint8_t> data);
+  void AddLevelTexture(PieceId piece, std::span<const std::uint8_t> data);
   void AddUnused(std::uint32_t part, std::span<const std::uint8_t> data);
   std::string Hexadecimal() const;
 

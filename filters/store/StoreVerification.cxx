@@ -42,6 +42,7 @@ public:
     this->Note("pieces", labels);
     Status ended = this->EndWhereMuchIsWrong();
     ended = ended ? this->CheckPieces() : ended;
+    ended = ended ? this->CheckLevelTextures() : ended;
     ended = ended ? this->CheckTree() : ended;
     ended = ended ? this->CheckUnused() : ended;
     if (!ended)
@@ -93,6 +94,38 @@ private:
       });
   }
 
+  // Fine to coarse, as they were made.
+  Status CheckLevelTextures()
+  {
+    const ModelDescription& info = this->Whole.Information;
+    for (auto depth = static_cast<unsigned>(info.levels.size());
+         info.textures && info.textures->levels && depth-- > 0;)
+    {
+      const Resolution level = Resolution::Level(depth);
+      const NodeId first = NodeId{ 1 } << PieceDepth(level, info.depths);
+      for (NodeId node = first; node < 2 * first; ++node)
+      {
+        const PieceId id{ level, node };
+        const BlobId texture = TextureOfPiece(id, info.depths);
+        const auto blob = this->Whole.Read(texture);
+        this->Note(BlobName(texture), OnlyStatus(blob));
+        if (blob)
+        {
+          this->Digest.AddLevelTexture(id, *blob);
+        }
+        const auto bytes = this->Whole.Read(BlobOfPiece(id, info.depths));
+        this->ReadAgain += bytes ? bytes->size() : 0;
+        const auto piece = bytes ? this->Whole.Decode(*bytes, id) : Result<Piece>(bytes.GetError());
+        if (blob && piece) // what is wrong with the piece was noted
+        {
+          this->Note(BlobName(texture), OnlyStatus(DecodeTextureTile(*blob, piece->triangles)));
+        }
+        KDSTREAM_TRY(this->EndWhereMuchIsWrong());
+      }
+    }
+    return {};
+  }
+
   // The texture of a partition. piece: null where it is damaged.
   void CheckTexture(PieceId id, const Piece* piece)
   {
@@ -126,11 +159,13 @@ private:
     return count;
   }
 
-  // Each blob is read once: more bytes than the file has are some of them again and again.
+  // Each blob is read once, but for what is counted apart: more bytes than the file has are some of
+  // them again and again.
   Status EndWhereMuchIsWrong() const
   {
     Connection& database = *this->Whole.Database;
-    if (database.BytesRead() - this->ReadBefore > static_cast<std::uint64_t>(database.State().size))
+    if (database.BytesRead() - this->ReadBefore >
+        static_cast<std::uint64_t>(database.State().size) + this->ReadAgain)
     {
       return Error{ ErrorCode::Damaged,
         "its blobs overlap: together they are larger than the file" };
@@ -234,6 +269,7 @@ private:
 
   const Store& Whole;
   const std::uint64_t ReadBefore;
+  std::uint64_t ReadAgain = 0; // bytes of pieces of levels, for their textures
   const Execution& Progress;
   ContentDigest Digest;
   std::vector<Error> Found;

@@ -74,7 +74,14 @@ struct StoreWriter::State
   std::unique_ptr<ContentDigest> digest{};
   std::unique_ptr<GeometricErrorList> deviations{}; // of the resolution that is being written
   PieceTable pieces{};
-  std::vector<std::uint64_t> begins{}; // of the pieces in the content, in the order of PieceIds
+  struct Extent // in the content
+  {
+    std::uint64_t begin = 0;
+    std::size_t bytes = 0;
+  };
+  // In the order of PieceIds; textures of the original's alone, and then of levels, where a model
+  // has some.
+  std::vector<Extent> pieceExtents{}, textureExtents{}, levelTextureExtents{};
   Statement contentRead{};
   std::mutex reading{};
   std::vector<std::uint8_t> preview{};
@@ -91,8 +98,14 @@ struct StoreWriter::State
   Status WriteContentRow();
   Status WriteDirectoryRow();
   Status Insert(Statement& insert, std::int64_t part, std::span<const std::uint8_t> data) const;
-  // The blob of a piece that was added. Any number of threads. Errors: with the store's name.
-  Result<std::vector<std::uint8_t>> Read(PieceId id);
+  // Among the pieces of its resolution.
+  static std::size_t PlaceOf(PieceId id) { return id.node - (NodeId{ 1 } << DepthOfNode(id.node)); }
+  std::size_t PiecesOfLevels(unsigned end) const; // of those coarser than `end`
+  // The blob of a piece that was added, or its texture. Any number of threads. Errors: with the
+  // store's name.
+  Result<std::vector<std::uint8_t>> ReadPiece(PieceId id);
+  Result<std::vector<std::uint8_t>> ReadTexture(PieceId id);
+  Result<std::vector<std::uint8_t>> Read(const Extent& extent);
   // Raises the levels' deviations to how far the original is from them at most.
   Status BoundDeviations(const Execution& execution);
 
@@ -114,7 +127,7 @@ Error StoreWriter::State::Explain(const Error& error) const
   std::uint64_t written = this->info.original.bytes;
   for (const ResolutionDescription& level : this->info.levels)
   {
-    written += level.bytes;
+    written += level.bytes + level.tileBytes;
   }
   written += this->info.textures ? this->info.textures->bytes : 0;
   written += this->info.unused ? this->info.unused->bytes : 0;
@@ -179,10 +192,11 @@ Result<std::unique_ptr<StoreWriter::State>> StoreWriter::State::Begin(
   KDSTREAM_TRY(database);
   state->database = std::move(*database);
   // The file is thrown away unless it is finished: no journal, and one fsync at the end.
+  const int version = VersionOfStore(state->info);
   const std::string setUp = "PRAGMA page_size = " + std::to_string(storePageBytes) +
                             "; PRAGMA application_id = " + std::to_string(storeApplicationId) +
-                            "; PRAGMA user_version = " + std::to_string(storeVersion) + ";" +
-                            SchemaOfStore(storeVersion) + "BEGIN;";
+                            "; PRAGMA user_version = " + std::to_string(version) + ";" +
+                            SchemaOfStore(version) + "BEGIN;";
   if (Status status = Execute(state->database.get(), setUp); !status)
   {
     return state->Explain(status.GetError());
@@ -271,21 +285,43 @@ Status StoreWriter::State::FinishBlobs()
   return this->directoryRow.empty() ? Status{} : this->WriteDirectoryRow();
 }
 
-Result<std::vector<std::uint8_t>> StoreWriter::State::Read(PieceId id)
+std::size_t StoreWriter::State::PiecesOfLevels(unsigned end) const
 {
-  // Levels lie coarse to fine before the original, which may have fewer pieces than its depth.
-  std::size_t place = id.node - (NodeId{ 1 } << DepthOfNode(id.node));
-  const std::size_t before =
-    id.resolution.IsOriginal() ? this->info.levels.size() : id.resolution.Depth();
-  for (unsigned depth = 0; depth < before; ++depth)
+  std::size_t count = 0;
+  for (unsigned depth = 0; depth < end; ++depth)
   {
-    place += std::size_t{ 1 } << PieceDepth(Resolution::Level(depth), this->info.depths);
+    count += std::size_t{ 1 } << PieceDepth(Resolution::Level(depth), this->info.depths);
   }
-  std::uint64_t begin = this->begins.at(place);
+  return count;
+}
+
+// Levels lie coarse to fine before the original, which may have fewer pieces than its depth.
+Result<std::vector<std::uint8_t>> StoreWriter::State::ReadPiece(PieceId id)
+{
+  const auto levels = static_cast<unsigned>(this->info.levels.size());
+  const unsigned before = id.resolution.IsOriginal() ? levels : id.resolution.Depth();
+  return this->Read(this->pieceExtents.at(this->PiecesOfLevels(before) + PlaceOf(id)));
+}
+
+Result<std::vector<std::uint8_t>> StoreWriter::State::ReadTexture(PieceId id)
+{
+  if (id.resolution.IsOriginal())
+  {
+    return this->Read(this->textureExtents.at(PlaceOf(id)));
+  }
+  const auto levels = static_cast<unsigned>(this->info.levels.size());
+  const std::size_t finer =
+    this->PiecesOfLevels(levels) - this->PiecesOfLevels(id.resolution.Depth() + 1U);
+  return this->Read(this->levelTextureExtents.at(finer + PlaceOf(id)));
+}
+
+Result<std::vector<std::uint8_t>> StoreWriter::State::Read(const Extent& extent)
+{
+  std::uint64_t begin = extent.begin;
   std::vector<std::uint8_t> data;
-  data.reserve(this->pieces.At(id).bytes);
+  data.reserve(extent.bytes);
   const std::lock_guard<std::mutex> lock(this->reading);
-  while (data.size() < this->pieces.At(id).bytes)
+  while (data.size() < extent.bytes)
   {
     const auto row = static_cast<std::int64_t>(begin / contentRowBytes);
     const auto offset = static_cast<std::size_t>(begin % contentRowBytes);
@@ -306,7 +342,7 @@ Result<std::vector<std::uint8_t>> StoreWriter::State::Read(PieceId id)
         "row " + std::to_string(row) + " cannot be read back: is the disk sound?" });
     }
     part = part.subspan(offset);
-    part = part.first(std::min(part.size(), this->pieces.At(id).bytes - data.size()));
+    part = part.first(std::min(part.size(), extent.bytes - data.size()));
     data.insert(data.end(), part.begin(), part.end());
     begin += part.size();
     this->contentRead.Reset();
@@ -317,7 +353,7 @@ Result<std::vector<std::uint8_t>> StoreWriter::State::Read(PieceId id)
 Status StoreWriter::State::BoundDeviations(const Execution& execution)
 {
   const Result<std::vector<double>> bounds = BoundLevels(
-    this->info, [&](PieceId id) { return this->Read(id); }, execution);
+    this->info, [&](PieceId id) { return this->ReadPiece(id); }, execution);
   KDSTREAM_TRY(bounds);
   for (std::size_t depth = 0; depth < bounds->size(); ++depth)
   {
@@ -346,7 +382,31 @@ Status StoreWriter::AddTexture(
   this->S->info.textures->bytes += data.size();
   this->S->info.textures->texels += texels;
   this->S->digest->AddTexture(partition, data);
+  this->S->textureExtents.push_back({ this->S->contentBytes, data.size() });
   return this->S->AddBlob(data);
+}
+
+Status StoreWriter::AddLevelTexture(
+  PieceId piece, std::span<const std::uint8_t> data, std::uint64_t texels)
+{
+  ModelDescription& info = this->S->info;
+  KDSTREAM_TRY(CheckBlobSize(BlobName(TextureOfPiece(piece, info.depths)), data.size()));
+  ResolutionDescription& level = info.levels[piece.resolution.Depth()];
+  level.tileBytes += data.size();
+  level.texels += texels;
+  this->S->digest->AddLevelTexture(piece, data);
+  this->S->levelTextureExtents.push_back({ this->S->contentBytes, data.size() });
+  return this->S->AddBlob(data);
+}
+
+Result<std::vector<std::uint8_t>> StoreWriter::ReadPiece(PieceId piece) const
+{
+  return this->S->ReadPiece(piece);
+}
+
+Result<std::vector<std::uint8_t>> StoreWriter::ReadTexture(PieceId piece) const
+{
+  return this->S->ReadTexture(piece);
 }
 
 Status StoreWriter::AddUnused(const Piece& part, std::span<const std::uint8_t> data)
@@ -387,7 +447,7 @@ Status StoreWriter::AddPiece(const Piece& piece, std::span<const std::uint8_t> d
     return this->S->Explain(status.GetError());
   }
   this->S->pieces.At(piece.id) = FactsOf(piece.deviations, data.size());
-  this->S->begins.push_back(this->S->contentBytes);
+  this->S->pieceExtents.push_back({ this->S->contentBytes, data.size() });
   this->S->digest->AddPiece(piece.id, data);
   if (piece.id == PieceId{ Resolution::Level(PreviewLevel(info)), 1 })
   {

@@ -27,15 +27,24 @@ public:
     const std::filesystem::path& store, ModelDescription info);
   ~StoreWriter();
 
-  // First add the pieces, coarse to fine, nodes ascending; then all boxes of partitions, then all
-  // tree pages, ascending: the order of the digest. REQUIRES: pieces of the original have the
-  // arrays whose ranges are gathered (ScalarStatistics.h); other arrays are not used. Errors:
-  // LimitExceeded for a blob that servers would not send; InputOutput.
+  // First add the pieces, coarse to fine, nodes ascending; then the textures of levels, fine to
+  // coarse; then all boxes of partitions, then all tree pages, ascending: the order of the digest.
+  // REQUIRES: pieces of the original have the arrays whose ranges are gathered
+  // (ScalarStatistics.h); other arrays are not used. Errors: LimitExceeded for a blob that servers
+  // would not send; InputOutput.
   Status AddPiece(const Piece& piece, std::span<const std::uint8_t> data);
   // For textured models (info.textures): add the texture directly after the piece of the partition.
   // texels: of its picture. Errors: as AddPiece.
   Status AddTexture(
     std::uint32_t partition, std::span<const std::uint8_t> data, std::uint64_t texels);
+
+  // Of models whose levels have textures (info.textures->levels).
+  Status AddLevelTexture(PieceId piece, std::span<const std::uint8_t> data, std::uint64_t texels);
+
+  // The blob of a piece that was added, or its texture. Any number of threads, while nothing is
+  // added. Errors: InputOutput.
+  Result<std::vector<std::uint8_t>> ReadPiece(PieceId piece) const;
+  Result<std::vector<std::uint8_t>> ReadTexture(PieceId piece) const;
 
   Status AddBoxes(NodeId node, std::span<const std::uint8_t> data);
   Status AddTreePage(NodeId page, std::span<const std::uint8_t> data);

@@ -476,8 +476,9 @@ std::string BakeReport::TellLoss() const
 
 std::string BakeReport::TellLevels() const
 {
-  return "levels are painted with the pictures' means (about " + NumberText(this->texelsPerVertex) +
-         " texels a vertex); the original keeps the pictures";
+  return "the original keeps the pictures, and levels have them with fewer texels; vertex colours "
+         "are their means (about " +
+         NumberText(this->texelsPerVertex) + " texels a vertex)";
 }
 
 Result<BakeReport> BakeTextures(

@@ -60,6 +60,14 @@ Result<std::uint64_t> BytesOf(const ModelDescription& model, const BlobId& blob)
         return model.textures->bytes / model.partitions;
       }
       break;
+    case BlobKind::LevelTexture:
+      if (model.textures && model.textures->levels && blob.level < model.levels.size() &&
+          DepthOfNode(blob.number) == PieceDepth(Resolution::Level(blob.level), depths))
+      {
+        const ResolutionDescription& level = model.levels[blob.level];
+        return level.tileBytes / std::max<std::uint64_t>(level.pieces, 1);
+      }
+      break;
     // As measured: 4 bytes a node, 16 a partition.
     case BlobKind::Tree:
       if (IsTreePage(blob.number, depths))

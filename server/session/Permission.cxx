@@ -21,6 +21,7 @@ ModelDetail DetailOf(const ModelDescription& model, const BlobId& blob)
   switch (blob.kind)
   {
     case BlobKind::Level:
+    case BlobKind::LevelTexture:
       return blob.level <= preview ? ModelDetail::Preview : ModelDetail::Levels;
     case BlobKind::Tree: // the first page already tells of pieces of the next levels
       return ModelDetail::Levels;

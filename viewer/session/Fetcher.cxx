@@ -20,7 +20,7 @@ const char* NameOf(const BlobId& blob, bool isPreview)
 {
   return isPreview                          ? "preview"
          : blob.kind == BlobKind::Partition ? "partition"
-         : blob.kind == BlobKind::Texture   ? "texture"
+         : IsOfTexture(blob)                ? "texture"
                                             : "level";
 }
 
@@ -172,7 +172,7 @@ Status Fetcher::Decode(
     return this->Model.open->tree.Add(blob, bytes);
   }
   const PieceId id = PieceOfBlob(blob, this->Model.Depths());
-  if (blob.kind == BlobKind::Texture)
+  if (IsOfTexture(blob))
   {
     return this->Model.tiles.Add(blob, bytes, this->Model.pieces.Peek(id));
   }

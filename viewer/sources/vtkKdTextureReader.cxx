@@ -11,6 +11,7 @@
 #include "filters/adapter/RangedSetters.h"
 #include "filters/codec/TextureTile.h"
 #include "filters/core/BitCast.h"
+#include "filters/core/tree/PieceDepth.h"
 #include "filters/store/Store.h"
 #include "filters/texture/Picture.h"
 #include "viewer/sources/SourceExecution.h"
@@ -32,6 +33,7 @@
 
 vtkStandardNewMacro(vtkKdTextureReader);
 
+KDSTREAM_SET_IN_RANGE(vtkKdTextureReader, Level, int, -1, 30)
 KDSTREAM_SET_IN_RANGE(vtkKdTextureReader, Partition, vtkIdType, 0, VTK_ID_MAX)
 
 namespace
@@ -39,22 +41,22 @@ namespace
 
 using namespace kdstream;
 
-Error OfTexture(std::uint32_t partition, const Error& error)
+Error OfTexture(const PieceSource& model, PieceId piece, const Error& error)
 {
   return { ErrorCode::Damaged,
-    BlobName(protocol::BlobId::Texture(partition)) + ": " + error.message };
+    BlobName(TextureOfPiece(piece, model.Info().depths)) + ": " + error.message };
 }
 
-// Whether no partition of a lower number has it.
-bool IsOwned(const Piece& piece, const Triangle& triangle, std::uint32_t partition)
+// Whether no piece of a lower number has it: keys ascend from piece to piece.
+bool IsOwned(const Piece& piece, const Triangle& triangle)
 {
-  return std::all_of(triangle.begin(), triangle.end(),
-    [&](VertexId v) { return PartitionOfKey(piece.keys[v]) >= partition; });
+  return *std::min_element(triangle.begin(), triangle.end(),
+           [&piece](VertexId a, VertexId b)
+           { return piece.keys[a] < piece.keys[b]; }) < piece.ownVertices;
 }
 
 // The mesh whose points are corners of different places in the tile.
-Mesh SplitMesh(
-  const Piece& piece, const TextureTile& tile, std::uint32_t partition, ScalarType scalarType)
+Mesh SplitMesh(const Piece& piece, const TextureTile& tile, ScalarType scalarType)
 {
   Mesh mesh;
   mesh.scalarType = scalarType;
@@ -75,7 +77,7 @@ Mesh SplitMesh(
   std::vector<std::array<float, 2>> coordinates;
   for (std::size_t t = 0; t < piece.triangles.size(); ++t)
   {
-    if (!IsOwned(piece, piece.triangles[t], partition))
+    if (!IsOwned(piece, piece.triangles[t]))
     {
       continue;
     }
@@ -138,46 +140,63 @@ Result<Picture> DecodeImage(const TextureTile& tile)
   return picture;
 }
 
-// The partition's. Errors: of a model or partition without one.
-Result<std::vector<std::uint8_t>> ReadTile(
-  const PieceSource& model, vtkIdType wanted, const Execution& execution)
+vtkIdType NumberOfPieces(const ModelDescription& info, int level)
 {
-  const ModelDescription& info = model.Info();
-  if (!info.textures)
+  if (level < 0)
   {
-    return Error{ ErrorCode::Unsupported, "the model has no textures" };
+    return static_cast<vtkIdType>(info.partitions);
   }
-  if (static_cast<std::uint64_t>(wanted) >= info.partitions)
-  {
-    return Error{ ErrorCode::InvalidArgument, "there is no partition " + std::to_string(wanted) +
-                                                ": the model has " +
-                                                std::to_string(info.partitions) };
-  }
-  return model.Read(protocol::BlobId::Texture(static_cast<std::uint32_t>(wanted)), execution);
+  const auto depth = static_cast<unsigned>(level);
+  return depth < info.levels.size()
+           ? vtkIdType{ 1 } << PieceDepth(Resolution::Level(depth), info.depths)
+           : 0;
 }
 
-Status ReadInto(const PieceSource& model, std::uint32_t partition,
-  const std::vector<std::uint8_t>& blob, const Execution& execution, vtkPolyData& surface,
-  vtkImageData& image)
+// Of a model. Errors: where it does not have this piece, or no texture of it.
+Result<PieceId> TexturedPieceOf(const ModelDescription& info, int level, vtkIdType wanted)
 {
-  const ModelDescription& info = model.Info();
-  const PieceId id{ Resolution::Original(), NodeOfPartition(partition, info.depths) };
+  if (!info.textures || (level >= 0 && !info.textures->levels))
+  {
+    return Error{ ErrorCode::Unsupported,
+      info.textures ? "only the original has textures" : "the model has no textures" };
+  }
+  const vtkIdType pieces = NumberOfPieces(info, level);
+  if (wanted >= pieces && level < 0)
+  {
+    return Error{ ErrorCode::InvalidArgument, "there is no partition " + std::to_string(wanted) +
+                                                ": the model has " + std::to_string(pieces) };
+  }
+  if (wanted >= pieces)
+  {
+    return Error{ ErrorCode::InvalidArgument, "there is no piece " + std::to_string(wanted) +
+                                                " of level " + std::to_string(level) +
+                                                ": there are " + std::to_string(pieces) };
+  }
+  const Resolution resolution =
+    level < 0 ? Resolution::Original() : Resolution::Level(static_cast<unsigned>(level));
+  const NodeId first = NodeId{ 1 } << PieceDepth(resolution, info.depths);
+  return PieceId{ resolution, first + static_cast<NodeId>(wanted) };
+}
+
+Status ReadInto(const PieceSource& model, PieceId id, const std::vector<std::uint8_t>& blob,
+  const Execution& execution, vtkPolyData& surface, vtkImageData& image)
+{
   const auto read = model.ReadPieces(std::span(&id, 1), execution);
   KDSTREAM_TRY(read);
   const Piece& piece = read->front();
   const Result<TextureTile> tile = DecodeTextureTile(blob, piece.triangles);
   if (!tile)
   {
-    return OfTexture(partition, tile.GetError());
+    return OfTexture(model, id, tile.GetError());
   }
   const Result<Picture> picture = DecodeImage(*tile);
   if (!picture)
   {
-    return OfTexture(partition, picture.GetError());
+    return OfTexture(model, id, picture.GetError());
   }
   FillImage(*picture, image);
   return FillPolyData(
-    SplitMesh(piece, *tile, partition, info.grid.scalarType), 0,
+    SplitMesh(piece, *tile, model.Info().grid.scalarType), 0,
     [](const AttributeInfo&) { return true; }, surface);
 }
 
@@ -226,7 +245,7 @@ vtkMTimeType vtkKdTextureReader::GetMTime()
 
 vtkIdType vtkKdTextureReader::GetNumberOfModelPartitions() const
 {
-  return this->Model ? static_cast<vtkIdType>(this->Model->Info().partitions) : 0;
+  return this->Model ? NumberOfPieces(this->Model->Info(), this->Level) : 0;
 }
 
 vtkPolyData* vtkKdTextureReader::GetOutput()
@@ -325,9 +344,12 @@ int vtkKdTextureReader::RequestInformation(vtkInformationVector* outputVector)
   const Execution execution = MakeOpeningExecution(*this);
   Error error;
   Result<std::vector<std::uint8_t>> tile = error;
+  Result<PieceId> piece = error;
   if (this->OpenModel(execution, error))
   {
-    tile = ReadTile(*this->Model, this->Partition, execution);
+    piece = TexturedPieceOf(this->Model->Info(), this->Level, this->Partition);
+    tile = piece ? this->Model->Read(TextureOfPiece(*piece, this->Model->Info().depths), execution)
+                 : Result<std::vector<std::uint8_t>>(piece.GetError());
     error = tile ? Error() : tile.GetError();
   }
   this->WasStopped = !tile && error.code == ErrorCode::Cancelled;
@@ -343,7 +365,7 @@ int vtkKdTextureReader::RequestInformation(vtkInformationVector* outputVector)
   const auto head = ReadTextureTileHead(*tile);
   if (!head)
   {
-    return this->Fail(OfTexture(static_cast<std::uint32_t>(this->Partition), head.GetError()));
+    return this->Fail(OfTexture(*this->Model, *piece, head.GetError()));
   }
   this->Tile = std::move(*tile);
   vtkInformation* const outInfo = outputVector->GetInformationObject(1);
@@ -365,8 +387,10 @@ int vtkKdTextureReader::RequestData(vtkInformationVector* outputVector)
     {
       return this->Fail({ ErrorCode::NotFound, "the model is not open" });
     }
-    read = ReadInto(*this->Model, static_cast<std::uint32_t>(this->Partition), this->Tile,
-      MakeReadingExecution(*this), *surface, *image);
+    const auto piece = TexturedPieceOf(this->Model->Info(), this->Level, this->Partition);
+    read = piece ? ReadInto(*this->Model, *piece, this->Tile, MakeReadingExecution(*this), *surface,
+                     *image)
+                 : Status{ piece.GetError() };
   }
   if (read)
   {
@@ -389,5 +413,6 @@ void vtkKdTextureReader::PrintSelf(ostream& os, vtkIndent indent)
   this->Superclass::PrintSelf(os, indent);
   os << indent << "FileName: " << (this->FileName ? this->FileName : "(none)") << "\n";
   os << indent << "ModelSource: " << this->ModelSource.Get() << "\n";
+  os << indent << "Level: " << this->Level << "\n";
   os << indent << "Partition: " << this->Partition << "\n";
 }

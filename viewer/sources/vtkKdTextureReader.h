@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkKdTextureReader
- * @brief   reads a partition of a textured model: its surface with texture coordinates, its picture
+ * @brief   reads a piece of a textured model: its surface with texture coordinates, its picture
  *
  * From a store (FileName), or from the open model of a source (ModelSource), as a server's.
  *
- * Port 0 is a vtkPolyData: the partition's triangles, without those that a partition of a lower
- * number has too, so that all partitions together have each once. Points are split where their
- * corners have different places in the picture; "TCoords", two floats, are the active texture
- * coordinates, v upwards. All arrays of points are there, except colours, which the picture
- * replaces.
+ * A piece is a partition of the original, or of a level (Level). Port 0 is a vtkPolyData: the
+ * piece's triangles, without those that a piece of a lower number has too, so that all pieces
+ * together have each once. Points are split where their corners have different places in the
+ * picture; "TCoords", two floats, are the active texture coordinates, v upwards. All arrays of
+ * points are there, except colours, which the picture replaces.
  *
  * Port 1 is a vtkImageData of unsigned char, RGB or RGBA, sRGB, for vtkTexture's
  * SetInputConnection:
@@ -18,9 +18,9 @@
  *   mapper->SetInputConnection(reader->GetOutputPort());
  *   actor->SetTexture(texture);
  *
- * Aborting works as in vtkKdModelSource. Errors name the file or server: no textures, a partition
- * that does not exist, damage; GetErrorCode says that there was an error (vtkErrorCode.h).
- * Complexity: linear in the partition; two blobs are fetched from a server.
+ * Aborting works as in vtkKdModelSource. Errors name the file or server: no textures, a piece that
+ * does not exist, damage; GetErrorCode says that there was an error (vtkErrorCode.h). Complexity:
+ * linear in the piece; two blobs are fetched from a server.
  *
  * @sa vtkKdStoreReader vtkKdStreamSource
  */
@@ -79,14 +79,24 @@ public:
 
   ///@{
   /**
-   * The number of the partition, from 0. Default 0.
+   * The level whose pieces are read, 0 to 30: of stores whose levels have textures. -1, the
+   * default: the original.
+   */
+  virtual void SetLevel(int value);
+  vtkGetMacro(Level, int);
+  ///@}
+
+  ///@{
+  /**
+   * The number of the partition, or of the level's piece, from 0. Default 0.
    */
   virtual void SetPartition(vtkIdType value);
   vtkGetMacro(Partition, vtkIdType);
   ///@}
 
   /**
-   * The number of partitions of the model, known after UpdateInformation: 0 before.
+   * The number of partitions of the model, or of pieces of the level, known after
+   * UpdateInformation: 0 before.
    */
   vtkIdType GetNumberOfModelPartitions() const;
 
@@ -122,6 +132,7 @@ private:
 
   char* FileName = nullptr;
   vtkSmartPointer<vtkKdModelSource> ModelSource;
+  int Level = -1;
   vtkIdType Partition = 0;
   // Since the last RequestInformation.
   std::shared_ptr<const kdstream::PieceSource> Model;

@@ -34,8 +34,9 @@ TEST_F(TestTexturedBuild, ABuildWarnsOfWhatIsLostWherePicturesAreNotKept)
   this->WritePicture("a.png", Row({ red, blue }), PictureType::Png);
   this->WriteText("m.mtl", "newmtl a\nmap_Kd a.png\n");
   this->WriteText("m.obj", Faces(leftAndRight));
-  const std::string note = "kdstream-build: note: m.obj: levels are painted with the pictures' "
-                           "means (about 0 texels a vertex); the original keeps the pictures\n";
+  const std::string note =
+    "kdstream-build: note: m.obj: the original keeps the pictures, and levels have them with fewer "
+    "texels; vertex colours are their means (about 0 texels a vertex)\n";
   for (const char* kept : { "on", "tiles" })
   {
     const Outcome built = this->Build({ "m.obj", "-o", "m.kds", "--textures", kept });

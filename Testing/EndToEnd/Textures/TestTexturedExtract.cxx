@@ -7,6 +7,7 @@
 #include "filters/codec/TextureTile.h"
 #include "filters/model/JsonReader.h"
 #include "filters/store/Store.h"
+#include "filters/texture/BakeTextures.h"
 
 #include <algorithm>
 #include <map>
@@ -33,6 +34,16 @@ protected:
     const Outcome extracted = this->Store({ "extract", "m.kds", "--all", "-o", output, "--quiet" });
     ASSERT_EQ(extracted.exitCode, 0) << extracted.err;
     EXPECT_EQ(extracted.err, "");
+  }
+  // Levels beyond 11 are several pieces.
+  void BuildStatue()
+  {
+    ASSERT_EQ(
+      RunTool(this->Folder, "generate",
+        { "statue", "statue.obj", "--vertices", "12000", "--picture-side", "256", "--quiet" })
+        .exitCode,
+      0);
+    this->BuildAndExtract("statue.obj", "all.obj", { "--cell-vertices", "2" });
   }
 };
 
@@ -114,6 +125,92 @@ TEST_F(TestTexturedExtract, PartsHaveTheirPictures)
   EXPECT_TRUE(this->Files().contains("part-partition-2.png"));
 }
 
+// Each triangle once, and the pictures show what the vertices' colours are the means of.
+TEST_F(TestTexturedExtract, LevelsHaveTheirPictures)
+{
+  this->BuildStatue();
+  const auto store = kdstream::Store::Open(this->Folder / "m.kds");
+  ASSERT_TRUE(store);
+  const ModelDescription& model = (*store)->Info();
+  const std::size_t pictures = model.levels.back().pieces;
+  ASSERT_GT(pictures, 1U);
+  const std::string level = std::to_string(model.depths.finest);
+  for (const char* const name : { "level.ply", "level.glb", "level.obj" })
+  {
+    const Outcome extracted =
+      this->Store({ "extract", "m.kds", "--level", level, "-o", name, "--quiet" });
+    ASSERT_EQ(extracted.exitCode, 0) << extracted.err;
+    EXPECT_EQ(extracted.err, "");
+  }
+  const Mesh plain = this->Read("level.ply");
+  TexturedMesh textured = this->ReadWithTextures("level.obj");
+  EXPECT_EQ(textured.mesh.triangles.size(), plain.triangles.size());
+  EXPECT_EQ(textured.pictures.size(), pictures);
+  EXPECT_NE(ReadWhole(this->Folder / "level.glb").find("\"level-" + level), std::string::npos);
+  ASSERT_TRUE(BakeTextures(textured));
+  const auto colorsOf = [](const Mesh& mesh)
+  {
+    std::map<Vec3, std::array<double, 3>> colors;
+    for (std::size_t v = 0; v < mesh.points.size(); ++v)
+    {
+      const Attribute& rgb = mesh.attributes.back();
+      colors[mesh.points[v]] = { rgb.Get(v, 0), rgb.Get(v, 1), rgb.Get(v, 2) };
+    }
+    return colors;
+  };
+  const auto expected = colorsOf(plain), found = colorsOf(textured.mesh);
+  ASSERT_EQ(expected.size(), found.size());
+  double off = 0, elsewhere = 0;
+  auto last = expected.rbegin()->second;
+  for (const auto& [place, color] : expected)
+  {
+    ASSERT_TRUE(found.contains(place));
+    off += std::abs(color[1] - found.at(place)[1]);
+    elsewhere += std::abs(color[1] - last[1]);
+    last = color;
+  }
+  EXPECT_LT(off, elsewhere / 2) << elsewhere / double(expected.size());
+}
+
+TEST_F(TestTexturedExtract, TilesOfTilesetsHaveTheirPictures)
+{
+  this->BuildStatue();
+  const Outcome exported =
+    this->Store({ "export", "m.kds", "tiles", "--format", "3dtiles", "--quiet" });
+  ASSERT_EQ(exported.exitCode, 0) << exported.err;
+  std::size_t tiles = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(this->Folder / "tiles"))
+  {
+    if (entry.path().extension() == ".glb")
+    {
+      ++tiles;
+      const std::string bytes = ReadWhole(entry.path());
+      EXPECT_NE(bytes.find("EXT_texture_webp"), std::string::npos) << entry.path();
+      EXPECT_EQ(bytes.find("COLOR_0"), std::string::npos) << entry.path();
+    }
+  }
+  EXPECT_GT(tiles, 10U);
+}
+
+TEST_F(TestTexturedExtract, ASmallFileOfOnePieceHasItsPicture)
+{
+  this->BuildStatue();
+  const auto store = kdstream::Store::Open(this->Folder / "m.kds");
+  ASSERT_TRUE(store);
+  const unsigned finest = (*store)->Info().depths.finest;
+  for (const unsigned level : { 11U, finest })
+  {
+    const Outcome exported = this->Store({ "export", "m.kds", "level.glb", "--format", "glb",
+      "--level", std::to_string(level), "--quiet" });
+    ASSERT_EQ(exported.exitCode, 0) << exported.err;
+    const bool isOne = (*store)->Info().levels[level].pieces == 1;
+    EXPECT_EQ(isOne, level == 11);
+    EXPECT_EQ(
+      ReadWhole(this->Folder / "level.glb").find("EXT_texture_webp") != std::string::npos, isOne);
+    EXPECT_EQ(exported.err.find("the level's textures are left out") == std::string::npos, isOne);
+  }
+}
+
 // Tiles whose image is none, or of another size: of a right checksum.
 class WrongImages : public PieceTextures
 {
@@ -170,6 +267,10 @@ TEST_F(TestTexturedExtract, ExportedFoldersHaveTheTextures)
                         ("www/api/models/m/" + info.digest + "/textures/" + std::to_string(p))),
       std::string(blob->begin(), blob->end()));
   }
+  const auto blob = (*store)->Read(protocol::BlobId::LevelTexture(0, 1));
+  ASSERT_TRUE(blob);
+  EXPECT_EQ(ReadWhole(this->Folder / ("www/api/models/m/" + info.digest + "/level-textures/0/1")),
+    std::string(blob->begin(), blob->end()));
   EXPECT_NE(ReadWhole(this->Folder / "www/api/models/m/model.json").find("\"textures\":{\"bytes\""),
     std::string::npos);
 }

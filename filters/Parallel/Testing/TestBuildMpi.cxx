@@ -27,8 +27,8 @@ namespace
 nlohmann::json StatsOf(const TemporaryFolder& folder, const std::string& name)
 {
   nlohmann::json stats = nlohmann::json::parse(ReadWhole(folder / name), nullptr, false);
-  for (const char* const measured : { "seconds", "peak_rss_bytes", "passes", "temp_bytes",
-         "temp_bytes_read", "temp_bytes_written", "bytes" })
+  for (const char* const measured : { "seconds", "peak_rss_bytes", "convert_peak_rss_bytes",
+         "passes", "temp_bytes", "temp_bytes_read", "temp_bytes_written", "bytes" })
   {
     stats.erase(measured);
   }
@@ -122,6 +122,40 @@ TEST(BuildMpi, TellsWhatItIgnores)
     const Outcome some = RunRanks(folder, 3, { file, "-o", "some.kds", "--quiet" });
     EXPECT_EQ(WithoutName(some.err), WithoutName(one.err));
   }
+}
+
+// Pictures too: the first rank reads them, and each makes the textures of its partitions.
+TEST(BuildMpi, TexturedMeshes)
+{
+  const TemporaryFolder folder;
+  ASSERT_EQ(RunTool(folder, "generate",
+              { "statue", "statue.obj", "--vertices", "12000", "--picture-side", "256", "--quiet" })
+              .exitCode,
+    0);
+  const auto build = [&](unsigned ranks, const std::string& name)
+  {
+    const std::vector<std::string> arguments{ "statue.obj", "-o", name + ".kds", "--stats",
+      name + ".json", "--vertices-per-partition", "500", "--cell-vertices", "2", "--quiet" };
+    const Outcome built =
+      ranks == 0 ? RunTool(folder, "build", arguments) : RunRanks(folder, ranks, arguments);
+    ASSERT_EQ(built.exitCode, 0) << built.err;
+    EXPECT_EQ(built.err, "");
+  };
+  build(0, "one");
+  const nlohmann::json expected = StatsOf(folder, "one.json");
+  ASSERT_TRUE(expected.contains("textures"));
+  for (const unsigned ranks : { 1U, 3U })
+  {
+    build(ranks, "some");
+    nlohmann::json some = StatsOf(folder, "some.json");
+    EXPECT_EQ(some, expected) << ranks;
+  }
+  std::size_t folders = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(folder.Path))
+  {
+    folders += entry.is_directory() ? 1 : 0;
+  }
+  EXPECT_EQ(folders, 0U);
 }
 
 // A vertex that one rank drops changes the corners of all ranks; and a line and a quad have the

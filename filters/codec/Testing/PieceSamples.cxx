@@ -263,6 +263,9 @@ int main(int argc, char** argv)
     const std::vector<Triangle> triangles = TileGrid(side);
     file << TextureSample(RandomTile(random, triangles), triangles);
     file << TextureSample(RandomExactTile(random, triangles), triangles);
+    TextureTile coarse = RandomTile(random, triangles);
+    coarse.isCoarse = true;
+    file << TextureSample(coarse, triangles);
   }
   for (const Mesh& mesh : { Torus(40, 20), DisplacedSphere(3), Cloud(3), Soup(300, 5) })
   {

@@ -112,6 +112,34 @@ TEST(TextureTile, SmoothCoordinatesAreSmall)
   EXPECT_LT(EncodeTextureTile(tile, triangles).size(), triangles.size() * 2);
 }
 
+// As smooth ones, in fewer bytes: but for their last bits.
+TEST(TextureTile, CoarseCoordinatesAreRounded)
+{
+  std::mt19937 random(4);
+  const std::vector<Triangle> triangles = TileGrid(20);
+  TextureTile tile = RandomTile(random, triangles);
+  const std::size_t fine = EncodeTextureTile(tile, triangles).size();
+  tile.isCoarse = true;
+  const Bytes blob = EncodeTextureTile(tile, triangles);
+  EXPECT_LT(blob.size() + triangles.size(), fine);
+  const auto back = DecodeTextureTile(blob, triangles);
+  ASSERT_TRUE(back) << back.GetError().message;
+  EXPECT_TRUE(back->isCoarse);
+  EXPECT_FALSE(back->isExact);
+  EXPECT_EQ(back->format, tile.format);
+  for (std::size_t t = 0; t < triangles.size(); ++t)
+  {
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      for (std::size_t i = 0; i < 2; ++i)
+      {
+        ASSERT_NEAR(back->corners[t][k][i], tile.corners[t][k][i], 0.5 / coarseTileSteps);
+      }
+    }
+  }
+  EXPECT_EQ(EncodeTextureTile(*back, triangles), blob);
+}
+
 TEST(TextureTile, CoordinatesOutsideAreKeptInside)
 {
   const std::vector<Triangle> triangles = { { 0, 1, 2 } };

@@ -92,8 +92,8 @@ TEST(SurfaceParts, AreTheSameWhateverWasShownBefore)
 namespace
 {
 
-// For a part of the original: each corner of a triangle must be the vertex that `corners` names, or
-// a coarser one that stands for it.
+// Each corner of a triangle must be the vertex that `corners` names, or a coarser one that stands
+// for it.
 void ExpectCornersAreTheirs(const SurfacePart& part, const PieceLookup& lookup)
 {
   const Piece& piece = *lookup(part.piece);
@@ -106,7 +106,7 @@ void ExpectCornersAreTheirs(const SurfacePart& part, const PieceLookup& lookup)
     {
       const VertexId vertex = piece.triangles[part.corners[i] / 3][(part.corners[i] + k) % 3];
       const Surface::Source& shown = part.surface.sources[part.surface.triangles[i][k]];
-      if (shown.resolution.IsOriginal())
+      if (shown.resolution == part.piece.resolution)
       {
         ASSERT_EQ(shown.key, piece.keys[vertex]);
       }
@@ -118,25 +118,28 @@ void ExpectCornersAreTheirs(const SurfacePart& part, const PieceLookup& lookup)
 
 TEST(SurfaceParts, TellWhichCornersTheirTrianglesHad)
 {
-  std::size_t triangles = 0, moved = 0;
+  std::size_t triangles = 0, moved = 0, ofLevels = 0;
+  bool tellsLevels = false;
   for (const NamedMesh& named : AllMeshes())
   {
     const auto model = MakeModel(named.mesh, { 40, {}, 8 }, {}, {}, 2);
     CutWalk walk(*model, 44);
     SurfaceParts parts;
-    parts.KeepCorners(true);
+    tellsLevels = !tellsLevels;
+    parts.KeepCorners(true, tellsLevels);
     for (unsigned step = 0; step < 60; ++step, walk.Step())
     {
       SCOPED_TRACE(named.name + ", step " + std::to_string(step));
       ASSERT_TRUE(parts.GoTo(walk.Now(), model->Lookup()));
       for (const auto& part : parts.Parts())
       {
-        if (!part->piece.resolution.IsOriginal())
+        if (!part->piece.resolution.IsOriginal() && !tellsLevels)
         {
           ASSERT_TRUE(part->corners.empty());
           continue;
         }
         ExpectCornersAreTheirs(*part, model->Lookup());
+        ofLevels += part->piece.resolution.IsOriginal() ? 0 : part->corners.size();
         triangles += part->corners.size();
         moved +=
           static_cast<std::size_t>(std::count_if(part->borrowed.begin(), part->borrowed.end(),
@@ -150,6 +153,7 @@ TEST(SurfaceParts, TellWhichCornersTheirTrianglesHad)
   }
   EXPECT_GT(triangles, 10'000u);
   EXPECT_GT(moved, 100u);
+  EXPECT_GT(ofLevels, 1000u);
 }
 
 // What stood for each point is found in the whole vertex tree too.

@@ -68,7 +68,7 @@ public:
     : View(view)
     , Number(number)
     , P(*view.Pieces()[number])
-    , KeepsCorners(keepsCorners && this->P.id.resolution.IsOriginal())
+    , KeepsCorners(keepsCorners)
   {
   }
 
@@ -433,7 +433,9 @@ Status SurfaceParts::GoTo(const Cut& cut, const PieceLookup& lookup, const Execu
     if (view.HasChanged(i))
     {
       KDSTREAM_TRY(execution.Report("glue", double(i) / double(view.Pieces().size())));
-      part = PartDrawer(view, i, this->KeepsCorners).Draw();
+      const bool isOriginal = view.Pieces()[i]->id.resolution.IsOriginal();
+      part =
+        PartDrawer(view, i, isOriginal ? this->KeepsCorners : this->KeepsCornersOfLevels).Draw();
     }
     else
     {

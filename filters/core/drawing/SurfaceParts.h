@@ -93,9 +93,13 @@ public:
   // Whether each GoTo also finds the parents of points: O(log points) for each point of the parts
   // that it draws anew.
   void Follow(bool follows) { this->Follows = follows; }
-  // Whether parts of the original that are drawn from now on get `corners`, which texturing needs.
-  // O(T log T) for T triangles of each.
-  void KeepCorners(bool keeps) { this->KeepsCorners = keeps; }
+  // Whether parts of the original, and of levels, that are drawn from now on get `corners`, which
+  // texturing needs. O(T log T) for T triangles of each.
+  void KeepCorners(bool ofOriginal, bool ofLevels)
+  {
+    this->KeepsCorners = ofOriginal;
+    this->KeepsCornersOfLevels = ofLevels;
+  }
   // Of each part, in their order; empty where it has stayed, or nothing is followed.
   const std::vector<ParentPoints>& Parents() const { return this->ParentsOfParts; }
 
@@ -105,7 +109,7 @@ private:
 
   std::unique_ptr<ShownVertices> View;
   SurfacePartList All;
-  bool Follows = false, KeepsCorners = false;
+  bool Follows = false, KeepsCorners = false, KeepsCornersOfLevels = false;
   std::vector<ParentPoints> ParentsOfParts;
 };
 

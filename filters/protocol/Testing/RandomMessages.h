@@ -17,7 +17,7 @@ public:
 
   BlobId Blob()
   {
-    switch (this->Integer(0, 4))
+    switch (this->Integer(0, 5))
     {
       case 0:
         return BlobId::TreePage(this->Small<std::uint32_t>(1, (1u << 31) - 1));
@@ -28,6 +28,9 @@ public:
           this->Small<std::uint32_t>(1, (1u << 31) - 1));
       case 3:
         return BlobId::Texture(this->Small<std::uint32_t>(0, (1u << 30) - 1));
+      case 4:
+        return BlobId::LevelTexture(this->Small<std::uint8_t>(0, maximumDepth),
+          this->Small<std::uint32_t>(1, (1u << 31) - 1));
       default:
         return BlobId::Partition(this->Small<std::uint32_t>(0, (1u << 30) - 1));
     }

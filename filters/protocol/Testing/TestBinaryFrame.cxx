@@ -127,7 +127,7 @@ TEST(TestBinaryFrame, RefusesHeadersOutOfRange)
     return ParseFrame(bytes).HasValue();
   };
   EXPECT_FALSE(with(0, 0));     // request 0
-  EXPECT_FALSE(with(4, 5));     // no such kind
+  EXPECT_FALSE(with(4, 6));     // no such kind
   EXPECT_FALSE(with(5, 1));     // a level of a partition
   EXPECT_FALSE(with(6, 1));     // reserved
   EXPECT_FALSE(with(7, 1));     // reserved

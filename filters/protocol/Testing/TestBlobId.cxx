@@ -13,6 +13,7 @@ TEST(TestBlobId, NamesAreAsDocumented)
   EXPECT_EQ(BlobName(BlobId::LevelPiece(7, 1)), "levels/7/1");
   EXPECT_EQ(BlobName(BlobId::Partition(0)), "partitions/0");
   EXPECT_EQ(BlobName(BlobId::Texture(7)), "textures/7");
+  EXPECT_EQ(BlobName(BlobId::LevelTexture(7, 1)), "level-textures/7/1");
 }
 
 TEST(TestBlobId, EveryValidNameComesBack)
@@ -30,8 +31,9 @@ TEST(TestBlobId, EveryValidNameComesBack)
 
 TEST(TestBlobId, RefusesWhatIsNoBlob)
 {
-  for (const char* name : { "", "/", "tree", "tree/", "tree//1", "tree/1/", "/tree/1", "trees/1",
-         "levels/7", "levels/7/1/1", "partitions", "Tree/1" })
+  for (const char* name :
+    { "", "/", "tree", "tree/", "tree//1", "tree/1/", "/tree/1", "trees/1", "levels/7",
+      "levels/7/1/1", "textures/7/1", "level-textures/7/1/1", "partitions", "Tree/1" })
   {
     const auto blob = ParseBlobName(name);
     EXPECT_FALSE(blob) << name;
@@ -44,8 +46,8 @@ TEST(TestBlobId, RefusesNumbersOutOfRangeOrInDisguise)
          "tree/0x1", "tree/1e1", "tree/2147483648", "tree/4294967297", "tree/18446744073709551617",
          "tree/99999999999999999999999999", "tree/%31", "tree/1.0", "levels/31/1", "levels/07/1",
          "levels/7/0", "levels//1", "levels/256/1", "partitions/1073741824", "partitions/00",
-         "partitions/-0", "partitions/", "textures/1073741824", "textures/x", "boxes/0",
-         "boxes/2147483648" })
+         "partitions/-0", "partitions/", "textures/1073741824", "textures/x", "level-textures/31/1",
+         "level-textures/7/0", "boxes/0", "boxes/2147483648" })
   {
     const auto blob = ParseBlobName(name);
     ASSERT_FALSE(blob) << name;

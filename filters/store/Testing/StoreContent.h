@@ -86,6 +86,16 @@ inline std::vector<std::string> NamesOfBlobs(const Store& store)
       names.push_back("textures" + names.back().substr(names.back().find('/')));
     }
   }
+  for (std::size_t depth = model.levels.size();
+       model.textures && model.textures->levels && depth-- > 0;)
+  {
+    const Resolution level = Resolution::Level(static_cast<unsigned>(depth));
+    const NodeId first = NodeId{ 1 } << PieceDepth(level, model.depths);
+    for (NodeId node = first; node < 2 * first; ++node)
+    {
+      names.push_back(protocol::BlobName(TextureOfPiece({ level, node }, model.depths)));
+    }
+  }
   for (const NodeId node : AllPartitionBoxes(model.depths))
   {
     names.push_back("boxes/" + std::to_string(node));

@@ -92,6 +92,42 @@ public:
   }
 };
 
+TextureTile PlainTileOf(const Piece& piece)
+{
+  TextureTile tile{ 4000, 4000, TileImage::Png, { 1, 2, 3 }, {} };
+  for (const Triangle& t : piece.triangles)
+  {
+    tile.corners.push_back({ CornerAt(piece.positions[t[0]]), CornerAt(piece.positions[t[1]]),
+      CornerAt(piece.positions[t[2]]) });
+  }
+  return tile;
+}
+
+// Tiles of levels too; whoever makes one finds the finer ones.
+class TexturesOfLevels : public PlainTextures
+{
+public:
+  TextureDescription Describe() const override
+  {
+    TextureDescription description{ "png" };
+    description.levels = true;
+    return description;
+  }
+  Result<EncodedTexture> MakeOfLevel(const Piece& piece, const FinerPieces& finer) const override
+  {
+    std::size_t below = 0;
+    for (std::size_t i = 0; i < finer.places.size(); ++i)
+    {
+      const auto read = finer.read(i);
+      KDSTREAM_TRY(read);
+      EXPECT_TRUE(DecodeTextureTile(read->texture, read->piece.triangles));
+      below += finer.places[i].below ? read->piece.ownVertices : 0;
+    }
+    EXPECT_GE(below, piece.ownVertices);
+    return EncodedTexture{ EncodeTextureTile(PlainTileOf(piece), piece.triangles), 1000 };
+  }
+};
+
 BuildOptions Options()
 {
   BuildOptions options;
@@ -178,6 +214,57 @@ TEST_F(StoreTextures, AreTheSameOutOfCore)
   const auto store = Store::Open(this->File());
   ASSERT_TRUE(store);
   this->ExpectCorners(**store);
+}
+
+// In memory and out of core, by any number of threads: each piece of a level has its own.
+TEST_F(StoreTextures, LevelsHaveThemToo)
+{
+  Mesh mesh = Shuffled(DisplacedSphere(5), 4);
+  AddColorQuadrics(mesh);
+  const std::filesystem::path input = this->File("mesh.ply");
+  ASSERT_TRUE(WriteMesh(input, mesh));
+  BuildOptions options = Options();
+  options.textures = std::make_shared<TexturesOfLevels>();
+  const auto inMemory = BuildStore(input, this->File("memory.kds"), options);
+  ASSERT_TRUE(inMemory) << inMemory.GetError().message;
+  options.memory = std::uint64_t{ 64 } << 20;
+  const auto external = BuildStoreExternally(input, this->File(), options, {}, { {}, 512 << 10 });
+  ASSERT_TRUE(external) << external.GetError().message;
+  EXPECT_EQ(external->info.digest, inMemory->info.digest);
+
+  const auto store = Store::Open(this->File());
+  ASSERT_TRUE(store) << store.GetError().message;
+  EXPECT_TRUE((*store)->Verify().empty());
+  const ModelDescription& info = (*store)->Info();
+  ASSERT_TRUE(info.textures && info.textures->levels);
+  EXPECT_EQ(info.textures->texels, 16000000 * info.partitions);
+  for (unsigned depth = 0; depth < info.levels.size(); ++depth)
+  {
+    std::uint64_t bytes = 0;
+    const NodeId first = NodeId{ 1 } << PieceDepth(Resolution::Level(depth), info.depths);
+    for (NodeId node = first; node < 2 * first; ++node)
+    {
+      const auto name = protocol::BlobId::LevelTexture(std::uint8_t(depth), node);
+      const auto piece = (*store)->ReadPiece(PieceOfBlob(name, info.depths));
+      const auto blob = (*store)->Read(name);
+      ASSERT_TRUE(piece && blob);
+      bytes += blob->size();
+      EXPECT_EQ(*blob, EncodeTextureTile(PlainTileOf(*piece), piece->triangles));
+    }
+    EXPECT_EQ(info.levels[depth].tileBytes, bytes);
+    EXPECT_EQ(info.levels[depth].texels, 1000 * info.levels[depth].pieces);
+  }
+  EXPECT_EQ((*store)->Read(protocol::BlobId::LevelTexture(3, 2)).GetError().message,
+    "the model has no level-textures/3/2");
+
+  StoreContent content(this->File());
+  content.FirstByteOf("level-textures/3/1") ^= 1;
+  content.Write();
+  const auto damaged = Store::Open(this->File());
+  ASSERT_TRUE(damaged);
+  const std::vector<Error> found = (*damaged)->Verify();
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].message, "level-textures/3/1: wrong checksum");
 }
 
 TEST_F(StoreTextures, PlainStoresHaveNone)

@@ -96,6 +96,9 @@ TEST_F(Access, EachDetailHasItsBlobs)
   EXPECT_EQ(this->StatusOf("preview", BlobId::LevelPiece(11, 1)), 200u);
   EXPECT_EQ(this->StatusOf("preview", BlobId::LevelPiece(0, 1)), 200u);
   EXPECT_EQ(this->StatusOf("preview", BlobId::LevelPiece(12, 2)), 403u);
+  EXPECT_EQ(this->StatusOf("preview", BlobId::LevelTexture(11, 1)), 200u);
+  EXPECT_EQ(this->StatusOf("preview", BlobId::LevelTexture(12, 2)), 403u);
+  EXPECT_EQ(this->StatusOf("levels", BlobId::LevelTexture(12, 2)), 200u);
   EXPECT_EQ(this->StatusOf("preview", BlobId::TreePage(1)), 403u) << "it tells of level 12";
   EXPECT_EQ(this->StatusOf("preview", deepPage), 403u);
   EXPECT_EQ(this->StatusOf("preview", box), 403u);

@@ -72,7 +72,7 @@ Status DrawAll(const ComparedScene& compared)
   return DrawTo(compared.name + whiteSuffix, **window);
 }
 
-// By tiles, and by the whole picture.
+// By tiles, by the whole picture, and in the colours of resolutions.
 Status DrawTiled(const TiledScene& tiled)
 {
   const auto window = MakeOffscreenWindow(WindowBackend::Egl, tiled.width, tiled.height);
@@ -91,9 +91,13 @@ Status DrawTiled(const TiledScene& tiled)
   const ViewerScene& scene = tiled.scene;
   const Vec3 center = scene.box.lo * 0.5 + scene.box.hi * 0.5;
   drawn.SetLighting(scene.lighting);
-  for (const auto& [tiles, suffix] :
-    { std::pair{ scene.tiles, tiledSuffix }, { tiled.whole, wholeSuffix } })
+  for (const auto& [tiles, suffix] : { std::pair{ scene.tiles, tiledSuffix },
+         { tiled.whole, wholeSuffix }, { tiled.resolutions, resolutionsSuffix } })
   {
+    if (!tiles)
+    {
+      continue;
+    }
     KDSTREAM_TRY(drawn.Update(*scene.surface, scene.depths, center, tiles));
     KDSTREAM_TRY(drawn.SetCamera({ scene.eye, scene.focal, scene.up, scene.viewAngle }));
     KDSTREAM_TRY(DrawTo(tiled.name + suffix, **window));
@@ -123,5 +127,7 @@ int main()
   {
     exitCode = std::max(exitCode, TellOf(tiled.name, DrawTiled(tiled)));
   }
+  const TiledScene ofLevels = MakeSceneOfLevels();
+  exitCode = std::max(exitCode, TellOf(ofLevels.name, DrawTiled(ofLevels)));
   return exitCode;
 }

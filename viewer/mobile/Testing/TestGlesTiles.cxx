@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Tiles compared with the whole picture: what both renderers draw with a model's tiles differs at
 // few pixels from what VTK draws with the whole picture, near, and far away where several texels
-// share a pixel. DrawWithVtk must have run in the same folder.
+// share a pixel; and where tiles of several resolutions meet. DrawWithVtk must have run in the same
+// folder.
 #include "viewer/mobile/Testing/GlesTools.h"
 #include "viewer/mobile/Testing/PngFile.h"
 #include "viewer/mobile/Testing/TiledScenes.h"
@@ -14,7 +15,7 @@ namespace kdstream::test
 namespace
 {
 
-// Of the object's pixels, those that differ by more than 8 of 255.
+// Of the object's pixels, or of those along borders, those that differ by more than 8 of 255.
 constexpr double mostDiffering = 0.005;
 
 void UploadTile(unsigned texture, const TextureTile& tile)
@@ -40,6 +41,51 @@ double Differing(const Image& a, const Image& b)
   }
   EXPECT_GT(object, 2000U);
   return double(differing) / double(object);
+}
+
+// Whether pixels within two of each show several resolutions: red, green or blue.
+std::vector<bool> BordersOf(const Image& resolutions, int width, int height)
+{
+  const auto resolutionAt = [&](int x, int y)
+  {
+    const auto first = resolutions.begin() + 3 * (y * width + x);
+    const auto most = std::max_element(first, first + 3);
+    return *most > 0 ? 1 << (most - first) : 0;
+  };
+  std::vector<bool> isBorder;
+  for (int y = 0; y < height && !resolutions.empty(); ++y)
+  {
+    for (int x = 0; x < width; ++x)
+    {
+      int seen = 0;
+      for (int v = std::max(y - 2, 0); v <= std::min(y + 2, height - 1); ++v)
+      {
+        for (int u = std::max(x - 2, 0); u <= std::min(x + 2, width - 1); ++u)
+        {
+          seen |= resolutionAt(u, v);
+        }
+      }
+      isBorder.push_back((seen & (seen - 1)) != 0);
+    }
+  }
+  return isBorder;
+}
+
+double DifferingAt(const std::vector<bool>& chosen, const Image& a, const Image& b)
+{
+  std::size_t all = 0, differing = 0;
+  for (std::size_t i = 0; i < chosen.size() && 3 * i + 3 <= std::min(a.size(), b.size()); ++i)
+  {
+    int most = 0;
+    for (std::size_t k = 3 * i; k < 3 * i + 3; ++k)
+    {
+      most = std::max(most, std::abs(int{ a[k] } - int{ b[k] }));
+    }
+    all += chosen[i] ? 1 : 0;
+    differing += chosen[i] && most > 8 ? 1 : 0;
+  }
+  EXPECT_GT(all, 500U);
+  return double(differing) / double(all);
 }
 
 Image FromVtk(const TiledScene& tiled, const char* suffix)
@@ -69,6 +115,27 @@ TEST(GlesTiles, NothingIsSeenOfThem)
     EXPECT_GT(Differing(canvas.Draw(plain), whole), 0.5);
     std::cout << tiled.name << ": tiles by VTK " << desktop << ", by OpenGL ES " << phone << "\n";
   }
+}
+
+TEST(GlesTiles, NothingIsSeenWhereResolutionsMeet)
+{
+  GlesRenderer::SetTileUpload(UploadTile);
+  const TiledScene tiled = MakeSceneOfLevels();
+  Canvas canvas(tiled.width, tiled.height);
+  canvas.renderer->SetBackground({ 0, 0, 0 }, { 0, 0, 0 });
+  const Image here = canvas.Draw(tiled.scene);
+  WritePngFile(tiled.name + ".gles.png", here, tiled.width, tiled.height);
+  const Image whole = FromVtk(tiled, wholeSuffix);
+  const std::vector<bool> borders =
+    BordersOf(FromVtk(tiled, resolutionsSuffix), tiled.width, tiled.height);
+  const double desktop = DifferingAt(borders, FromVtk(tiled, tiledSuffix), whole),
+               phone = DifferingAt(borders, here, whole);
+  EXPECT_LE(desktop, mostDiffering);
+  EXPECT_LE(phone, mostDiffering);
+  ViewerScene plain = tiled.scene;
+  plain.tiles = nullptr;
+  EXPECT_GT(DifferingAt(borders, canvas.Draw(plain), whole), 0.5);
+  std::cout << tiled.name << ": tiles by VTK " << desktop << ", by OpenGL ES " << phone << "\n";
 }
 
 }

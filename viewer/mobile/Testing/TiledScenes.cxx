@@ -3,13 +3,18 @@
 #include "viewer/mobile/Testing/TiledScenes.h"
 
 #include "filters/codec/PieceCodec.h"
+#include "filters/core/drawing/PartNormals.h"
+#include "filters/core/drawing/SurfaceParts.h"
+#include "filters/core/tree/PieceDepth.h"
 #include "filters/texture/MakeTile.h"
 #include "filters/texture/WritePicture.h"
+#include "filters/texture/levels/LevelTile.h"
 #include "viewer/session/Testing/MemoryServer.h"
 #include "viewer/session/ViewerSession.h"
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <stdexcept>
 
 namespace kdstream::test
@@ -25,8 +30,9 @@ double Within(double at, double length)
   return std::clamp(at / 4 + 0.5, 0.0, 1.0) - std::clamp((at - length) / 4 + 0.5, 0.0, 1.0);
 }
 
-// As photographs are: the finer, the fainter; and a script whose edges are a little soft.
-Picture MakePhotograph()
+// As photographs are: the finer, the fainter, down to waves of `least` texels; and a script whose
+// edges are a little soft.
+Picture MakePhotograph(double least, bool withScript)
 {
   Picture picture{ side, side, 3, {} };
   for (std::uint32_t y = 0; y < side; ++y)
@@ -34,12 +40,12 @@ Picture MakePhotograph()
     for (std::uint32_t x = 0; x < side; ++x)
     {
       double light = 130;
-      for (double length = 200, angle = 0.3; length > 4; length /= 2.3, angle += 1.9)
+      for (double length = 200, angle = 0.3; length > least; length /= 2.3, angle += 1.9)
       {
         light += 0.25 * length * std::sin((x * std::cos(angle) + y * std::sin(angle)) / length * 6);
       }
       const double across = std::fmod(x + 24 * std::floor(y / 40.0), 120), down = y % 40;
-      light -= 60 * Within(across - 12, 24) * Within(down - 12, 8);
+      light -= withScript ? 60 * Within(across - 12, 24) * Within(down - 12, 8) : 0;
       for (const double share : { 1.0, 0.9, 0.75 })
       {
         picture.texels.push_back(static_cast<std::uint8_t>(std::clamp(share * light, 0.0, 255.0)));
@@ -56,11 +62,10 @@ PictureCoordinate PlaceInPhotograph(const Vec3& p)
     static_cast<float>((1.5 - p[1] - 0.1 * p[2]) / 3) };
 }
 
-Piece OriginalPiece(kdstream::testing::MemoryServer& server, PieceId id)
+Piece PieceOf(kdstream::testing::MemoryServer& server, PieceId id)
 {
-  const auto partition =
-    static_cast<std::uint32_t>(id.node - NodeOfPartition(0, server.Description().depths));
-  auto piece = DecodePiece(server.Blob(protocol::BlobId::Partition(partition)), id, server.Codec());
+  auto piece =
+    DecodePiece(server.Blob(BlobOfPiece(id, server.Description().depths)), id, server.Codec());
   if (!piece)
   {
     throw std::runtime_error(piece.GetError().message);
@@ -72,8 +77,8 @@ Piece OriginalPiece(kdstream::testing::MemoryServer& server, PieceId id)
 class Photograph
 {
 public:
-  Photograph()
-    : Taken(MakePhotograph())
+  explicit Photograph(double least = 4, bool withScript = true)
+    : Taken(MakePhotograph(least, withScript))
     , Source({ this->Taken })
     , Encoded(EncodePicture(this->Taken, PictureType::Png))
   {
@@ -131,18 +136,12 @@ private:
   TextureSet How;
 };
 
-// distance: relative to that at which everything is visible. aside: the distance of the picture's
-// middle from the model's, towards its ring.
-TiledScene LookFrom(
-  const std::string& name, double distance, double aside, const Photograph& photograph)
+ViewerScene OriginalOf(kdstream::testing::MemoryServer& server, int width, int height)
 {
-  TiledScene made{ name, 400, 400, {}, {} };
-  kdstream::testing::MemoryServer server(kdstream::testing::MakeTorus(200, 80), 1000, 2);
-  server.AddTiles(128); // so that parts tell corners
   SessionOptions options;
   options.detail = DetailMode::Full;
   ViewerSession session(options);
-  session.Resize({ made.width, made.height, 1 });
+  session.Resize({ width, height, 1 });
   if (!session.SelectModel("torus"))
   {
     throw std::runtime_error("the torus cannot be selected");
@@ -150,14 +149,25 @@ TiledScene LookFrom(
   server.Serve(session);
   session.EnterFullScreen();
   server.Serve(session);
-  made.scene = session.Scene();
+  return session.Scene();
+}
+
+// distance: relative to that at which everything is visible. aside: the distance of the picture's
+// middle from the model's, towards its ring.
+TiledScene LookFrom(
+  const std::string& name, double distance, double aside, const Photograph& photograph)
+{
+  TiledScene made{ name, 400, 400, {}, {}, {} };
+  kdstream::testing::MemoryServer server(kdstream::testing::MakeTorus(200, 80), 1000, 2);
+  server.AddTiles(128); // so that parts tell corners
+  made.scene = OriginalOf(server, made.width, made.height);
   const Vec3 away = (made.scene.eye - made.scene.focal) * distance;
   made.scene.focal = made.scene.focal + made.scene.up * aside;
   made.scene.eye = made.scene.focal + away;
   auto tiles = std::make_shared<TileList>(), whole = std::make_shared<TileList>();
   for (const TexturedPiece& painted : *made.scene.tiles)
   {
-    const Piece piece = OriginalPiece(server, painted.piece);
+    const Piece piece = PieceOf(server, painted.piece);
     tiles->push_back({ painted.piece, photograph.TileOf(piece) });
     whole->push_back({ painted.piece, photograph.WholeOf(piece) });
   }
@@ -170,6 +180,108 @@ TiledScene LookFrom(
   return made;
 }
 
+using TiledPieces = std::map<PieceId, FinerTile>;
+
+// The level's piece, with its tile made of those of the next finer resolution.
+FinerTile LevelPieceOf(
+  kdstream::testing::MemoryServer& server, PieceId id, Resolution finer, const TiledPieces& tiled)
+{
+  Piece piece = PieceOf(server, id);
+  FinerTiles around;
+  std::vector<const FinerTile*> places;
+  for (const auto& [other, tile] : tiled)
+  {
+    if (other.resolution == finer)
+    {
+      Box box;
+      for (std::uint32_t v = 0; v < tile.piece.ownVertices; ++v)
+      {
+        box.Add(tile.piece.positions[v]);
+      }
+      const unsigned down = DepthOfNode(other.node) - DepthOfNode(id.node);
+      around.places.push_back({ box, other.node >> down == id.node });
+      places.push_back(&tile);
+    }
+  }
+  around.read = [&places](std::size_t place) { return Result<FinerTile>(*places[place]); };
+  auto made = MakeLevelTile(piece, around, {});
+  if (!made)
+  {
+    throw std::runtime_error(made.GetError().message);
+  }
+  auto tile = DecodeTextureTile(EncodeTextureTile(made->tile, piece.triangles), piece.triangles);
+  if (!tile)
+  {
+    throw std::runtime_error(tile.GetError().message);
+  }
+  return { std::move(piece), std::move(*tile) };
+}
+
+// The original and all levels down to `least`.
+TiledPieces MakeTiledPieces(
+  kdstream::testing::MemoryServer& server, unsigned least, const Photograph& photograph)
+{
+  const TreeDepths& depths = server.Description().depths;
+  TiledPieces tiled;
+  Resolution finer = Resolution::Original();
+  const auto addAll = [&](Resolution resolution, const auto& make)
+  {
+    const NodeId first = NodeId{ 1 } << PieceDepth(resolution, depths);
+    for (NodeId node = first; node < 2 * first; ++node)
+    {
+      const PieceId id{ resolution, node };
+      tiled.emplace(id, make(id));
+    }
+    finer = resolution;
+  };
+  addAll(finer,
+    [&](PieceId id)
+    {
+      Piece piece = PieceOf(server, id);
+      TextureTile tile = *photograph.TileOf(piece);
+      return FinerTile{ std::move(piece), std::move(tile) };
+    });
+  for (unsigned depth = depths.finest + 1; depth-- > least;)
+  {
+    addAll(
+      Resolution::Level(depth), [&](PieceId id) { return LevelPieceOf(server, id, finer, tiled); });
+  }
+  return tiled;
+}
+
+// All of the piece in one colour.
+std::shared_ptr<const TextureTile> OneColor(const Piece& piece, std::size_t channel)
+{
+  Picture picture{ 4, 4, 3, std::vector<std::uint8_t>(48) };
+  for (std::size_t i = channel; i < picture.texels.size(); i += 3)
+  {
+    picture.texels[i] = 255;
+  }
+  TextureTile tile{ 4, 4, TileImage::Png, EncodePicture(picture, PictureType::Png), {} };
+  const TileCoordinate middle{ 2, 2 };
+  tile.corners.assign(piece.triangles.size(), { middle, middle, middle });
+  return std::make_shared<const TextureTile>(std::move(tile));
+}
+
+std::shared_ptr<const DrawnSurface> DrawCut(const Cut& cut, const TiledPieces& tiled)
+{
+  SurfaceParts parts;
+  parts.KeepCorners(true, true);
+  const Status shown = parts.GoTo(cut,
+    [&tiled](PieceId id)
+    {
+      const auto found = tiled.find(id);
+      return found == tiled.end() ? nullptr : &found->second.piece;
+    });
+  if (!shown)
+  {
+    throw std::runtime_error(shown.GetError().message);
+  }
+  PartNormals normals;
+  normals.GoTo(parts.Parts());
+  return std::make_shared<const DrawnSurface>(parts.Parts(), normals.Of());
+}
+
 }
 
 std::vector<TiledScene> MakeTiledScenes()
@@ -178,6 +290,44 @@ std::vector<TiledScene> MakeTiledScenes()
   // Some 0.6, 2.5 and 10 texels a pixel.
   return { LookFrom("TilesNear", 0.3, 1, photograph), LookFrom("TilesHere", 1, 0, photograph),
     LookFrom("TilesFar", 4, 0, photograph) };
+}
+
+// From left to right: level L - 1, level L, the original.
+TiledScene MakeSceneOfLevels()
+{
+  const Photograph photograph(30, false);
+  TiledScene made{ "TilesOfLevels", 400, 400, {}, {}, {} };
+  kdstream::testing::MemoryServer server(kdstream::testing::MakeTorus(120, 48), 128, 2);
+  const TreeDepths depths = server.Description().depths;
+  const TiledPieces tiled = MakeTiledPieces(server, depths.finest - 1, photograph);
+  Cut cut{ depths, Resolution::Level(depths.finest - 1), {} };
+  for (const auto& [id, tile] : tiled)
+  {
+    const Box& box = server.Tree()[id.node];
+    const double from = id.resolution.IsOriginal() ? 0.3 : -0.3;
+    if (id.resolution != cut.base && box.lo[0] + box.hi[0] > 2 * from)
+    {
+      cut.active.push_back(id);
+    }
+  }
+  made.scene = OriginalOf(server, made.width, made.height);
+  made.scene.surface = DrawCut(cut, tiled);
+  auto tiles = std::make_shared<TileList>(), whole = std::make_shared<TileList>(),
+       resolutions = std::make_shared<TileList>();
+  for (const DrawnSurface::Part& part : made.scene.surface->Parts())
+  {
+    const PieceId id = part.part->piece;
+    const FinerTile& tile = tiled.at(id);
+    const std::size_t finer =
+      id.resolution.IsOriginal() ? 2U : id.resolution.Depth() - cut.base.Depth();
+    tiles->push_back({ id, std::make_shared<const TextureTile>(tile.tile) });
+    whole->push_back({ id, photograph.WholeOf(tile.piece) });
+    resolutions->push_back({ id, OneColor(tile.piece, finer) });
+  }
+  made.scene.tiles = tiles;
+  made.whole = whole;
+  made.resolutions = resolutions;
+  return made;
 }
 
 Result<std::vector<std::uint8_t>> TexelsOf(const TextureTile& tile)

@@ -36,6 +36,9 @@ function* blobsUpTo(goal, { partition_depth: depth, levels, textures }) {
   for (const { depth: level } of levelsUpTo(goal, levels)) {
     for (const node of nodesOf(Math.min(depth, Math.max(0, level - previewLevel)))) {
       yield `levels/${level}/${node}`;
+      if (textures?.levels) {
+        yield `level-textures/${level}/${node}`;
+      }
     }
   }
   for (let partition = 0; goal === "original" && partition < 2 ** depth; ++partition) {
@@ -52,7 +55,7 @@ function levelsUpTo(goal, levels) {
 }
 
 function bytesUpTo(goal, { levels, original, textures }) {
-  const sum = levelsUpTo(goal, levels).reduce((bytes, level) => bytes + level.bytes, 0);
+  const sum = levelsUpTo(goal, levels).reduce((bytes, level) => bytes + level.bytes + (level.tile_bytes ?? 0), 0);
   return sum + (goal === "original" ? original.bytes + (textures?.bytes ?? 0) : 0);
 }
 

@@ -176,19 +176,40 @@ void MemoryServer::AddTiles(std::uint32_t side)
   this->Model.textures = TextureDescription{ "png", false, 0, 0 };
   for (std::uint32_t p = 0; p < this->Model.partitions; ++p)
   {
-    const PieceId id{ Resolution::Original(), NodeOfPartition(p, this->Model.depths) };
-    const Piece piece = *DecodePiece(this->Blob(protocol::BlobId::Partition(p)), id, this->Context);
-    TextureTile tile{ side, side, TileImage::Png, { 1, 2, 3 }, {} };
-    for (const Triangle& t : piece.triangles)
-    {
-      tile.corners.push_back({ TilePlaceOf(piece.positions[t[0]]),
-        TilePlaceOf(piece.positions[t[1]]), TilePlaceOf(piece.positions[t[2]]) });
-    }
-    auto& blob = this->Blobs[protocol::BlobId::Texture(p)];
-    blob = EncodeTextureTile(tile, piece.triangles);
-    this->Model.textures->bytes += blob.size();
+    this->Model.textures->bytes +=
+      this->AddTile({ Resolution::Original(), NodeOfPartition(p, this->Model.depths) }, side);
     this->Model.textures->texels += std::uint64_t{ side } * side;
   }
+}
+
+void MemoryServer::AddTilesOfLevels(std::uint32_t side)
+{
+  this->Model.textures->levels = true;
+  for (unsigned depth = 0; depth < this->Model.levels.size(); ++depth)
+  {
+    const Resolution level = Resolution::Level(depth);
+    const NodeId first = NodeId{ 1 } << PieceDepth(level, this->Model.depths);
+    for (NodeId node = first; node < 2 * first; ++node)
+    {
+      this->Model.levels[depth].tileBytes += this->AddTile({ level, node }, side);
+      this->Model.levels[depth].texels += std::uint64_t{ side } * side;
+    }
+  }
+}
+
+std::size_t MemoryServer::AddTile(PieceId id, std::uint32_t side)
+{
+  const TreeDepths& depths = this->Model.depths;
+  const Piece piece = *DecodePiece(this->Blob(BlobOfPiece(id, depths)), id, this->Context);
+  TextureTile tile{ side, side, TileImage::Png, { 1, 2, 3 }, {} };
+  for (const Triangle& t : piece.triangles)
+  {
+    tile.corners.push_back({ TilePlaceOf(piece.positions[t[0]]), TilePlaceOf(piece.positions[t[1]]),
+      TilePlaceOf(piece.positions[t[2]]) });
+  }
+  auto& blob = this->Blobs[TextureOfPiece(id, depths)];
+  blob = EncodeTextureTile(tile, piece.triangles);
+  return blob.size();
 }
 
 void MemoryServer::Take(ViewerSession& session)

@@ -48,6 +48,8 @@ public:
   // Gives each partition a texture tile: with this number of texels a side, three bytes in place of
   // a picture, and the corners of triangles given by TilePlaceOf.
   void AddTiles(std::uint32_t side);
+  // The same to each piece of a level. REQUIRES: AddTiles.
+  void AddTilesOfLevels(std::uint32_t side);
 
   std::vector<protocol::BlobId> AllBlobs() const;
 
@@ -81,6 +83,8 @@ private:
     std::string model;
     protocol::BlobId blob;
   };
+
+  std::size_t AddTile(PieceId id, std::uint32_t side);
 
   ModelDescription Model;
   CodecContext Context;

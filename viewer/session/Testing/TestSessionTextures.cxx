@@ -41,8 +41,19 @@ const MemoryServer& Textured()
 
 std::size_t TexturesSent(const MemoryServer& server)
 {
-  return static_cast<std::size_t>(std::count_if(server.sent.begin(), server.sent.end(),
-    [](const BlobId& blob) { return blob.kind == BlobKind::Texture; }));
+  return static_cast<std::size_t>(std::count_if(
+    server.sent.begin(), server.sent.end(), [](const BlobId& blob) { return IsOfTexture(blob); }));
+}
+
+const MemoryServer& TexturedLevels()
+{
+  static const MemoryServer server = []
+  {
+    MemoryServer made = Textured();
+    made.AddTilesOfLevels(side);
+    return made;
+  }();
+  return server;
 }
 
 // Each vertex of the original is where its tile has it. How many parts are painted.
@@ -65,7 +76,7 @@ std::size_t CountTexturedParts(const ViewerSession& session)
     EXPECT_EQ(corners.triangles.size(), part.surface.triangles.size());
     for (std::size_t v = 0; v < corners.points.size(); ++v)
     {
-      if (part.surface.sources[corners.points[v]].resolution.IsOriginal())
+      if (part.surface.sources[corners.points[v]].resolution == part.piece.resolution)
       {
         const TileCoordinate expected = TilePlaceOf(part.surface.points[corners.points[v]]);
         EXPECT_FLOAT_EQ(corners.places[v][0] * side, expected[0]);
@@ -104,6 +115,49 @@ TEST(TestSessionTextures, AreWantedWhereTheOriginalIsSeenClosely)
   EXPECT_EQ(server.sent.size(), sent) << "what is here is not asked for again";
 }
 
+// Wherever the camera is, what is drawn and may be visible is textured, whatever its resolution.
+TEST(TestSessionTextures, OfLevelsAreWantedToo)
+{
+  MemoryServer server = TexturedLevels();
+  ViewerSession session;
+  OpenFullScreen(session, server);
+  std::size_t ofLevels = 0;
+  for (const double zoom : { 1.0, 3.0, 8.0 })
+  {
+    session.Zoom(zoom, onRingX, onRingY);
+    server.Serve(session);
+    ASSERT_TRUE(session.IsIdle());
+    EXPECT_EQ(session.GetStatus().error, "");
+    EXPECT_GT(CountTexturedParts(session), 0u);
+    for (const DrawnSurface::Part& each : session.Scene().surface->Parts())
+    {
+      const PieceId piece = each.part->piece;
+      ofLevels += !piece.resolution.IsOriginal() && FindTile(*session.Scene().tiles, piece) ? 1 : 0;
+    }
+  }
+  EXPECT_GT(ofLevels, 0u);
+  EXPECT_TRUE(std::any_of(server.sent.begin(), server.sent.end(),
+    [](const BlobId& blob) { return blob.kind == BlobKind::LevelTexture; }));
+}
+
+// The colours of vertices stay where a level's texture cannot be had, and the surface is whole.
+TEST(TestSessionTextures, OfLevelsThatCannotBeHadAreNamed)
+{
+  MemoryServer server = TexturedLevels();
+  server.lie = [](const BlobId& blob, std::vector<std::uint8_t>& bytes)
+  {
+    bytes[bytes.size() / 2] ^= blob.kind == BlobKind::LevelTexture ? 1 : 0;
+    return true;
+  };
+  ViewerSession session;
+  OpenFullScreen(session, server);
+  EXPECT_TRUE(session.IsIdle());
+  EXPECT_EQ(CountTexturedParts(session), 0u);
+  EXPECT_EQ(CountBoundaryEdges(session.Scene().surface->Whole().triangles), 0u);
+  const std::string error = session.GetStatus().error;
+  EXPECT_EQ(error.rfind("level-textures/", 0), 0u) << error;
+}
+
 // The parts of the original that may be visible.
 std::size_t CountSeenParts(const ViewerSession& session)
 {
@@ -130,7 +184,8 @@ TEST(TestSessionTextures, AreAllWantedWhereAllIsTheOriginal)
   ShownTiles tiles(std::size_t{ 1 } << 30);
   const auto wanted = [&](double spacing, bool all)
   {
-    tiles.Reset(server.Description(), spacing);
+    const std::size_t resolutions = server.Description().levels.size() + 1;
+    tiles.Reset(server.Description(), std::vector<double>(resolutions, spacing));
     tiles.Follow(*session.Scene().surface, session.GetCamera(), {}, all);
     return tiles.Missing().size();
   };

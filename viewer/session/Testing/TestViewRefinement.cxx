@@ -178,6 +178,9 @@ TEST(TestViewRefinement, PaintAndPicturesAskForMoreVertices)
   EXPECT_DOUBLE_EQ(LightPartOf(server.Description()), 1.0 / 6);
   EXPECT_DOUBLE_EQ(LightPartOf(painted), 1.0 / 3);
   EXPECT_DOUBLE_EQ(LightPartOf(textured), 1.0 / 2);
+  ModelDescription texturedLevels = textured;
+  texturedLevels.textures->levels = true;
+  EXPECT_DOUBLE_EQ(LightPartOf(texturedLevels), 1.0 / 6);
   KnownTree tree = WholeTree(server);
   std::vector<std::size_t> pieces;
   for (const ModelDescription& model : { server.Description(), painted, textured })

@@ -182,7 +182,14 @@ void LodSelection::FollowTiles(const View& view)
     tapped.insert(piece.node);
   }
   const bool all = this->Options.detail == DetailMode::Full;
-  this->Model.tiles.Follow(this->Model.Drawn(), view.camera, tapped, all);
+  std::vector<PieceId> levels; // ascending: nothing that is wanted is coarser than the preview
+  if (this->ByView())
+  {
+    levels.push_back(this->Model.Preview());
+    levels.insert(levels.end(), this->WantedByView().begin(), this->WantedByView().end());
+  }
+  this->Model.tiles.Follow(
+    this->Model.Drawn(), view.camera, tapped, all, this->ByView() ? &levels : nullptr);
 }
 
 // The level that the zoom asks for, or the next coarser one of which no piece has failed.
@@ -335,9 +342,9 @@ std::vector<BlobId> LodSelection::WantedNext(const View& view)
 
 std::size_t LodSelection::BytesOf(const BlobId& blob) const
 {
-  if (blob.kind == protocol::BlobKind::Texture)
+  if (IsOfTexture(blob))
   {
-    return this->Model.tiles.ExpectedBytes();
+    return this->Model.tiles.ExpectedBytes(blob);
   }
   return IsOfPiece(blob) ? this->Chooser->refinement.BlobBytes(
                              PieceOfBlob(blob, this->Model.Depths()), this->Model.open->tree)

@@ -17,7 +17,7 @@ void ShownModel::Select(const std::string& model)
   this->failed.SetModel(model);
   this->pieces.Clear();
   this->surface.Reset({});
-  this->tiles.Reset({}, 0);
+  this->tiles.Reset({}, {});
   this->section.Reset({});
   this->open.reset();
 }
@@ -33,8 +33,14 @@ bool ShownModel::Open(const ModelDescription& model, std::size_t treeBytes)
   this->open.emplace(Opened{
     model, model.Codec(), KnownTree(model.depths, model.HasLevels(), model.box, treeBytes) });
   this->surface.Reset(model.depths);
-  this->tiles.Reset(model, VertexSpacing(model.box, static_cast<double>(model.vertices)));
-  this->surface.KeepCorners(this->tiles.AreThere());
+  std::vector<double> spacings;
+  for (const ResolutionDescription& level : model.levels)
+  {
+    spacings.push_back(VertexSpacing(model.box, static_cast<double>(level.vertices)));
+  }
+  spacings.push_back(VertexSpacing(model.box, static_cast<double>(model.vertices)));
+  this->tiles.Reset(model, std::move(spacings));
+  this->surface.KeepCorners(this->tiles.AreThere(), model.textures && model.textures->levels);
   this->section.Reset(model.box);
   return true;
 }

@@ -75,8 +75,11 @@ public:
     this->Geomorphs = geomorphs;
     this->Parts.Follow(geomorphs);
   }
-  // Whether parts of the original that are drawn from now on get their triangles' texture corners.
-  void KeepCorners(bool keeps) { this->Parts.KeepCorners(keeps); }
+  // As SurfaceParts::KeepCorners.
+  void KeepCorners(bool ofOriginal, bool ofLevels)
+  {
+    this->Parts.KeepCorners(ofOriginal, ofLevels);
+  }
   const std::shared_ptr<const DrawnSurface>& GetSurface() const { return this->Drawn; }
   std::uint64_t Version() const { return this->DrawnVersion; }
 

@@ -27,7 +27,8 @@ double LightPartOf(const ModelDescription& model)
 {
   const bool painted = std::any_of(model.attributes.begin(), model.attributes.end(),
     [](const AttributeInfo& array) { return RoleOf(array) == AttributeRole::Colors; });
-  return model.textures ? 1.0 / 2 : painted ? 1.0 / 3 : 1.0 / 6;
+  const bool levelsHaveTiles = model.textures && model.textures->levels;
+  return levelsHaveTiles ? 1.0 / 6 : model.textures ? 1.0 / 2 : painted ? 1.0 / 3 : 1.0 / 6;
 }
 
 double VertexSpacing(const Box& box, double vertices)

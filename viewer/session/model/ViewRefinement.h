@@ -25,7 +25,8 @@ namespace kdstream
 // Light and colour are values at the vertices, interpolated between them: variations between
 // vertices are lost, however near the surface is. So the error of a piece is at least this part of
 // the distance between its vertices (decision 6): a sixth for the normals; a third if the model has
-// vertex colours; a half if it has textures, which have more detail than vertices.
+// vertex colours; a half if only its original has textures, which have more detail than vertices; a
+// sixth if levels have textures too, whose texels are nearer to each other than that.
 double LightPartOf(const ModelDescription& model);
 
 // About the distance of neighbouring vertices of a surface in a box, if they are spread over half

@@ -37,20 +37,42 @@ ShownTiles::ShownTiles(std::size_t limit)
 {
 }
 
-void ShownTiles::Reset(const ModelDescription& model, double spacing)
+void ShownTiles::Reset(const ModelDescription& model, std::vector<double> spacings)
 {
   *this = ShownTiles(this->Limit);
   this->Depths = model.depths;
-  this->Spacing = spacing;
-  if (model.textures)
+  if (!model.textures)
   {
-    // What a server claims is a guess at most.
-    const std::uint64_t partitions = std::max<std::uint64_t>(model.partitions, 1);
-    const auto each = [partitions](std::uint64_t all)
-    { return std::clamp<std::uint64_t>(all / partitions, 1, protocol::maximumBlobBytes); };
-    this->Expected.bytes = static_cast<std::size_t>(each(model.textures->bytes));
-    this->Expected.picture = 4 * static_cast<std::size_t>(each(model.textures->texels));
+    return;
   }
+  // What a server claims is a guess at most.
+  const auto each = [](std::uint64_t all, std::uint64_t pieces)
+  {
+    return static_cast<std::size_t>(std::clamp<std::uint64_t>(
+      all / std::max<std::uint64_t>(pieces, 1), 1, protocol::maximumBlobBytes));
+  };
+  const auto add = [&](std::uint64_t bytes, std::uint64_t texels, std::uint64_t pieces)
+  {
+    const double spacing = spacings[this->Expected.size()];
+    this->Expected.push_back(
+      bytes == 0 ? ExpectedTile{}
+                 : ExpectedTile{ each(bytes, pieces), 4 * each(texels, pieces), spacing });
+  };
+  for (const ResolutionDescription& level : model.levels)
+  {
+    add(model.textures->levels ? level.tileBytes : 0, level.texels, level.pieces);
+  }
+  add(model.textures->bytes, model.textures->texels, model.partitions);
+}
+
+const ShownTiles::ExpectedTile& ShownTiles::ExpectedOf(Resolution resolution) const
+{
+  return resolution.IsOriginal() ? this->Expected.back() : this->Expected[resolution.Depth()];
+}
+
+std::size_t ShownTiles::ExpectedBytes(const protocol::BlobId& blob) const
+{
+  return this->ExpectedOf(PieceOfBlob(blob, this->Depths).resolution).bytes;
 }
 
 void ShownTiles::SetLimit(std::size_t bytes)
@@ -82,8 +104,8 @@ bool ShownTiles::Touch(PieceId piece)
   return true;
 }
 
-void ShownTiles::Follow(
-  const DrawnSurface& surface, const Camera& camera, const std::set<NodeId>& tapped, bool all)
+void ShownTiles::Follow(const DrawnSurface& surface, const Camera& camera,
+  const std::set<NodeId>& tapped, bool all, const std::vector<PieceId>* levels)
 {
   if (!this->AreThere())
   {
@@ -93,13 +115,16 @@ void ShownTiles::Follow(
   for (const DrawnSurface::Part& part : surface.Parts())
   {
     const PieceId piece = part.part->piece;
-    if (!piece.resolution.IsOriginal() || part.part->surface.triangles.empty())
+    const ExpectedTile& expected = this->ExpectedOf(piece.resolution);
+    const bool counts = piece.resolution.IsOriginal() || !levels ||
+                        std::binary_search(levels->begin(), levels->end(), piece);
+    if (!counts || expected.bytes == 0 || part.part->surface.triangles.empty())
     {
       continue;
     }
     const Box& box = part.part->Bounds();
-    const bool isTapped = tapped.count(piece.node) > 0;
-    if (camera.MaySee(box) && (isTapped || all || IsSoft(box, camera, this->Spacing)))
+    const bool isTapped = piece.resolution.IsOriginal() && tapped.count(piece.node) > 0;
+    if (camera.MaySee(box) && (isTapped || all || IsSoft(box, camera, expected.spacing)))
     {
       wanted.emplace_back(isTapped ? 0 : camera.Eccentricity(box.lo * 0.5 + box.hi * 0.5), piece);
     }
@@ -110,14 +135,14 @@ void ShownTiles::Follow(
   for (const auto& [eccentricity, piece] : wanted)
   {
     const auto tile = FindTile(*this->Here, piece);
-    const std::size_t bytes = tile ? PictureBytesOf(*tile) : this->Expected.picture;
+    const std::size_t bytes =
+      tile ? PictureBytesOf(*tile) : this->ExpectedOf(piece.resolution).picture;
     if (bytes > room)
     {
       break;
     }
     room -= bytes;
-    const auto blob =
-      protocol::BlobId::Texture(piece.node - (NodeId{ 1 } << this->Depths.partition));
+    const protocol::BlobId blob = TextureOfPiece(piece, this->Depths);
     if (!this->Touch(piece) && this->Failed.count(blob) == 0)
     {
       this->Lacking.push_back(blob);

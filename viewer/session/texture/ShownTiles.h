@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The texture tiles for what is shown as the original: which ones the view wants, and which have
-// arrived. Between steps "choose" and "keep" of the pipeline picture.
+// The texture tiles for what is shown: which ones the view wants, and which have arrived. Between
+// steps "choose" and "keep" of the pipeline picture.
 #pragma once
 
 #include "filters/codec/TextureTile.h"
@@ -22,33 +22,35 @@
 namespace kdstream
 {
 
-// A tile is wanted if its partition is drawn as the original and may be visible, and one of these
-// holds: it was tapped; its vertices are so far apart on the screen that their colours alone look
-// blurred; everything is to be shown as the original. Tiles in the middle of the screen come first,
-// up to the limit on decoded pictures. A tile that is not wanted any more stays until others need
-// its memory. All functions are O(parts log parts), except Add.
+// A tile is wanted if its piece is drawn and may be visible, and one of these holds: the piece is a
+// tapped partition; its vertices are so far apart on the screen that only their colours would look
+// blurred; everything is to be shown as the original. Of levels only pieces that the view wants
+// count: others are drawn until those arrive, or where hardly anything of them is visible. Tiles in
+// the middle of the screen come first, up to the limit on decoded pictures. A tile that is not
+// wanted any more stays until others need its memory. All functions are O(parts log parts), except
+// Add.
 class ShownTiles
 {
 public:
   explicit ShownTiles(std::size_t limit);
 
-  // Forgets everything. For a model without textures nothing is wanted. spacing: of the original's
-  // vertices, in the model's unit.
-  void Reset(const ModelDescription& model, double spacing);
+  // Forgets everything. For a model without textures nothing is wanted. spacings: of the vertices
+  // of each level and of the original, in the model's unit.
+  void Reset(const ModelDescription& model, std::vector<double> spacings);
   // Whether the model has any.
-  bool AreThere() const { return this->Expected.bytes > 0; }
+  bool AreThere() const { return !this->Expected.empty(); }
   // Bytes of decoded pictures, 4 a texel.
   void SetLimit(std::size_t bytes);
 
   // Finds what the camera wants for a surface whose parts have texture corners
   // (SurfaceParts::KeepCorners). tapped: nodes of partitions. all: also tiles of partitions whose
-  // vertices are near each other.
-  void Follow(
-    const DrawnSurface& surface, const Camera& camera, const std::set<NodeId>& tapped, bool all);
+  // vertices are near each other. levels: the pieces of levels that count, ascending; null: all.
+  void Follow(const DrawnSurface& surface, const Camera& camera, const std::set<NodeId>& tapped,
+    bool all, const std::vector<PieceId>* levels = nullptr);
   // Of what is wanted: what has neither come nor failed, the most urgent first.
   const std::vector<protocol::BlobId>& Missing() const { return this->Lacking; }
-  // About, of a tile that has not come.
-  std::size_t ExpectedBytes() const { return this->Expected.bytes; }
+  // About, of a tile that has not come. REQUIRES: AreThere, a blob of Missing.
+  std::size_t ExpectedBytes(const protocol::BlobId& blob) const;
 
   // The bytes may be hostile. piece: the decoded piece that the tile belongs to, or null if it is
   // not in memory any more: then nothing happens. Errors: of DecodeTextureTile.
@@ -69,14 +71,17 @@ private:
   bool Touch(PieceId piece);
   void Evict();
 
+  struct ExpectedTile // on average
+  {
+    std::size_t bytes = 0, picture = 0; // 4 a texel; no bytes: there are no tiles
+    double spacing = 0;                 // of the piece's vertices
+  };
+  const ExpectedTile& ExpectedOf(Resolution resolution) const;
+
   std::size_t Limit;
   TreeDepths Depths;
-  double Spacing = 0; // of the original's vertices
-  struct
-  {
-    std::size_t bytes = 0, picture = 0; // 4 a texel
-  } Expected;                           // of a tile, on average
-  TileList Kept; // in the order in which they were wanted, the last ones last
+  std::vector<ExpectedTile> Expected; // of levels, and of the original; empty without textures
+  TileList Kept;                      // in the order in which they were wanted, the last ones last
   std::shared_ptr<const TileList> Here;
   std::vector<protocol::BlobId> Lacking;
   std::set<protocol::BlobId> Failed;

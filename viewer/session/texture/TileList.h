@@ -14,7 +14,7 @@ namespace kdstream
 
 struct TexturedPiece
 {
-  PieceId piece; // of the original
+  PieceId piece;
   std::shared_ptr<const TextureTile> tile;
 };
 using TileList = std::vector<TexturedPiece>; // by piece, ascending

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Partitions of textured stores as VTK gets them: coordinates, pictures, each triangle once.
+// Pieces of textured stores as VTK gets them: coordinates, pictures, each triangle once.
 #include "filters/codec/TextureTile.h"
+#include "filters/store/Store.h"
 #include "filters/texture/WritePicture.h"
 #include "server/http/HttpServer.h"
 #include "server/session/StoreCatalog.h"
@@ -35,7 +36,10 @@ class SeamTextures : public PieceTextures
 {
 public:
   TextureDescription Describe() const override { return { "png" }; }
-  Result<EncodedTexture> Make(Piece& piece) const override
+  Result<EncodedTexture> Make(Piece& piece) const override { return TextureOf(piece); }
+
+protected:
+  static EncodedTexture TextureOf(const Piece& piece)
   {
     Picture picture{ width, height, 1, {} };
     for (std::uint32_t i = 0; i < width * height; ++i)
@@ -55,15 +59,32 @@ public:
   }
 };
 
+class SeamTexturesOfLevels : public SeamTextures
+{
+public:
+  TextureDescription Describe() const override
+  {
+    TextureDescription description{ "png" };
+    description.levels = true;
+    return description;
+  }
+  Result<EncodedTexture> MakeOfLevel(const Piece& piece, const FinerPieces&) const override
+  {
+    return TextureOf(piece);
+  }
+};
+
 class TestKdTextureReader : public ::testing::Test
 {
 protected:
-  void Build(bool textured)
+  void Build(bool textured, bool levels = false)
   {
     BuildOptions options;
     options.tree.verticesPerPartition = 200;
     options.bits = 0;
-    options.textures = textured ? std::make_shared<SeamTextures>() : nullptr;
+    options.textures = levels     ? std::make_shared<SeamTexturesOfLevels>()
+                       : textured ? std::make_shared<SeamTextures>()
+                                  : nullptr;
     const auto built = BuildStore(this->Sphere, "sphere.ply", this->File, options);
     ASSERT_TRUE(built) << built.GetError().message;
     this->Reader->SetFileName(this->File.c_str());
@@ -117,6 +138,47 @@ TEST_F(TestKdTextureReader, PartitionsHaveCoordinatesAndPictures)
   }
   EXPECT_EQ(triangles, vtkIdType(this->Sphere.triangles.size()));
   EXPECT_GT(points, vtkIdType(this->Sphere.points.size())) << "they are split at seams";
+}
+
+TEST_F(TestKdTextureReader, PiecesOfLevelsHaveThemToo)
+{
+  this->Build(true, true);
+  const auto store = Store::Open(this->File);
+  ASSERT_TRUE(store);
+  const ModelDescription& model = (*store)->Info();
+  for (int level = 0; level < int(model.levels.size()); ++level)
+  {
+    SCOPED_TRACE(level);
+    const ResolutionDescription& told = model.levels[std::size_t(level)];
+    this->Reader->SetLevel(level);
+    this->Reader->SetPartition(0);
+    this->Reader->UpdateInformation();
+    ASSERT_EQ(this->Reader->GetNumberOfModelPartitions(), vtkIdType(told.pieces));
+    vtkIdType triangles = 0;
+    for (vtkIdType piece = 0; piece < vtkIdType(told.pieces); ++piece)
+    {
+      this->Reader->SetPartition(piece);
+      this->Reader->Update();
+      vtkPolyData* const surface = this->Reader->GetOutput();
+      triangles += surface->GetNumberOfPolys();
+      vtkDataArray* const places = surface->GetPointData()->GetTCoords();
+      ASSERT_TRUE(places);
+      ASSERT_EQ(places->GetNumberOfTuples(), surface->GetNumberOfPoints());
+      ASSERT_EQ(this->Reader->GetPicture()->GetDimensions()[0], int(width));
+    }
+    EXPECT_EQ(triangles, vtkIdType(told.triangles)) << "each once";
+  }
+  this->Reader->SetPartition(1000);
+  EXPECT_NE(this->Refusal().find("there is no piece 1000 of level "), std::string::npos);
+  this->Reader->SetLevel(30);
+  this->Reader->SetPartition(0);
+  EXPECT_NE(
+    this->Refusal().find("there is no piece 0 of level 30: there are 0"), std::string::npos);
+  this->Build(true);
+  this->Reader->SetLevel(0);
+  EXPECT_NE(this->Refusal().find("only the original has textures"), std::string::npos);
+  this->Reader->SetLevel(-1);
+  EXPECT_EQ(this->Refusal(), "");
 }
 
 TEST_F(TestKdTextureReader, CanReadTexturedStores)

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Textures of levels: see LevelTextures.h. Steps, of each piece: 1. the piece, back from the store
+// 2. the finer pieces whose boxes reach into its own  3. its texture from theirs.
+#include "filters/build/LevelTextures.h"
+
+#include "filters/core/tree/PieceDepth.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr std::size_t texturesAtOnce = 16;
+
+bool Overlap(const Box& a, const Box& b)
+{
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    if (a.hi[k] < b.lo[k] || b.hi[k] < a.lo[k])
+    {
+      return false;
+    }
+  }
+  return !a.Empty() && !b.Empty();
+}
+
+class LevelTextureMaker
+{
+public:
+  LevelTextureMaker(const PieceTextures& textures, const std::vector<Box>& boxes,
+    const ModelDescription& model, const StoreWriter& store)
+    : Textures(textures)
+    , Boxes(boxes)
+    , Model(model)
+    , Codec(model.Codec())
+    , Store(store)
+  {
+  }
+
+  Result<EncodedTexture> Make(PieceId id) const
+  {
+    const Result<Piece> piece = this->Read(id);
+    KDSTREAM_TRY(piece);
+    Box around = this->Boxes[id.node];
+    for (const Vec3& point : piece->positions)
+    {
+      around.Add(point);
+    }
+    const Resolution finer = id.resolution.Depth() < this->Model.depths.finest
+                               ? Resolution::Level(id.resolution.Depth() + 1U)
+                               : Resolution::Original();
+    std::vector<NodeId> nodes;
+    FinerPieces pieces;
+    this->FindPlaces(1, PieceDepth(finer, this->Model.depths), around, id.node, nodes, pieces);
+    pieces.read = [&](std::size_t place) { return this->ReadFiner({ finer, nodes[place] }); };
+    return this->Textures.MakeOfLevel(*piece, pieces);
+  }
+
+private:
+  Result<Piece> Read(PieceId id) const
+  {
+    const auto blob = this->Store.ReadPiece(id);
+    KDSTREAM_TRY(blob);
+    return DecodePiece(*blob, id, this->Codec);
+  }
+
+  Result<FinerPiece> ReadFiner(PieceId id) const
+  {
+    Result<Piece> piece = this->Read(id);
+    KDSTREAM_TRY(piece);
+    Result<std::vector<std::uint8_t>> texture = this->Store.ReadTexture(id);
+    KDSTREAM_TRY(texture);
+    return FinerPiece{ std::move(*piece), std::move(*texture) };
+  }
+
+  // Nodes of that depth below `node`, ascending.
+  void FindPlaces(NodeId node, unsigned depth, const Box& around, NodeId piece,
+    std::vector<NodeId>& nodes, FinerPieces& pieces) const
+  {
+    const unsigned at = DepthOfNode(node), ofPiece = DepthOfNode(piece);
+    const bool below = at >= ofPiece && node >> (at - ofPiece) == piece;
+    if (!below && !Overlap(this->Boxes[node], around))
+    {
+      return;
+    }
+    if (at < depth)
+    {
+      this->FindPlaces(2 * node, depth, around, piece, nodes, pieces);
+      this->FindPlaces(2 * node + 1, depth, around, piece, nodes, pieces);
+      return;
+    }
+    nodes.push_back(node);
+    pieces.places.push_back({ this->Boxes[node], below });
+  }
+
+  const PieceTextures& Textures;
+  const std::vector<Box>& Boxes;
+  const ModelDescription& Model;
+  const CodecContext Codec;
+  const StoreWriter& Store;
+};
+
+}
+
+Status WriteLevelTextures(const PieceTextures& textures, const std::vector<Box>& boxes,
+  const ModelDescription& model, StoreWriter& writer, StepClock& clock, const Execution& execution)
+{
+  const LevelTextureMaker maker(textures, boxes, model, writer);
+  double all = 0, made = 0; // pieces
+  for (unsigned depth = 0; depth <= model.depths.finest; ++depth)
+  {
+    all += double(NodeId{ 1 } << PieceDepth(Resolution::Level(depth), model.depths));
+  }
+  for (unsigned depth = model.depths.finest + 1; depth-- > 0;)
+  {
+    const Resolution level = Resolution::Level(depth);
+    const NodeId first = NodeId{ 1 } << PieceDepth(level, model.depths);
+    for (NodeId done = 0; done < first; done += texturesAtOnce)
+    {
+      const std::size_t count = std::min<std::size_t>(texturesAtOnce, first - done);
+      std::vector<Result<EncodedTexture>> encoded(count, Result<EncodedTexture>(EncodedTexture{}));
+      execution.parallelFor(count, 1,
+        [&](std::size_t begin, std::size_t end)
+        {
+          for (std::size_t i = begin; i < end; ++i)
+          {
+            encoded[i] = maker.Make({ level, first + done + static_cast<NodeId>(i) });
+          }
+        });
+      clock.Finish("encode");
+      for (std::size_t i = 0; i < count; ++i)
+      {
+        KDSTREAM_TRY(encoded[i]);
+        KDSTREAM_TRY(writer.AddLevelTexture(
+          { level, first + done + static_cast<NodeId>(i) }, encoded[i]->bytes, encoded[i]->texels));
+      }
+      clock.Finish("write");
+      made += double(count);
+      constexpr double before = encodedBeforeLevelTextures;
+      KDSTREAM_TRY(execution.Report("encode", before + (1 - before) * made / all));
+    }
+  }
+  return {};
+}
+
+}

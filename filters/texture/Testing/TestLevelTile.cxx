@@ -1,0 +1,363 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Textures of levels: a level's tile shows at each place what the finer tiles show there.
+#include "filters/core/Light.h"
+#include "filters/core/VectorMath.h"
+#include "filters/texture/WritePicture.h"
+#include "filters/texture/levels/LevelCharts.h"
+#include "filters/texture/levels/LevelTile.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+using namespace kdstream;
+
+namespace
+{
+
+constexpr double pi = 3.14159265358979;
+using Rgb = std::array<double, 3>; // 0-255
+
+// What everything is painted in, by its place.
+Rgb PaintAt(const Vec3& p)
+{
+  return { 128 + 100 * std::sin(4 * p[0] + 1), 128 + 100 * std::sin(5 * p[1]),
+    128 + 100 * std::sin(3 * p[2] - 2) };
+}
+
+// Half a sphere, x >= 0 or x <= 0, of rings × rings × 4 triangles, more or less.
+Piece HalfSphere(int rings, bool right)
+{
+  Piece piece;
+  piece.id = { Resolution::Original(), right ? 3U : 2U };
+  const int columns = 2 * rings;
+  for (int i = 0; i <= rings; ++i)
+  {
+    for (int k = 0; k <= columns; ++k)
+    {
+      const double down = pi * i / rings, around = pi * k / columns - pi / 2;
+      const double x = std::sin(down) * std::cos(around);
+      piece.positions.push_back(
+        { right ? x : -x, std::sin(down) * std::sin(around), std::cos(down) });
+    }
+  }
+  for (int i = 0; i < rings; ++i)
+  {
+    for (int k = 0; k < columns; ++k)
+    {
+      const auto a = static_cast<VertexId>(i * (columns + 1) + k);
+      const auto b = a + 1, c = a + static_cast<VertexId>(columns) + 1, d = c + 1;
+      piece.triangles.push_back(right ? Triangle{ a, c, b } : Triangle{ a, b, c });
+      piece.triangles.push_back(right ? Triangle{ b, c, d } : Triangle{ b, d, c });
+    }
+  }
+  piece.ownVertices = piece.VertexCount();
+  return piece;
+}
+
+Piece Joined(const Piece& a, const Piece& b)
+{
+  Piece both = a;
+  for (const Triangle& t : b.triangles)
+  {
+    const VertexId first = a.VertexCount();
+    both.triangles.push_back({ first + t[0], first + t[1], first + t[2] });
+  }
+  both.positions.insert(both.positions.end(), b.positions.begin(), b.positions.end());
+  both.ownVertices = both.VertexCount();
+  return both;
+}
+
+// Painted by two maps, of z >= 0 and of z < 0; a triangle is in the one of its middle.
+FinerTile Painted(Piece piece)
+{
+  constexpr std::uint32_t side = 400;
+  const auto along = [](double at) { return (at + 1.1) / 2.2 * side; };
+  Picture picture{ 2 * side, side, 3, {} };
+  for (std::uint32_t y = 0; y < side; ++y)
+  {
+    for (std::uint32_t x = 0; x < 2 * side; ++x)
+    {
+      const auto back = [](double at) { return (at + 0.5) / side * 2.2 - 1.1; };
+      const double u = back(x % side), v = back(y);
+      const double z = std::sqrt(std::max(0.0, 1 - u * u - v * v));
+      for (const double value : PaintAt({ u, v, x < side ? z : -z }))
+      {
+        picture.texels.push_back(static_cast<std::uint8_t>(value));
+      }
+    }
+  }
+  TextureTile tile{ 2 * side, side, TileImage::Png, EncodePicture(picture, PictureType::Png), {} };
+  for (const Triangle& t : piece.triangles)
+  {
+    const bool upper =
+      piece.positions[t[0]][2] + piece.positions[t[1]][2] + piece.positions[t[2]][2] >= 0;
+    auto& corners = tile.corners.emplace_back();
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const Vec3& p = piece.positions[t[k]];
+      corners[k] = { float(along(p[0]) + (upper ? 0 : double(side))), float(along(p[1])) };
+    }
+  }
+  return { std::move(piece), std::move(tile) };
+}
+
+// Two halves, read one at a time.
+struct PaintedSphere
+{
+  FinerTile left = Painted(HalfSphere(24, false)), right = Painted(HalfSphere(24, true));
+  FinerTiles tiles{ { { { { -1, -1, -1 }, { 0, 1, 1 } } }, { { { 0, -1, -1 }, { 1, 1, 1 } } } },
+    [this](std::size_t place) { return Result<FinerTile>(place == 0 ? left : right); } };
+};
+
+Rgb TexelOf(const Picture& picture, double x, double y)
+{
+  const auto column = std::min(static_cast<std::size_t>(x), picture.width - 1);
+  const auto row = std::min(static_cast<std::size_t>(y), picture.height - 1);
+  const auto texel = RgbaOf(
+    &picture.texels[(row * picture.width + column) * picture.components], picture.components);
+  return { double(texel[0]), double(texel[1]), double(texel[2]) };
+}
+
+// The mean difference over places of the triangles, grey values.
+double DifferenceOf(const Piece& piece, const TextureTile& tile)
+{
+  const auto picture = DecodePicture(tile.image);
+  EXPECT_TRUE(picture);
+  EXPECT_EQ(picture->width, tile.width);
+  double sum = 0;
+  std::size_t count = 0;
+  constexpr std::array<Vec3, 4> weights{ { { 0.34, 0.33, 0.33 }, { 0.8, 0.1, 0.1 },
+    { 0.1, 0.8, 0.1 }, { 0.1, 0.1, 0.8 } } };
+  for (std::size_t t = 0; t < piece.triangles.size(); ++t)
+  {
+    for (const Vec3& w : weights)
+    {
+      Vec3 p{};
+      std::array<double, 2> at{};
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        p = Plus(p, Times(piece.positions[piece.triangles[t][k]], w[k]));
+        at[0] += w[k] * double(tile.corners[t][k][0]);
+        at[1] += w[k] * double(tile.corners[t][k][1]);
+      }
+      const Rgb expected = PaintAt(Times(p, 1 / Length(p))),
+                found = TexelOf(*picture, at[0], at[1]);
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        sum += std::abs(expected[k] - found[k]);
+        ++count;
+      }
+    }
+  }
+  return sum / double(count);
+}
+
+double AreaOf(const std::array<std::array<double, 2>, 3>& at)
+{
+  return (at[1][0] - at[0][0]) * (at[2][1] - at[0][1]) -
+         (at[1][1] - at[0][1]) * (at[2][0] - at[0][0]);
+}
+
+}
+
+TEST(LevelCharts, EachTriangleIsInOneAndTurnsTheSameWay)
+{
+  Piece piece = Joined(HalfSphere(9, false), HalfSphere(9, true));
+  piece.triangles.push_back({ 3, 3, 5 }); // without area
+  const auto charts = GrowLevelCharts(piece.positions, piece.triangles, 0.02);
+  EXPECT_LT(charts.size(), piece.triangles.size() / 8);
+  std::map<std::uint32_t, int> count;
+  for (const LevelChart& chart : charts)
+  {
+    EXPECT_NEAR(Dot(chart.u, chart.v), 0, 1e-9);
+    EXPECT_NEAR(Length(chart.u), 1, 1e-9);
+    for (const std::uint32_t t : chart.triangles)
+    {
+      ++count[t];
+      std::array<std::array<double, 2>, 3> at{};
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        const Vec3& p = piece.positions[piece.triangles[t][k]];
+        at[k] = { Dot(p, chart.u), Dot(p, chart.v) };
+        for (std::size_t i = 0; i < 2; ++i)
+        {
+          EXPECT_GE(at[k][i], chart.lo[i]);
+          EXPECT_LE(at[k][i], chart.hi[i]);
+        }
+      }
+      EXPECT_GE(AreaOf(at), -1e-12);
+    }
+  }
+  EXPECT_EQ(count.size(), piece.triangles.size());
+  EXPECT_TRUE(
+    std::all_of(count.begin(), count.end(), [](const auto& of) { return of.second == 1; }));
+}
+
+// A ramp that winds twice around an axis: its normals agree, but it lies over itself.
+TEST(LevelCharts, NothingLiesOverAnother)
+{
+  std::vector<Vec3> points;
+  std::vector<Triangle> triangles;
+  for (VertexId i = 0; i <= 128; ++i)
+  {
+    const double turn = 4 * pi * i / 128, up = 0.2 * i / 128;
+    points.push_back({ std::cos(turn), std::sin(turn), up });
+    points.push_back({ 2 * std::cos(turn), 2 * std::sin(turn), up });
+    if (i > 0)
+    {
+      const VertexId a = 2 * i - 2;
+      triangles.push_back({ a, a + 1, a + 2 });
+      triangles.push_back({ a + 2, a + 1, a + 3 });
+    }
+  }
+  const auto charts = GrowLevelCharts(points, triangles, 0.01);
+  EXPECT_GE(charts.size(), 2U);
+  EXPECT_LE(charts.size(), 6U);
+  for (const LevelChart& chart : charts)
+  {
+    double area = 0;
+    for (const std::uint32_t t : chart.triangles)
+    {
+      std::array<std::array<double, 2>, 3> at{};
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        at[k] = { Dot(points[triangles[t][k]], chart.u), Dot(points[triangles[t][k]], chart.v) };
+      }
+      area += AreaOf(at) / 2;
+    }
+    EXPECT_LE(area, 1.02 * 3 * pi) << "a whole turn";
+  }
+}
+
+TEST(LevelTile, ShowsWhatTheFinerTilesShow)
+{
+  const PaintedSphere sphere;
+  Piece level = Joined(HalfSphere(12, false), HalfSphere(12, true));
+  level.id = { Resolution::Level(3), 1 };
+  const auto made = MakeLevelTile(level, sphere.tiles, {});
+  ASSERT_TRUE(made) << made.GetError().message;
+  ASSERT_EQ(made->tile.corners.size(), level.triangles.size());
+  EXPECT_LT(DifferenceOf(level, made->tile), 4);
+  // About so many texels for each vertex, and the gutters.
+  EXPECT_LT(made->counts.texels, 3 * 64 * level.positions.size());
+  EXPECT_TRUE(DecodeTextureTile(EncodeTextureTile(made->tile, level.triangles), level.triangles));
+
+  const auto again = MakeLevelTile(level, sphere.tiles, {});
+  ASSERT_TRUE(again);
+  EXPECT_EQ(again->tile.image, made->tile.image);
+}
+
+// And from that tile again, as the levels below it do.
+TEST(LevelTile, IsGoodEnoughForTheNextCoarserOne)
+{
+  const PaintedSphere sphere;
+  FinerTile finer{ Joined(HalfSphere(20, false), HalfSphere(20, true)), {} };
+  for (const int rings : { 20, 16, 12, 9 })
+  {
+    Piece level = Joined(HalfSphere(rings, false), HalfSphere(rings, true));
+    const FinerTiles one{ { { { { -1, -1, -1 }, { 1, 1, 1 } } } },
+      [&finer](std::size_t) { return Result<FinerTile>(finer); } };
+    const auto made = MakeLevelTile(level, rings == 20 ? sphere.tiles : one, {});
+    ASSERT_TRUE(made) << made.GetError().message;
+    EXPECT_LT(DifferenceOf(level, made->tile), 6) << rings;
+    finer = { std::move(level), made->tile };
+  }
+}
+
+TEST(LevelTile, HasNoMoreBytesThanItMay)
+{
+  const PaintedSphere sphere;
+  const Piece level = HalfSphere(7, true);
+  LevelTileOptions options;
+  const auto all = MakeLevelTile(level, sphere.tiles, options);
+  ASSERT_TRUE(all);
+  options.mostBytes = all->tile.image.size() / 3;
+  const auto fewer = MakeLevelTile(level, sphere.tiles, options);
+  ASSERT_TRUE(fewer);
+  EXPECT_LE(fewer->tile.image.size(), options.mostBytes);
+  options = {};
+  options.mostSide = 64;
+  const auto small = MakeLevelTile(level, sphere.tiles, options);
+  ASSERT_TRUE(small);
+  EXPECT_LE(std::max(small->tile.width, small->tile.height), 64U);
+}
+
+// Both sides of a leaf are painted, each in its colour.
+TEST(LevelTile, TellsTheTwoSidesOfALeaf)
+{
+  FinerTile leaf;
+  for (const double z : { 0.0, 0.001 })
+  {
+    leaf.piece.positions.insert(
+      leaf.piece.positions.end(), { { 0, 0, z }, { 1, 0, z }, { 1, 1, z }, { 0, 1, z } });
+  }
+  leaf.piece.triangles = { { 0, 2, 1 }, { 0, 3, 2 }, { 4, 5, 6 }, { 4, 6, 7 } };
+  leaf.piece.ownVertices = 8;
+  const Picture halves{ 2, 1, 3, { 255, 0, 0, 0, 0, 255 } };
+  leaf.tile = { 2, 1, TileImage::Png, EncodePicture(halves, PictureType::Png), {} };
+  const TileCoordinate red{ 0.5F, 0.5F }, blue{ 1.5F, 0.5F };
+  leaf.tile.corners = { { red, red, red }, { red, red, red }, { blue, blue, blue },
+    { blue, blue, blue } };
+  Piece level = leaf.piece;
+  for (std::size_t v = 0; v < 4; ++v) // as a level may have it: the sides have crossed
+  {
+    level.positions[v][2] = 0.002;
+  }
+  const FinerTiles finer{ { { { { 0, 0, 0 }, { 1, 1, 0.001 } } } },
+    [&leaf](std::size_t) { return Result<FinerTile>(leaf); } };
+  const auto made = MakeLevelTile(level, finer, {});
+  ASSERT_TRUE(made) << made.GetError().message;
+  const auto picture = DecodePicture(made->tile.image);
+  ASSERT_TRUE(picture);
+  for (std::size_t t = 0; t < 4; ++t)
+  {
+    const auto& at = made->tile.corners[t];
+    const Rgb color = TexelOf(*picture, double(at[0][0] + at[1][0] + at[2][0]) / 3,
+      double(at[0][1] + at[1][1] + at[2][1]) / 3);
+    EXPECT_GT(color[t < 2 ? 0 : 2], 200) << t;
+    EXPECT_LT(color[t < 2 ? 2 : 0], 60) << t;
+  }
+}
+
+// Hostile or odd meshes: triangles without area, no triangles, very many charts.
+TEST(LevelTile, OddPieces)
+{
+  const PaintedSphere sphere;
+  Piece flat;
+  flat.positions = { { 0, 0, 0 }, { 1, 0, 0 }, { 2, 0, 0 }, { 1e30, 0, 0 } };
+  flat.triangles = { { 0, 1, 2 }, { 0, 1, 3 } };
+  flat.ownVertices = 4;
+  Piece none;
+  none.positions = { { 0, 0, 0 } };
+  none.ownVertices = 1;
+  Piece crowd;
+  for (VertexId i = 0; i < 2000; ++i)
+  {
+    const double x = std::sin(i * 1.7), y = std::sin(i * 2.9), z = std::sin(i * 3.3);
+    crowd.positions.insert(crowd.positions.end(),
+      { { x, y, z }, { x + 0.001, y, z + 0.001 * (i % 3) }, { x, y + 0.001, z } });
+    crowd.triangles.push_back({ 3 * i, 3 * i + 1, 3 * i + 2 });
+  }
+  crowd.ownVertices = crowd.VertexCount();
+  for (const Piece& piece : { flat, none, crowd })
+  {
+    const auto made = MakeLevelTile(piece, sphere.tiles, {});
+    ASSERT_TRUE(made) << made.GetError().message;
+    EXPECT_TRUE(DecodeTextureTile(EncodeTextureTile(made->tile, piece.triangles), piece.triangles));
+  }
+}
+
+TEST(LevelTile, WrongImagesAreErrors)
+{
+  PaintedSphere sphere;
+  sphere.right.tile.image = { 1, 2, 3 };
+  EXPECT_FALSE(MakeLevelTile(HalfSphere(5, true), sphere.tiles, {}));
+  sphere.right.tile.image = EncodePicture({ 1, 1, 3, { 1, 2, 3 } }, PictureType::Png);
+  const auto made = MakeLevelTile(HalfSphere(5, true), sphere.tiles, {});
+  ASSERT_FALSE(made);
+  EXPECT_EQ(made.GetError().code, ErrorCode::Damaged);
+}

@@ -1,0 +1,434 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Steps: 1. how far apart texels are  2. charts, packed  3. which triangle each texel shows  4. the
+// texel's colour, finer piece by finer piece  5. texels that no chart covers  6. encode, again with
+// fewer texels where the image is too large.
+#include "filters/texture/levels/LevelTile.h"
+
+#include "filters/core/Light.h"
+#include "filters/core/VectorMath.h"
+#include "filters/texture/PackBoxes.h"
+#include "filters/texture/Picture.h"
+#include "filters/texture/WritePicture.h"
+#include "filters/texture/levels/FillTexels.h"
+#include "filters/texture/levels/FinerColors.h"
+#include "filters/texture/levels/LevelCharts.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr std::int64_t levelGutter = 2; // of the tile's texels
+constexpr std::int64_t mostSampleSide = 4;
+constexpr std::int64_t texelsOfLargeTile = 1 << 21;
+constexpr double wider = 1.15; // the next try
+constexpr std::uint32_t noOwner = std::numeric_limits<std::uint32_t>::max();
+
+using TexelPlaces = std::array<std::array<double, 2>, 3>; // of a triangle's corners, in texels
+
+double TwiceAreaOf(const Vec3& a, const Vec3& b, const Vec3& c)
+{
+  const double area = Length(Cross(Minus(b, a), Minus(c, a)));
+  return std::isfinite(area) ? area : 0;
+}
+
+double TwiceAreaOf(const std::array<TileCoordinate, 3>& at)
+{
+  return std::abs((double(at[1][0]) - at[0][0]) * (double(at[2][1]) - at[0][1]) -
+                  (double(at[1][1]) - at[0][1]) * (double(at[2][0]) - at[0][0]));
+}
+
+class LevelTileMaker
+{
+public:
+  LevelTileMaker(const Piece& piece, const FinerTiles& finer, const LevelTileOptions& options)
+    : P(piece)
+    , Finer(finer)
+    , Options(options)
+  {
+  }
+
+  Result<MadeTile> Make()
+  {
+    KDSTREAM_TRY(this->ChooseSpacing());
+    this->Charts = GrowLevelCharts(this->P.positions, this->P.triangles, this->Spacing);
+    constexpr int mostTries = 30;
+    for (int tries = 0; tries < mostTries; ++tries)
+    {
+      KDSTREAM_TRY(this->Pack());
+      this->FindOwners();
+      KDSTREAM_TRY(this->Sample());
+      FillTexels(this->Texels, this->HasColor, this->Packed.width);
+      KDSTREAM_TRY(this->Encode());
+      const std::size_t bytes = this->Tile.image.size();
+      if (this->Options.mostBytes == 0 || bytes <= this->Options.mostBytes || this->IsLeast())
+      {
+        break;
+      }
+      this->Spacing *=
+        std::max(wider, std::min(2.0, std::sqrt(double(bytes) / double(this->Options.mostBytes))));
+    }
+    this->Counts.tiles = 1;
+    this->Counts.texels = static_cast<std::uint64_t>(this->Packed.width * this->Packed.height);
+    this->Counts.triangles = this->P.triangles.size();
+    return MadeTile{ std::move(this->Tile), this->Counts };
+  }
+
+private:
+  Status ChooseSpacing()
+  {
+    double area = 0;
+    for (const Triangle& t : this->P.triangles)
+    {
+      area +=
+        TwiceAreaOf(this->P.positions[t[0]], this->P.positions[t[1]], this->P.positions[t[2]]);
+    }
+    const double texels = this->Options.texelsPerVertex * std::max(1U, this->P.VertexCount());
+    KDSTREAM_TRY(this->MeasureFiner(this->Finest));
+    this->Spacing = std::max(std::sqrt(area / 2 / texels), this->Finest);
+    if (!(this->Spacing > 0))
+    {
+      this->Spacing = 1;
+    }
+    return {};
+  }
+
+  // How far apart the finer texels are; 0 where they show no surface.
+  Status MeasureFiner(double& spacing) const
+  {
+    double area = 0, texels = 0;
+    for (std::size_t i = 0; i < this->Finer.places.size(); ++i)
+    {
+      if (!this->Finer.places[i].below)
+      {
+        continue;
+      }
+      const Result<FinerTile> finer = this->Finer.read(i);
+      KDSTREAM_TRY(finer);
+      const std::vector<Vec3>& at = finer->piece.positions;
+      for (std::size_t t = 0; t < finer->piece.triangles.size(); ++t)
+      {
+        const Triangle& corners = finer->piece.triangles[t];
+        const double covered = TwiceAreaOf(finer->tile.corners[t]);
+        area += covered > 0 ? TwiceAreaOf(at[corners[0]], at[corners[1]], at[corners[2]]) : 0;
+        texels += covered;
+      }
+    }
+    spacing = texels > 0 ? std::sqrt(area / texels) : 0;
+    return {};
+  }
+
+  std::array<std::int64_t, 2> SizeOf(const LevelChart& chart) const
+  {
+    std::array<std::int64_t, 2> size{};
+    for (std::size_t k = 0; k < 2; ++k)
+    {
+      // Far more than any tile has: to be tried again with less.
+      const double texels = std::min((chart.hi[k] - chart.lo[k]) / this->Spacing, 1e6);
+      size[k] = static_cast<std::int64_t>(std::ceil(texels > 0 ? texels : 0)) + 1 + 2 * levelGutter;
+    }
+    return size;
+  }
+
+  bool IsLeast() const
+  {
+    return std::all_of(this->Charts.begin(), this->Charts.end(),
+      [this](const LevelChart& chart)
+      { return std::max(this->SizeOf(chart)[0], this->SizeOf(chart)[1]) <= 2 + 2 * levelGutter; });
+  }
+
+  Status Pack()
+  {
+    for (std::int64_t side = this->Options.mostSide;;)
+    {
+      std::vector<std::array<std::int64_t, 2>> sizes;
+      std::transform(this->Charts.begin(), this->Charts.end(), std::back_inserter(sizes),
+        [this](const LevelChart& chart) { return this->SizeOf(chart); });
+      if (auto packed = PackBoxes(sizes, side))
+      {
+        this->Packed = std::move(*packed);
+        return {};
+      }
+      if (!this->IsLeast())
+      {
+        this->Spacing *= wider;
+        continue;
+      }
+      if (side >= std::int64_t{ longestTileSide })
+      {
+        return Error{ ErrorCode::LimitExceeded,
+          "a piece of a level has too many charts for a tile" };
+      }
+      side = std::min<std::int64_t>(2 * side, longestTileSide);
+    }
+  }
+
+  // In the tile.
+  std::array<double, 2> PlaceOf(std::size_t chart, const Vec3& point) const
+  {
+    const LevelChart& c = this->Charts[chart];
+    const auto along = [&](const Vec3& axis, std::size_t k)
+    {
+      const double from = double(this->Packed.places[chart][k] + levelGutter) + 0.5;
+      return from + (Dot(point, axis) - c.lo[k]) / this->Spacing;
+    };
+    return { along(c.u, 0), along(c.v, 1) };
+  }
+
+  TexelPlaces PlacesOf(std::size_t chart, std::uint32_t t) const
+  {
+    TexelPlaces places{};
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      places[k] = this->PlaceOf(chart, this->P.positions[this->P.triangles[t][k]]);
+    }
+    return places;
+  }
+
+  // The nearest triangle of each texel; and where corners lie.
+  void FindOwners()
+  {
+    const auto size = static_cast<std::size_t>(this->Packed.width * this->Packed.height);
+    this->Owners.assign(size, noOwner);
+    this->Tile.corners.assign(this->P.triangles.size(), {});
+    this->CornersOf.assign(this->P.triangles.size(), {});
+    std::vector<float> outside(size, float(levelGutter));
+    for (std::size_t chart = 0; chart < this->Charts.size(); ++chart)
+    {
+      for (const std::uint32_t t : this->Charts[chart].triangles)
+      {
+        const TexelPlaces at = this->PlacesOf(chart, t);
+        this->CornersOf[t] = at;
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+          this->Tile.corners[t][k] = { float(at[k][0]), float(at[k][1]) };
+        }
+        this->Claim(chart, t, at, outside);
+      }
+    }
+  }
+
+  // Texels in a triangle, and in the gutter around it where no other triangle is nearer.
+  void Claim(std::size_t chart, std::uint32_t t, const TexelPlaces& at, std::vector<float>& outside)
+  {
+    std::array<std::array<double, 3>, 3> lines{}; // how far right of each edge a place is
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const auto &a = at[k], &b = at[(k + 1) % 3];
+      const double x = b[0] - a[0], y = b[1] - a[1], length = std::sqrt(x * x + y * y);
+      if (!(length > 1e-6))
+      {
+        return;
+      }
+      lines[k] = { y / length, -x / length, (x * a[1] - y * a[0]) / length };
+    }
+    const auto size = this->SizeOf(this->Charts[chart]);
+    std::array<std::int64_t, 2> first{}, end{};
+    for (std::size_t k = 0; k < 2; ++k)
+    {
+      const std::int64_t begin = this->Packed.places[chart][k];
+      const auto [least, most] = std::minmax({ at[0][k], at[1][k], at[2][k] });
+      first[k] = std::max(begin, static_cast<std::int64_t>(least) - levelGutter);
+      end[k] = std::min(begin + size[k], static_cast<std::int64_t>(most) + levelGutter + 1);
+    }
+    for (std::int64_t y = first[1]; y < end[1]; ++y)
+    {
+      for (std::int64_t x = first[0]; x < end[0]; ++x)
+      {
+        const auto far = [&](const std::array<double, 3>& line)
+        { return line[0] * (double(x) + 0.5) + line[1] * (double(y) + 0.5) + line[2]; };
+        const double most = std::max({ far(lines[0]), far(lines[1]), far(lines[2]), 0.0 });
+        const auto texel = static_cast<std::size_t>(y * this->Packed.width + x);
+        if (float(most) < outside[texel])
+        {
+          outside[texel] = float(most);
+          this->Owners[texel] = t;
+        }
+      }
+    }
+  }
+
+  // On the plane of the triangle, beyond its edges too.
+  Vec3 PointOn(std::uint32_t t, double x, double y) const
+  {
+    const TexelPlaces& at = this->CornersOf[t];
+    const double ux = at[1][0] - at[0][0], uy = at[1][1] - at[0][1];
+    const double vx = at[2][0] - at[0][0], vy = at[2][1] - at[0][1];
+    const double determinant = ux * vy - uy * vx;
+    const Triangle& corners = this->P.triangles[t];
+    const Vec3& a = this->P.positions[corners[0]];
+    if (determinant == 0)
+    {
+      return a;
+    }
+    const double wx = x - at[0][0], wy = y - at[0][1];
+    const double s = (wx * vy - wy * vx) / determinant, r = (ux * wy - uy * wx) / determinant;
+    const Vec3 u = Minus(this->P.positions[corners[1]], a);
+    const Vec3 v = Minus(this->P.positions[corners[2]], a);
+    return Plus(a, Plus(Times(u, s), Times(v, r)));
+  }
+
+  // Which finer piece has the nearest box.
+  std::size_t NearestPlace(const Vec3& point) const
+  {
+    std::size_t nearest = 0;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < this->Finer.places.size() && least > 0; ++i)
+    {
+      const Box& box = this->Finer.places[i].box;
+      double squared = 0;
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        const double outside = std::max({ box.lo[k] - point[k], point[k] - box.hi[k], 0.0 });
+        squared += outside * outside;
+      }
+      if (squared < least)
+      {
+        least = squared;
+        nearest = i;
+      }
+    }
+    return nearest;
+  }
+
+  Status Sample()
+  {
+    const double ratio = this->Finest > 0 ? this->Spacing / this->Finest : 1;
+    this->SampleSide = std::clamp<std::int64_t>(
+      static_cast<std::int64_t>(std::min(ratio, double(mostSampleSide)) + 0.5), 1, mostSampleSide);
+    const std::size_t size = this->Owners.size();
+    this->Texels.assign(4 * size, 255);
+    this->HasColor.assign(size, false);
+    this->HasAlpha = false;
+    std::vector<std::vector<std::uint32_t>> texelsOf(this->Finer.places.size());
+    for (std::uint32_t texel = 0; texel < size && !texelsOf.empty(); ++texel)
+    {
+      if (this->Owners[texel] != noOwner)
+      {
+        const auto [x, y] = this->MiddleOf(texel);
+        texelsOf[this->NearestPlace(this->PointOn(this->Owners[texel], x, y))].push_back(texel);
+      }
+    }
+    for (std::size_t i = 0; i < texelsOf.size(); ++i)
+    {
+      if (!texelsOf[i].empty())
+      {
+        KDSTREAM_TRY(this->SampleFrom(i, texelsOf[i]));
+      }
+    }
+    return {};
+  }
+
+  std::array<double, 2> MiddleOf(std::uint32_t texel) const
+  {
+    return { double(texel % this->Packed.width) + 0.5, double(texel / this->Packed.width) + 0.5 };
+  }
+
+  Status SampleFrom(std::size_t place, const std::vector<std::uint32_t>& texels)
+  {
+    const Result<FinerTile> finer = this->Finer.read(place);
+    KDSTREAM_TRY(finer);
+    if (finer->piece.triangles.empty())
+    {
+      return {};
+    }
+    std::unique_lock<std::mutex> alone;
+    const std::int64_t size = std::int64_t{ finer->tile.width } * finer->tile.height;
+    if (this->Options.oneLarge && size > texelsOfLargeTile)
+    {
+      alone = std::unique_lock(*this->Options.oneLarge);
+    }
+    const Result<Picture> picture =
+      DecodePicture(finer->tile.image, static_cast<std::uint64_t>(size));
+    KDSTREAM_TRY(picture);
+    if (picture->width != finer->tile.width || picture->height != finer->tile.height)
+    {
+      return Error{ ErrorCode::Damaged, "a tile's image does not have the size that it states" };
+    }
+    const FinerColors colors(*finer, *picture);
+    std::uint32_t near = FinerColors::noNear;
+    for (const std::uint32_t texel : texels)
+    {
+      this->SampleTexel(texel, colors, near);
+    }
+    return {};
+  }
+
+  void SampleTexel(std::uint32_t texel, const FinerColors& colors, std::uint32_t& near)
+  {
+    const std::uint32_t t = this->Owners[texel];
+    const Triangle& corners = this->P.triangles[t];
+    const Vec3& a = this->P.positions[corners[0]];
+    const Vec3 normal =
+      Cross(Minus(this->P.positions[corners[1]], a), Minus(this->P.positions[corners[2]], a));
+    const auto [x, y] = this->MiddleOf(texel);
+    Color sum{};
+    for (std::int64_t i = 0; i < this->SampleSide * this->SampleSide; ++i)
+    {
+      const auto from = [&](std::int64_t part)
+      { return (double(part) + 0.5) / double(this->SampleSide) - 0.5; };
+      const Vec3 point =
+        this->PointOn(t, x + from(i % this->SampleSide), y + from(i / this->SampleSide));
+      const Color color = colors.At(point, normal, near);
+      for (std::size_t k = 0; k < 4; ++k)
+      {
+        sum[k] += color[k];
+      }
+    }
+    const double part = 1 / double(this->SampleSide * this->SampleSide);
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      this->Texels[4 * std::size_t{ texel } + k] = ByteOfLinear(sum[k] * part);
+    }
+    const auto alpha = static_cast<std::uint8_t>(std::min(sum[3] * part + 0.5, 255.0));
+    this->Texels[4 * std::size_t{ texel } + 3] = alpha;
+    this->HasAlpha = this->HasAlpha || alpha != 255;
+    this->HasColor[texel] = true;
+  }
+
+  Status Encode()
+  {
+    this->Tile.width = static_cast<std::uint32_t>(this->Packed.width);
+    this->Tile.height = static_cast<std::uint32_t>(this->Packed.height);
+    this->Tile.format = TileImage::Webp;
+    this->Tile.isCoarse = true;
+    Result<std::vector<std::uint8_t>> image =
+      EncodeWebp({ this->Tile.width, this->Tile.height, 4, std::move(this->Texels) },
+        this->Options.quality, this->HasAlpha);
+    KDSTREAM_TRY(image);
+    this->Tile.image = std::move(*image);
+    return {};
+  }
+
+  const Piece& P;
+  const FinerTiles& Finer;
+  const LevelTileOptions& Options;
+  double Spacing = 1, Finest = 0; // of texels, and of the finer ones (0: none), model units
+  std::int64_t SampleSide = 1;
+  std::vector<LevelChart> Charts;
+  PackedBoxes Packed;
+  std::vector<std::uint32_t> Owners;  // of each texel, a triangle
+  std::vector<TexelPlaces> CornersOf; // of each triangle
+  std::vector<std::uint8_t> Texels;   // RGBA
+  std::vector<bool> HasColor;
+  bool HasAlpha = false;
+  TextureTile Tile;
+  TileCounts Counts;
+};
+
+}
+
+Result<MadeTile> MakeLevelTile(
+  const Piece& piece, const FinerTiles& finer, const LevelTileOptions& options)
+{
+  return LevelTileMaker(piece, finer, options).Make();
+}
+
+}
