@@ -52,7 +52,7 @@ TEST(Statue, IsTheSameForAnyThreadsAndAnotherForAnotherSeed)
   EXPECT_EQ(Bytes(folder / "a" / "s.mtl"), Bytes(folder / "b" / "s.mtl"));
 }
 
-TEST(Statue, IsClosedAndPaintedWhereItIsPhotographed)
+TEST(Statue, IsClosedAndTexturedWhereItIsPhotographed)
 {
   const fixtures::TemporaryFolder folder;
   const std::filesystem::path file = folder / "s.obj";

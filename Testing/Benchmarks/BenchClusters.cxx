@@ -39,7 +39,7 @@ struct Method
   bool octree;
   bool collapse;
   Representative representative;
-  bool sheets;
+  bool byComponents;
 };
 
 constexpr Method methods[] = {
@@ -90,7 +90,7 @@ ClusterLevel Simplify(
   }
   ClusterOptions options;
   options.representative = method.representative;
-  options.sheets = method.sheets;
+  options.byComponents = method.byComponents;
   if (method.octree)
   {
     const OctreeOptions octree{ 0, count };

@@ -75,9 +75,9 @@ struct Pieces
   Box box;
   ScalarType scalarType = ScalarType::Float32;
   std::vector<Piece> pieces;
-  std::size_t all = 0;                        // of which `pieces` are some, evenly spread
-  std::vector<std::vector<Piece>> levels;     // all pieces
-  std::vector<GeometricErrorBins> deviations; // of each level
+  std::size_t all = 0;                             // of which `pieces` are some, evenly spread
+  std::vector<std::vector<Piece>> levels;          // all pieces
+  std::vector<GeometricErrorBins> geometricErrors; // of each level
 };
 
 // The partitions and levels of a mesh, about 1,800 vertices a piece, numbered as in a store.
@@ -110,10 +110,10 @@ Pieces Cut(const Mesh& mesh)
     {
       pieces.push_back(ofLevel.Cut(i));
     }
-    GeometricErrorBins& bins = cut.deviations.emplace_back();
-    for (const double deviation : numbered.levels[depth].deviations)
+    GeometricErrorBins& bins = cut.geometricErrors.emplace_back();
+    for (const double geometricError : numbered.levels[depth].geometricErrors)
     {
-      bins.Add(deviation);
+      bins.Add(geometricError);
     }
   }
   return cut;
@@ -271,9 +271,9 @@ bool MeasureLevels(const Pieces& cut, std::uint8_t bits)
 {
   constexpr unsigned first = 9;
   CodecContext context{ cut.depths, CoordinateGrid::Over(cut.box, bits, cut.scalarType), {} };
-  for (const GeometricErrorBins& deviations : cut.deviations)
+  for (const GeometricErrorBins& geometricErrors : cut.geometricErrors)
   {
-    context.spacings.push_back(context.grid.SpacingFor(deviations.Most99()));
+    context.spacings.push_back(context.grid.SpacingFor(geometricErrors.Most99()));
   }
   std::printf("\nlevel  vertices     bits    bytes  positions  triangles  numbers  own keys  "
               "ghosts' keys  ancestors  Draco 5  ratio\n");

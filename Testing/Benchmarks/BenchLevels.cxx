@@ -37,10 +37,10 @@ constexpr std::size_t samples = 100000;
 constexpr std::size_t coarseSamples = 20000; // of levels below 2^7: far away takes longest
 constexpr unsigned fewestDepth = 4;          // bars hold from 16 clusters on, as Fig. 13
 constexpr const char* collapseName = "collapse (ours)";
-constexpr const char* sheetsName = "cluster, sheets + quadric (ours)";
+constexpr const char* componentsName = "cluster, sheets + quadric (ours)";
 constexpr const char* paperName = "cluster, mean (the paper's)";
 constexpr const char* octreeName = "octree, mean";
-constexpr const char* octreeSheetsName = "octree, sheets + quadric";
+constexpr const char* octreeComponentsName = "octree, sheets + quadric";
 
 // A failed step ends the program: there is nothing to measure then.
 template <class T>
@@ -107,7 +107,7 @@ public:
       "rms to", "rms from", "hausdorff", "seconds");
     this->Depths = Need(ComputeDepths(this->Input.points.size(), {}));
     this->MeasureLevels(collapseName, LevelOptions{});
-    this->MeasureLevels(sheetsName, LevelOptions{ {}, LevelMaker::Cluster });
+    this->MeasureLevels(componentsName, LevelOptions{ {}, LevelMaker::Cluster });
     this->MeasureLevels(
       paperName, LevelOptions{ { Representative::Mean, false, 0 }, LevelMaker::Cluster });
     this->MeasureOctrees();
@@ -133,25 +133,25 @@ public:
     bars.push_back({ "Hausdorff, % of the diagonal," + at, fine.hausdorff, 0.8 });
     bars.push_back({ "seconds of tree and all levels, of that decimation's, one thread",
       fine.seconds / fineVtk.seconds, 0.2 });
-    const Figure& sheets = this->Nearest(sheetsName, 18500);
-    const Figure& grid = this->Beside("vtkQuadricClustering", sheets.level);
-    const std::string beside = " at " + std::to_string(sheets.triangles) + " against " +
+    const Figure& components = this->Nearest(componentsName, 18500);
+    const Figure& grid = this->Beside("vtkQuadricClustering", components.level);
+    const std::string beside = " at " + std::to_string(components.triangles) + " against " +
                                std::to_string(grid.triangles) + " triangles";
-    bars.push_back(
-      { "cluster, RMS to, of vtkQuadricClustering's," + beside, sheets.rmsTo / grid.rmsTo, 0.95 });
+    bars.push_back({ "cluster, RMS to, of vtkQuadricClustering's," + beside,
+      components.rmsTo / grid.rmsTo, 0.95 });
     bars.push_back({ "cluster, RMS from, of vtkQuadricClustering's," + beside,
-      sheets.rmsFrom / grid.rmsFrom, 0.95 });
+      components.rmsFrom / grid.rmsFrom, 0.95 });
   }
 
   // The bars that hold at every level of at least 16 clusters: the worst of all.
   void AddLevelBars(std::vector<Bar>& bars) const
   {
     Bar octree{ this->Name + ": RMS either way, of an octree's means, the largest", 0, 1 };
-    Bar octreeSheets{
+    Bar octreeComponents{
       this->Name + ": RMS, the larger way, of an octree's sheets + quadric, the largest", 0, 1
     };
     Bar paper{ this->Name + ": Hausdorff, of the paper's method's, the largest", 0, 1.05 };
-    std::string octreeAt, octreeSheetsAt, paperAt;
+    std::string octreeAt, octreeComponentsAt, paperAt;
     const auto worse = [](Bar& bar, std::string& at, double ratio, unsigned level)
     {
       if (ratio > bar.measured)
@@ -169,9 +169,9 @@ public:
         worse(octree, octreeAt, std::max(ours->rmsTo / other.rmsTo, ours->rmsFrom / other.rmsFrom),
           other.level);
       }
-      if (ours && other.method == octreeSheetsName)
+      if (ours && other.method == octreeComponentsName)
       {
-        worse(octreeSheets, octreeSheetsAt, ours->Rms() / other.Rms(), other.level);
+        worse(octreeComponents, octreeComponentsAt, ours->Rms() / other.Rms(), other.level);
       }
       if (ours && other.method == paperName)
       {
@@ -179,10 +179,10 @@ public:
       }
     }
     octree.what += octreeAt;
-    octreeSheets.what += octreeSheetsAt;
+    octreeComponents.what += octreeComponentsAt;
     paper.what += paperAt;
     bars.push_back(octree);
-    bars.push_back(octreeSheets);
+    bars.push_back(octreeComponents);
     bars.push_back(paper);
   }
 
@@ -275,13 +275,13 @@ private:
         { ClusterOptions{ Representative::Mean, false, 0 }, ClusterOptions{} })
       {
         const ClusterLevel level = this->OctreeLevel(f.vertices, options);
-        this->Measure(options.sheets ? octreeSheetsName : octreeName, f.level,
+        this->Measure(options.byComponents ? octreeComponentsName : octreeName, f.level,
           { level.positions, level.triangles }, 0);
       }
     }
   }
 
-  // With sheets a cell has several vertices; then fewer cells are asked for.
+  // By components a cell has several vertices; then fewer cells are asked for.
   ClusterLevel OctreeLevel(std::size_t mostVertices, const ClusterOptions& options) const
   {
     std::size_t wanted = mostVertices;
@@ -314,7 +314,7 @@ private:
           this->Measure(peer.method, f.level, peer.mesh, peer.seconds);
         }
       }
-      else if (f.method == sheetsName)
+      else if (f.method == componentsName)
       {
         for (const PeerMesh& peer : this->Peers.ByGrid(f.triangles))
         {

@@ -80,12 +80,12 @@ double EntropyOf(const std::vector<int>& values)
 }
 
 // Bits a vertex of the differences between cells.
-double CostOf(const std::vector<Vec3>& told, const std::vector<Vec3>& known, int bits)
+double CostOf(const std::vector<Vec3>& reported, const std::vector<Vec3>& known, int bits)
 {
   std::vector<int> u, v;
-  for (std::size_t i = 0; i < told.size(); ++i)
+  for (std::size_t i = 0; i < reported.size(); ++i)
   {
-    const Cell a = OctahedronCell(told[i], bits), b = OctahedronCell(known[i], bits);
+    const Cell a = OctahedronCell(reported[i], bits), b = OctahedronCell(known[i], bits);
     u.push_back(a[0] - b[0]);
     v.push_back(a[1] - b[1]);
   }

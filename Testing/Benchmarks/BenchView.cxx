@@ -14,7 +14,7 @@
 // fetched. Models of 10 million triangles and more come first: the cost of approaching them, and
 // whether it grows with the model; their pictures are only measured at 10 Mbit/s.
 #include "Testing/Benchmarks/ErrorChart.h"
-#include "Testing/Benchmarks/ViewLooks.h"
+#include "Testing/Benchmarks/MeasuredViews.h"
 #include "server/session/StoreCatalog.h"
 
 #include <algorithm>
@@ -44,11 +44,11 @@ constexpr std::uint64_t large = 10'000'000;
 }
 
 // The first sample from which on at most `share` is wrong.
-Sample Reached(const Look& look, double share)
+Sample Reached(const MeasuredView& measured, double share)
 {
   Sample reached{ never, never, 0 };
-  for (auto sample = look.samples.rbegin(); sample != look.samples.rend() && sample->wrong <= share;
-       ++sample)
+  for (auto sample = measured.samples.rbegin();
+       sample != measured.samples.rend() && sample->wrong <= share; ++sample)
   {
     reached = *sample;
   }
@@ -74,20 +74,20 @@ struct Column
   std::vector<std::vector<Sample>> samples;
   std::vector<double> t0, b0, b95, b99, t95, t99, settled, triangles, bytes, overOracle;
 
-  void Add(const Look& look)
+  void Add(const MeasuredView& measured)
   {
-    this->samples.push_back(look.samples);
-    const Sample at95 = Reached(look, 0.05), at99 = Reached(look, 0.01);
-    this->b0.push_back(look.firstBytes);
-    this->t0.push_back(look.firstSeconds);
+    this->samples.push_back(measured.samples);
+    const Sample at95 = Reached(measured, 0.05), at99 = Reached(measured, 0.01);
+    this->b0.push_back(measured.firstBytes);
+    this->t0.push_back(measured.firstSeconds);
     this->b95.push_back(at95.bytes);
     this->b99.push_back(at99.bytes);
     this->t95.push_back(at95.seconds);
     this->t99.push_back(at99.seconds);
-    this->settled.push_back(look.samples.back().wrong);
-    this->triangles.push_back(static_cast<double>(look.triangles));
-    this->bytes.push_back(look.samples.back().bytes);
-    this->overOracle.push_back(look.samples.back().bytes / look.oracleBytes);
+    this->settled.push_back(measured.samples.back().wrong);
+    this->triangles.push_back(static_cast<double>(measured.triangles));
+    this->bytes.push_back(measured.samples.back().bytes);
+    this->overOracle.push_back(measured.samples.back().bytes / measured.oracleBytes);
   }
 
   void Print(const std::string& what) const
@@ -130,10 +130,10 @@ void Bar(const std::string& what, double value, double most)
   std::printf("  %-66s %8.2f, bar %6.2f: %s\n", what.c_str(), value, most, met ? "met" : "MISSED");
 }
 
-void WriteSamples(
-  std::ofstream& table, const View& view, const std::string& kind, double rate, const Look& look)
+void WriteSamples(std::ofstream& table, const View& view, const std::string& kind, double rate,
+  const MeasuredView& measured)
 {
-  for (const Sample& sample : look.samples)
+  for (const Sample& sample : measured.samples)
   {
     table << view.direction << '\t' << view.zoom << '\t' << kind << '\t' << rate * 8e-6 << '\t'
           << sample.bytes << '\t' << sample.seconds << '\t' << sample.wrong << '\n';
@@ -167,15 +167,16 @@ void Bench(const ServedModel& model, const std::string& folder, const std::strin
       const Reference reference = references.Of(view, painter);
       for (const double megabits : rates)
       {
-        const Look look = LookAt(model, view, {}, megabits * 1e6 / 8, &reference, painter);
-        byView[megabits].Add(look);
-        WriteSamples(table, view, "view", megabits * 1e6 / 8, look);
+        const MeasuredView measured =
+          MeasureView(model, view, {}, megabits * 1e6 / 8, &reference, painter);
+        byView[megabits].Add(measured);
+        WriteSamples(table, view, "view", megabits * 1e6 / 8, measured);
       }
       SessionOptions level;
       level.detail = DetailMode::Level;
-      const Look look = LookAt(model, view, level, 10e6 / 8, &reference, painter);
-      byLevel.Add(look);
-      WriteSamples(table, view, "level", 10e6 / 8, look);
+      const MeasuredView measured = MeasureView(model, view, level, 10e6 / 8, &reference, painter);
+      byLevel.Add(measured);
+      WriteSamples(table, view, "level", 10e6 / 8, measured);
     }
     for (const auto& [megabits, column] : byView)
     {
@@ -229,14 +230,15 @@ void BenchFlank(const ServedModel& model)
       SessionOptions options;
       options.detail = detail;
       WindowPicture picture;
-      const Look look = LookAt(model, view, options, 10e6 / 8, &reference, painter, &picture);
+      const MeasuredView measured =
+        MeasureView(model, view, options, 10e6 / 8, &reference, painter, &picture);
       std::printf("zoom %4.0f, %-9s %8.1f %8llu %6.2f | %8.1f %6.2f\n", peer.zoom,
-        detail == DetailMode::View ? "view" : "one level", look.bytes / 1e3,
-        static_cast<unsigned long long>(look.triangles),
+        detail == DetailMode::View ? "view" : "one level", measured.bytes / 1e3,
+        static_cast<unsigned long long>(measured.triangles),
         100 * RmsDifference(picture, reference.original), peer.bytes / 1e3, 100 * peer.rms);
       if (detail == DetailMode::View)
       {
-        Bar("bytes over Nexus's", look.bytes / peer.bytes, peer.share);
+        Bar("bytes over Nexus's", measured.bytes / peer.bytes, peer.share);
         Bar("RMS over Nexus's", RmsDifference(picture, reference.original) / peer.rms, 1);
       }
     }
@@ -256,8 +258,8 @@ void BenchApproach(const ServedModel& model, bool stays)
     options.mostStatistics = 0;
     ViewerSession session(std::move(options));
     SimulatedLine line(model, 10e6 / 8, roundTrip);
-    Look look;
-    OpenPreview(session, line, model.Description().id, look);
+    MeasuredView measured;
+    OpenPreview(session, line, model.Description().id, measured);
     session.EnterFullScreen();
     std::printf("  %-9s", detail == DetailMode::View ? "by view" : "one level");
     for (int i = 0; i <= 6; ++i)
@@ -308,23 +310,24 @@ void BenchSizes(const std::vector<std::shared_ptr<const ServedModel>>& models, d
   std::printf("\nmodels of any size, %.0f Mbit/s\n", megabits);
   for (const double zoom : { 1.0, 4.0, 16.0, 64.0 })
   {
-    std::optional<Look> smallest;
+    std::optional<MeasuredView> smallest;
     for (const auto& model : models)
     {
       const ModelDescription& description = model->Description();
-      const Look look = LookAt(*model, { 0, zoom }, {}, megabits * 1e6 / 8, nullptr, painter);
+      const MeasuredView measured =
+        MeasureView(*model, { 0, zoom }, {}, megabits * 1e6 / 8, nullptr, painter);
       std::printf(
         "zoom %4.1f, %-12s %10llu triangles: %8.1f kB, %.2f of the oracle's, %7llu shown\n", zoom,
         description.id.c_str(), static_cast<unsigned long long>(description.triangles),
-        look.bytes / 1e3, look.bytes / look.oracleBytes,
-        static_cast<unsigned long long>(look.triangles));
+        measured.bytes / 1e3, measured.bytes / measured.oracleBytes,
+        static_cast<unsigned long long>(measured.triangles));
       if (smallest)
       {
-        Bar("bytes over the smallest model's", look.bytes / smallest->bytes, 1.3);
+        Bar("bytes over the smallest model's", measured.bytes / smallest->bytes, 1.3);
         Bar("triangles over the smallest model's",
-          static_cast<double>(look.triangles) / static_cast<double>(smallest->triangles), 1.3);
+          static_cast<double>(measured.triangles) / static_cast<double>(smallest->triangles), 1.3);
       }
-      smallest = smallest.value_or(look);
+      smallest = smallest.value_or(measured);
     }
   }
 }

@@ -67,8 +67,8 @@ const untilTold = (visit, what, name, id, detail = () => true) =>
   eventually(what, () => visit.page.evaluate(() => window.told),
     (told) => told.some((each) => each[0] === name && each[1] === id && detail(each[2])));
 
-const ask = (visit, id, deed, ...values) => visit.page.evaluate(([element, name, given]) =>
-  document.getElementById(element)[name](...given), [id, deed, values]);
+const ask = (visit, id, command, ...values) => visit.page.evaluate(([element, name, given]) =>
+  document.getElementById(element)[name](...given), [id, command, values]);
 
 test("three lines show a model, and a page may ask and tell", async () => {
   const visit = await openHost('<kdstream-viewer id="a" model="pebble"></kdstream-viewer>');
@@ -326,8 +326,8 @@ test("nothing is told to strangers of what a token guards", async () => {
     await frame.locator("#token").fill(token);
     await frame.locator("#token").press("Enter");
     await untilTold(visit, "a picture", "ready", "a");
-    for (const deed of ["link", "picture", "status"]) {
-      await assert.rejects(ask(visit, "a", deed), /need a token/, deed);
+    for (const command of ["link", "picture", "status"]) {
+      await assert.rejects(ask(visit, "a", command), /need a token/, command);
     }
     assert.deepEqual((await visit.page.evaluate(() => window.told)).filter(([name]) => name === "viewchange"), []);
     await visit.close();

@@ -77,13 +77,13 @@ async function memory() {
 }
 
 // Zooms and taps; every third does not wait for what came before.
-async function lookManyTimes(url, model, megabytes, looks) {
+async function viewManyTimes(url, model, megabytes, views) {
   await openFullScreen(url, model);
   const random = seeded(1);
   const heaps = [];
   let most = 0;
   let cut = 0; // steps at which the budget leaves much coarser than the finest
-  for (let step = 0; step < looks; ++step) {
+  for (let step = 0; step < views; ++step) {
     await lookAround(random);
     if (step % 3) {
       const { errorLeft } = await visit.untilIdle();
@@ -99,12 +99,12 @@ async function lookManyTimes(url, model, megabytes, looks) {
   assert.equal(error, "");
   assert.ok(triangles > 10_000, "and there is something to see");
   // What comes meanwhile depends on how quick the machine is.
-  assert.ok(heaps.at(-1) <= 1.1 * heaps[looks / 2], `the heap is flat: ${heaps[looks / 2]} bytes, then ${heaps.at(-1)}`);
+  assert.ok(heaps.at(-1) <= 1.1 * heaps[views / 2], `the heap is flat: ${heaps[views / 2]} bytes, then ${heaps.at(-1)}`);
   return { most, cut };
 }
 
 test("many zooms and taps stay within a small budget", async (t) => {
-  const { most, cut } = await lookManyTimes(`${server.url}/?memory=${small}`, "relief", small, 50);
+  const { most, cut } = await viewManyTimes(`${server.url}/?memory=${small}`, "relief", small, 50);
   t.diagnostic(`${(most / megabyte).toFixed(1)} MB at most, ${cut} times much coarser than the finest`);
   assert.ok(cut > 0, "it was small enough");
   await visit.picture("memory-small");
@@ -114,7 +114,7 @@ test("many zooms and taps stay within a small budget", async (t) => {
 test("a hundred zooms and taps at a huge model stay within the standard budget", { skip: !bigFolder }, async (t) => {
   const big = await Server.start(bigFolder);
   try {
-    const { most } = await lookManyTimes(big.url, "big", 150, 100);
+    const { most } = await viewManyTimes(big.url, "big", 150, 100);
     t.diagnostic(`${(most / megabyte).toFixed(1)} MB at most`);
     await visit.picture("memory-big");
   } finally {

@@ -130,8 +130,8 @@ test("what is kept is not fetched again while the server is there, but what is k
     return visit.around(await visit.centre(), 300);
   };
   const first = await look();
-  const came = blobs();
-  assert.ok(came > 3, `${came} blobs`);
+  const fetched = blobs();
+  assert.ok(fetched > 3, `${fetched} blobs`);
   await untilStored();
 
   frames = [];
@@ -163,7 +163,7 @@ test("what is kept is not fetched again while the server is there, but what is k
   frames = [];
   await visit.page.goto("about:blank");
   const mended = await look();
-  assert.equal(blobs(), came, "each was fetched");
+  assert.equal(blobs(), fetched, "each was fetched");
   assert.ok(difference(first, mended, 0) < 0.001, "the same picture");
   assert.deepEqual(await visit.messages(), []);
 });

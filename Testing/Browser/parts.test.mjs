@@ -197,21 +197,21 @@ test("a server that has not got it is asked again", async () => {
 });
 
 // The name that the parts know each other by.
-const kinOf = (name) => new Set(WebAssembly.Module.imports(new WebAssembly.Module(bytesOf(name)))
+const importModulesOf = (name) => new Set(WebAssembly.Module.imports(new WebAssembly.Module(bytesOf(name)))
   .map(({ module }) => module).filter((module) => !/^(env|wasi_.*)$/.test(module)));
 
 test("both parts are of one version, and the second has all from the first", () => {
   const [first, more] = ["kdstream.wasm", "kdstream-more.wasm"];
-  assert.equal(kinOf(first).size, 1);
-  assert.deepEqual(kinOf(first), kinOf(more));
+  assert.equal(importModulesOf(first).size, 1);
+  assert.deepEqual(importModulesOf(first), importModulesOf(more));
   const exported = new Set(WebAssembly.Module.exports(new WebAssembly.Module(bytesOf(first))).map(({ name }) => name));
   const missing = WebAssembly.Module.imports(new WebAssembly.Module(bytesOf(more))).filter(({ name }) => !exported.has(name));
   assert.deepEqual(missing, []);
 });
 
 test("another version's second part is not taken", async () => {
-  const [kin] = kinOf("kdstream-more.wasm");
-  const other = Buffer.from(bytesOf("kdstream-more.wasm").toString("latin1").replaceAll(kin, "12345678"), "latin1");
+  const [importModule] = importModulesOf("kdstream-more.wasm");
+  const other = Buffer.from(bytesOf("kdstream-more.wasm").toString("latin1").replaceAll(importModule, "12345678"), "latin1");
   await visit.page.route("**/kdstream-more.wasm", (route) =>
     route.fulfill({ status: 200, contentType: "application/wasm", body: other }));
   await visit.open(server.url);

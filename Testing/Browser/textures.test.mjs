@@ -65,10 +65,10 @@ for (const way of ["streamed", "got"]) {
     const status = await visit.status();
     assert.equal(status.error, "");
     assert.ok(status.memory.graphics > 100_000);
-    const painted = await visit.picture(`textures-1-${way}`);
+    const withTextures = await visit.picture(`textures-1-${way}`);
 
     const baked = await visitNear(server.url, "baked");
-    const apart = difference(painted, await baked.picture("textures-2-baked"), 8);
+    const apart = difference(withTextures, await baked.picture("textures-2-baked"), 8);
     assert.ok(apart > 0.02, `a picture's details are not those of the vertices: ${apart}`);
     assert.deepEqual(visit.errors.filter((text) => !/api\/stream/.test(text)), []);
 
@@ -76,7 +76,7 @@ for (const way of ["streamed", "got"]) {
     await visit.untilIdle();
     await visit.page.evaluate(() => document.querySelector("[name=coloring][value=own]").click());
     await visit.untilIdle();
-    assert.ok(difference(painted, await visit.picture("textures-3-again")) < 0.001, "the same after plain stone");
+    assert.ok(difference(withTextures, await visit.picture("textures-3-again")) < 0.001, "the same after plain stone");
     await visit.close();
     await baked.close();
   });

@@ -6,7 +6,7 @@ const floats = new DataView(new ArrayBuffer(8));
 const sizes = [1, 1, 2, 2, 4, 4, 8, 8, 4, 8];
 const context = { seed: 0, group: 1, samePartition: 9, parent: 10, sibling: 12, steps: 20, seedVertex: 21, jump: 22,
   groupDifference: 23, partition: 24, index: 25, otherIndex: 26, position: 27, unguided: 30, ownPartition: 31, ownIndex: 32,
-  ancestor: 33, reachEnd: 34, reachNode: 35, single: 36, attribute: 37 };
+  ancestor: 33, childEnd: 34, childNode: 35, single: 36, attribute: 37 };
 const pieceChoices = 20; // contexts of few symbols, whose frequencies sum to 256
 
 export function need(holds, what) {
@@ -389,14 +389,14 @@ function readAncestors(symbols, vertices, levels, triangles) {
 
 // blob: bytes; the caller has checked the checksum. model: { partition, stitch, preview } depths and grid { bits, scalarType,
 // origin, step, spacing (the level's; 1 for the original) }; level: a depth, or null for the original; node. The piece: positions
-// (doubles), keys ([partition, index]), ancestors (rows), reachEnds, reachNodes, triangles, attributes.
+// (doubles), keys ([partition, index]), ancestors (rows), childEnds, childNodes, triangles, attributes.
 export function decodePiece(blob, model, level, node) {
   const reader = new Bytes(blob.subarray(0, blob.length - 8));
   need([0x4b, 0x44, 0x50, 8].every((byte) => reader.byte() === byte), "no piece of version 8");
   const below = level !== null && level < model.stitch;
-  const reaches = below && level >= model.preview;
+  const hasChildren = below && level >= model.preview;
   const primitive = reader.byte(), own = reader.varint(), ghosts = reader.varint(), count = reader.varint(), steps = reader.varint();
-  const reach = reaches ? reader.varint() : 0;
+  const children = hasChildren ? reader.varint() : 0;
   const heads = Array.from({ length: reader.varint() }, () => ({
     name: new TextDecoder().decode(reader.take(reader.varint())), type: reader.byte(), association: reader.byte(),
     components: reader.byte() }));
@@ -405,7 +405,7 @@ export function decodePiece(blob, model, level, node) {
   const levels = Math.max(0, (coarse ? level : model.stitch) - model.preview);
   const carriers = levels === 0 ? 0 : coarse ? own + ghosts : ghosts;
   const size = heads.reduce((sum, head) => sum + (head.association === 0 ? own + ghosts : count) * head.components * sizes[head.type],
-    32 * (own + ghosts) + 12 * count + 4 * reach + 4 * carriers * levels);
+    32 * (own + ghosts) + 12 * count + 4 * children + 4 * carriers * levels);
   need(Math.floor(size / 128) <= reader.bytes.length - reader.at, "counts are too large for the bytes");
 
   const symbols = new Symbols(reader, context.attribute + heads.length);
@@ -437,11 +437,11 @@ export function decodePiece(blob, model, level, node) {
     });
   }
   const ancestors = readAncestors(symbols, carriers, levels, coarse ? rotated : []);
-  const reachEnds = reaches ? symbols.array(context.reachEnd, own) : [];
-  const reachNodes = reaches ? symbols.array(context.reachNode, reach) : [];
+  const childEnds = hasChildren ? symbols.array(context.childEnd, own) : [];
+  const childNodes = hasChildren ? symbols.array(context.childNode, children) : [];
   const attributes = readAttributes(symbols, heads, vertices, numbers, count);
   symbols.finish();
-  return { primitive, own, positions, keys: ownKeys.concat(ghostKeys), ancestors, reachEnds, reachNodes,
+  return { primitive, own, positions, keys: ownKeys.concat(ghostKeys), ancestors, childEnds, childNodes,
     triangles: rotated, attributes };
 }
 

@@ -74,8 +74,8 @@ for (const line of readFileSync(file, "utf8").split("\n").filter(Boolean)) {
   assert.equal(piece.positions.flat().length, positions.length, where);
   piece.positions.flat().forEach((value, i) => assert.ok(Object.is(value, positions[i]), `${where}, coordinate ${i}`));
   assert.deepEqual(piece.ancestors.flat(), sample.ancestors, where);
-  assert.deepEqual(piece.reachEnds, sample.reachBegin.slice(1), where);
-  assert.deepEqual(piece.reachNodes, sample.reachNodes, where);
+  assert.deepEqual(piece.childEnds, sample.reachBegin.slice(1), where);
+  assert.deepEqual(piece.childNodes, sample.reachNodes, where);
   assert.deepEqual(piece.attributes.map((attribute) => Buffer.from(attribute.values).toString("hex")), sample.attributes, where);
   // A blob that is cut anywhere is refused.
   const cut = new Uint8Array(blob.length - 1 - (samples % (blob.length - 12)));

@@ -325,26 +325,26 @@ private:
     }
   }
 
-  void CheckWord(std::string_view word, std::string_view behind, std::size_t line)
+  void CheckWord(std::string_view word, std::string_view after, std::size_t line)
   {
     // "Codec.{h,cxx}", "*.h": what stands for many names only their folder.
-    if (!behind.empty() && (behind[0] == '{' || behind[0] == '*' || behind[0] == '<'))
+    if (!after.empty() && (after[0] == '{' || after[0] == '*' || after[0] == '<'))
     {
       word = word.substr(0, std::min(word.rfind('/'), word.size()));
     }
     while (!word.empty() && (word.back() == '.' || word.back() == '/' || word.back() == '-'))
     {
       word.remove_suffix(1);
-      behind = {}; // another sentence
+      after = {}; // another sentence
     }
     const std::string name(word);
     if (IsDocument(name))
     {
-      this->CheckCitation(name, behind, line);
+      this->CheckCitation(name, after, line);
     }
     else if (name == "decision" || name == "Decision" || name == "decisions")
     {
-      this->CheckDecision(TrimLeft(behind), line);
+      this->CheckDecision(TrimLeft(after), line);
     }
     else if (name == "DESIGN" && !IsDocument(this->File))
     {
@@ -357,7 +357,7 @@ private:
   }
 
   // A source names a document by its path from the root, a document by the end of its path.
-  void CheckCitation(const std::string& name, std::string_view behind, std::size_t line)
+  void CheckCitation(const std::string& name, std::string_view after, std::size_t line)
   {
     const auto document =
       IsDocument(this->File)
@@ -369,9 +369,9 @@ private:
       this->Report(line, "there is no " + name);
       return;
     }
-    if (behind.starts_with("#"))
+    if (after.starts_with("#"))
     {
-      const std::string_view rest = behind.substr(1);
+      const std::string_view rest = after.substr(1);
       const auto end = std::find_if_not(rest.begin(), rest.end(), IsWordCharacter);
       std::string anchor(rest.begin(), end);
       while (anchor.ends_with("."))
@@ -381,23 +381,23 @@ private:
       this->CheckAnchor(document->first, anchor, line);
       return;
     }
-    if (!behind.starts_with(", ") && !behind.starts_with(" ("))
+    if (!after.starts_with(", ") && !after.starts_with(" ("))
     {
       return;
     }
-    behind.remove_prefix(2);
-    if (behind.starts_with("section"))
+    after.remove_prefix(2);
+    if (after.starts_with("section"))
     {
-      behind.remove_prefix(std::min(behind.find_first_of("0123456789"), behind.size()));
-      const std::string section(behind.substr(0, behind.find_first_not_of("0123456789")));
+      after.remove_prefix(std::min(after.find_first_of("0123456789"), after.size()));
+      const std::string section(after.substr(0, after.find_first_not_of("0123456789")));
       if (document->second.sections.count(section) == 0)
       {
         this->Report(line, document->first + " has no section " + section);
       }
     }
-    else if (behind.starts_with("\""))
+    else if (after.starts_with("\""))
     {
-      const std::string title(behind.substr(1, behind.find('"', 1) - 1));
+      const std::string title(after.substr(1, after.find('"', 1) - 1));
       if (document->second.titles.count(title) == 0)
       {
         this->Report(line, document->first + " has no \"" + title + "\"");
@@ -405,9 +405,9 @@ private:
     }
   }
 
-  void CheckDecision(std::string_view behind, std::size_t line)
+  void CheckDecision(std::string_view after, std::size_t line)
   {
-    const std::string number(behind.substr(0, behind.find_first_not_of("0123456789")));
+    const std::string number(after.substr(0, after.find_first_not_of("0123456789")));
     if (number.empty())
     {
       return;

@@ -114,7 +114,10 @@ const Pair retired[] = { { "errand", "task" }, { "talk", "connection, stream" },
   { "hollows", "ambient occlusion" }, { "lamp", "light" }, { "lamps", "lights" },
   { "untangle", "repair fold-overs" }, { "untangling", "fold-over repair" },
   { "glide", "geomorph" }, { "glides", "geomorphs" }, { "gliding", "morphing" },
-  { "surroundings", "environment" }, { "pose", "home view" } };
+  { "surroundings", "environment" }, { "pose", "home view" }, { "deviations", "geometric errors" },
+  { "came", "arrived, received" }, { "former", "parent, earlier" },
+  { "painted", "textured, coloured" }, { "silence", "idle timeout" }, { "mend", "repair" },
+  { "mended", "repaired" }, { "told", "reported, specified" }, { "untold", "unreported" } };
 
 // Each as an expression: words may be parted by nothing, "-", or the end of a line of a comment.
 const char* const terms[] = { "frustum", "level of detail", "screen-space error", "remaining error",

@@ -381,7 +381,7 @@ TEST_F(BuildProgram, AnUnreadableInputIsNamed)
   }
 }
 
-TEST_F(BuildProgram, ContentOfAnotherFormatThanTheEndingIsTold)
+TEST_F(BuildProgram, ContentOfAnotherFormatThanTheEndingIsReported)
 {
   this->Write("mesh.ply", Torus(40, 20));
   this->Write("text.obj", Torus(40, 20));
@@ -439,7 +439,7 @@ TEST_F(BuildProgram, TheLastLineTellsWhatIsWritten)
   EXPECT_EQ(this->Build({ "in.ply", "-o", "m.kds", "--quiet" }).err, "");
 }
 
-TEST_F(BuildProgram, WrongOptionsAreToldWithTheNearest)
+TEST_F(BuildProgram, WrongOptionsAreReportedWithTheNearest)
 {
   this->ExpectError(this->Build({ "in.ply", "-o", "m.kds", "--tittle", "x" }), 2,
     "kdstream-build: error: there is no option --tittle; did you mean --title? (see --help)");

@@ -177,10 +177,10 @@ TEST(CommandLine, HelpAndDocumentListTheSameOptions)
       helpTexts += help.out;
     }
     EXPECT_FALSE(offered.empty());
-    const Options told = OptionsIn(section);
+    const Options reported = OptionsIn(section);
     for (const std::string& option : offered)
     {
-      EXPECT_EQ(told.count(option), 1U) << option << " is not in doc/cli.md";
+      EXPECT_EQ(reported.count(option), 1U) << option << " is not in doc/cli.md";
     }
     for (const std::string& option : ListedOptions(section))
     {

@@ -275,7 +275,7 @@ TEST_F(TestConvertLas, ColoursAreThoseOfMost)
   EXPECT_EQ(full[1], 200);
 }
 
-TEST_F(TestConvertLas, LiarsAreToldByWhatIsWrong)
+TEST_F(TestConvertLas, LiarsAreRefusedByWhatIsWrong)
 {
   struct Case
   {

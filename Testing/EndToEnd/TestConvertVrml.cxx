@@ -287,21 +287,21 @@ TEST_F(TestConvertVrml, TheLaterOfTwoProtosCounts)
   const auto box = [](const std::string& size)
   { return "Shape { geometry Box { size " + size + " } }"; };
   const auto proto = [&](const std::string& size) { return "PROTO A [ ] { " + box(size) + " }\n"; };
-  const std::string told = "): nodes after it take that one";
+  const std::string reported = "): nodes after it take that one";
   EXPECT_NEAR(VolumeOf(this->Scene(proto("1 1 1") + "A { }\n" + proto("2 2 2") +
                                      Transformed("translation 5 0 0", "DEF X A { }") +
                                      Transformed("translation 9 0 0", "USE X"),
-                Warning("a second PROTO 'A' (line 4" + told))),
+                Warning("a second PROTO 'A' (line 4" + reported))),
     1 + 8 + 8, 1e-9);
   // With other fields.
   EXPECT_NEAR(VolumeOf(this->Scene(proto("1 1 1") + "PROTO A [ field SFVec3f t 1 1 1 ] { " +
                                      box("IS t") + " }\nA { t 2 3 4 }",
-                Warning("a second PROTO 'A' (line 3" + told))),
+                Warning("a second PROTO 'A' (line 3" + reported))),
     24, 1e-9);
   // The second is made of the first.
   EXPECT_NEAR(VolumeOf(this->Scene(proto("1 1 1") + "PROTO A [ ] { Group { children [ A { } " +
                                      Transformed("translation 5 0 0", "A { }") + " ] } }\nA { }",
-                Warning("a second PROTO 'A' (line 3" + told))),
+                Warning("a second PROTO 'A' (line 3" + reported))),
     2, 1e-9);
   // The inner one ends with the body.
   const std::string outer = "PROTO B [ ] { " + proto("2 2 2") + " A { } }\n";
@@ -327,32 +327,32 @@ TEST_F(TestConvertVrml, FieldsAreThoseOfTheirProtos)
 {
   const std::string own = "Shape { geometry Box { size IS ";
   const std::string proto = "PROTO A [ field SFVec3f s 4 4 4 ] { ";
-  const auto told = [](const std::string& what)
+  const auto reported = [](const std::string& what)
   { return Warning("1 field is not one of the format's and is left out: " + what); };
   EXPECT_NEAR(
     VolumeOf(this->Scene(proto + own + "t } } }\nA { }",
-      told("'size' of 'Box' (line 2), which IS 't', but its PROTO 'A' has no such field"))),
+      reported("'size' of 'Box' (line 2), which IS 't', but its PROTO 'A' has no such field"))),
     8, 1e-9);
   EXPECT_NEAR(
     VolumeOf(this->Scene(proto + "PROTO B [ ] { " + own + "s } } } B { } }\nA { }",
-      told("'size' of 'Box' (line 2), which IS 's', but its PROTO 'B' has no such field"))),
+      reported("'size' of 'Box' (line 2), which IS 's', but its PROTO 'B' has no such field"))),
     8, 1e-9);
   EXPECT_NEAR(VolumeOf(this->Scene("\n" + own + "s } }",
-                told("'size' of 'Box' (line 3), which IS 's' outside of a PROTO"))),
+                reported("'size' of 'Box' (line 3), which IS 's' outside of a PROTO"))),
     8, 1e-9);
   EXPECT_NEAR(VolumeOf(this->Scene(proto + "Shape { geometry Box { sizes IS s } } }\nA { }",
-                told("'sizes' of 'Box' (line 2)"))),
+                reported("'sizes' of 'Box' (line 2)"))),
     8, 1e-9);
   // Of a node that a PROTO makes.
   EXPECT_NEAR(VolumeOf(this->Scene(
-                proto + own + "s } } }\nA { t 1 1 1 s 2 3 4 }", told("'t' of 'A' (line 3)"))),
+                proto + own + "s } } }\nA { t 1 1 1 s 2 3 4 }", reported("'t' of 'A' (line 3)"))),
     24, 1e-9);
   EXPECT_NEAR(
     VolumeOf(this->Scene(
       proto + own + "s } } }\nPROTO B [ field SFVec3f u 1 2 3 ] { A { s IS u } }\nB { }")),
     6, 1e-9);
   EXPECT_NEAR(VolumeOf(this->Scene("PROTO A [ field SFFloat s 4 ] { " + own + "s } } }\nA { }",
-                told("'size' of 'Box' (line 2), which IS 's', a field of another type"))),
+                reported("'size' of 'Box' (line 2), which IS 's', a field of another type"))),
     8, 1e-9);
   // Events do not come: what they would change stays.
   ExpectBox(this->Scene("PROTO A [ eventIn SFVec3f move field SFVec3f at 1 0 0 eventOut SFVec3f "
@@ -808,18 +808,18 @@ TEST_F(TestConvertVrml, WhatIsNotKnownIsLeftOut)
 // As other programs write them, or leave out.
 TEST_F(TestConvertVrml, NodesWithoutAFieldAreChildrenOrLeftOut)
 {
-  const auto told = [](const std::string& place)
+  const auto reported = [](const std::string& place)
   {
     return Warning(place + " stands where a field should be named: it is taken for one of its "
                            "children");
   };
   ExpectBox(this->Scene("Transform { translation 5 0 0 " + cube + " DEF A " + cube +
                           "\nscale 2 2 2 }\n" + Transformed("", "USE A"),
-              told("'Shape' of 'Transform' (line 2)")),
+              reported("'Shape' of 'Transform' (line 2)")),
     { -1, -2, -2 }, { 7, 2, 2 });
   EXPECT_NEAR(VolumeOf(this->Scene(
                 "Group { " + Transformed("translation 9 0 0", cube) + "Group { " + cube + " } }",
-                told("'Transform' of 'Group' (line 2)"))),
+                reported("'Transform' of 'Group' (line 2)"))),
     16, 1e-9);
   EXPECT_NEAR(
     VolumeOf(this->Scene("Shape { appearance Appearance { material Material { } ImageTexture { url "

@@ -380,14 +380,14 @@ TEST_F(TestExport, AViewerIsContentWithAHostOfFiles)
     port = at == std::string::npos ? "" : text.substr(at + 6, text.find(' ', at + 6) - at - 6);
   }
   const std::string url = "http://127.0.0.1:" + port;
-  const auto look = [this](const std::string& source, const std::string& picture)
+  const auto view = [this](const std::string& source, const std::string& picture)
   {
     return RunTool(this->Folder, "view",
       { source, "--offscreen", "auto", "--size", "400x300", "--screenshot", picture });
   };
-  const Outcome outcome = look(url, "files.png");
+  const Outcome outcome = view(url, "files.png");
   EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
-  EXPECT_EQ(look("ring.kds", "store.png").exitCode, 0);
+  EXPECT_EQ(view("ring.kds", "store.png").exitCode, 0);
   EXPECT_EQ(ReadWhole(this->Folder / "files.png"), ReadWhole(this->Folder / "store.png"));
   EXPECT_GT(ReadWhole(this->Folder / "files.png").size(), 5000u);
   ::kill(host, SIGTERM);

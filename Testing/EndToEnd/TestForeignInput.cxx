@@ -169,7 +169,7 @@ TEST_F(TestForeignInput, WithoutKdstreamConvertPicturesAreLeftOut)
 }
 
 // `./dev run MESH` builds kdstream-convert where the mesh needs it.
-TEST_F(TestForeignInput, TheScriptBuildsTheConverterForPaintedMeshes)
+TEST_F(TestForeignInput, TheScriptBuildsTheConverterForTexturedMeshes)
 {
   const std::string script = ReadWhole(KDSTREAM_SCRIPT);
   const std::size_t begin = script.find("\nconverter() {"), end = script.find("\n}\n", begin);

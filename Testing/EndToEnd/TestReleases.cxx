@@ -130,7 +130,7 @@ std::vector<json> ReadStream(const fs::path& file)
 }
 
 // What these messages of a client are answered today.
-std::vector<json> Talk(const Catalog& catalog, const std::vector<std::string>& client)
+std::vector<json> AnswersToday(const Catalog& catalog, const std::vector<std::string>& client)
 {
   std::vector<json> stream;
   Conversation conversation(catalog);
@@ -324,7 +324,7 @@ TEST_F(TestReleases, AnOldClientIsAnswered)
   if (const char* file = std::getenv("KDSTREAM_RECORD_STREAM"))
   {
     std::ofstream lines(file);
-    for (const json& line : Talk(this->catalog, recordedRequests))
+    for (const json& line : AnswersToday(this->catalog, recordedRequests))
     {
       lines << line.dump() << "\n";
     }
@@ -345,7 +345,7 @@ TEST_F(TestReleases, AnOldClientIsAnswered)
     StoreCatalog stores(FolderOf(release),
       [](const fs::path& file, const std::string& what) { ADD_FAILURE() << file << ": " << what; });
     ASSERT_TRUE(stores.Reload());
-    const std::vector<json> before = Answers(then), today = Answers(Talk(stores, client));
+    const std::vector<json> before = Answers(then), today = Answers(AnswersToday(stores, client));
     ASSERT_EQ(today.size(), before.size());
     for (std::size_t i = 0; i < before.size(); ++i)
     {

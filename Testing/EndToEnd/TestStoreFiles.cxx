@@ -216,7 +216,7 @@ TEST_F(StoreFiles, TextsAreChangedWithoutABuild)
   EXPECT_EQ(this->Files(), (Names{ "in.ply", "link.kds", "m.kds" }));
 }
 
-TEST_F(StoreFiles, UpAndFirstViewAreToldGivenAndChanged)
+TEST_F(StoreFiles, UpAndFirstViewAreReportedGivenAndChanged)
 {
   const auto infoText = [&] { return this->Store({ "info", "m.kds" }).out; };
   const auto build = [&](std::vector<std::string> arguments)

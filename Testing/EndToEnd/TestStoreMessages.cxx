@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What kdstream-store says about files that it cannot read, and about deviations: in our words, not
-// SQLite's.
+// What kdstream-store says about files that it cannot read, and about geometric errors: in our
+// words, not SQLite's.
 #include "Testing/EndToEnd/Process.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/meshio/MeshWriter.h"
@@ -95,7 +95,7 @@ TEST_F(StoreMessages, AStoreThatMayNotBeReadSaysWhy)
   EXPECT_EQ(info.err, "kdstream-store: error: torus.kds: cannot be opened: Permission denied\n");
 }
 
-TEST_F(StoreMessages, InfoTellsWhatADeviationIs)
+TEST_F(StoreMessages, InfoTellsWhatTheGeometricErrorIs)
 {
   const Outcome info = this->Run("kdstream-store", { "info", "torus.kds" });
   ASSERT_EQ(info.exitCode, 0) << info.err;

@@ -213,12 +213,13 @@ TEST_F(TestTolerance, OneRuleForTexturedMeshes)
 TEST_F(TestTolerance, ConvertTellsTheSame)
 {
   this->WriteText("nan.ply", Spoiled(Torus(20, 10), 50));
-  const Outcome told = this->Convert("nan.ply");
-  EXPECT_EQ(told.exitCode, 0);
-  EXPECT_NE(told.err.find("warning: nan.ply: 4 points are not finite and are dropped; the first: "
-                          "vertex 25, whose y is nan\n"),
+  const Outcome reported = this->Convert("nan.ply");
+  EXPECT_EQ(reported.exitCode, 0);
+  EXPECT_NE(
+    reported.err.find("warning: nan.ply: 4 points are not finite and are dropped; the first: "
+                      "vertex 25, whose y is nan\n"),
     std::string::npos)
-    << told.err;
+    << reported.err;
   const Outcome strict = this->Convert("nan.ply", { "--strict" });
   EXPECT_EQ(strict.exitCode, 1);
   EXPECT_EQ(std::count(strict.err.begin(), strict.err.end(), '\n'), 1) << strict.err;
@@ -438,14 +439,14 @@ TEST_F(TestTolerance, ColumnsOfAnXyzByTheirNames)
 
 TEST_F(TestTolerance, TheFirstColumnOfPointsMayBeANumberOrATime)
 {
-  const auto lines = [](auto first, const std::string& behind)
+  const auto lines = [](auto first, const std::string& after)
   {
     std::ostringstream text;
     text.precision(15);
     for (int i = 0; i < 30; ++i)
     {
       text << first(i) << ' ' << 500013.436 + (i * 7) % 11 << ' ' << 5400084.743 + (i * 5) % 13
-           << ' ' << 4000207.638 + (i * 3) % 7 << behind << '\n';
+           << ' ' << 4000207.638 + (i * 3) % 7 << after << '\n';
     }
     return text.str();
   };
@@ -735,27 +736,28 @@ TEST_F(TestTolerance, OffGoesThroughTheProgramsAsPlyDoes)
   EXPECT_EQ(this->Built("in.off", { { "bytes_behind_end", 9 } }).size(), 1U);
 }
 
-TEST_F(TestTolerance, FloatsAreToldWhereTheyLoseDecimals)
+TEST_F(TestTolerance, FloatsAreReportedWhereTheyLoseDecimals)
 {
   const std::string begin =
     "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 "
     "1\nWIDTH 2\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2\nDATA ascii\n";
-  for (const auto& [x, told] :
+  for (const auto& [x, reported] :
     { std::pair{ "5000000.25", true }, { "5000000.5", false }, { "5000000.1234", true } })
   {
     this->WriteText("in.pcd", begin + x + " 0 0\n5000001 1 1\n");
     const Outcome outcome = this->Convert("in.pcd");
-    const bool isTold = outcome.err.find("are read as floats") != std::string::npos;
+    const bool isReported = outcome.err.find("are read as floats") != std::string::npos;
     if (outcome.err.find("needs PCL") == std::string::npos)
     {
-      EXPECT_EQ(isTold, told) << outcome.err;
+      EXPECT_EQ(isReported, reported) << outcome.err;
     }
     if (hasVrml)
     {
       this->WriteText("in.wrl",
         std::string("#VRML V2.0 utf8\nShape { geometry PointSet { coord Coordinate { point [ ") +
           x + " 0 0, 5000001 1 1 ] } } }\n");
-      EXPECT_EQ(this->Convert("in.wrl").err.find("are read as floats") != std::string::npos, told);
+      EXPECT_EQ(
+        this->Convert("in.wrl").err.find("are read as floats") != std::string::npos, reported);
     }
   }
 }

@@ -92,7 +92,7 @@ private:
 };
 
 // What one client has got.
-struct Looked
+struct Viewed
 {
   std::set<BlobId> blobs;
   std::size_t twice = 0, damaged = 0, refused = 0; // refused: requests, for the quota
@@ -187,7 +187,7 @@ class Viewer
 {
 public:
   // wanted: the blobs of each request.
-  Looked Look(const std::string& url, const std::string& token,
+  Viewed View(const std::string& url, const std::string& token,
     const std::vector<std::vector<BlobId>>& wanted)
   {
     const auto client = ServerClient::Connect(url, token);
@@ -243,7 +243,7 @@ private:
   }
 
   std::map<std::uint32_t, std::size_t> Outstanding;
-  Looked Seen;
+  Viewed Seen;
 };
 
 // The finest level at once, then the original in small requests.
@@ -266,8 +266,8 @@ struct Crowd
     this->levels = FinestLevel(model);
     auto wanted = AllOf(model);
     constexpr std::size_t begun = 10; // partitions
-    this->looks.resize(2 * tokens.size());
-    for (std::size_t i = 0; i < this->looks.size(); ++i)
+    this->views.resize(2 * tokens.size());
+    for (std::size_t i = 0; i < this->views.size(); ++i)
     {
       this->taps.emplace_back(proxy, this->levels.size() + begun);
       this->threads.emplace_back(
@@ -277,7 +277,7 @@ struct Crowd
           {
             std::reverse(wanted.begin() + 1, wanted.end());
           }
-          this->looks[i] = Viewer().Look(url, token, wanted);
+          this->views[i] = Viewer().View(url, token, wanted);
         });
     }
   }
@@ -304,7 +304,7 @@ struct Crowd
 
   std::vector<BlobId> levels;
   std::list<StreamTap> taps;
-  std::vector<Looked> looks;
+  std::vector<Viewed> views;
   std::vector<std::thread> threads;
 };
 
@@ -353,20 +353,20 @@ TEST_F(TwoServers, OneIsKilledAndEveryClientGoesOnThroughTheOther)
     << "all that were at the other have come";
   auto tap = crowd.taps.begin();
   std::array<std::set<BlobId>, 4> had;
-  for (std::size_t i = 0; i < crowd.looks.size(); ++i, ++tap)
+  for (std::size_t i = 0; i < crowd.views.size(); ++i, ++tap)
   {
-    const Looked& looked = crowd.looks[i];
-    EXPECT_EQ(looked.trouble, "");
-    EXPECT_EQ(looked.damaged, 0u);
-    EXPECT_EQ(looked.twice, 0u);
+    const Viewed& viewed = crowd.views[i];
+    EXPECT_EQ(viewed.trouble, "");
+    EXPECT_EQ(viewed.damaged, 0u);
+    EXPECT_EQ(viewed.twice, 0u);
     EXPECT_TRUE(std::all_of(crowd.levels.begin(), crowd.levels.end(),
-      [&looked](const BlobId& blob) { return looked.blobs.count(blob) == 1; }));
+      [&viewed](const BlobId& blob) { return viewed.blobs.count(blob) == 1; }));
     const auto counts = tap->Counts();
-    EXPECT_EQ(counts.size(), looked.blobs.size());
+    EXPECT_EQ(counts.size(), viewed.blobs.size());
     EXPECT_TRUE(std::all_of(
       counts.begin(), counts.end(), [](const auto& entry) { return entry.second == 1; }))
       << "something came whole a second time";
-    had[i / 2].insert(looked.blobs.begin(), looked.blobs.end());
+    had[i / 2].insert(viewed.blobs.begin(), viewed.blobs.end());
   }
   for (std::size_t i = 0; i < had.size(); ++i)
   {
@@ -437,10 +437,10 @@ TEST_F(TwoServers, ClientsWaitWhileBothAreGone)
   const Process again({ this->stores, "--port", port, "--trusted-proxy", "127.0.0.1" });
   EXPECT_EQ(again.Port(), this->ports[1]);
   crowd.Finish();
-  for (const Looked& looked : crowd.looks)
+  for (const Viewed& viewed : crowd.views)
   {
-    EXPECT_EQ(looked.trouble, "");
-    EXPECT_EQ(looked.blobs.size(), crowd.levels.size() + this->Model().partitions);
+    EXPECT_EQ(viewed.trouble, "");
+    EXPECT_EQ(viewed.blobs.size(), crowd.levels.size() + this->Model().partitions);
   }
 }
 
@@ -471,7 +471,7 @@ TEST_F(TwoServers, NothingIsKeptThatTakesAToken)
     0);
 }
 
-TEST_F(TwoServers, AreToldWhoAsksForWhom)
+TEST_F(TwoServers, KnowWhoAsksForWhom)
 {
   const auto log = this->folder / "access.log";
   this->Start({ "--allow-host", "models.example.org", "--access-log", log });

@@ -30,8 +30,8 @@ std::string WrongInExport(const FileTree& left, const FileTree& after)
   for (const char* const telling : { "web/up/api/models.json", "web/up/api/models.json.gz",
          "web/up/api/models/a/model.json", "web/up/api/models/a/model.json.gz" })
   {
-    const auto told = after.find(telling);
-    if (told == after.end() || !Is(left, telling, told->second))
+    const auto reported = after.find(telling);
+    if (reported == after.end() || !Is(left, telling, reported->second))
     {
       continue;
     }
@@ -144,10 +144,10 @@ TEST_P(PowerCuts, OldOrNewNeverNeither)
   }
   std::cout << operation.name << ": " << cut.Moments() << " moments, " << states << " states, "
             << again << " times done again, " << found.size() << " kinds of wrong" << std::endl;
-  std::size_t told = 0;
+  std::size_t reported = 0;
   for (const auto& [wrong, how] : found)
   {
-    if (++told <= 5)
+    if (++reported <= 5)
     {
       ADD_FAILURE() << operation.name << ": " << wrong << "\n" << how;
     }

@@ -161,10 +161,10 @@ function png(color) {
 }
 
 // The cube that a picture paints, which its library names as `line` says.
-const painted = (line, picture) => ({ "a.mtl": `newmtl m\n${line}\n`, [picture]: png([250, 20, 20]),
+const texturedBy = (line, picture) => ({ "a.mtl": `newmtl m\n${line}\n`, [picture]: png([250, 20, 20]),
   "a.obj": ["mtllib a.mtl", objOf(corners, []), "vt 0 0", "vt 1 0", "vt 1 1", "vt 0 1", "usemtl m",
     ...quads.map((quad) => `f ${quad.map((index, k) => `${index + 1}/${k + 1}`).join(" ")}`), ""].join("\n") });
-const paintedCube = { file: "a.obj", right: cube, colors: [[250, 20, 20]] };
+const texturedCube = { file: "a.obj", right: cube, colors: [[250, 20, 20]] };
 
 // ---- VRML
 
@@ -382,12 +382,12 @@ export const cases = [
     { colors: [[200, 100, 50], [255, 100, 50]] }),
   one("a LAS that counts none", "a.las", las({ told: 0 }), { triangles: 0 }, { mustRefuse: true, refused: /counts no points.*300/ }),
   { name: "materials with # in their names", file: "a.obj", files: { "a.obj": twoMaterials("a#1", "a#2"), "a.mtl": mtl("a#1", "a#2") }, right: twoCubes, colors: twoColors },
-  { name: "a picture in quotes", files: painted('map_Kd "my picture.png"', "my picture.png"), ...paintedCube },
-  { name: "a picture in another case, behind a folder that is not there", files: painted("map_Kd Textures\\T.PNG", "t.png"), ...paintedCube },
+  { name: "a picture in quotes", files: texturedBy('map_Kd "my picture.png"', "my picture.png"), ...texturedCube },
+  { name: "a picture in another case, behind a folder that is not there", files: texturedBy("map_Kd Textures\\T.PNG", "t.png"), ...texturedCube },
   { name: "two libraries with blanks in their names", file: "a.obj", right: twoCubes, colors: twoColors,
     files: { "a.obj": twoMaterials("p", "q").replace("a.mtl", "my p.mtl my q.mtl"), "my p.mtl": mtl("p", "r"), "my q.mtl": "newmtl q\nKd 0 0 1\n" } },
-  { name: "a picture beside its library, in another folder", ...paintedCube, files: (() => {
-    const { "a.mtl": library, "t.png": picture, "a.obj": mesh } = painted("map_Kd t.png", "t.png");
+  { name: "a picture beside its library, in another folder", ...texturedCube, files: (() => {
+    const { "a.mtl": library, "t.png": picture, "a.obj": mesh } = texturedBy("map_Kd t.png", "t.png");
     return { "a.obj": mesh.replace("a.mtl", "looks/a.mtl"), "looks/a.mtl": library, "looks/t.png": picture };
   })() },
   { name: "a library with a byte order mark", file: "a.obj", files: { "a.obj": twoMaterials("p", "q"), "a.mtl": `\ufeff${mtl("p", "q")}` }, right: twoCubes, colors: twoColors },

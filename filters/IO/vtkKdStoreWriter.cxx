@@ -121,9 +121,9 @@ Status TakeOptionsOfFirst(
     given ? *options.tree.partitions : 0, options.tree.cellVertices,
     static_cast<std::uint32_t>(options.levels.maker), options.weld, options.bits, weldByPlace });
   own.Put(std::vector<char>(store.begin(), store.end()));
-  const auto came = ranks.Exchange(RankLists<unsigned char>(ranks.Count(), own.Release()));
-  KDSTREAM_TRY(came);
-  RankMessage first(came->front());
+  const auto received = ranks.Exchange(RankLists<unsigned char>(ranks.Count(), own.Release()));
+  KDSTREAM_TRY(received);
+  RankMessage first(received->front());
   const std::vector<std::uint32_t> numbers = first.Take<std::uint32_t>();
   const std::vector<char> name = first.Take<char>();
   options.tree.verticesPerPartition = numbers[0];

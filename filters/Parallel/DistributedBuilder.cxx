@@ -118,8 +118,8 @@ public:
   Status Describe() override
   {
     ModelFacts& facts = this->Whole.Facts;
-    KDSTREAM_TRY(Take(
-      GeometricErrorsOfLevels(this->Levels, this->Mesh.depths, &this->Group), facts.deviations));
+    KDSTREAM_TRY(Take(GeometricErrorsOfLevels(this->Levels, this->Mesh.depths, &this->Group),
+      facts.geometricErrors));
     facts.weld = this->Weld;
     facts.vertices = this->Mesh.vertexCount;
     facts.triangles = this->Mesh.triangleCount;
@@ -204,7 +204,7 @@ private:
       read = this->ReadShare(false, info);
     }
     KDSTREAM_TRY(read);
-    KDSTREAM_TRY(this->TakeTold(info));
+    KDSTREAM_TRY(this->TakeReported(info));
     this->Whole.Clock.Finish("read");
     return this->WeldShares(info);
   }
@@ -245,7 +245,7 @@ private:
 
   // Reports what the file has and no store keeps (the rank that reads its end has seen all of it),
   // and what was dropped or repaired in each rank's share.
-  Status TakeTold(const MeshFileInfo& info)
+  Status TakeReported(const MeshFileInfo& info)
   {
     const std::size_t last = this->Group.Count() - 1;
     std::string text = info.tolerance.ToLines();
@@ -257,9 +257,9 @@ private:
     const RankLists<char> out(this->Group.Count(), std::vector<char>(text.begin(), text.end()));
     const Result<RankLists<char>> in = this->Group.Exchange(out);
     KDSTREAM_TRY(in);
-    for (const std::vector<char>& told : *in)
+    for (const std::vector<char>& reported : *in)
     {
-      std::istringstream lines(std::string(told.begin(), told.end()));
+      std::istringstream lines(std::string(reported.begin(), reported.end()));
       for (std::string line; std::getline(lines, line);)
       {
         if (line.starts_with(ignoredMark))

@@ -145,8 +145,8 @@ Status MoveElements(MpiGroup& group, SpillFile& file, std::size_t elementBytes,
 std::size_t RankOfEntry(std::span<const VertexId> begin, VertexId entry)
 {
   // The last rank that begins at or before it: those in front of that may have none.
-  const auto behind = std::upper_bound(begin.begin(), begin.end() - 1, entry);
-  return static_cast<std::size_t>(behind - begin.begin() - 1);
+  const auto following = std::upper_bound(begin.begin(), begin.end() - 1, entry);
+  return static_cast<std::size_t>(following - begin.begin() - 1);
 }
 
 Result<std::vector<VertexId>> LookUpEntries(MpiGroup& group, std::span<const VertexId> begin,

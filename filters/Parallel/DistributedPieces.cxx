@@ -10,12 +10,12 @@ namespace
 
 constexpr std::uint64_t batchBytes = std::uint64_t{ 1 } << 22;
 
-// What the writer needs of a piece besides its blob. After it follow: deviations; the numbers of
-// its own vertices whose ranges are gathered, array after array; the blob; its texture.
+// What the writer needs of a piece besides its blob. After it follow: geometric errors; the numbers
+// of its own vertices whose ranges are gathered, array after array; the blob; its texture.
 struct PieceHead
 {
   std::uint64_t blobBytes = 0, scalarBytes = 0, textureBytes = 0, texels = 0;
-  std::uint32_t node = 0, ownVertices = 0, triangles = 0, deviations = 0;
+  std::uint32_t node = 0, ownVertices = 0, triangles = 0, geometricErrors = 0;
   std::uint64_t hasTexture = 0;
 };
 
@@ -45,9 +45,9 @@ Status DistributedPieces::Add(const EncodedPiece& encoded)
   }
   const PieceHead head{ encoded.blob.size(), scalars.size(), texture.bytes.size(), texture.texels,
     piece.id.node, piece.ownVertices, static_cast<std::uint32_t>(piece.triangles.size()),
-    static_cast<std::uint32_t>(piece.deviations.size()), encoded.texture ? 1U : 0U };
+    static_cast<std::uint32_t>(piece.geometricErrors.size()), encoded.texture ? 1U : 0U };
   const std::span<const std::byte> parts[] = { std::as_bytes(std::span(&head, 1)),
-    std::as_bytes(std::span(piece.deviations)), std::as_bytes(std::span(scalars)),
+    std::as_bytes(std::span(piece.geometricErrors)), std::as_bytes(std::span(scalars)),
     std::as_bytes(std::span(encoded.blob)), std::as_bytes(std::span(texture.bytes)) };
   std::vector<std::byte> bytes;
   for (const std::span<const std::byte> part : parts)
@@ -110,12 +110,12 @@ Status DistributedPieces::Write(std::span<const std::byte> bytes, Resolution res
     piece.id = { resolution, head.node };
     piece.ownVertices = head.ownVertices;
     piece.triangles.resize(head.triangles);
-    piece.deviations.resize(head.deviations);
-    if (head.deviations > 0)
+    piece.geometricErrors.resize(head.geometricErrors);
+    if (head.geometricErrors > 0)
     {
-      std::memcpy(piece.deviations.data(), bytes.data(), head.deviations * sizeof(float));
+      std::memcpy(piece.geometricErrors.data(), bytes.data(), head.geometricErrors * sizeof(float));
     }
-    bytes = bytes.subspan(head.deviations * sizeof(float));
+    bytes = bytes.subspan(head.geometricErrors * sizeof(float));
     const auto* scalar = reinterpret_cast<const std::uint8_t*>(bytes.data());
     for (std::size_t k = 0; resolution.IsOriginal() && k < this->Scalars.size(); ++k)
     {

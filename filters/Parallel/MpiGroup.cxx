@@ -87,7 +87,7 @@ Result<double> MpiGroup::AddInOrder(const std::function<Status(double& sum)>& ad
   KDSTREAM_TRY(added);
   const auto bits = BitCast<std::uint64_t>(sum);
   KDSTREAM_TRY(this->AgreeOn(std::span(&bits, 1)));
-  return BitCast<double>(this->Told(this->Count() - 1, 0));
+  return BitCast<double>(this->Received(this->Count() - 1, 0));
 }
 
 }

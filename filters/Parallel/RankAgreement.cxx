@@ -80,8 +80,8 @@ Result<std::optional<Difference>> FindDifference(MpiGroup& group, const NamedVal
   {
     return std::optional<Difference>();
   }
-  const std::string told = Join(group.Where(), values);
-  const RankLists<char> out(group.Count(), std::vector<char>(told.begin(), told.end()));
+  const std::string reported = Join(group.Where(), values);
+  const RankLists<char> out(group.Count(), std::vector<char>(reported.begin(), reported.end()));
   const Result<RankLists<char>> in = group.Exchange(out);
   KDSTREAM_TRY(in);
   std::vector<std::vector<std::string>> ranks;

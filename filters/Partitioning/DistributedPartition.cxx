@@ -610,10 +610,10 @@ private:
   {
     KDSTREAM_TRY(this->PlaceElements());
     KDSTREAM_TRY(this->AgreeOnArrays(result.skipped));
-    const auto came = this->Ranks.Exchange(this->Pack());
-    KDSTREAM_TRY(came);
+    const auto received = this->Ranks.Exchange(this->Pack());
+    KDSTREAM_TRY(received);
     std::vector<Shipment> shipments;
-    for (const Bytes& bytes : *came)
+    for (const Bytes& bytes : *received)
     {
       shipments.push_back(this->Unpack(RankMessage(bytes)));
     }
@@ -622,7 +622,7 @@ private:
 
   // What a rank reports about its arrays. Those of points count if it has points, those of cells if
   // it has cells.
-  struct ToldArrays
+  struct ReportedArrays
   {
     bool hasPoints = false, hasCells = false;
     int pointType = VTK_FLOAT;
@@ -632,21 +632,21 @@ private:
   // The arrays of all ranks that count, as the first of them has them; and the points' type.
   Status AgreeOnArrays(std::vector<std::string>& skipped)
   {
-    ToldArrays own{ !this->Points.empty(), this->Input.GetNumberOfCells() > 0, VTK_FLOAT,
+    ReportedArrays own{ !this->Points.empty(), this->Input.GetNumberOfCells() > 0, VTK_FLOAT,
       this->Describe(skipped) };
     own.pointType = own.hasPoints ? this->Input.GetPoints()->GetDataType() : VTK_FLOAT;
-    const auto came = this->Ranks.Exchange(
+    const auto received = this->Ranks.Exchange(
       RankLists<unsigned char>(this->Ranks.Count(), PackArrays(own).Release()));
-    KDSTREAM_TRY(came);
-    std::vector<ToldArrays> told;
-    for (const Bytes& bytes : *came)
+    KDSTREAM_TRY(received);
+    std::vector<ReportedArrays> reported;
+    for (const Bytes& bytes : *received)
     {
-      told.push_back(UnpackArrays(RankMessage(bytes)));
-      this->PointType = told.back().pointType == VTK_FLOAT ? this->PointType : VTK_DOUBLE;
+      reported.push_back(UnpackArrays(RankMessage(bytes)));
+      this->PointType = reported.back().pointType == VTK_FLOAT ? this->PointType : VTK_DOUBLE;
     }
     for (const bool ofPoints : { true, false })
     {
-      this->ShareArrays(told, ofPoints);
+      this->ShareArrays(reported, ofPoints);
     }
     KDSTREAM_TRY(this->DropIdsOfCutCells());
     for (const SharedArray& array : own.arrays)
@@ -661,11 +661,11 @@ private:
     return {};
   }
 
-  static RankMessage PackArrays(const ToldArrays& told)
+  static RankMessage PackArrays(const ReportedArrays& reported)
   {
     RankMessage message;
-    message.Put(std::vector<int>{ told.hasPoints, told.hasCells, told.pointType });
-    for (const SharedArray& array : told.arrays)
+    message.Put(std::vector<int>{ reported.hasPoints, reported.hasCells, reported.pointType });
+    for (const SharedArray& array : reported.arrays)
     {
       message.Put(std::vector<char>(array.name.begin(), array.name.end()));
       message.Put(std::vector<int>{ array.type, array.components, array.ofPoints, array.active });
@@ -673,26 +673,26 @@ private:
     return message;
   }
 
-  static ToldArrays UnpackArrays(RankMessage message)
+  static ReportedArrays UnpackArrays(RankMessage message)
   {
     const std::vector<int> head = message.Take<int>();
-    ToldArrays told{ head[0] != 0, head[1] != 0, head[2], {} };
+    ReportedArrays reported{ head[0] != 0, head[1] != 0, head[2], {} };
     while (!message.AtEnd())
     {
       const std::vector<char> name = message.Take<char>();
       const std::vector<int> rest = message.Take<int>();
-      told.arrays.push_back(
+      reported.arrays.push_back(
         { std::string(name.begin(), name.end()), rest[0], rest[1], rest[2] != 0, rest[3] });
     }
-    return told;
+    return reported;
   }
 
   // Active is what is active on all ranks, and no ids that are not believed.
-  void ShareArrays(const std::vector<ToldArrays>& told, bool ofPoints)
+  void ShareArrays(const std::vector<ReportedArrays>& reported, bool ofPoints)
   {
     std::vector<SharedArray> shared;
     bool isFirst = true;
-    for (const ToldArrays& theirs : told)
+    for (const ReportedArrays& theirs : reported)
     {
       if (!(ofPoints ? theirs.hasPoints : theirs.hasCells))
       {

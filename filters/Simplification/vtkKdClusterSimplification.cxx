@@ -58,7 +58,7 @@ using namespace kdstream;
 // joined. VTK arrays without a name are skipped, so no other attribute has this name.
 const char* const clusterIdName = "";
 
-const char* const deviationName = "Deviation";
+const char* const geometricErrorName = "Deviation";
 
 struct Simplifiable
 {
@@ -88,7 +88,7 @@ void ReadArrays(vtkPolyData& input, const PolyDataElements& elements, Simplifiab
     {
       read.mesh.attributes.push_back(std::move(array));
     }
-    else if (!HoldsIds(array) && !(isPoint && array.name == deviationName) &&
+    else if (!HoldsIds(array) && !(isPoint && array.name == geometricErrorName) &&
              !(isPoint ? IsActiveIds(*input.GetPointData(), array.name)
                        : IsActiveIds(*input.GetCellData(), array.name)))
     {
@@ -187,17 +187,17 @@ void FillPoints(const ClusterLevel& level, ScalarType type, vtkPolyData& output)
   vtkNew<vtkPoints> points;
   points->SetDataType(type == ScalarType::Float32 ? VTK_FLOAT : VTK_DOUBLE);
   points->SetNumberOfPoints(count);
-  vtkNew<vtkDoubleArray> deviations;
-  deviations->SetName(deviationName);
-  deviations->SetNumberOfValues(count);
+  vtkNew<vtkDoubleArray> geometricErrors;
+  geometricErrors->SetName(geometricErrorName);
+  geometricErrors->SetNumberOfValues(count);
   for (vtkIdType i = 0; i < count; ++i)
   {
     const auto cluster = static_cast<std::size_t>(i);
     points->SetPoint(i, level.positions[cluster].data());
-    deviations->SetValue(i, level.deviations[cluster]);
+    geometricErrors->SetValue(i, level.geometricErrors[cluster]);
   }
   output.SetPoints(points);
-  output.GetPointData()->AddArray(deviations);
+  output.GetPointData()->AddArray(geometricErrors);
 }
 
 void FillCells(const ClusterLevel& level, bool cloud, vtkPolyData& output)
@@ -358,7 +358,7 @@ int vtkKdClusterSimplification::RequestData(
   levels.maker = static_cast<LevelMaker>(this->Maker);
   levels.representative = this->Representative == Mean ? kdstream::Representative::Mean
                                                        : kdstream::Representative::Quadric;
-  levels.sheets = this->Sheets;
+  levels.byComponents = this->Sheets;
   if (this->Depth >= 0)
   {
     request.options.depth = static_cast<unsigned>(this->Depth);

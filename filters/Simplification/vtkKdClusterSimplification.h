@@ -50,7 +50,7 @@
  * or NaN, is an error, and the old value stays.
  *
  * Source: section 4.3 of the paper named in the README, exactly so with Maker Cluster, Sheets off
- * and Representative Mean; sheets, quadrics, collapse in rounds and deviations are ours.
+ * and Representative Mean; sheets, quadrics, collapse in rounds and geometric errors are ours.
  *
  * @sa vtkKdTreePartition vtkOctreePartition vtkKMeansPartition
  */

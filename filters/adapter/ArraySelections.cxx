@@ -50,21 +50,21 @@ void ArraySelections::Tell(
       continue;
     }
     const bool isPoint = array.association == AttributeAssociation::Point;
-    vtkNew<vtkInformation> told;
-    told->Set(vtkDataObject::FIELD_NAME(), array.name.c_str());
-    told->Set(vtkDataObject::FIELD_ARRAY_TYPE(), VtkTypeOf(array));
-    told->Set(vtkDataObject::FIELD_NUMBER_OF_COMPONENTS(), array.components);
+    vtkNew<vtkInformation> reported;
+    reported->Set(vtkDataObject::FIELD_NAME(), array.name.c_str());
+    reported->Set(vtkDataObject::FIELD_ARRAY_TYPE(), VtkTypeOf(array));
+    reported->Set(vtkDataObject::FIELD_NUMBER_OF_COMPONENTS(), array.components);
     const std::optional<vtkIdType> tuples = isPoint ? facts.points : facts.cells;
     if (tuples && *tuples <= VTK_INT_MAX)
     {
-      told->Set(vtkDataObject::FIELD_NUMBER_OF_TUPLES(), static_cast<int>(*tuples));
+      reported->Set(vtkDataObject::FIELD_NUMBER_OF_TUPLES(), static_cast<int>(*tuples));
     }
     if (const auto range = facts.rangeOf ? facts.rangeOf(array) : std::nullopt)
     {
       const double ends[] = { range->first, range->second };
-      told->Set(vtkDataObject::FIELD_RANGE(), ends, 2);
+      reported->Set(vtkDataObject::FIELD_RANGE(), ends, 2);
     }
-    (isPoint ? ofPoints : ofCells)->Append(told);
+    (isPoint ? ofPoints : ofCells)->Append(reported);
   }
   output.Set(vtkDataObject::POINT_DATA_VECTOR(), ofPoints);
   output.Set(vtkDataObject::CELL_DATA_VECTOR(), ofCells);

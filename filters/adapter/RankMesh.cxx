@@ -251,21 +251,21 @@ private:
     message.Put(std::vector<int>{ arrays.counts });
     for (const SharedArray& array : own)
     {
-      const ArrayKind told = KindOf(array);
-      message.Put(std::vector<char>(told.name.begin(), told.name.end()));
-      message.Put(std::vector<int>{ told.type, told.components });
-      message.Put(told.attributes);
+      const ArrayKind reported = KindOf(array);
+      message.Put(std::vector<char>(reported.name.begin(), reported.name.end()));
+      message.Put(std::vector<int>{ reported.type, reported.components });
+      message.Put(reported.attributes);
     }
-    const auto came =
+    const auto received =
       this->Ranks.Exchange(RankLists<unsigned char>(this->Ranks.Count(), message.Release()));
-    KDSTREAM_TRY(came);
+    KDSTREAM_TRY(received);
     bool isFirst = true;
-    for (const Bytes& bytes : *came)
+    for (const Bytes& bytes : *received)
     {
-      RankMessage told(bytes);
-      if (told.Take<int>()[0] != 0)
+      RankMessage reported(bytes);
+      if (reported.Take<int>()[0] != 0)
       {
-        KeepShared(UnpackKinds(told), isFirst, arrays.kinds);
+        KeepShared(UnpackKinds(reported), isFirst, arrays.kinds);
         isFirst = false;
       }
     }
@@ -430,13 +430,13 @@ private:
       return {};
     }
     this->ByIds = byIds;
-    const auto told = this->Ranks.Exchange(std::move(answers));
-    KDSTREAM_TRY(told);
+    const auto reported = this->Ranks.Exchange(std::move(answers));
+    KDSTREAM_TRY(reported);
     for (std::size_t home = 0; home < claims.size(); ++home)
     {
       for (std::size_t i = 0; i < claims[home].size(); ++i)
       {
-        this->Targets[claims[home][i].index] = (*told)[home][i];
+        this->Targets[claims[home][i].index] = (*reported)[home][i];
       }
     }
     return {};
@@ -574,13 +574,13 @@ private:
     {
       std::for_each(rows.begin(), rows.end(), [&](std::uint64_t& row) { row += *first; });
     }
-    const auto told = this->Ranks.Exchange(std::move(rowsOf));
-    KDSTREAM_TRY(told);
+    const auto reported = this->Ranks.Exchange(std::move(rowsOf));
+    KDSTREAM_TRY(reported);
     std::vector<std::size_t> next(this->Ranks.Count(), 0);
     for (std::size_t i = 0; i < numbers.size(); ++i)
     {
       const std::size_t rank = this->ScatteredTo[i];
-      numbers[i] = static_cast<VertexId>((*told)[rank][next[rank]++]);
+      numbers[i] = static_cast<VertexId>((*reported)[rank][next[rank]++]);
     }
     return {};
   }
@@ -605,15 +605,15 @@ private:
       std::transform(
         theirs.begin(), theirs.end(), theirs.begin(), [&](VertexId v) { return this->Number[v]; });
     }
-    const auto told = this->Ranks.Exchange(std::move(*asked));
-    KDSTREAM_TRY(told);
+    const auto reported = this->Ranks.Exchange(std::move(*asked));
+    KDSTREAM_TRY(reported);
     std::vector<std::size_t> next(this->Ranks.Count(), 0);
     for (VertexId v = 0; v < this->Targets.size(); ++v)
     {
       if (isOther(v))
       {
         const std::size_t rank = this->Targets[v].rank;
-        this->Number[v] = (*told)[rank][next[rank]++];
+        this->Number[v] = (*reported)[rank][next[rank]++];
       }
     }
     return {};
@@ -858,13 +858,13 @@ private:
       }
       out.push_back(message.Release());
     }
-    auto came = this->Ranks.Exchange(std::move(out));
-    KDSTREAM_TRY(came);
-    this->SortScattered(std::move(*came), columns, rowsOf);
+    auto received = this->Ranks.Exchange(std::move(out));
+    KDSTREAM_TRY(received);
+    this->SortScattered(std::move(*received), columns, rowsOf);
     return {};
   }
 
-  static void SortScattered(std::vector<Bytes> came, std::vector<Column>& columns,
+  static void SortScattered(std::vector<Bytes> received, std::vector<Column>& columns,
     std::vector<std::vector<std::uint64_t>>& rowsOf)
   {
     std::vector<OrderOfAll> order;
@@ -873,7 +873,7 @@ private:
     {
       column.bytes.clear();
     }
-    for (Bytes& bytes : came)
+    for (Bytes& bytes : received)
     {
       RankMessage message(std::move(bytes));
       const std::vector<OrderOfAll> theirs = message.Take<OrderOfAll>();

@@ -65,8 +65,8 @@ Result<BuildReport> BuildFrom(BuildCommand& line, const std::filesystem::path& s
   if (textures)
   {
     line.tiled = textures->Counts();
-    const std::vector<std::string> told = textures->Warnings();
-    warnings.insert(warnings.end(), told.begin(), told.end());
+    const std::vector<std::string> reported = textures->Warnings();
+    warnings.insert(warnings.end(), reported.begin(), reported.end());
   }
   Tolerance tolerance = converted->GetTolerance();
   tolerance.Add(report->tolerance);

@@ -300,7 +300,7 @@ Status Interpret(const CLI::App& app, BuildCommand& line)
   line.build.partitioner = PartitionMethodOfName(line.partitioner);
   line.build.levels.maker = line.maker == "collapse" ? LevelMaker::Collapse : LevelMaker::Cluster;
   line.build.weld = line.weld == "on";
-  line.build.levels.sheets = line.sheets == "on";
+  line.build.levels.byComponents = line.sheets == "on";
   line.build.levels.representative =
     line.representative == "mean" ? Representative::Mean : Representative::Quadric;
   if (line.build.memory > 0 && line.build.memory < leastMeant)

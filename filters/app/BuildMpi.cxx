@@ -198,23 +198,23 @@ Result<SharedConversion> Convert(MpiGroup& group, BuildCommand& line,
     if (made)
     {
       shared.own.emplace(std::move(*made));
-      const std::vector<std::string>& told = shared.own->Warnings();
-      warnings.insert(warnings.end(), told.begin(), told.end());
+      const std::vector<std::string>& reported = shared.own->Warnings();
+      warnings.insert(warnings.end(), reported.begin(), reported.end());
     }
     status = made ? Status{} : Status(made.GetError());
   }
   KDSTREAM_TRY(status ? group.Finish() : Status(group.Fail(status.GetError())));
-  std::string told; // the mesh, and the pictures where there are some, a line each
+  std::string reported; // the mesh, and the pictures where there are some, a line each
   if (shared.own)
   {
     std::error_code none;
-    told = shared.own->File().string() + "\n";
-    told += std::filesystem::exists(shared.own->TextureFolderPath() / "paint", none)
-              ? shared.own->TextureFolderPath().string()
-              : "";
+    reported = shared.own->File().string() + "\n";
+    reported += std::filesystem::exists(shared.own->TextureFolderPath() / "paint", none)
+                  ? shared.own->TextureFolderPath().string()
+                  : "";
   }
   RankLists<char> out(group.Count());
-  out.assign(group.Count(), std::vector<char>(told.begin(), told.end()));
+  out.assign(group.Count(), std::vector<char>(reported.begin(), reported.end()));
   const Result<RankLists<char>> in = group.Exchange(out);
   KDSTREAM_TRY(in);
   const std::string of0((*in)[0].begin(), (*in)[0].end());
@@ -252,8 +252,8 @@ Result<BuildReport> BuildFrom(MpiGroup& group, BuildCommand& line,
       own.repeating };
     KDSTREAM_TRY(group.Sum(sums));
     line.tiled = TileCounts{ sums[0], sums[1], sums[2], sums[3], sums[4] };
-    const std::vector<std::string> told = textures->Warnings();
-    warnings.insert(warnings.end(), told.begin(), told.end());
+    const std::vector<std::string> reported = textures->Warnings();
+    warnings.insert(warnings.end(), reported.begin(), reported.end());
   }
   if (shared->own)
   {

@@ -232,8 +232,8 @@ void TellWarnings(const std::string& program, const CommandLine& line, const For
   }
   else
   {
-    const std::vector<std::string> told = read.tolerance.Warnings();
-    warnings.insert(warnings.end(), told.begin(), told.end());
+    const std::vector<std::string> reported = read.tolerance.Warnings();
+    warnings.insert(warnings.end(), reported.begin(), reported.end());
   }
   for (const std::string& warning : warnings)
   {

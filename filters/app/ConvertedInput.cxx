@@ -119,10 +119,10 @@ private:
     }
     else if (this->Line.rfind(convertTexturesMark, 0) == 0)
     {
-      BakeReport told;
-      std::istringstream(this->Line.substr(convertTexturesMark.size())) >> told.pictures >>
-        told.texels >> told.texelsPerVertex >> told.loss;
-      this->baked = told;
+      BakeReport reported;
+      std::istringstream(this->Line.substr(convertTexturesMark.size())) >> reported.pictures >>
+        reported.texels >> reported.texelsPerVertex >> reported.loss;
+      this->baked = reported;
     }
     else
     {
@@ -131,10 +131,10 @@ private:
   }
 
   // "0.25 surface"
-  void UnderstandProgress(const std::string& told)
+  void UnderstandProgress(const std::string& reported)
   {
     char* rest = nullptr;
-    this->fraction = std::strtod(told.c_str(), &rest);
+    this->fraction = std::strtod(reported.c_str(), &rest);
     const std::string name = *rest == ' ' ? rest + 1 : "";
     this->step = name.empty() || name == "read" ? "convert" : name;
   }

@@ -590,38 +590,38 @@ Result<std::vector<ModelSummary>> ListWith(const ModelSummary& model, Writer& wr
 Result<ExportReport> ExportStore(const Store& store, const fs::path& folder,
   const ExportOptions& options, const Execution& execution)
 {
-  ModelDescription told = store.Info();
-  told.id = options.model;
+  ModelDescription reported = store.Info();
+  reported.id = options.model;
   const auto notes = NotesIn(options.notes);
   KDSTREAM_TRY(notes);
-  ModelSummary summary = Summarize(told);
+  ModelSummary summary = Summarize(reported);
   summary.notes = *notes ? (*notes)->notes.size() : 0;
   TargetFolder target(folder);
   KDSTREAM_TRY(target.Make());
   NewFolder part(
-    target, fs::path(protocol::ModelPath(options.model).substr(1)).parent_path(), told.digest);
+    target, fs::path(protocol::ModelPath(options.model).substr(1)).parent_path(), reported.digest);
   KDSTREAM_TRY(part.Make());
   Writer writer(target, part, execution);
   const auto models = ListWith(summary, writer);
   KDSTREAM_TRY(models);
   KDSTREAM_TRY(PutBlobs(store, options.model, writer));
-  KDSTREAM_TRY(PutPreview(store, told, writer));
+  KDSTREAM_TRY(PutPreview(store, reported, writer));
   const bool isNewModel = part.Name().filename() == options.model;
   if (isNewModel) // else it is told of once the digest is up
   {
-    KDSTREAM_TRY(PutTexts(told, *notes, writer));
+    KDSTREAM_TRY(PutTexts(reported, *notes, writer));
   }
   KDSTREAM_TRY(part.GoUp());
   if (!isNewModel)
   {
-    KDSTREAM_TRY(PutTexts(told, *notes, writer));
+    KDSTREAM_TRY(PutTexts(reported, *notes, writer));
   }
   KDSTREAM_TRY(writer.Put("/kdstream.nginx.conf", WithPolicy(nginxRules)));
   KDSTREAM_TRY(writer.Put("/.htaccess", WithPolicy(apacheRules)));
   if (!options.page.empty())
   {
     KDSTREAM_TRY(writer.CopyPage(options.page));
-    KDSTREAM_TRY(PutPage(store, told, *notes, options, writer));
+    KDSTREAM_TRY(PutPage(store, reported, *notes, options, writer));
   }
   KDSTREAM_TRY(writer.PutText(std::string(protocol::modelListPath),
     WithPages(WriteModelList(*models), PagesOf(*models, writer))));

@@ -144,7 +144,7 @@ private:
     return isFolder && names->empty() ? Status{}
                                       : Status{ Error{ ErrorCode::InputOutput,
                                           "is there already: remove it, or name a new folder",
-                                          this->Folder.string(), {}, Remedy::Told } };
+                                          this->Folder.string(), {}, Remedy::InMessage } };
   }
 
   fs::path Folder;
@@ -228,7 +228,7 @@ public:
       return Error{ ErrorCode::Unsupported,
         "a store by --partitioner " + this->Info.partitioner +
           " has no levels: build it anew without this option",
-        {}, {}, Remedy::Told };
+        {}, {}, Remedy::InMessage };
     }
     this->MakeSteps();
     KDSTREAM_TRY(this->FindErrors());

@@ -28,7 +28,7 @@ void PrintLevels(const ModelDescription& info)
       static_cast<unsigned long long>(level.vertices),
       static_cast<unsigned long long>(level.triangles),
       static_cast<unsigned long long>(level.pieces), static_cast<unsigned long long>(level.bytes),
-      level.deviation, level.deviation99);
+      level.geometricError, level.geometricError99);
   }
   const std::string unit = info.unit.empty() ? "in the unit of the coordinates" : "in " + info.unit;
   std::cout

@@ -486,7 +486,7 @@ private:
     {
       return Error{ ErrorCode::Unsupported,
         "libdraco does not compress a tile: use --compression none or meshopt", {}, {},
-        Remedy::Told };
+        Remedy::InMessage };
     }
     for (std::size_t i = first; i < this->Accessors.size(); ++i)
     {
@@ -1068,13 +1068,13 @@ Result<std::string> EncodeTileGlb(
   {
     return Error{ ErrorCode::Unsupported,
       "libdraco-dev was not there when KdStream was built: use another --compression", {}, {},
-      Remedy::Told };
+      Remedy::InMessage };
   }
   if (compression == TileCompression::Meshopt && !HasMeshoptCompression())
   {
     return Error{ ErrorCode::Unsupported,
       "libmeshoptimizer-dev was not there when KdStream was built: use --compression none", {}, {},
-      Remedy::Told };
+      Remedy::InMessage };
   }
 #ifdef KDSTREAM_HAS_MESHOPTIMIZER
   // Those of the extension, for all threads.

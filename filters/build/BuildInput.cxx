@@ -36,9 +36,9 @@ MeshSize MostSize(const MeshReader& reader)
 
 Status CheckInputMemory(const MeshReader& reader, const BuildOptions& options)
 {
-  const bool hasSheets = options.partitioner->HasLevels() && options.levels.sheets;
+  const bool isByComponents = options.partitioner->HasLevels() && options.levels.byComponents;
   return CheckBuildMemory(
-    MostSize(reader), options.tree, hasSheets ? mostCellComponents : 1, options.memory);
+    MostSize(reader), options.tree, isByComponents ? mostCellComponents : 1, options.memory);
 }
 
 Result<Mesh> ReadMesh(MeshReader& reader, const BuildOptions& options, const Execution& execution)

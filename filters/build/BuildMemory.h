@@ -30,8 +30,8 @@ std::uint64_t SumBytesOf(std::span<const AttributeInfo> attributes);
 
 // Bytes that a build in memory takes at most of a mesh that is not larger, whatever welding leaves,
 // however many vertices no triangle uses, and with that many clusters in each cell of the finest
-// level (mostCellComponents, or 1 without sheets and levels). Measured on surfaces, clouds, soups
-// and meshes with attributes (BuildMemory.StaysBelowTheMemoryLimit).
+// level (mostCellComponents, or 1 without components and levels). Measured on surfaces, clouds,
+// soups and meshes with attributes (BuildMemory.StaysBelowTheMemoryLimit).
 std::uint64_t MostBuildMemory(
   const MeshSize& size, const KdTreeOptions& tree, std::uint64_t clustersOfCell);
 

@@ -178,9 +178,9 @@ private:
     for (const VertexTreeLevel& level : this->Numbered.levels)
     {
       GeometricErrorBins bins;
-      std::for_each(level.deviations.begin(), level.deviations.end(),
-        [&](double deviation) { bins.Add(deviation); });
-      this->Build.Facts.deviations.push_back(bins.Most99());
+      std::for_each(level.geometricErrors.begin(), level.geometricErrors.end(),
+        [&](double geometricError) { bins.Add(geometricError); });
+      this->Build.Facts.geometricErrors.push_back(bins.Most99());
     }
     return {};
   }

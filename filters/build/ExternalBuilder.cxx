@@ -147,7 +147,7 @@ public:
     model.box = this->Mesh.box;
     model.scalarType = this->Read.scalarType;
     model.attributes = this->Read.attributes;
-    model.deviations = std::move(this->Parts.deviations);
+    model.geometricErrors = std::move(this->Parts.geometricErrors);
     return {};
   }
 

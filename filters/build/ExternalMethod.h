@@ -37,7 +37,7 @@ struct ExternalPartitions
 struct StoreParts
 {
   std::uint64_t inconsistentEdges = 0;
-  std::vector<double> deviations; // of the levels
+  std::vector<double> geometricErrors; // of the levels
   std::function<Status(const PartVisit&, const std::function<Status(Resolution)>& finished)>
     forEach;
 };

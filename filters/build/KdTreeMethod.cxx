@@ -120,7 +120,7 @@ public:
     KDSTREAM_TRY(LoadLevels(build, facts, mesh, made->levels, parts.inconsistentEdges));
     BlobReader blob = build.Folder->BlobOf("numbers");
     KDSTREAM_TRY(Take(LoadExternalNumbers(blob, *build.Folder, "numbers"), made->numbers));
-    KDSTREAM_TRY(Take(GeometricErrorsOfLevels(made->levels, mesh.depths), parts.deviations));
+    KDSTREAM_TRY(Take(GeometricErrorsOfLevels(made->levels, mesh.depths), parts.geometricErrors));
     parts.forEach = [&build, &mesh, made](
                       const PartVisit& visit, const std::function<Status(Resolution)>& finished) {
       return ForEachPart(mesh, made->levels, made->numbers, visit, build.Exec, nullptr, finished);

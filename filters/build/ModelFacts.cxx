@@ -35,7 +35,7 @@ ModelDescription DescribeModel(
   info.attributes = facts.attributes;
   if (options.textures)
   {
-    std::erase_if(info.attributes, IsTexturePaint);
+    std::erase_if(info.attributes, IsTextureArray);
     info.textures = options.textures->Describe();
     info.textures->levels = info.textures->levels && options.partitioner->HasLevels();
   }
@@ -51,14 +51,14 @@ ModelDescription DescribeModel(
     return info;
   }
   info.levels.resize(facts.depths.finest + std::size_t{ 1 });
-  for (std::size_t depth = 0; depth < facts.deviations.size(); ++depth)
+  for (std::size_t depth = 0; depth < facts.geometricErrors.size(); ++depth)
   {
-    info.levels[depth].spacing = info.grid.SpacingFor(facts.deviations[depth]);
+    info.levels[depth].spacing = info.grid.SpacingFor(facts.geometricErrors[depth]);
   }
   info.levelMaker = options.levels.maker == LevelMaker::Collapse ? "collapse" : "cluster";
   info.representative =
     options.levels.representative == Representative::Quadric ? "quadric" : "mean";
-  info.sheets = options.levels.sheets;
+  info.sheets = options.levels.byComponents;
   return info;
 }
 

@@ -24,7 +24,7 @@ struct ModelFacts
   ScalarType scalarType = ScalarType::Float32;
   bool weld = true;                      // whether equal vertices were joined
   std::vector<AttributeInfo> attributes; // point arrays first
-  std::vector<double> deviations;        // GeometricErrorBins::Most99 of each level
+  std::vector<double> geometricErrors;   // GeometricErrorBins::Most99 of each level
 };
 
 CoordinateGrid GridOf(const BuildOptions& options, const Box& box, ScalarType scalarType);

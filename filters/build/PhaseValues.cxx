@@ -33,7 +33,7 @@ AttributeInfo LoadAttribute(BlobReader& blob)
 void Save(BlobWriter& blob, const ClusterLevel& level)
 {
   blob.AddList(level.positions);
-  blob.AddList(level.deviations);
+  blob.AddList(level.geometricErrors);
   blob.AddList(level.lowest);
   blob.AddList(level.parents);
   blob.AddList(level.triangles);
@@ -49,7 +49,7 @@ ClusterLevel LoadClusterLevel(BlobReader& blob)
 {
   ClusterLevel level;
   level.positions = blob.ReadList<Vec3>();
-  level.deviations = blob.ReadList<double>();
+  level.geometricErrors = blob.ReadList<double>();
   level.lowest = blob.ReadList<VertexId>();
   level.parents = blob.ReadList<VertexId>();
   level.triangles = blob.ReadList<Triangle>();
@@ -270,7 +270,7 @@ std::vector<std::pair<std::string, std::string>> DescribeOptions(const BuildOpti
     { "--levels", options.levels.maker == LevelMaker::Collapse ? "collapse" : "cluster" },
     { "--representative",
       options.levels.representative == Representative::Quadric ? "quadric" : "mean" },
-    { "--sheets", onOff(options.levels.sheets) }, { "--weld", onOff(options.weld) },
+    { "--sheets", onOff(options.levels.byComponents) }, { "--weld", onOff(options.weld) },
     { "--precision", options.bits == 0 ? "lossless" : std::to_string(options.bits) },
     { "--title", options.title }, { "--credit", options.credit }, { "--license", options.license },
     { "--unit", options.unit }, { "--description", options.description },

@@ -39,7 +39,7 @@ CoordinateGrid CoordinateGrid::Spaced(std::uint32_t steps) const
   return grid;
 }
 
-std::uint32_t CoordinateGrid::SpacingFor(double deviation) const
+std::uint32_t CoordinateGrid::SpacingFor(double geometricError) const
 {
   constexpr unsigned fewestBits = 8;
   if (this->Lossless())
@@ -48,7 +48,7 @@ std::uint32_t CoordinateGrid::SpacingFor(double deviation) const
   }
   const double most = double(std::uint32_t{ 1 } << (this->bits - fewestBits));
   // A coordinate moves by up to half a spacing.
-  return static_cast<std::uint32_t>(std::clamp(deviation / 4 / (this->step / 2), 1.0, most));
+  return static_cast<std::uint32_t>(std::clamp(geometricError / 4 / (this->step / 2), 1.0, most));
 }
 
 std::array<std::uint32_t, 3> CoordinateGrid::Quantize(const Vec3& point) const

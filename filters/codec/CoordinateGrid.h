@@ -31,10 +31,10 @@ struct CoordinateGrid
   // The same grid, of which only every `steps`-th point along each axis is used. A lossless one
   // stays as it is.
   CoordinateGrid Spaced(std::uint32_t steps) const;
-  // The largest spacing, in steps, for vertices whose geometric error is `deviation` (model units):
-  // it moves no coordinate by more than a quarter of the error, and leaves 256 points along an
-  // axis. At least 1; always 1 in lossless. REQUIRES: spacing == 1.
-  std::uint32_t SpacingFor(double deviation) const;
+  // The largest spacing, in steps, for vertices whose geometric error is `geometricError` (model
+  // units): it moves no coordinate by more than a quarter of the error, and leaves 256 points along
+  // an axis. At least 1; always 1 in lossless. REQUIRES: spacing == 1.
+  std::uint32_t SpacingFor(double geometricError) const;
   // The greatest coordinate of a grid point.
   std::uint32_t Most() const
   {

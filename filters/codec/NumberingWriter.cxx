@@ -38,7 +38,7 @@ void WriteGroups(SymbolWriter& symbols, std::span<const WalkVertex> vertices,
 {
   const std::vector<std::uint32_t> groups = FindGroups(vertices, points, numbers, own);
   // What a reader knows: the groups of the vertices before. Vertex 0 may be in its own gate.
-  std::vector<std::uint32_t> told(groups.size(), noVertex);
+  std::vector<std::uint32_t> written(groups.size(), noVertex);
   std::uint32_t last = 0;
   for (std::size_t v = 0; v < groups.size(); ++v)
   {
@@ -47,7 +47,7 @@ void WriteGroups(SymbolWriter& symbols, std::span<const WalkVertex> vertices,
       continue;
     }
     const std::uint32_t group = groups[v];
-    const GateGroups near(vertices[v], told.data());
+    const GateGroups near(vertices[v], written.data());
     const unsigned which = near.first == group    ? 0
                            : near.second == group ? 1
                            : near.third == group  ? 2
@@ -57,7 +57,7 @@ void WriteGroups(SymbolWriter& symbols, std::span<const WalkVertex> vertices,
     {
       symbols.Signed(contexts::groupDifference, std::int64_t{ group } - near.Reference(last));
     }
-    told[v] = last = group;
+    written[v] = last = group;
   }
 }
 

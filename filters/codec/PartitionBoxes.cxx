@@ -92,8 +92,8 @@ std::vector<NodeId> AllPartitionBoxes(const TreeDepths& depths)
 std::vector<std::uint8_t> EncodePartitionBoxes(
   std::span<const Box> boxes, NodeId node, const TreeDepths& depths)
 {
-  const auto told = boxes.subspan(FirstPartition(node, depths), PartitionsOfBoxes(depths));
-  const bool floats = AreFloats(told);
+  const auto selected = boxes.subspan(FirstPartition(node, depths), PartitionsOfBoxes(depths));
+  const bool floats = AreFloats(selected);
   ByteWriter writer;
   WriteBlobHead(writer, boxesMagic);
   writer.Byte(floats ? 4 : 8);
@@ -101,7 +101,7 @@ std::vector<std::uint8_t> EncodePartitionBoxes(
   for (std::size_t side = 0; side < sides; ++side)
   {
     std::uint64_t last = 0;
-    for (const Box& box : told)
+    for (const Box& box : selected)
     {
       const double value = SideOf(box, side);
       const std::uint64_t bits = floats ? OrderedBits(float(value)) : OrderedBits(value);

@@ -47,10 +47,10 @@ struct EncodedBytes
          ancestors = 0;
 };
 
-// Encodes a piece without its deviations; a store has one geometric error for the whole piece.
-// REQUIRES: CheckPiece(piece, context.depths); vertices with the same ancestor at a level have the
-// same ones at all coarser levels; on a grid, positions anywhere. Deterministic; O(size). spent:
-// for benchmarks.
+// Encodes a piece without its geometric errors; a store has one geometric error for the whole
+// piece. REQUIRES: CheckPiece(piece, context.depths); vertices with the same ancestor at a level
+// have the same ones at all coarser levels; on a grid, positions anywhere. Deterministic; O(size).
+// spent: for benchmarks.
 std::vector<std::uint8_t> EncodePiece(
   const Piece& piece, const CodecContext& context, EncodedBytes* spent = nullptr);
 

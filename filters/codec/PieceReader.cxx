@@ -98,7 +98,7 @@ bool PieceReader::ReadPoints(typename Predictor::Point* points)
     {
       if (byPlanes && vertices[v].guided != 0)
       {
-        difference = SurfacePlane(vertices[v], points).Untold(difference);
+        difference = SurfacePlane(vertices[v], points).Decoded(difference);
       }
     }
     points[v] = predictor.At(Predicted(predictor, vertices, v, points), difference);
@@ -233,7 +233,7 @@ bool PieceReader::ReadParents(bool ofVertices, const AncestorTable& table,
   std::vector<std::uint32_t>& parents, SiblingGroups& groups)
 {
   const std::size_t siblings = contexts::siblings + (ofVertices ? 0 : 4);
-  RecentRanks told;
+  RecentRanks recent;
   for (std::size_t entry = 0; entry < parents.size(); ++entry)
   {
     const SiblingGroups::Choices around = groups.Around(table.EarlierNeighboursOf(entry));
@@ -251,7 +251,7 @@ bool PieceReader::ReadParents(bool ofVertices, const AncestorTable& table,
       continue;
     }
     groups.Start(entry);
-    if (!this->ReadRank(contexts::parentOf + (ofVertices ? 0 : 1), told, parents[entry]))
+    if (!this->ReadRank(contexts::parentOf + (ofVertices ? 0 : 1), recent, parents[entry]))
     {
       return false;
     }
@@ -260,15 +260,15 @@ bool PieceReader::ReadParents(bool ofVertices, const AncestorTable& table,
 }
 
 // A parent's rank. False: what is read is none.
-bool PieceReader::ReadRank(std::size_t context, RecentRanks& told, std::uint32_t& parent)
+bool PieceReader::ReadRank(std::size_t context, RecentRanks& recent, std::uint32_t& parent)
 {
   const unsigned symbol = this->Symbols.Choice(context);
-  std::uint64_t rank = told.Next();
+  std::uint64_t rank = recent.Next();
   if (symbol == RecentRanks::other)
   {
-    rank = told.Newest() + static_cast<std::uint64_t>(this->Symbols.Signed(contexts::ancestor));
+    rank = recent.Newest() + static_cast<std::uint64_t>(this->Symbols.Signed(contexts::ancestor));
   }
-  else if (symbol != RecentRanks::next && !told.Find(symbol, rank))
+  else if (symbol != RecentRanks::next && !recent.Find(symbol, rank))
   {
     return false;
   }
@@ -276,7 +276,7 @@ bool PieceReader::ReadRank(std::size_t context, RecentRanks& told, std::uint32_t
   {
     return false;
   }
-  told.Use(symbol, rank);
+  recent.Use(symbol, rank);
   parent = static_cast<std::uint32_t>(rank);
   return true;
 }

@@ -47,7 +47,7 @@ private:
   bool ReadAncestors();
   bool ReadParents(bool ofVertices, const AncestorTable& table, std::vector<std::uint32_t>& parents,
     SiblingGroups& groups);
-  bool ReadRank(std::size_t context, RecentRanks& told, std::uint32_t& parent);
+  bool ReadRank(std::size_t context, RecentRanks& recent, std::uint32_t& parent);
   bool ReadChildNodes();
   void ReadAttribute(std::size_t number);
 

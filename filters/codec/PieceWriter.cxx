@@ -119,7 +119,7 @@ void PieceWriter::WriteParents(bool ofVertices, const AncestorTable& table,
   const std::vector<std::uint32_t>& parents, SiblingGroups& groups)
 {
   const std::size_t siblings = contexts::siblings + (ofVertices ? 0 : 4);
-  RecentRanks told;
+  RecentRanks recent;
   for (std::size_t entry = 0; entry < parents.size(); ++entry)
   {
     const SiblingGroups::Choices around = groups.Around(table.EarlierNeighboursOf(entry));
@@ -139,13 +139,13 @@ void PieceWriter::WriteParents(bool ofVertices, const AncestorTable& table,
     }
     groups.Start(entry);
     const std::uint64_t rank = parents[entry];
-    const unsigned symbol = told.SymbolOf(rank);
+    const unsigned symbol = recent.SymbolOf(rank);
     this->Symbols.Choice(contexts::parentOf + (ofVertices ? 0 : 1), symbol);
     if (symbol == RecentRanks::other)
     {
-      this->Symbols.Signed(contexts::ancestor, static_cast<std::int64_t>(rank - told.Newest()));
+      this->Symbols.Signed(contexts::ancestor, static_cast<std::int64_t>(rank - recent.Newest()));
     }
-    told.Use(symbol, rank);
+    recent.Use(symbol, rank);
   }
 }
 

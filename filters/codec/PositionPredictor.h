@@ -234,19 +234,19 @@ public:
   // The differences along x, y and z in the order in which they are stored: first along the two
   // axes that lie most in the plane (those that follow the third axis cyclically), then the
   // distance of the vertex from the plane along the third.
-  Point Told(const Point& difference) const
+  Point Coded(const Point& difference) const
   {
-    const Point told{ difference[(this->Across + 1) % 3], difference[(this->Across + 2) % 3] };
-    return Point{ told[0], told[1], difference[this->Across] - this->OffPlane(told) };
+    const Point coded{ difference[(this->Across + 1) % 3], difference[(this->Across + 2) % 3] };
+    return Point{ coded[0], coded[1], difference[this->Across] - this->OffPlane(coded) };
   }
   // And back.
-  KDSTREAM_IN_LOOPS Point Untold(const Point& told) const
+  KDSTREAM_IN_LOOPS Point Decoded(const Point& coded) const
   {
     const Point axis = Point{} + this->Across;
     const auto isY = Point(axis == 1), isZ = Point(axis == 2);
-    const Point ofX{ told[2], told[0], told[1] }, ofY{ told[1], told[2], told[0] };
-    const Point turned = (ofX & ~(isY | isZ)) | (ofY & isY) | (told & isZ);
-    return turned + ((Point{} + this->OffPlane(told)) & Point(axis == Point{ 0, 1, 2, 3 }));
+    const Point ofX{ coded[2], coded[0], coded[1] }, ofY{ coded[1], coded[2], coded[0] };
+    const Point turned = (ofX & ~(isY | isZ)) | (ofY & isY) | (coded & isZ);
+    return turned + ((Point{} + this->OffPlane(coded)) & Point(axis == Point{ 0, 1, 2, 3 }));
   }
 
 private:
@@ -272,10 +272,10 @@ private:
   // Where the plane is along the third axis, to the nearest step, halves to the even one, modulo
   // 2^32. The plane rises by no more than the other two coordinates together, because its normal is
   // longest along the third axis.
-  KDSTREAM_IN_LOOPS std::uint32_t OffPlane(const Point& told) const
+  KDSTREAM_IN_LOOPS std::uint32_t OffPlane(const Point& coded) const
   {
-    const double sum = this->Ahead * double(static_cast<std::int32_t>(told[0])) +
-                       this->Behind * double(static_cast<std::int32_t>(told[1]));
+    const double sum = this->Ahead * double(static_cast<std::int32_t>(coded[0])) +
+                       this->Behind * double(static_cast<std::int32_t>(coded[1]));
     // A double of this size has no bits below 1, and holds whole numbers in its lowest bits.
     constexpr double rounds = 6755399441055744.0; // 1.5 * 2^52
     // Without a normal the sum is 0.

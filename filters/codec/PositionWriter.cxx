@@ -75,9 +75,9 @@ std::array<std::int64_t, 3> Differences(const Predictor& predictor, AxisTables t
   {
     if (tables == AxisTables::Plane && vertices[v].guided != 0)
     {
-      const auto told = SurfacePlane(vertices[v], points).Told(points[v] - predicted);
+      const auto coded = SurfacePlane(vertices[v], points).Coded(points[v] - predicted);
       const auto at = [&](std::size_t k)
-      { return std::int64_t{ static_cast<std::int32_t>(told[k]) }; };
+      { return std::int64_t{ static_cast<std::int32_t>(coded[k]) }; };
       return { at(0), at(1), at(2) };
     }
   }

@@ -54,7 +54,7 @@ public:
   TileCornerMemory(std::span<const Triangle> triangles, bool exact)
     : Triangles(triangles)
     , Exact(exact)
-    , Told(triangles.size())
+    , Coded(triangles.size())
     , ChartOf(exact ? triangles.size() : 0)
   {
     VertexId vertices = 0;
@@ -103,7 +103,7 @@ protected:
   Prediction Predict(std::size_t t, std::size_t k, const std::array<bool, 3>& known) const
   {
     const std::size_t next = (k + 1) % 3, previous = (k + 2) % 3;
-    const std::array<TileCorner, 3>& here = this->Told[t];
+    const std::array<TileCorner, 3>& here = this->Coded[t];
     if (known[next] && known[previous])
     {
       for (const std::size_t at : { next, previous })
@@ -132,7 +132,7 @@ protected:
     {
       const VertexId vertex = this->Triangles[t][k];
       Pairs& recent = this->Recent[vertex];
-      const TileCorner& corner = this->Told[t][k];
+      const TileCorner& corner = this->Coded[t][k];
       if (recent.count == 0 || recent.pairs[0] != corner)
       {
         recent.pairs[1] = recent.pairs[0];
@@ -141,7 +141,7 @@ protected:
       }
       this->LastAt[vertex] = static_cast<std::uint32_t>(t);
     }
-    this->Last = this->Told[t][2];
+    this->Last = this->Coded[t][2];
   }
 
   // The chart of the triangle that was last at a corner, or the triangle before; noVertex at first.
@@ -163,7 +163,7 @@ protected:
 
   std::span<const Triangle> Triangles;
   bool Exact;
-  std::vector<std::array<TileCorner, 3>> Told;
+  std::vector<std::array<TileCorner, 3>> Coded;
   std::vector<std::uint32_t> ChartOf;
   std::uint32_t LastChart = 0;
 
@@ -186,10 +186,10 @@ private:
       {
         const std::size_t a = (k + turn) % 3, b = (k + 3 - turn) % 3;
         if (theirs[a] == mine[next] && theirs[b] == mine[previous] &&
-            this->Told[other][a] == this->Told[t][next] &&
-            this->Told[other][b] == this->Told[t][previous])
+            this->Coded[other][a] == this->Coded[t][next] &&
+            this->Coded[other][b] == this->Coded[t][previous])
         {
-          return &this->Told[other][k];
+          return &this->Coded[other][k];
         }
       }
     }
@@ -249,7 +249,7 @@ public:
       this->Symbols.Choice(TileContext::corner + k, symbol);
       known[k] = symbol != newPair;
     }
-    this->Told[t] = corners;
+    this->Coded[t] = corners;
     for (std::size_t k = 0; k < 3; ++k)
     {
       if (!known[k])
@@ -297,20 +297,20 @@ public:
       const TileCorner* const pair =
         this->PairOf(this->Triangles[t][k], this->Symbols.Choice(TileContext::corner + k));
       known[k] = pair != nullptr;
-      this->Told[t][k] = pair ? *pair : TileCorner{};
+      this->Coded[t][k] = pair ? *pair : TileCorner{};
     }
     for (std::size_t k = 0; k < 3; ++k)
     {
       if (!known[k])
       {
         const Prediction predicted = this->Predict(t, k, known);
-        this->Told[t][k] = { Sum(predicted.value[0], this->Symbols.Signed(predicted.context)),
+        this->Coded[t][k] = { Sum(predicted.value[0], this->Symbols.Signed(predicted.context)),
           Sum(predicted.value[1], this->Symbols.Signed(predicted.context + 1)) };
         known[k] = true;
       }
     }
     this->Remember(t);
-    return this->Told[t];
+    return this->Coded[t];
   }
 
 private:

@@ -323,8 +323,8 @@ void ForEachRow(NodeId page, const TreeDepths& depths, bool hasLevels, const Vis
   const auto goOn = [&](Resolution resolution)
   {
     const unsigned depth = PieceDepth(resolution, depths);
-    const bool told = (depth > top || page == 1) && depth <= most;
-    return !told || visit(resolution, page << (depth - top), NodeId{ 1 } << (depth - top));
+    const bool isInPage = (depth > top || page == 1) && depth <= most;
+    return !isInPage || visit(resolution, page << (depth - top), NodeId{ 1 } << (depth - top));
   };
   for (unsigned level = 0; hasLevels && level <= depths.finest; ++level)
   {
@@ -374,25 +374,25 @@ Box RoundedBoxOf(std::span<const Box> boxes, NodeId node)
 std::vector<Box> RoundTreePageBoxes(
   std::span<const Box> boxes, NodeId page, const TreeDepths& depths)
 {
-  std::vector<Box> told = EmptyBoxes(page, RoundedBoxOf(boxes, page), depths);
-  for (NodeId i = 2; i < told.size(); ++i)
+  std::vector<Box> result = EmptyBoxes(page, RoundedBoxOf(boxes, page), depths);
+  for (NodeId i = 2; i < result.size(); ++i)
   {
     const unsigned below = DepthOfNode(i);
     const NodeId node = (page << below) + (i - (NodeId{ 1 } << below));
-    told[i] = RoundedIn(boxes[node], told[i / 2]);
+    result[i] = RoundedIn(boxes[node], result[i / 2]);
   }
-  return told;
+  return result;
 }
 
 TreePage RoundTreePage(
   std::span<const Box> boxes, NodeId page, const TreeDepths& depths, const PieceTable& pieces)
 {
-  TreePage told{ page, RoundTreePageBoxes(boxes, page, depths), {} };
+  TreePage result{ page, RoundTreePageBoxes(boxes, page, depths), {} };
   for (const PieceId piece : PiecesOfTreePage(page, depths, pieces.HasLevels()))
   {
-    told.facts.push_back(RoundedUp(pieces.At(piece)));
+    result.facts.push_back(RoundedUp(pieces.At(piece)));
   }
-  return told;
+  return result;
 }
 
 std::vector<std::uint8_t> EncodeTreePage(const TreePage& page)
@@ -435,17 +435,17 @@ Result<TreePage> DecodeTreePage(std::span<const std::uint8_t> blob, NodeId page,
     return named(unsealed.GetError().code, unsealed.GetError().message);
   }
   SymbolReader symbols(unsealed->subspan(blobHeadSize), contextsOfTree);
-  TreePage told{ page, EmptyBoxes(page, around, depths), {} };
-  for (std::size_t i = 2; i < told.boxes.size(); ++i)
+  TreePage result{ page, EmptyBoxes(page, around, depths), {} };
+  for (std::size_t i = 2; i < result.boxes.size(); ++i)
   {
-    const Box& parent = told.boxes[i / 2];
+    const Box& parent = result.boxes[i / 2];
     if (!parent.Empty() && symbols.Choice(treeEmpty) == 0 &&
-        !ReadBox(symbols, told.boxes[i], parent, i % 2 == 1))
+        !ReadBox(symbols, result.boxes[i], parent, i % 2 == 1))
     {
       return named(ErrorCode::InvalidInput, "a box is not inside its parent's box");
     }
   }
-  if (!ReadFacts(symbols, PiecesOfTreePage(page, depths, hasLevels).size(), told.facts))
+  if (!ReadFacts(symbols, PiecesOfTreePage(page, depths, hasLevels).size(), result.facts))
   {
     return named(ErrorCode::InvalidInput, "bounds or bytes of a piece out of range");
   }
@@ -453,7 +453,7 @@ Result<TreePage> DecodeTreePage(std::span<const std::uint8_t> blob, NodeId page,
   {
     return named(ErrorCode::InvalidInput, "extra bytes at the end");
   }
-  return told;
+  return result;
 }
 
 }

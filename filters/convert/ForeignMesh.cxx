@@ -89,7 +89,7 @@ Result<ForeignMesh> ReadPcdWithoutPcl(const std::filesystem::path&, const Execut
   return Error{ ErrorCode::Unsupported,
     "reading .pcd files needs PCL, which was not there when KdStream was built: install libpcl-dev "
     "(so it is called in Debian) and build kdstream-convert again",
-    {}, {}, Remedy::Told };
+    {}, {}, Remedy::InMessage };
 }
 #endif
 
@@ -99,7 +99,7 @@ Result<ForeignMesh> ReadVrmlWithoutCoin(const std::filesystem::path&, const Exec
   return Error{ ErrorCode::Unsupported,
     "reading .wrl files needs Coin, which was not there when KdStream was built: install "
     "libcoin-dev (so it is called in Debian) and build kdstream-convert again",
-    {}, {}, Remedy::Told };
+    {}, {}, Remedy::InMessage };
 }
 #endif
 
@@ -173,7 +173,7 @@ Result<ForeignMesh> ReadForeignMesh(const std::filesystem::path& file,
   if (!read && !own && !gltf && !tileset && !xyz)
   {
     return Error{ ErrorCode::Unsupported, UnknownEndingHint(*source, ending), {}, {},
-      Remedy::Told };
+      Remedy::InMessage };
   }
   Result<ForeignMesh> result = OfInput(own       ? ReadOwn(file, textures, execution)
                                        : gltf    ? ReadGltf(file, textures, execution)
@@ -187,21 +187,21 @@ Result<ForeignMesh> ReadForeignMesh(const std::filesystem::path& file,
   {
     return hint.empty() || result.GetError().code != ErrorCode::InvalidInput
              ? result
-             : BadInput(hint, Remedy::Told);
+             : BadInput(hint, Remedy::InMessage);
   }
   // Of formats whose readers give points as they are.
   const Result<std::vector<bool>> finite = DropNotFinite(result->mesh, {}, result->tolerance);
   KDSTREAM_TRY(finite);
   if (result->mesh.points.empty() && !hint.empty())
   {
-    return BadInput(hint, Remedy::Told);
+    return BadInput(hint, Remedy::InMessage);
   }
   if (result->mesh.points.empty())
   {
     std::string message = "holds no points";
     std::vector<std::string> why = result->warnings;
-    const std::vector<std::string> told = result->tolerance.Warnings();
-    why.insert(why.end(), told.begin(), told.end());
+    const std::vector<std::string> reported = result->tolerance.Warnings();
+    why.insert(why.end(), reported.begin(), reported.end());
     for (const std::string& warning : why)
     {
       message += "; " + warning;

@@ -108,7 +108,7 @@ Status TakePoints(std::string_view begin, unsigned minor, std::uint64_t fileSize
              : Wrong("its header counts no points, but the file holds " + std::to_string(most) +
                        " after it: the program that wrote it did not finish; repair the "
                        "header, for example with lasinfo -repair",
-                 Remedy::Told);
+                 Remedy::InMessage);
   }
   return CheckPointCount(header.points);
 }

@@ -598,7 +598,7 @@ private:
     }
     const bool areZeros = ahead->substr(0, rest).find_first_not_of('\0') == ahead->npos;
     this->Forgiven.Count(
-      areZeros ? Lapse::PaddedEnd : Lapse::BytesBehindEnd, rest, "byte " + std::to_string(at));
+      areZeros ? Lapse::PaddedEnd : Lapse::BytesAfterEnd, rest, "byte " + std::to_string(at));
     this->LeftOut.push_back({ at, at + rest });
     this->Source.Seek(at + rest);
     return true;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/convert/PcdHeader.h"
 
-#include "filters/convert/BytesBehind.h"
+#include "filters/convert/BytesAfter.h"
 #include "filters/convert/PointAttributes.h"
 #include "filters/core/Types.h"
 #include "filters/meshio/NumberText.h"
@@ -478,11 +478,11 @@ Result<PcdHeader> CheckPcdHeader(const std::filesystem::path& file)
   std::uint64_t end = header->bodyBegin + header->points * header->pointBytes;
   if (header->data != PcdData::Binary)
   {
-    const Result<std::uint64_t> behind = header->data == PcdData::Ascii
-                                           ? reader.CheckAsciiBody(*header)
-                                           : CheckCompressedBody(*source, *header);
-    KDSTREAM_TRY(behind);
-    end = *behind;
+    const Result<std::uint64_t> after = header->data == PcdData::Ascii
+                                          ? reader.CheckAsciiBody(*header)
+                                          : CheckCompressedBody(*source, *header);
+    KDSTREAM_TRY(after);
+    end = *after;
   }
   const bool isText = header->data == PcdData::Ascii;
   const std::uint64_t size = isText ? std::max(end, reader.TextEnd()) : source->Size();
@@ -490,7 +490,8 @@ Result<PcdHeader> CheckPcdHeader(const std::filesystem::path& file)
     Lapse::PaddedEnd, isText ? reader.Padding() : 0, "byte " + std::to_string(reader.TextEnd()));
   // Only whole points of a binary body can be more points.
   const std::uint64_t pointBytes = header->data == PcdData::Binary ? header->pointBytes : 0;
-  const auto more = LookBehind(*source, end, size, pointBytes, header->points, header->tolerance);
+  const auto more =
+    CheckBytesAfter(*source, end, size, pointBytes, header->points, header->tolerance);
   KDSTREAM_TRY(more);
   header->points += *more;
   KDSTREAM_TRY(CheckPointCount(header->points));

@@ -164,12 +164,12 @@ Result<PlainCopy> PlainCopy::WithDatasetFirst(
          { order.begin, order.end }, { order.headEnd, order.begin }, { order.end, size } })
   {
     std::uint64_t at = begin;
-    for (const auto& [first, behind] : order.leftOut)
+    for (const auto& [first, after] : order.leftOut)
     {
-      if (first >= begin && behind <= end)
+      if (first >= begin && after <= end)
       {
         KDSTREAM_TRY(copy.Copy(*source, at, first));
-        at = behind;
+        at = after;
       }
     }
     KDSTREAM_TRY(copy.Copy(*source, at, end));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Point clouds of laser scanners: LAS, compressed ones by LASzip. Step "convert" of the pipeline
 // picture.
-#include "filters/convert/BytesBehind.h"
+#include "filters/convert/BytesAfter.h"
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/LasCloud.h"
 #include "filters/convert/LasHeader.h"
@@ -33,7 +33,7 @@ public:
   Result<ForeignMesh> Read(const Execution& execution)
   {
     constexpr std::size_t pointsAtOnce = 4096; // a block of them fits what Peek takes
-    KDSTREAM_TRY(this->LookBehindPoints());
+    KDSTREAM_TRY(this->CheckBytesAfterPoints());
     this->Source.Seek(this->Header.pointsBegin);
     this->Cloud.Reserve(static_cast<std::size_t>(this->Header.points));
     const std::size_t atOnce = std::max<std::size_t>(
@@ -63,11 +63,11 @@ public:
 
 private:
   // What the header does not count.
-  Status LookBehindPoints()
+  Status CheckBytesAfterPoints()
   {
     const std::uint64_t counted =
       this->Header.pointsBegin + this->Header.points * this->Header.pointBytes;
-    const auto more = LookBehind(this->Source, counted, this->Header.pointsEnd,
+    const auto more = CheckBytesAfter(this->Source, counted, this->Header.pointsEnd,
       this->Header.pointBytes, this->Header.points, this->Cloud.Forgiven(),
       [&](std::uint64_t points) { return this->MayBePoints(counted, points); });
     KDSTREAM_TRY(more);
@@ -166,7 +166,7 @@ Result<ForeignMesh> ReadLas(const std::filesystem::path& file, const Execution& 
   return Error{ ErrorCode::Unsupported,
     "its points are compressed (LAZ), which is not read: make a .las of it, for example with "
     "laszip -i in.laz -o out.las",
-    {}, {}, Remedy::Told };
+    {}, {}, Remedy::InMessage };
 #endif
 }
 

@@ -73,9 +73,9 @@ std::stringstream PlainLines(std::istream& text)
       {
         for (std::size_t i = begin + 1; i < line.size(); ++i)
         {
-          const bool isBehindNumber =
+          const bool isAfterNumber =
             line[i - 1] == '.' || (line[i - 1] >= '0' && line[i - 1] <= '9');
-          line[i] = isBehindNumber && (line[i] == 'd' || line[i] == 'D') ? 'e' : line[i];
+          line[i] = isAfterNumber && (line[i] == 'd' || line[i] == 'D') ? 'e' : line[i];
         }
         lines << line << '\n';
       }
@@ -182,7 +182,7 @@ Result<Cloud> ReadCloud(const std::filesystem::path& file, const PcdHeader& head
   }
   if (!reason.empty())
   {
-    return BadInput(reason, Remedy::Told);
+    return BadInput(reason, Remedy::InMessage);
   }
   return cloud;
 }

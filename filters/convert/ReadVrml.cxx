@@ -573,7 +573,7 @@ private:
     {
       Result<UnpackedText> unpacked = UnpackGzip(*bytes, mostVrmlBytes - 1);
       KDSTREAM_TRY(unpacked);
-      this->Tolerated.Count(Lapse::BytesBehindEnd, unpacked->behind);
+      this->Tolerated.Count(Lapse::BytesAfterEnd, unpacked->bytesAfter);
       *bytes = std::move(unpacked->text);
     }
     Result<VrmlText> checked =
@@ -1127,9 +1127,10 @@ private:
     faces.clockwise = action.getVertexOrdering() == SoShapeHints::CLOCKWISE;
     faces.material = MaterialOf(action);
     faces.colorValues = materials;
-    const std::span<const std::int32_t> told = IndicesOf(node.materialIndex);
-    const bool isTold = told.size() > 1 || (!told.empty() && told[0] >= 0); // else it is [ -1 ]
-    const auto index = isTold ? told : std::span<const std::int32_t>();
+    const std::span<const std::int32_t> specified = IndicesOf(node.materialIndex);
+    const bool isSpecified =
+      specified.size() > 1 || (!specified.empty() && specified[0] >= 0); // else it is [ -1 ]
+    const auto index = isSpecified ? specified : std::span<const std::int32_t>();
     switch (action.getMaterialBinding())
     {
       case SoMaterialBinding::PER_PART:

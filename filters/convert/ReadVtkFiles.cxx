@@ -72,7 +72,7 @@ public:
     return reader;
   }
 
-  Tolerance Behind;
+  Tolerance Surplus;
 
 protected:
   int ReadPieceData() override
@@ -85,7 +85,7 @@ protected:
     vtkXMLDataElement* const points = this->PointElements[piece];
     if (points && points->GetNumberOfNestedElements() > 0)
     {
-      this->LookBehind(points->GetNestedElement(0), 3, this->NumberOfPoints[piece], "Points");
+      this->CheckBytesAfter(points->GetNestedElement(0), 3, this->NumberOfPoints[piece], "Points");
     }
     for (const auto& [elements, counts, name] :
       { std::tuple{ this->VertElements, this->NumberOfVerts, "Verts" },
@@ -96,14 +96,14 @@ protected:
       if (vtkXMLDataElement* const offsets =
             elements[piece] ? this->FindDataArrayWithName(elements[piece], "offsets") : nullptr)
       {
-        this->LookBehind(offsets, 1, counts[piece], name);
+        this->CheckBytesAfter(offsets, 1, counts[piece], name);
       }
     }
     return 1;
   }
 
 private:
-  void LookBehind(
+  void CheckBytesAfter(
     vtkXMLDataElement* array, std::uint64_t components, vtkIdType counted, const char* name)
   {
     int type = 0;
@@ -111,7 +111,7 @@ private:
     {
       return;
     }
-    const VtkMessages notTold; // what is there was read
+    const VtkMessages notReported; // what is there was read
     constexpr std::size_t block = 4096;
     std::array<double, block> values{}; // of at most eight bytes
     // From the last known word on: VTK fails where it is to begin after the end.
@@ -129,7 +129,7 @@ private:
       known = std::max(known, begin + read);
     }
     const std::uint64_t found = known - static_cast<std::uint64_t>(counted) * components;
-    this->Behind.Count(Lapse::NotCounted, found / components,
+    this->Surplus.Count(Lapse::NotCounted, found / components,
       std::string("NumberOf") + name + " is " + std::to_string(counted));
   }
 };
@@ -281,15 +281,16 @@ namespace
 {
 
 // vtkNotFinite becomes NaN again.
-void TakeStandIns(Mesh& mesh)
+void ReplaceSentinels(Mesh& mesh)
 {
-  const double standIn = std::strtod(vtkNotFinite, nullptr);
-  const auto singleStandIn = double(static_cast<float>(standIn));
-  const auto isStandIn = [&](double value) { return value == standIn || value == singleStandIn; };
+  const double sentinel = std::strtod(vtkNotFinite, nullptr);
+  const auto singleSentinel = double(static_cast<float>(sentinel));
+  const auto isSentinel = [&](double value)
+  { return value == sentinel || value == singleSentinel; };
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   for (Vec3& point : mesh.points)
   {
-    std::replace_if(point.begin(), point.end(), isStandIn, nan);
+    std::replace_if(point.begin(), point.end(), isSentinel, nan);
   }
   for (Attribute& array : mesh.attributes)
   {
@@ -300,7 +301,7 @@ void TakeStandIns(Mesh& mesh)
     {
       for (std::size_t k = 0; k < array.components; ++k)
       {
-        if (isStandIn(array.Get(i, k)))
+        if (isSentinel(array.Get(i, k)))
         {
           array.Set(i, k, nan);
         }
@@ -379,7 +380,7 @@ Result<ForeignMesh> ReadVtp(const std::filesystem::path& file, const Execution& 
   if (mesh)
   {
     mesh->tolerance.Add(tolerance);
-    mesh->tolerance.Add(reader->Behind);
+    mesh->tolerance.Add(reader->Surplus);
   }
   return mesh;
 }
@@ -408,7 +409,7 @@ Result<ForeignMesh> ReadVtk(const std::filesystem::path& file, const Execution& 
   }
   if (mesh && damage.hasOtherNumbers)
   {
-    TakeStandIns(mesh->mesh);
+    ReplaceSentinels(mesh->mesh);
   }
   return mesh;
 }

@@ -304,7 +304,7 @@ private:
     {
       return this->Lines.Wrong("has commas and decimal points, which can be read in two ways: "
                                "write numbers as 1234.5, with blanks between them",
-        Remedy::Told);
+        Remedy::InMessage);
     }
     this->Text = line;
     this->SplitText = this->Text;
@@ -355,7 +355,7 @@ private:
       return BadInput(
         "is a grid of heights (Esri's ASCII grid), not points: make an .xyz of it, by "
         "gdal_translate -of XYZ",
-        Remedy::Told);
+        Remedy::InMessage);
     }
     if (this->Layout && this->NamesInFile > 0 && this->NamedColumns != this->ColumnCount)
     {
@@ -367,7 +367,7 @@ private:
             std::to_string(this->NamesInFile) + " names " + std::to_string(this->NamedColumns) +
             ": decimal commas cannot be distinguished from commas between columns; "
             "write 1.5 for 1,5, or semicolons between columns",
-          Remedy::Told);
+          Remedy::InMessage);
       }
       this->Layout = std::nullopt; // a remark, or names of something else
       this->OtherNames = this->NamesAlone ? this->NamesInFile : this->OtherNames;
@@ -377,7 +377,7 @@ private:
       return this->Lines.Wrong(
         "has " + std::to_string(this->ColumnCount) + " columns, and --columns names " +
           std::to_string(this->NamedColumns) + ": name each of them, and those to leave out -",
-        Remedy::Told);
+        Remedy::InMessage);
     }
     if (this->ColumnCount < 3 || this->ColumnCount > mostXyzColumns)
     {
@@ -680,7 +680,7 @@ private:
                           std::to_string(k + 1) + " as " + axes[*axis] + ", and by its order " +
                           "column " + std::to_string(layout.coordinates[*axis] + 1) +
                           " would be: name all columns with --columns",
-          Remedy::Told);
+          Remedy::InMessage);
       }
     }
     return {};

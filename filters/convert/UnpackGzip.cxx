@@ -56,13 +56,13 @@ Result<UnpackedText> UnpackGzip(std::string_view bytes, std::uint64_t most)
       return Error{ ErrorCode::LimitExceeded,
         "is compressed (gzip), and its text is longer than " + std::to_string(most) +
           " bytes: unpack it with gunzip, and see what it is",
-        {}, {}, Remedy::Told };
+        {}, {}, Remedy::InMessage };
     }
     if (state == Z_STREAM_END)
     {
       if (!IsGzip(bytes.substr(taken)))
       {
-        unpacked.behind = bytes.size() - taken;
+        unpacked.bytesAfter = bytes.size() - taken;
         return unpacked;
       }
       ::inflateReset(&stream);

@@ -18,7 +18,7 @@ bool IsGzip(std::string_view bytes);
 struct UnpackedText
 {
   std::string text;
-  std::uint64_t behind = 0; // bytes after the compressed ones, which are left out
+  std::uint64_t bytesAfter = 0; // bytes after the compressed ones, which are left out
 };
 
 // The text of gzip data, also of several members in a row. Memory: the text, which grows as it is

@@ -40,11 +40,11 @@ public:
     for (std::string_view before;;)
     {
       bool comma = false, blank = false;
-      const std::size_t behind = at;
+      const std::size_t after = at;
       for (; at < text.size() && (IsBlank(text[at]) || text[at] == ',' || text[at] == '#'); ++at)
       {
         comma = comma || text[at] == ',';
-        blank = blank || text[at] != ',' || (comma && at > behind);
+        blank = blank || text[at] != ',' || (comma && at > after);
         if (text[at] == '#')
         {
           at = std::min(text.find_first_of("\r\n", at), text.size() - 1);

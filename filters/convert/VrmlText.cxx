@@ -82,15 +82,15 @@ bool IsTooLargeWholeNumber(std::string_view word)
 }
 
 // Whether "-1." continues as "#IND" does, which is not a comment.
-bool GoesOnAsNotFinite(std::string_view word, std::string_view behind)
+bool GoesOnAsNotFinite(std::string_view word, std::string_view after)
 {
   constexpr std::string_view kinds[] = { "#IND", "#QNAN", "#SNAN", "#INF" };
   return (word == "1." || word == "-1." || word == "+1.") &&
          std::any_of(std::begin(kinds), std::end(kinds),
            [&](std::string_view kind)
            {
-             const char next = behind.size() > kind.size() ? behind[kind.size()] : ' ';
-             return behind.starts_with(kind) && ((next >= '0' && next <= '9') || !IsVrmlWord(next));
+             const char next = after.size() > kind.size() ? after[kind.size()] : ' ';
+             return after.starts_with(kind) && ((next >= '0' && next <= '9') || !IsVrmlWord(next));
            });
 }
 
@@ -199,7 +199,7 @@ private:
     }
     if (this->File.starts_with("\xFF\xFE") || this->File.starts_with("\xFE\xFF"))
     {
-      return BadInput("is UTF-16: save it as UTF-8", Remedy::Told);
+      return BadInput("is UTF-16: save it as UTF-8", Remedy::InMessage);
     }
     const std::size_t text = this->File.find_last_not_of(std::string_view("\0\x1a", 2)) + 1;
     const auto zeros =
@@ -921,10 +921,10 @@ private:
     }
     // ROUTE from TO to; EXPORT node AS name, of X3D
     const bool isExport = this->Open.empty() && (word == "EXPORT" || word == "AS");
-    const int behind = word == "ROUTE" ? 3 : isExport ? 1 : 0;
-    if (this->RouteWords > 0 || (behind > 0 && this->Last != "DEF" && this->Last != "USE"))
+    const int after = word == "ROUTE" ? 3 : isExport ? 1 : 0;
+    if (this->RouteWords > 0 || (after > 0 && this->Last != "DEF" && this->Last != "USE"))
     {
-      this->RouteWords = behind > 0 ? behind : this->RouteWords - 1;
+      this->RouteWords = after > 0 ? after : this->RouteWords - 1;
       return {};
     }
     const bool isName = this->Last == "DEF" || this->Last == "USE";

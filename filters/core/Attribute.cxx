@@ -113,13 +113,13 @@ AttributeRole RoleOf(const AttributeInfo& attribute)
 
 bool IsOfCorners(const AttributeInfo& attribute)
 {
-  return attribute == AttributeInfo{ std::string(paintCornersName), AttributeType::Float32,
+  return attribute == AttributeInfo{ std::string(textureCornersName), AttributeType::Float32,
     AttributeAssociation::Cell, 6 };
 }
 
-bool IsTexturePaint(const AttributeInfo& attribute)
+bool IsTextureArray(const AttributeInfo& attribute)
 {
-  return IsOfCorners(attribute) || attribute == AttributeInfo{ std::string(paintMaterialName),
+  return IsOfCorners(attribute) || attribute == AttributeInfo{ std::string(textureMaterialName),
     AttributeType::UInt32, AttributeAssociation::Cell, 1 };
 }
 

@@ -77,9 +77,9 @@ std::vector<AttributeInfo> ArraysOfLevels(std::span<const AttributeInfo> attribu
 // Texture coordinates and material of triangles, on their way through a build: for a triangle's
 // three corners six floats, and a uint32 for the material. Stores do not have them: they become
 // textures of partitions (filters/build/PieceTextures.h).
-inline constexpr std::string_view paintCornersName = "kdstream.corners";
-inline constexpr std::string_view paintMaterialName = "kdstream.material";
-bool IsTexturePaint(const AttributeInfo& attribute);
+inline constexpr std::string_view textureCornersName = "kdstream.corners";
+inline constexpr std::string_view textureMaterialName = "kdstream.material";
+bool IsTextureArray(const AttributeInfo& attribute);
 // Whether the values of a tuple are of the triangle's corners, in their order: they turn with them.
 bool IsOfCorners(const AttributeInfo& attribute);
 

@@ -10,7 +10,7 @@ namespace kdstream
 
 // The longest side of a mesh's box, in model units: 2^127, about 1.7e38. Up to this size no number
 // overflows while levels are made, so a mesh gets the same levels as a smaller one, enlarged:
-//   - deviations are stored as floats, and are at most the box's diagonal: sqrt(3) × 2^127 is below
+//   - geometric errors are stored as floats, at most the box's diagonal: sqrt(3) × 2^127 is below
 //     the greatest float, 2^128;
 //   - the check whether a collapse turns a normal compares squares of products of areas
 //     (MergedStar): eighth powers of lengths, at most 9 × 2^(8 × 127) = 2^1019.2 of the doubles'

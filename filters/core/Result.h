@@ -35,7 +35,7 @@ enum class ErrorCode
 enum class Remedy
 {
   Unknown,       // none was named: whoever reads the input takes the one of the code (OfInput)
-  Told,          // the message says it
+  InMessage,     // the message says it
   Repair,        // the content is wrong: correct it, or export it again
   CopyAgain,     // the file is cut off
   Rename,        // the file is not of the format that its name has

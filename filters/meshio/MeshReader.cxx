@@ -47,9 +47,10 @@ Result<std::unique_ptr<MeshReader>> OpenByEnding(const std::string& ending, Byte
   {
     return Error{ ErrorCode::Unsupported,
       ending + " files are not read in chunks; kdstream-convert makes a .ply of them", {}, {},
-      Remedy::Told };
+      Remedy::InMessage };
   }
-  return Error{ ErrorCode::Unsupported, UnknownEndingHint(source, ending), {}, {}, Remedy::Told };
+  return Error{ ErrorCode::Unsupported, UnknownEndingHint(source, ending), {}, {},
+    Remedy::InMessage };
 }
 
 }
@@ -70,7 +71,7 @@ Result<std::unique_ptr<MeshReader>> OpenFinite(const std::filesystem::path& file
     reader ? (*reader)->Info().vertices == 0 : reader.GetError().code == ErrorCode::InvalidInput;
   if (!hint.empty() && unreadable)
   {
-    return OfFile(file.string(), Status(BadInput(hint, Remedy::Told))).GetError();
+    return OfFile(file.string(), Status(BadInput(hint, Remedy::InMessage))).GetError();
   }
   KDSTREAM_TRY(reader);
   return WithFinitePoints(std::move(*reader), file.string(), scratch);

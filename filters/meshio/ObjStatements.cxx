@@ -153,7 +153,7 @@ Result<bool> ObjStatements::Next()
     if (this->Text.starts_with("#MRGB "))
     {
       this->AsWritten = this->Folded = TakeWord(this->Text);
-      this->Word = ObjKeyword::Painted;
+      this->Word = ObjKeyword::VertexColors;
       return true;
     }
     if (this->Text.empty() || this->Text[0] == '#')
@@ -241,7 +241,7 @@ void ObjStatements::Understand()
 void ObjPassedOver::Add(const ObjStatements& statements)
 {
   this->Curves += statements.Keyword() == ObjKeyword::Curve ? 1 : 0;
-  this->Painted = this->Painted || statements.Keyword() == ObjKeyword::Painted;
+  this->HasVertexColors = this->HasVertexColors || statements.Keyword() == ObjKeyword::VertexColors;
   if (statements.Keyword() == ObjKeyword::Unknown && this->Unknown++ == 0)
   {
     this->FirstUnknown = QuotedText(statements.Written()) + " in line " +
@@ -257,7 +257,7 @@ void ObjPassedOver::Name(std::vector<std::string>& notCarried) const
       this->Curves == 1 ? "1 line, free-form curve or surface"
                         : std::to_string(this->Curves) + " lines and free-form curves or surfaces");
   }
-  if (this->Painted)
+  if (this->HasVertexColors)
   {
     notCarried.emplace_back("colours that ZBrush writes into comments (#MRGB)");
   }

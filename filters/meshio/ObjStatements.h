@@ -27,7 +27,7 @@ enum class ObjKeyword
   Face,              // f, fo
   Material,          // usemtl, mtllib
   Curve,             // curv, curv2, surf, l: what has a shape of its own
-  Painted,           // #MRGB: colours of vertices, in comments of ZBrush
+  VertexColors,      // #MRGB: colours of vertices, in comments of ZBrush
   Other,             // a statement that has no part in a mesh
   Unknown
 };
@@ -102,7 +102,7 @@ public:
 
 private:
   std::uint64_t Curves = 0, Unknown = 0;
-  bool Painted = false;
+  bool HasVertexColors = false;
   std::string FirstUnknown;
 };
 

@@ -32,7 +32,7 @@ Error WideTextError()
 {
   return BadInput(
     "is text in UTF-16 or UTF-32, two or four bytes a character: save it as UTF-8 or ASCII",
-    Remedy::Told);
+    Remedy::InMessage);
 }
 
 Result<std::uint64_t> CropToText(ByteSource& source)

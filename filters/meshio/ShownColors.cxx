@@ -143,7 +143,7 @@ public:
     : Reader(std::move(reader))
     , Scale(std::move(scale))
     , Arrays(this->Reader->Info().attributes.size())
-    , Told(this->Scale.Tell(this->Reader->Info().attributes))
+    , Reported(this->Scale.Tell(this->Reader->Info().attributes))
   {
     this->TakeInfo();
   }
@@ -194,7 +194,7 @@ private:
     {
       this->FileInfo.attributes.push_back(this->Scale.Shown());
     }
-    this->FileInfo.tolerance.Tell(this->Told);
+    this->FileInfo.tolerance.Tell(this->Reported);
   }
 
   void Prepare(Mesh& mesh) const
@@ -208,7 +208,7 @@ private:
   std::unique_ptr<MeshReader> Reader;
   ColorScale Scale;
   std::size_t Arrays; // of the file
-  std::string Told;
+  std::string Reported;
   MeshFileInfo FileInfo;
 };
 

@@ -191,7 +191,7 @@ public:
           ", as programs do that do not know the number yet: all are read");
     }
     KDSTREAM_TRY(this->LookAtHeader());
-    KDSTREAM_TRY(this->LookBehindEnd());
+    KDSTREAM_TRY(this->CheckBytesAfterEnd());
     this->Source.Seek(headerBytes);
     return this->SetFacets(this->Facets);
   }
@@ -207,7 +207,7 @@ public:
 private:
   Status ReadPoints(std::vector<Vec3>& points, std::size_t number) override;
   Status LookAtHeader();
-  Status LookBehindEnd();
+  Status CheckBytesAfterEnd();
   // The two bytes after each facet, which some programs put a colour into.
   void LookAtAttributes(const char* bytes, std::size_t count);
   // Puts the vertices of `count` facets into Batch; false if one is not finite.
@@ -320,7 +320,7 @@ void BinaryStlReader::SpreadNotFinite(std::uint64_t facet, std::size_t first, st
 }
 
 // Bytes after the last facet that the header counts.
-Status BinaryStlReader::LookBehindEnd()
+Status BinaryStlReader::CheckBytesAfterEnd()
 {
   constexpr std::uint64_t mostPadding = 4096;
   const std::uint64_t end = headerBytes + facetBytes * this->Facets;
@@ -337,7 +337,7 @@ Status BinaryStlReader::LookBehindEnd()
   const bool facets = !zeros && rest % facetBytes == 0 && LooksLikeFacet(*bytes);
   this->FileInfo.tolerance.Count(zeros    ? Lapse::PaddedEnd
                                  : facets ? Lapse::NotCounted
-                                          : Lapse::BytesBehindEnd,
+                                          : Lapse::BytesAfterEnd,
     facets ? rest / facetBytes : rest,
     "byte " + std::to_string(end) + ", after the " + std::to_string(this->Facets) +
       " triangles that the header counts" + (facets ? "; only these are read" : ""));
@@ -450,7 +450,7 @@ struct TextState
   // triangles of all others.
   std::uint64_t endless = 0, foreign = 0, small = 0, triangles = 0;
   std::string firstForeign{}, firstSmall{};
-  std::uint64_t behind = 0; // bytes from a Ctrl-Z on, after the last solid
+  std::uint64_t after = 0; // bytes from a Ctrl-Z on, after the last solid
 };
 
 class TextStlReader : public StlReader
@@ -559,7 +559,7 @@ Result<bool> TextStlReader::PassBetween()
   const bool isBetween = !this->At.inSolid && this->At.facet > 0;
   if (isBetween && word->starts_with('\x1A')) // where a text ends for DOS
   {
-    this->At.behind = this->Source.Size() - (this->Words.Position() - word->size());
+    this->At.after = this->Source.Size() - (this->Words.Position() - word->size());
     return true;
   }
   if (isBetween && word->starts_with(utf8Mark)) // of a file that was joined with another
@@ -706,8 +706,8 @@ Status TextStlReader::Start(const Execution& execution)
   const std::uint64_t triangles = this->At.triangles;
   this->FileInfo.tolerance.Count(Lapse::EndMissing, this->At.endless, "'endsolid'");
   this->FileInfo.tolerance.Count(Lapse::FaceTooSmall, this->At.small, this->At.firstSmall);
-  this->FileInfo.tolerance.Count(Lapse::BytesBehindEnd, this->At.behind,
-    "byte " + std::to_string(this->Source.Size() - this->At.behind) + ", a Ctrl-Z");
+  this->FileInfo.tolerance.Count(Lapse::BytesAfterEnd, this->At.after,
+    "byte " + std::to_string(this->Source.Size() - this->At.after) + ", a Ctrl-Z");
   if (this->At.foreign > 0)
   {
     this->FileInfo.ignoredAttributes.push_back(

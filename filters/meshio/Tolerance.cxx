@@ -152,7 +152,7 @@ Status Tolerance::Check(bool strict) const
     {
       Tolerance one;
       one.Count(static_cast<Lapse>(k), this->Numbers[k], this->Firsts[k]);
-      return BadInput(one.Warnings()[0] + ", which --strict does not allow", Remedy::Told);
+      return BadInput(one.Warnings()[0] + ", which --strict does not allow", Remedy::InMessage);
     }
   }
   return {};

@@ -27,7 +27,7 @@ enum class Lapse : std::uint8_t
                       // is read without it
 
   // Read:
-  BytesBehindEnd, // bytes after the end of what the file says it holds
+  BytesAfterEnd,  // bytes after the end of what the file says it holds
   PaddedEnd,      // zeros after it, which fill up a block
   NotCounted,     // points or faces that the file holds and its header does not count
   ValuesNotNamed, // a line of a text with more values than its header names, which are not read

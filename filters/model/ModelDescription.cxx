@@ -91,7 +91,7 @@ Vec3 FrontOf(const Vec3& up)
   return DirectionOf(level).value_or(front);
 }
 
-ModelDescription ToldWith(ModelDescription model, ModelDetail detail)
+ModelDescription WithDetail(ModelDescription model, ModelDetail detail)
 {
   model.detail = detail;
   if (detail != ModelDetail::Regions)

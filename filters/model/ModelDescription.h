@@ -39,10 +39,10 @@ struct ResolutionDescription
   std::uint64_t pieces = 0;
   std::uint64_t bytes = 0;
   // For a level, in model units: an upper bound of the distance of the original from the level's
-  // surface (deviation), and an estimate that 99 of 100 of its vertices do not exceed
-  // (deviation99), by which viewers choose levels. 0 for the original.
-  double deviation = 0;
-  double deviation99 = 0;
+  // surface (geometricError), and an estimate that 99 of 100 of its vertices do not exceed
+  // (geometricError99), by which viewers choose levels. 0 for the original.
+  double geometricError = 0;
+  double geometricError99 = 0;
   // For a level: the spacing of its coordinates, in steps of the grid, 1 … mostSpacing. 1 for the
   // original.
   std::uint32_t spacing = 1;
@@ -191,7 +191,7 @@ struct ModelDescription
 
 // The part of a description that a client of this access level gets: of finer resolutions only that
 // they exist.
-ModelDescription ToldWith(ModelDescription model, ModelDetail detail);
+ModelDescription WithDetail(ModelDescription model, ModelDetail detail);
 
 // An entry of a server's list of models.
 struct ModelSummary

@@ -20,8 +20,8 @@ ResolutionDescription ReadResolution(JsonReader& reader, const JsonValue& object
   resolution.triangles = reader.Integer(object, "triangles", 0, mostCount);
   resolution.pieces = reader.Integer(object, "pieces", 0, std::uint64_t{ 1 } << maximumDepth);
   resolution.bytes = reader.Integer(object, "bytes", 0, mostCount);
-  resolution.deviation = reader.Number(object, "deviation", 0);
-  resolution.deviation99 = reader.Number(object, "deviation_99", 0);
+  resolution.geometricError = reader.Number(object, "deviation", 0);
+  resolution.geometricError99 = reader.Number(object, "deviation_99", 0);
   return resolution;
 }
 
@@ -105,14 +105,14 @@ void ReadTextures(JsonReader& reader, const JsonValue& object, ModelDescription&
   {
     return;
   }
-  TextureDescription& told = model.textures.emplace();
-  told.format = reader.Text(*textures, "format", 16);
-  told.lossless = reader.Boolean(*textures, "lossless");
-  told.bytes = reader.Integer(*textures, "bytes", 0, mostCount);
-  told.texels = reader.Integer(*textures, "texels", 0, mostCount);
+  TextureDescription& reported = model.textures.emplace();
+  reported.format = reader.Text(*textures, "format", 16);
+  reported.lossless = reader.Boolean(*textures, "lossless");
+  reported.bytes = reader.Integer(*textures, "bytes", 0, mostCount);
+  reported.texels = reader.Integer(*textures, "texels", 0, mostCount);
   if (reader.Find(*textures, "levels", false))
   {
-    told.levels = reader.Boolean(*textures, "levels");
+    reported.levels = reader.Boolean(*textures, "levels");
   }
 }
 
@@ -251,8 +251,8 @@ void PutResolution(JsonWriter& json, const ResolutionDescription& resolution)
     .Member("triangles", resolution.triangles)
     .Member("pieces", resolution.pieces)
     .Member("bytes", resolution.bytes)
-    .Member("deviation", resolution.deviation)
-    .Member("deviation_99", resolution.deviation99);
+    .Member("deviation", resolution.geometricError)
+    .Member("deviation_99", resolution.geometricError99);
 }
 
 void PutLevels(JsonWriter& json, const std::vector<ResolutionDescription>& levels)

@@ -74,10 +74,10 @@ void ReadUnused(JsonReader& reader, const JsonValue& object, ModelDescription& m
   {
     return;
   }
-  UnusedDescription& told = model.unused.emplace();
-  told.vertices = reader.Integer(*unused, "vertices", 1, mostCount);
-  told.bytes = reader.Integer(*unused, "bytes", 0, mostCount);
-  told.farthest = reader.Vector(*unused, "farthest");
+  UnusedDescription& reported = model.unused.emplace();
+  reported.vertices = reader.Integer(*unused, "vertices", 1, mostCount);
+  reported.bytes = reader.Integer(*unused, "bytes", 0, mostCount);
+  reported.farthest = reader.Vector(*unused, "farthest");
 }
 
 void ReadBuild(

@@ -107,7 +107,7 @@ const char* AdviceOf(Remedy remedy)
     case Remedy::Divide:
       return ": divide it into several files";
     case Remedy::Unknown:
-    case Remedy::Told:
+    case Remedy::InMessage:
       break;
   }
   return "";

@@ -224,10 +224,10 @@ void ReadClientBody(
   }
   else
   {
-    constexpr std::array former{ "preview", "level", "tree", "boxes", "partitions" };
-    const bool isFormer = std::find(former.begin(), former.end(), type) != former.end();
-    reader.Fail(
-      "there is no request of type " + Quoted(type) + (isFormer ? " any more: use \"blobs\"" : ""));
+    constexpr std::array earlier{ "preview", "level", "tree", "boxes", "partitions" };
+    const bool isEarlier = std::find(earlier.begin(), earlier.end(), type) != earlier.end();
+    reader.Fail("there is no request of type " + Quoted(type) +
+                (isEarlier ? " any more: use \"blobs\"" : ""));
   }
 }
 

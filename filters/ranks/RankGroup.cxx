@@ -49,11 +49,11 @@ Status RankGroup::AgreeOn(std::span<const std::uint64_t> numbers, const Error* o
       std::vector<std::uint64_t> mine(each, 0);
       mine[0] = own != nullptr ? 1 : 0;
       std::copy(numbers.begin(), numbers.end(), mine.begin() + 1);
-      this->AllTold = this->Messages.TellAll(mine);
+      this->AllReceived = this->Messages.TellAll(mine);
     });
   for (std::size_t rank = 0; rank < this->Count(); ++rank)
   {
-    if (this->AllTold[rank * each] != 0)
+    if (this->AllReceived[rank * each] != 0)
     {
       this->Failed = Collective([&] { return this->ErrorOf(rank, own); });
       return *this->Failed;
@@ -103,7 +103,7 @@ Status RankGroup::Sum(std::span<std::uint64_t> numbers)
     numbers[i] = 0;
     for (std::size_t rank = 0; rank < this->Count(); ++rank)
     {
-      numbers[i] += this->Told(rank, i);
+      numbers[i] += this->Received(rank, i);
     }
   }
   return {};
@@ -146,7 +146,7 @@ Result<std::vector<std::uint64_t>> RankGroup::Gather(std::uint64_t number)
   std::vector<std::uint64_t> numbers;
   for (std::size_t rank = 0; rank < this->Count(); ++rank)
   {
-    numbers.push_back(this->Told(rank, 0));
+    numbers.push_back(this->Received(rank, 0));
   }
   return numbers;
 }
@@ -181,8 +181,8 @@ Result<bool> RankGroup::ExchangeBytes(
   std::vector<std::size_t> coming(ranks, 0);
   for (std::size_t rank = 0; rank < ranks; ++rank)
   {
-    anyMore = anyMore || this->Told(rank, 0) > 0;
-    coming[rank] = static_cast<std::size_t>(this->Told(rank, 1 + this->Rank()));
+    anyMore = anyMore || this->Received(rank, 0) > 0;
+    coming[rank] = static_cast<std::size_t>(this->Received(rank, 1 + this->Rank()));
   }
   std::vector<std::span<std::byte>> in(ranks);
   KDSTREAM_TRY(this->AgreeOnRoom(

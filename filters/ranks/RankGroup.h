@@ -175,10 +175,10 @@ public:
     {
       sample.push_back(sorted[i - 1]);
     }
-    const auto came = this->Exchange(RankLists<Key>(this->Count(), sample));
-    KDSTREAM_TRY(came);
+    const auto received = this->Exchange(RankLists<Key>(this->Count(), sample));
+    KDSTREAM_TRY(received);
     sample.clear();
-    for (const std::vector<Key>& theirs : *came)
+    for (const std::vector<Key>& theirs : *received)
     {
       sample.insert(sample.end(), theirs.begin(), theirs.end());
     }
@@ -235,9 +235,9 @@ protected:
   // Begins every call: agrees that no rank has failed. Each rank sends the others a few numbers
   // with it, Count() + 1 at most. REQUIRES: own, or the same count of numbers on all ranks.
   Status AgreeOn(std::span<const std::uint64_t> numbers = {}, const Error* own = nullptr);
-  std::uint64_t Told(std::size_t rank, std::size_t number) const
+  std::uint64_t Received(std::size_t rank, std::size_t number) const
   {
-    return this->AllTold[rank * (this->Count() + 2) + 1 + number];
+    return this->AllReceived[rank * (this->Count() + 2) + 1 + number];
   }
   // Agrees on what make() has come to, which takes memory.
   template <class Make>
@@ -279,7 +279,7 @@ private:
 
   std::unique_ptr<RankMessages> Own; // of a controller
   std::optional<Error> Failed;
-  std::vector<std::uint64_t> AllTold; // of each rank whether it has failed, and numbers
+  std::vector<std::uint64_t> AllReceived; // of each rank whether it has failed, and numbers
 
 protected:
   RankMessages& Messages;

@@ -27,9 +27,9 @@ Error CannotPutAside(const std::filesystem::path& folder)
 }
 
 // The bits of what is not negative are in the order of the numbers.
-std::uint32_t BitsOf(float deviation)
+std::uint32_t BitsOf(float geometricError)
 {
-  return BitCast<std::uint32_t>(deviation + 0.0F); // no -0.0
+  return BitCast<std::uint32_t>(geometricError + 0.0F); // no -0.0
 }
 
 }
@@ -48,18 +48,18 @@ GeometricErrorList::~GeometricErrorList()
   }
 }
 
-Status GeometricErrorList::Add(std::span<const float> deviations)
+Status GeometricErrorList::Add(std::span<const float> geometricErrors)
 {
-  while (!deviations.empty())
+  while (!geometricErrors.empty())
   {
     if (this->Last.size() == this->InMemory)
     {
       KDSTREAM_TRY(this->Flush());
     }
-    const std::size_t count = std::min(deviations.size(), this->InMemory - this->Last.size());
+    const std::size_t count = std::min(geometricErrors.size(), this->InMemory - this->Last.size());
     this->Last.insert(
-      this->Last.end(), deviations.begin(), deviations.begin() + std::ptrdiff_t(count));
-    deviations = deviations.subspan(count);
+      this->Last.end(), geometricErrors.begin(), geometricErrors.begin() + std::ptrdiff_t(count));
+    geometricErrors = geometricErrors.subspan(count);
   }
   return {};
 }
@@ -114,9 +114,9 @@ Status GeometricErrorList::ForEach(const Visit& visit) const
     }
     at += count;
   }
-  for (const float deviation : this->Last)
+  for (const float geometricError : this->Last)
   {
-    visit(BitsOf(deviation));
+    visit(BitsOf(geometricError));
   }
   return {};
 }

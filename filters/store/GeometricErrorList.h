@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The deviations of a resolution's vertices, until all are known: a store's figures depend on all
-// of them, and a level may have more than fit the memory. Only for StoreWriter.
+// The geometric errors of a resolution's vertices, until all are known: a store's figures depend on
+// all of them, and a level may have more than fit the memory. Only for StoreWriter.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -31,9 +31,9 @@ public:
   ~GeometricErrorList();
 
   // None is negative or NaN. Errors: InputOutput.
-  Status Add(std::span<const float> deviations);
-  // The figures of all deviations that were added, exactly, whatever their order; zeros if there
-  // are none. Empties the list. O(n), two passes; memory inMemory floats and 512 KiB. Errors:
+  Status Add(std::span<const float> geometricErrors);
+  // The figures of all geometric errors that were added, exactly, whatever their order; zeros if
+  // there are none. Empties the list. O(n), two passes; memory inMemory floats and 512 KiB. Errors:
   // InputOutput.
   Result<Summary> Finish();
 

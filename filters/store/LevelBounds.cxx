@@ -336,7 +336,7 @@ public:
     , PiecesAt(model.levels[depth].vertices > wholeVertices
                  ? PieceDepth(Resolution::Level(depth), model.depths)
                  : 0)
-    , Most(std::max(LeastBound(model), model.levels[depth].deviation))
+    , Most(std::max(LeastBound(model), model.levels[depth].geometricError))
   {
   }
 

@@ -275,9 +275,9 @@ Result<std::vector<Box>> Store::ReadBoxes(const Execution& execution) const
     KDSTREAM_TRY(execution.Report("boxes", static_cast<double>(node) / first - 1));
     const auto blob = this->Read(BlobId::PartitionBoxes(node));
     KDSTREAM_TRY(blob);
-    const auto told = DecodePartitionBoxes(*blob, node, depths);
-    KDSTREAM_TRY(told);
-    partition = std::copy(told->begin(), told->end(), partition);
+    const auto decoded = DecodePartitionBoxes(*blob, node, depths);
+    KDSTREAM_TRY(decoded);
+    partition = std::copy(decoded->begin(), decoded->end(), partition);
   }
   UniteBoxes(boxes);
   return boxes;

@@ -47,8 +47,8 @@ Result<ModelDescription> ReadStoredModel(int descriptor)
   }
   Result<ModelDescription> model =
     ParseStoredModel(json, HasRowsOfBlobs(*version) ? StoredForm::Earlier : StoredForm::Present);
-  const bool isTold = model && HasRowsOfBlobs(*version); // by the version
-  if (isTold && model->textures.has_value() != HasTextures(*version))
+  const bool isReported = model && HasRowsOfBlobs(*version); // by the version
+  if (isReported && model->textures.has_value() != HasTextures(*version))
   {
     return DamagedBlob("metadata", "its textures do not fit the store's version");
   }
@@ -57,7 +57,7 @@ Result<ModelDescription> ReadStoredModel(int descriptor)
   {
     return DamagedBlob("metadata", "its textures do not fit the store's version");
   }
-  if (isTold && model->unused.has_value() != HasUnused(*version))
+  if (isReported && model->unused.has_value() != HasUnused(*version))
   {
     return DamagedBlob("metadata", "its unused vertices do not fit the store's version");
   }

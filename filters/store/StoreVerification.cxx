@@ -198,10 +198,10 @@ private:
     std::span<const std::uint8_t> blob, NodeId page, std::span<const Box> boxes) const
   {
     const TreeDepths& depths = this->Whole.Information.depths;
-    const auto told = DecodeTreePage(
+    const auto reported = DecodeTreePage(
       blob, page, RoundedBoxOf(boxes, page), depths, this->Whole.Information.HasLevels());
-    KDSTREAM_TRY(told);
-    return told->boxes == RoundTreePageBoxes(boxes, page, depths)
+    KDSTREAM_TRY(reported);
+    return reported->boxes == RoundTreePageBoxes(boxes, page, depths)
              ? Status{}
              : DamagedBlob(
                  BlobName(BlobId::TreePage(page)), "its boxes differ from those of the partitions");
@@ -241,15 +241,15 @@ private:
     for (NodeId node = first; node < 2 * first; ++node)
     {
       const auto blob = this->Whole.Read(BlobId::PartitionBoxes(node));
-      const auto told = blob ? DecodePartitionBoxes(*blob, node, depths) : blob.GetError();
-      this->Note(BlobName(BlobId::PartitionBoxes(node)), OnlyStatus(told));
+      const auto reported = blob ? DecodePartitionBoxes(*blob, node, depths) : blob.GetError();
+      this->Note(BlobName(BlobId::PartitionBoxes(node)), OnlyStatus(reported));
       if (blob)
       {
         this->Digest.AddBoxes(node, *blob);
       }
-      if (told && isThere)
+      if (reported && isThere)
       {
-        partition = std::copy(told->begin(), told->end(), partition);
+        partition = std::copy(reported->begin(), reported->end(), partition);
       }
       KDSTREAM_TRY(this->EndWhereMuchIsWrong());
     }

@@ -22,17 +22,18 @@ namespace kdstream
 namespace
 {
 
-// deviations: of a level's piece, one or more; none of the original's.
-PieceFacts FactsOf(std::vector<float> deviations, std::size_t bytes)
+// geometricErrors: of a level's piece, one or more; none of the original's.
+PieceFacts FactsOf(std::vector<float> geometricErrors, std::size_t bytes)
 {
-  if (deviations.empty())
+  if (geometricErrors.empty())
   {
     return { 0, 0, static_cast<std::uint32_t>(bytes) };
   }
   const auto at99 =
-    deviations.begin() + static_cast<std::ptrdiff_t>((deviations.size() - 1) * 99 / 100);
-  std::nth_element(deviations.begin(), at99, deviations.end());
-  return { *at99, *std::max_element(at99, deviations.end()), static_cast<std::uint32_t>(bytes) };
+    geometricErrors.begin() + static_cast<std::ptrdiff_t>((geometricErrors.size() - 1) * 99 / 100);
+  std::nth_element(geometricErrors.begin(), at99, geometricErrors.end());
+  return { *at99, *std::max_element(at99, geometricErrors.end()),
+    static_cast<std::uint32_t>(bytes) };
 }
 
 // The distance of a point from a box, along the axis where it is largest: squares of the largest
@@ -72,7 +73,7 @@ struct StoreWriter::State
   std::int64_t contentRows = 0, directoryRows = 0; // that are written
   std::uint64_t contentBytes = 0;
   std::unique_ptr<ContentDigest> digest{};
-  std::unique_ptr<GeometricErrorList> deviations{}; // of the resolution that is being written
+  std::unique_ptr<GeometricErrorList> geometricErrors{}; // of the resolution that is being written
   PieceTable pieces{};
   struct Extent // in the content
   {
@@ -106,8 +107,8 @@ struct StoreWriter::State
   Result<std::vector<std::uint8_t>> ReadPiece(PieceId id);
   Result<std::vector<std::uint8_t>> ReadTexture(PieceId id);
   Result<std::vector<std::uint8_t>> Read(const Extent& extent);
-  // Raises the levels' deviations to how far the original is from them at most.
-  Status BoundDeviations(const Execution& execution);
+  // Raises the levels' geometric errors to how far the original is from them at most.
+  Status BoundGeometricErrors(const Execution& execution);
 
   // Why something could not be written, with the store's name: of a full disk, how much it lacks.
   Error Explain(const Error& error) const;
@@ -185,7 +186,7 @@ Result<std::unique_ptr<StoreWriter::State>> StoreWriter::State::Begin(
   Result<NewFile> file = NewFile::Create(store);
   KDSTREAM_TRY(file);
   auto state = std::unique_ptr<State>(new State{ std::move(*file), std::move(info) });
-  state->deviations = std::make_unique<GeometricErrorList>(state->file.Folder());
+  state->geometricErrors = std::make_unique<GeometricErrorList>(state->file.Folder());
   state->digest = std::make_unique<ContentDigest>(state->info);
   state->pieces = PieceTable(state->info.depths, state->info.HasLevels());
   Result<Database> database = OpenEmpty(state->file.Descriptor());
@@ -350,15 +351,15 @@ Result<std::vector<std::uint8_t>> StoreWriter::State::Read(const Extent& extent)
   return data;
 }
 
-Status StoreWriter::State::BoundDeviations(const Execution& execution)
+Status StoreWriter::State::BoundGeometricErrors(const Execution& execution)
 {
   const Result<std::vector<double>> bounds = BoundLevels(
     this->info, [&](PieceId id) { return this->ReadPiece(id); }, execution);
   KDSTREAM_TRY(bounds);
   for (std::size_t depth = 0; depth < bounds->size(); ++depth)
   {
-    double& told = this->info.levels[depth].deviation;
-    told = std::max(told, (*bounds)[depth]);
+    double& reported = this->info.levels[depth].geometricError;
+    reported = std::max(reported, (*bounds)[depth]);
   }
   return {};
 }
@@ -414,15 +415,15 @@ Status StoreWriter::AddUnused(const Piece& part, std::span<const std::uint8_t> d
   State& state = *this->S;
   const std::uint32_t number = state.unusedParts++;
   KDSTREAM_TRY(CheckBlobSize(Store::UnusedName(number), data.size()));
-  UnusedDescription& told = *state.info.unused;
-  told.bytes += data.size();
+  UnusedDescription& reported = *state.info.unused;
+  reported.bytes += data.size();
   for (const Vec3& point : part.positions)
   {
     const double distance = DistanceFrom(state.info.box, point);
     if (distance > state.farthest)
     {
       state.farthest = distance;
-      told.farthest = point;
+      reported.farthest = point;
     }
   }
   state.digest->AddUnused(number, data);
@@ -442,11 +443,11 @@ Status StoreWriter::AddPiece(const Piece& piece, std::span<const std::uint8_t> d
   {
     this->S->scalars.Add(piece);
   }
-  if (Status status = this->S->deviations->Add(piece.deviations); !status)
+  if (Status status = this->S->geometricErrors->Add(piece.geometricErrors); !status)
   {
     return this->S->Explain(status.GetError());
   }
-  this->S->pieces.At(piece.id) = FactsOf(piece.deviations, data.size());
+  this->S->pieces.At(piece.id) = FactsOf(piece.geometricErrors, data.size());
   this->S->pieceExtents.push_back({ this->S->contentBytes, data.size() });
   this->S->digest->AddPiece(piece.id, data);
   if (piece.id == PieceId{ Resolution::Level(PreviewLevel(info)), 1 })
@@ -473,12 +474,12 @@ Status StoreWriter::FinishResolution(
   ResolutionDescription& finished =
     resolution.IsOriginal() ? info.original : info.levels[resolution.Depth()];
   finished.triangles = triangles;
-  const Result<GeometricErrorList::Summary> deviations =
-    OfFile(this->S->file.Target().string(), this->S->deviations->Finish());
-  KDSTREAM_TRY(deviations);
-  finished.deviation99 = deviations->at99;
-  finished.deviation = deviations->largest;
-  return resolution.IsOriginal() ? this->S->BoundDeviations(execution) : Status{};
+  const Result<GeometricErrorList::Summary> geometricErrors =
+    OfFile(this->S->file.Target().string(), this->S->geometricErrors->Finish());
+  KDSTREAM_TRY(geometricErrors);
+  finished.geometricError99 = geometricErrors->at99;
+  finished.geometricError = geometricErrors->largest;
+  return resolution.IsOriginal() ? this->S->BoundGeometricErrors(execution) : Status{};
 }
 
 Result<ModelDescription> StoreWriter::Finish()

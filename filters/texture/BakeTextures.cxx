@@ -182,13 +182,13 @@ private:
     for (std::size_t i = 0; i < this->Textured.mesh.triangles.size(); ++i)
     {
       const std::uint32_t picture = this->MaterialOf(i).picture;
-      const bool painted = picture != noPicture && this->HasCoordinates(i);
-      if (painted)
+      const bool hasPicture = picture != noPicture && this->HasCoordinates(i);
+      if (hasPicture)
       {
         ofPicture[picture].push_back(static_cast<std::uint32_t>(i));
         continue;
       }
-      this->Paint(i, this->ColorOf(i));
+      this->AddFlatColor(i, this->ColorOf(i));
       firstBare = picture != noPicture && bare == 0 ? i : firstBare;
       bare += picture != noPicture ? 1 : 0;
     }
@@ -212,7 +212,7 @@ private:
   }
 
   // The whole triangle in one colour.
-  void Paint(std::size_t triangle, const Color& light)
+  void AddFlatColor(std::size_t triangle, const Color& light)
   {
     const Triangle& t = this->Textured.mesh.triangles[triangle];
     const double area = this->AreaOf(t);
@@ -237,7 +237,7 @@ private:
     {
       for (const std::uint32_t triangle : triangles)
       {
-        this->Paint(triangle, this->ColorOf(triangle));
+        this->AddFlatColor(triangle, this->ColorOf(triangle));
       }
       return {};
     }

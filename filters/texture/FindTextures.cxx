@@ -86,9 +86,9 @@ bool HasColors(const std::vector<ObjMaterial>& materials)
 // The textures of an .obj, reading only as many statements as needed to find out.
 struct TexturesOfObj
 {
-  bool painted = false; // a face uses a picture that is there
-  bool colors = false;  // faces use colours of materials that count
-  bool bare = false;    // a vertex has no colour
+  bool textured = false; // a face uses a picture that is there
+  bool colors = false;   // faces use colours of materials that count
+  bool bare = false;     // a vertex has no colour
   bool places = false;
 };
 
@@ -103,12 +103,12 @@ Result<TexturesOfObj> FindTexturesOfObj(ObjStatements& statements,
     names.Add(materials[i].name, static_cast<std::uint32_t>(i));
   }
   UsedColors colors;
-  TexturesOfObj paint;
+  TexturesOfObj textures;
   std::optional<std::uint32_t> used;
   const bool any = std::find(pictures.begin(), pictures.end(), true) != pictures.end();
   const bool lookForColors = HasColors(materials);
   statements.Restart();
-  while (!paint.bare || (any && !paint.painted) || (lookForColors && !colors.Count()))
+  while (!textures.bare || (any && !textures.textured) || (lookForColors && !colors.Count()))
   {
     const Result<bool> more = statements.Next();
     if (!more && more.GetError().code == ErrorCode::InputOutput)
@@ -121,14 +121,14 @@ Result<TexturesOfObj> FindTexturesOfObj(ObjStatements& statements,
     }
     const std::string_view text = statements.Rest();
     ObjPlace place;
-    if (statements.Keyword() == ObjKeyword::Place && !paint.bare)
+    if (statements.Keyword() == ObjKeyword::Place && !textures.bare)
     {
-      paint.places = true;
-      paint.bare = !ParseObjPlace(text, false, place) || !place.colored;
+      textures.places = true;
+      textures.bare = !ParseObjPlace(text, false, place) || !place.colored;
     }
     else if (statements.Keyword() == ObjKeyword::Face && used)
     {
-      paint.painted = paint.painted || pictures[*used];
+      textures.textured = textures.textured || pictures[*used];
       if (materials[*used].colored)
       {
         colors.Add(materials[*used]);
@@ -138,13 +138,13 @@ Result<TexturesOfObj> FindTexturesOfObj(ObjStatements& statements,
     {
       used = names.Find(Trimmed(text, blanksOfNames));
     }
-    if (any && (paint.painted || paint.bare))
+    if (any && (textures.textured || textures.bare))
     {
       break; // pictures paint
     }
   }
-  paint.colors = colors.Count();
-  return paint;
+  textures.colors = colors.Count();
+  return textures;
 }
 
 // A sentence for each missing picture whose material has a colour in place of it.
@@ -214,14 +214,14 @@ Result<FoundTextures> FindInObj(const std::filesystem::path& file)
   {
     return FoundTextures{ false, false, std::move(found.warnings) };
   }
-  const Result<TexturesOfObj> paint = FindTexturesOfObj(statements, found.materials, pictures);
-  KDSTREAM_TRY(paint);
-  const bool ownColors = paint->places && !paint->bare;
-  if (any && !(ownColors && !paint->painted))
+  const Result<TexturesOfObj> textures = FindTexturesOfObj(statements, found.materials, pictures);
+  KDSTREAM_TRY(textures);
+  const bool ownColors = textures->places && !textures->bare;
+  if (any && !(ownColors && !textures->textured))
   {
     return FoundTextures{ true };
   }
-  if (!any && paint->colors && !ownColors)
+  if (!any && textures->colors && !ownColors)
   {
     return FoundTextures{ true, true };
   }

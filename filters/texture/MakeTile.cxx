@@ -160,7 +160,7 @@ public:
     {
       KDSTREAM_TRY(this->Crop(i));
     }
-    this->PaintPatches();
+    this->FillPatches();
     this->PlaceCorners();
     KDSTREAM_TRY(this->EncodeImage());
     this->Counts.tiles = 1;
@@ -335,7 +335,7 @@ private:
     return {};
   }
 
-  void PaintPatches()
+  void FillPatches()
   {
     for (std::size_t p = 0; p < this->Patches.size(); ++p)
     {

@@ -18,7 +18,7 @@ namespace
 {
 
 constexpr std::size_t mostStatements = 1024; // mtllib, that differ
-constexpr std::size_t mostTold = 5;          // materials that are there in two ways
+constexpr std::size_t mostReported = 5;      // materials that are there in two ways
 
 // A map_… statement: options, then a name that may have blanks.
 class MapStatement
@@ -206,7 +206,7 @@ namespace
 {
 
 // Names with blanks, one after the other: each ends in .mtl.
-std::vector<std::string_view> CutBehindEndings(std::string_view names)
+std::vector<std::string_view> CutAfterEndings(std::string_view names)
 {
   constexpr std::string_view ending = ".mtl ";
   std::vector<std::string_view> cut;
@@ -250,7 +250,7 @@ void ObjLibraries::Add(std::string_view names, std::uint64_t line)
   const bool several = !isFile(whole) && std::any_of(words.begin(), words.end(), isFile);
   if (!several)
   {
-    const std::vector<std::string_view> cut = CutBehindEndings(whole);
+    const std::vector<std::string_view> cut = CutAfterEndings(whole);
     words =
       !isFile(whole) && std::any_of(cut.begin(), cut.end(), isFile) ? cut : std::vector{ whole };
   }
@@ -423,7 +423,7 @@ std::string MaterialNames::Fold(std::string_view name)
 
 void ObjLibraries::TellDifferent(const ObjMaterial& first, const ObjMaterial& other)
 {
-  if (++this->Different <= mostTold)
+  if (++this->Different <= mostReported)
   {
     this->Found.warnings.push_back(
       "the material " + QuotedText(first.name) + " is in " + QuotedText(first.library) +
@@ -459,9 +459,9 @@ ObjMaterials ObjLibraries::Take()
       return a.name == b.name;
     });
   all.erase(first, all.end());
-  if (this->Different > mostTold)
+  if (this->Different > mostReported)
   {
-    this->Found.warnings.push_back(std::to_string(this->Different - mostTold) +
+    this->Found.warnings.push_back(std::to_string(this->Different - mostReported) +
                                    " further materials are there in two ways: the first counts");
   }
   for (std::string& sentence : LooksOf(all).Tell())

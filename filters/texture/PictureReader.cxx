@@ -137,7 +137,7 @@ Result<std::optional<ReadablePicture>> PictureReader::Read(std::uint32_t number)
   {
     if (++this->Unread <= mostWarnings)
     {
-      this->Told.push_back(
+      this->Reported.push_back(
         source.name + (read.missing ? " is not there" : ": " + read.picture.GetError().message) +
         ": the material's colour is taken");
     }
@@ -146,7 +146,7 @@ Result<std::optional<ReadablePicture>> PictureReader::Read(std::uint32_t number)
   const PictureType named = TypeOfName(source.file.string());
   if (named != PictureType::Unknown && named != read.type)
   {
-    this->Told.push_back(
+    this->Reported.push_back(
       source.name + ": is named as " + NameOf(named).substr(2) + ", but is " + NameOf(read.type));
   }
   return std::optional(std::move(*read.picture));
@@ -154,7 +154,7 @@ Result<std::optional<ReadablePicture>> PictureReader::Read(std::uint32_t number)
 
 std::vector<std::string> PictureReader::Warnings() const
 {
-  std::vector<std::string> warnings = this->Told;
+  std::vector<std::string> warnings = this->Reported;
   if (this->Unread > mostWarnings)
   {
     warnings.push_back(

@@ -71,7 +71,7 @@ private:
   const std::uint64_t MostPixels;
   TextureFolderWriter* const Folder;
   std::vector<std::optional<Outcome>> Ahead; // of each picture; gone once it was read
-  std::vector<std::string> Told;
+  std::vector<std::string> Reported;
   std::size_t Unread = 0;
 };
 

@@ -34,8 +34,8 @@ Attribute EmptyArray(std::string_view name, AttributeType type, std::uint8_t com
 
 void AddTextureArrays(TexturedMesh& textured)
 {
-  Attribute corners = EmptyArray(paintCornersName, AttributeType::Float32, 6);
-  Attribute materials = EmptyArray(paintMaterialName, AttributeType::UInt32, 1);
+  Attribute corners = EmptyArray(textureCornersName, AttributeType::Float32, 6);
+  Attribute materials = EmptyArray(textureMaterialName, AttributeType::UInt32, 1);
   corners.values.reserve(textured.corners.size() * corners.TupleSize());
   materials.values.reserve(textured.materialOf.size() * materials.TupleSize());
   for (std::size_t t = 0; t < textured.corners.size(); ++t)
@@ -52,7 +52,7 @@ void AddTextureArrays(TexturedMesh& textured)
     [](const Attribute& array)
     {
       return array.association == AttributeAssociation::Cell &&
-             (array.name == paintCornersName || array.name == paintMaterialName);
+             (array.name == textureCornersName || array.name == textureMaterialName);
     });
   arrays.push_back(std::move(corners));
   arrays.push_back(std::move(materials));
@@ -60,13 +60,13 @@ void AddTextureArrays(TexturedMesh& textured)
 
 std::optional<TexturedTriangles> TakeTextureArrays(Piece& piece, std::size_t materials)
 {
-  TexturedTriangles painted;
-  painted.triangles = piece.triangles;
+  TexturedTriangles texturedTriangles;
+  texturedTriangles.triangles = piece.triangles;
   const std::size_t count = piece.triangles.size();
   std::size_t found = 0;
   for (const Attribute& array : piece.attributes)
   {
-    if (!IsTexturePaint(array) || array.TupleCount() != count)
+    if (!IsTextureArray(array) || array.TupleCount() != count)
     {
       continue;
     }
@@ -76,21 +76,22 @@ std::optional<TexturedTriangles> TakeTextureArrays(Piece& piece, std::size_t mat
     {
       if (!IsOfCorners(array))
       {
-        painted.materialOf.push_back(NumberAt(bytes));
+        texturedTriangles.materialOf.push_back(NumberAt(bytes));
         bytes += 4;
         continue;
       }
-      for (PictureCoordinate& corner : painted.corners.emplace_back())
+      for (PictureCoordinate& corner : texturedTriangles.corners.emplace_back())
       {
         corner = { BitCast<float>(NumberAt(bytes)), BitCast<float>(NumberAt(bytes + 4)) };
         bytes += 8;
       }
     }
   }
-  std::erase_if(piece.attributes, IsTexturePaint);
-  const bool known = std::all_of(painted.materialOf.begin(), painted.materialOf.end(),
-    [&](std::uint32_t material) { return material < materials; });
-  return found == 2 && known ? std::optional(std::move(painted)) : std::nullopt;
+  std::erase_if(piece.attributes, IsTextureArray);
+  const bool known =
+    std::all_of(texturedTriangles.materialOf.begin(), texturedTriangles.materialOf.end(),
+      [&](std::uint32_t material) { return material < materials; });
+  return found == 2 && known ? std::optional(std::move(texturedTriangles)) : std::nullopt;
 }
 
 }

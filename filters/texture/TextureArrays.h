@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Texture coordinates and materials of triangles as arrays that travel with a mesh through the
-// build (IsTexturePaint), and back. Between steps "read" and "encode" of the pipeline picture.
+// build (IsTextureArray), and back. Between steps "read" and "encode" of the pipeline picture.
 #pragma once
 
 #include "filters/core/pieces/Piece.h"

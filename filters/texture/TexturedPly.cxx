@@ -139,7 +139,7 @@ public:
     {
       return Error{ ErrorCode::Unsupported,
         "triangle strips with pictures are not read; --textures off reads them without", {}, {},
-        Remedy::Told };
+        Remedy::InMessage };
     }
     KDSTREAM_TRY(this->ReadMesh(execution, HasCoordinatesOfFaces(*header)));
     this->MakeMaterials(*header);

@@ -100,8 +100,8 @@ struct LineLog::Writer
   std::string waiting;
   std::string before; // what goes to the old file yet
   std::uint64_t lost = 0;
-  std::uint64_t untold = 0; // of the lost ones
-  int failure = 0;          // errno of the last line that was not written
+  std::uint64_t unreported = 0; // of the lost ones
+  int failure = 0;              // errno of the last line that was not written
   TellLost tellLost = LostAsText;
   int file = -1;
   int next = -1;     // takes the place of `file`
@@ -138,24 +138,24 @@ struct LineLog::Writer
     std::string note;
     try
     {
-      note = this->untold == 0 ? "" : this->tellLost(this->untold);
+      note = this->unreported == 0 ? "" : this->tellLost(this->unreported);
     }
     catch (...) // no memory: it is reported next time
     {
     }
-    const auto told = note.empty() ? 0 : std::exchange(this->untold, 0);
+    const auto reported = note.empty() ? 0 : std::exchange(this->unreported, 0);
     const int to = this->file;
     lock.unlock();
-    const bool mended = !this->torn || WriteAll(to, "\n") == 1;
-    const auto written = mended ? WriteLines(to, text) : 0;
+    const bool repaired = !this->torn || WriteAll(to, "\n") == 1;
+    const auto written = repaired ? WriteLines(to, text) : 0;
     const int whyNot = errno;
     const bool noted = written == text.size() && WriteLines(to, note) == note.size();
     lock.lock();
     this->failure = written < text.size() ? whyNot : this->failure;
     const auto missing = LinesIn(std::string_view(text).substr(written));
     this->lost += missing;
-    this->untold += missing + (noted ? 0 : told);
-    this->torn = !mended || (written < text.size() && written > 0 && text[written - 1] != '\n');
+    this->unreported += missing + (noted ? 0 : reported);
+    this->torn = !repaired || (written < text.size() && written > 0 && text[written - 1] != '\n');
   }
 };
 
@@ -213,7 +213,7 @@ void LineLog::Add(std::string_view line) noexcept
   {
   }
   ++this->Lines->lost;
-  ++this->Lines->untold;
+  ++this->Lines->unreported;
 }
 
 std::uint64_t LineLog::Lost() const

@@ -109,19 +109,19 @@ public:
     constexpr std::chrono::minutes between{ 1 };
     const auto now = std::chrono::steady_clock::now();
     const std::uint64_t lost = log ? log->Lost() : 0;
-    if (lost == this->Told || (this->Told > 0 && now - this->Since < between))
+    if (lost == this->Reported || (this->Reported > 0 && now - this->Since < between))
     {
       return;
     }
     const std::string why = log->WhyLost();
-    messages.Warn(file,
-      std::to_string(lost - this->Told) + " log lines were lost" + (why.empty() ? "" : ": " + why));
-    this->Told = lost;
+    messages.Warn(file, std::to_string(lost - this->Reported) + " log lines were lost" +
+                          (why.empty() ? "" : ": " + why));
+    this->Reported = lost;
     this->Since = now;
   }
 
 private:
-  std::uint64_t Told = 0;
+  std::uint64_t Reported = 0;
   std::chrono::steady_clock::time_point Since;
 };
 

@@ -68,9 +68,9 @@ Status TokensFile::Look()
   {
     return {};
   }
-  const auto before = this->Told;
+  const auto before = this->Reported;
   auto status = this->Reload();
-  return again && this->Again && this->Told == before ? Status{} : status;
+  return again && this->Again && this->Reported == before ? Status{} : status;
 }
 
 Status TokensFile::Reload()
@@ -84,7 +84,7 @@ Status TokensFile::Reload()
   }
   this->Seen = now;
   this->Again = !keys && IsTransient(keys.GetError());
-  this->Told = keys ? "" : keys.GetError().message;
+  this->Reported = keys ? "" : keys.GetError().message;
   return keys ? Status{} : keys.GetError();
 }
 

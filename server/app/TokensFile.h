@@ -43,8 +43,8 @@ private:
 
   std::filesystem::path File;
   Stamp Seen{};
-  bool Again = false; // what failed may succeed
-  std::string Told;   // the error of the last reading
+  bool Again = false;   // what failed may succeed
+  std::string Reported; // the error of the last reading
   std::shared_ptr<TokenGuard> Keeper;
 };
 

@@ -56,7 +56,7 @@ Status Listener::Listen(const ListenAddress& address)
   const auto host = local.address().to_string();
   this->LocalPort = local.port();
   this->Local = local.address().is_loopback();
-  this->Told =
+  this->BoundAddress =
     (local.address().is_v6() ? "[" + host + "]" : host) + ":" + std::to_string(this->LocalPort);
   this->KeepSpare();
   return {};

@@ -36,7 +36,7 @@ public:
   // Errors: InvalidArgument for the host; InputOutput where the port is taken or not allowed.
   Status Listen(const ListenAddress& address);
   // "127.0.0.1:8700": where it listens.
-  const std::string& Address() const { return this->Told; }
+  const std::string& Address() const { return this->BoundAddress; }
   // Whether it listens only for this machine.
   bool IsLocal() const { return this->Local; }
   std::uint16_t Port() const { return this->LocalPort; }
@@ -62,7 +62,7 @@ private:
   asio::ip::tcp::acceptor Acceptor;
   asio::steady_timer Pause;
   std::weak_ptr<int> Accepting; // lives as long as the handler of the accept that is in progress
-  std::string Told;
+  std::string BoundAddress;
   bool Local = false;
   std::uint16_t LocalPort = 0;
   std::unique_ptr<std::FILE, int (*)(std::FILE*)> Spare{ nullptr, nullptr };

@@ -18,24 +18,24 @@ std::optional<std::string> RareMessages::Take(std::string_view message, Clock::t
     }
     try
     {
-      this->Kinds.emplace(text, Told{ now });
+      this->Kinds.emplace(text, Reported{ now });
     }
     catch (...) // no memory to remember it
     {
     }
     return text;
   }
-  auto& told = found->second;
-  if (now - told.at < pause)
+  auto& reported = found->second;
+  if (now - reported.at < pause)
   {
-    ++told.untold;
+    ++reported.unreported;
     return std::nullopt;
   }
-  if (told.untold != 0)
+  if (reported.unreported != 0)
   {
-    text += " (and " + std::to_string(told.untold) + " more times since the last message)";
+    text += " (and " + std::to_string(reported.unreported) + " more times since the last message)";
   }
-  told = { now };
+  reported = { now };
   return text;
 }
 

@@ -25,14 +25,14 @@ public:
   std::optional<std::string> Take(std::string_view message, Clock::time_point now = Clock::now());
 
 private:
-  struct Told
+  struct Reported
   {
     Clock::time_point at;
-    std::uint64_t untold = 0;
+    std::uint64_t unreported = 0;
   };
   static constexpr std::size_t mostKinds = 100; // else all are forgotten
 
-  std::map<std::string, Told, std::less<>> Kinds;
+  std::map<std::string, Reported, std::less<>> Kinds;
 };
 
 }

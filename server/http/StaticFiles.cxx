@@ -116,8 +116,8 @@ struct StaticFiles::Kept
 {
   using Key = std::pair<std::string, bool>;
   Report report;
-  std::mutex mutex;                        // for what follows
-  std::map<std::string, std::string> told; // by the path in the folder: what was told last
+  std::mutex mutex;                            // for what follows
+  std::map<std::string, std::string> reported; // by the path in the folder: what was told last
   std::map<Key, std::shared_ptr<const StaticFile>> files;
   std::uintmax_t bytes = 0;
   std::uint64_t forgotten = 0; // times
@@ -158,7 +158,7 @@ void StaticFiles::Forget() const
 {
   const std::lock_guard lock(this->Memory->mutex);
   this->Memory->files.clear();
-  this->Memory->told.clear();
+  this->Memory->reported.clear();
   this->Memory->bytes = 0;
   ++this->Memory->forgotten;
 }
@@ -190,7 +190,7 @@ Result<std::shared_ptr<const StaticFile>> StaticFiles::Read(
   }
   auto file = std::make_shared<const StaticFile>(std::move(*read));
   const std::lock_guard lock(this->Memory->mutex);
-  this->Memory->told.erase(relative->string());
+  this->Memory->reported.erase(relative->string());
   // What was read before Forget may be the file of before.
   if (this->Memory->forgotten == forgotten &&
       this->Memory->bytes + file->bytes->size() <= keptBytes &&
@@ -210,7 +210,7 @@ void StaticFiles::Tell(const std::string& relative, const Error& error) const
   }
   {
     const std::lock_guard lock(this->Memory->mutex);
-    auto& last = this->Memory->told[relative];
+    auto& last = this->Memory->reported[relative];
     if (last == error.message)
     {
       return;

@@ -531,8 +531,8 @@ private:
     {
       return *this->ClosedBy;
     }
-    const auto silentAt = this->HeardAt + this->State.Options.streamTimeout;
-    return this->Writing ? std::min(silentAt, this->TakenBy) : silentAt;
+    const auto idleAt = this->HeardAt + this->State.Options.streamTimeout;
+    return this->Writing ? std::min(idleAt, this->TakenBy) : idleAt;
   }
 
   Clock::time_point PingAt() const

@@ -23,7 +23,7 @@ BlobBytes ServedModel::Json(ModelDetail detail) const
   auto& written = this->Written.at(static_cast<std::size_t>(detail));
   if (!written)
   {
-    written = JsonBytes(WriteModel(ToldWith(this->Description(), detail)));
+    written = JsonBytes(WriteModel(WithDetail(this->Description(), detail)));
   }
   return written;
 }

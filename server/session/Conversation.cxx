@@ -462,7 +462,7 @@ void Conversation::FinishOpening(Task& task)
   {
     this->Model = std::move(task.Model);
     this->Answer({ request,
-      protocol::OpenedAnswer{ ToldWith(this->Model->Description(), this->May.Detail()) } });
+      protocol::OpenedAnswer{ WithDetail(this->Model->Description(), this->May.Detail()) } });
   }
 }
 

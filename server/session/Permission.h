@@ -6,7 +6,7 @@
 //   levels    all levels, and the pages of the tree
 //   regions   the original too, and the boxes of its partitions
 //
-// The description has nothing about what is finer (ToldWith).
+// The description has nothing about what is finer (WithDetail).
 //
 // All functions from any thread.
 #pragma once

@@ -42,7 +42,7 @@ public:
     std::shared_ptr<OpenStores> stores)
     : File(std::move(file))
     , Stores(std::move(stores))
-    , Told(std::move(description))
+    , Described(std::move(description))
     , Cache(std::move(cache))
     , Number(this->Cache->AddModel())
     , Report(std::move(report))
@@ -56,7 +56,7 @@ public:
     this->Cache->RemoveModel(this->Number);
   }
 
-  const ModelDescription& Description() const override { return this->Told; }
+  const ModelDescription& Description() const override { return this->Described; }
 
   Status CheckUnchanged() const override
   {
@@ -204,7 +204,7 @@ private:
     auto store = Store::Open(this->File);
     KDSTREAM_TRY(store);
     if (!(*store)->State().SameContent(this->State()) ||
-        (*store)->Info().digest != this->Told.digest)
+        (*store)->Info().digest != this->Described.digest)
     {
       return replaced;
     }
@@ -296,7 +296,7 @@ private:
 
   const std::filesystem::path File;
   const std::shared_ptr<OpenStores> Stores;
-  ModelDescription Told;
+  ModelDescription Described;
   std::shared_ptr<BlobCache> Cache;
   BlobCache::Model Number;
   DamageReport Report;
@@ -365,12 +365,12 @@ Result<std::shared_ptr<const StoreModel>> OpenStoreModel(const std::filesystem::
       auto store = Store::Open(file);
       KDSTREAM_TRY(store);
       // A description that clients would reject is rejected here, where the operator sees it.
-      ModelDescription told = (*store)->Info();
-      told.id = id;
-      KDSTREAM_TRY(CheckServed(told));
-      return std::shared_ptr<const StoreModel>(std::make_shared<const ModelOfStore>(file, *store,
-        std::move(told), std::move(cache), std::move(report),
-        stores ? std::move(stores) : std::make_shared<OpenStores>(1)));
+      ModelDescription reported = (*store)->Info();
+      reported.id = id;
+      KDSTREAM_TRY(CheckServed(reported));
+      return std::shared_ptr<const StoreModel>(
+        std::make_shared<const ModelOfStore>(file, *store, std::move(reported), std::move(cache),
+          std::move(report), stores ? std::move(stores) : std::make_shared<OpenStores>(1)));
     });
 }
 

@@ -32,7 +32,7 @@ SessionOptions OptionsOfActor(double tolerance, std::uint64_t triangles)
 }
 
 ActorStream::ActorStream(std::unique_ptr<ModelSource> source, double tolerance,
-  std::uint64_t triangles, SurfaceActors::Told add, SurfaceActors::Told remove)
+  std::uint64_t triangles, SurfaceActors::Callback add, SurfaceActors::Callback remove)
   : Source(std::move(source))
   , Session(OptionsOfActor(tolerance, triangles))
   , Drawn(std::move(add), std::move(remove))
@@ -86,7 +86,7 @@ void ActorStream::SetColors(const ColorChoice& colors)
   this->Drawn.SetStyle({ ColoringOf(colors, this->Scalars), false, false });
 }
 
-Status ActorStream::Look(const SceneCamera& camera, int width, int height)
+Status ActorStream::FollowCamera(const SceneCamera& camera, int width, int height)
 {
   KDSTREAM_TRY(CheckCamera(camera));
   const Viewport window{ width, height, 1 };

@@ -26,7 +26,7 @@ class ActorStream
 public:
   // tolerance, and triangles for the smallest models: RefinementOptions.
   ActorStream(std::unique_ptr<ModelSource> source, double tolerance, std::uint64_t triangles,
-    SurfaceActors::Told add, SurfaceActors::Told remove);
+    SurfaceActors::Callback add, SurfaceActors::Callback remove);
 
   // Waits until the model is open and its preview has arrived. model: its name, empty for the only
   // one. Errors: NotFound; InputOutput if nothing arrives for this time.
@@ -35,7 +35,7 @@ public:
   void SetBudgets(std::uint64_t triangles, std::size_t bytes);
   void SetColors(const ColorChoice& colors);
   // Asks for what is needed there. Errors: those of CheckCamera.
-  Status Look(const SceneCamera& camera, int width, int height);
+  Status FollowCamera(const SceneCamera& camera, int width, int height);
   // Takes and draws what has arrived, for at most this number of seconds, but at least one piece.
   // Errors: those of SurfaceActors.
   Status TakeIn(double seconds);

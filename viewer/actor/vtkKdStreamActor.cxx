@@ -76,9 +76,9 @@ void SetUpStone(vtkProperty& stone)
 
 ColorChoice ChoiceOf(const std::string& text)
 {
-  if (const auto told = ParseColors(text))
+  if (const auto parsed = ParseColors(text))
   {
-    return *told;
+    return *parsed;
   }
   ColorChoice choice;
   choice.coloring = SurfaceColoring::Attribute;
@@ -170,7 +170,7 @@ std::string vtkKdStreamActor::GetErrorMessage() const
   return this->ErrorMessage;
 }
 
-void vtkKdStreamActor::Look(vtkRenderer& renderer)
+void vtkKdStreamActor::FollowCamera(vtkRenderer& renderer)
 {
   this->Renderer = &renderer;
   if (!renderer.IsActiveCameraCreated())
@@ -184,7 +184,7 @@ void vtkKdStreamActor::Look(vtkRenderer& renderer)
   // A camera that sees nothing needs nothing.
   if (const auto view = ViewOf(renderer, *this->GetMatrix()))
   {
-    (void)this->Stream->Look(view->camera, view->width, view->height);
+    (void)this->Stream->FollowCamera(view->camera, view->width, view->height);
   }
 }
 
@@ -237,7 +237,7 @@ bool vtkKdStreamActor::Refine(vtkRenderer* renderer, double seconds)
   const auto end = Clock::now() + std::chrono::duration<double>(std::min(seconds, 1e6));
   do
   {
-    this->Look(*renderer);
+    this->FollowCamera(*renderer);
     this->TakeIn(std::chrono::duration<double>(end - Clock::now()).count());
     if (this->Stream->IsComplete())
     {
@@ -296,7 +296,7 @@ void vtkKdStreamActor::SetAllocatedRenderTime(double seconds, vtkViewport* viewp
   if (renderer && !renderer->GetSelector() && this->IsOpen() &&
       this->BeginsPicture(*renderer->GetRenderWindow()))
   {
-    this->Look(*renderer);
+    this->FollowCamera(*renderer);
     this->TakeIn(this->SecondsFor(*renderer));
     this->WaitForIdle(*renderer);
   }
@@ -358,7 +358,7 @@ void vtkKdStreamActor::ShallowCopy(vtkProp* prop)
 // VTK asks for these only where it is a part of another assembly.
 void vtkKdStreamActor::BuildPaths(vtkAssemblyPaths* paths, vtkAssemblyPath* path)
 {
-  if (!std::exchange(this->WasToldOfAssembly, true))
+  if (!std::exchange(this->HasReportedAssembly, true))
   {
     vtkWarningMacro(
       << "a part of another assembly is drawn but not refined: add it to the renderer itself");

@@ -244,7 +244,7 @@ private:
   kdstream::ServerAddress Address() const;
   bool IsOpen();
   void Close();
-  void Look(vtkRenderer& renderer);
+  void FollowCamera(vtkRenderer& renderer);
   bool BeginsPicture(vtkRenderWindow& window);
   void TakeIn(double seconds);
   double SecondsFor(vtkRenderer& renderer);
@@ -273,7 +273,7 @@ private:
   unsigned long TimerObserver = 0;
   int Timer = 0, LastTimer = 0;
   std::array<double, 4> Tile{}; // of the last picture: scales, bottom, left
-  bool WasToldOfAssembly = false;
+  bool HasReportedAssembly = false;
 };
 
 #endif

@@ -433,7 +433,7 @@ private:
     this->Tasks.clear();
     this->HasFailed = !this->WasBusy;
     this->NotWrittenBefore = Clock::now() + busyPause;
-    if (this->OnTrouble && !std::exchange(this->HasTold, true))
+    if (this->OnTrouble && !std::exchange(this->HasReported, true))
     {
       this->OnTrouble(this->WasBusy ? isBusy : why);
     }
@@ -563,7 +563,7 @@ private:
   mutable std::mutex Mutex; // of all below
   std::condition_variable Woken;
   std::vector<Task> Tasks;
-  bool HasFailed = false, HasTold = false, Ended = false;
+  bool HasFailed = false, HasReported = false, Ended = false;
   Clock::time_point NotWrittenBefore;
   std::thread Writer;
 };
@@ -585,9 +585,9 @@ Result<std::shared_ptr<DiskCache>> DiskCache::Open(const fs::path& folder, std::
     return writing ? reading.GetError() : writing.GetError();
   }
   // A folder that can only be read is somebody's decision.
-  const bool isTold =
+  const bool isReported =
     !writing && (writing.GetError().message == isBusy || writing.GetError().message == isNotOurs);
-  if (isTold && onTrouble)
+  if (isReported && onTrouble)
   {
     onTrouble(
       writing.GetError().message == isBusy ? isBusy : writing.GetError().file + " " + isNotOurs);

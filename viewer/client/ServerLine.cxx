@@ -235,10 +235,10 @@ void ServerLine::Tick(double now)
     // If something is in flight, this is checked again later.
     this->Gets.IsIdle() ? this->ProbeStream() : void(this->ProbeAt = now + 1);
   }
-  const bool isSilent = this->Current == State::Streaming && this->Options.silenceTimeout > 0 &&
+  const bool timedOut = this->Current == State::Streaming && this->Options.idleTimeout > 0 &&
                         this->Stream.IsWaiting() &&
-                        now - this->LastNews > this->Options.silenceTimeout;
-  if (isSilent)
+                        now - this->LastNews > this->Options.idleTimeout;
+  if (timedOut)
   {
     this->Disconnect("nothing arrived for too long", now);
   }

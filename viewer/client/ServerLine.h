@@ -44,8 +44,8 @@ struct ServerLineOptions
   // s; a server that had no stream is asked for one again after this time, if GETs do not work
   // either; 0 = never.
   double streamRetry = 0;
-  double silenceTimeout = 0; // s; if something is outstanding and nothing has come for so long, the
-                             // connection is given up; 0 = never (the host's sockets do that)
+  double idleTimeout = 0; // s; if something is outstanding and nothing has come for so long, the
+                          // connection is given up; 0 = never (the host's sockets do that)
   // s; the stall timeout: after this time without progress of the longest outstanding request,
   // though other things came (StreamConversation::StalledSince), that request has failed, and the
   // connection is given up; 0 = never

@@ -333,7 +333,7 @@ void StreamConversation::FollowOldest(double now)
     this->LastProgress = now;
     this->AskedByThen = 0;
     this->Strays = 0;
-    this->OthersCame = false;
+    this->OthersArrived = false;
   }
 }
 
@@ -352,13 +352,14 @@ void StreamConversation::NoteMessage(std::uint32_t wire, bool isMeant, double no
   const bool isProgress =
     isOwn || (isMeant ? wire <= this->AskedByThen : this->Strays++ < mostStrays);
   this->LastProgress = isProgress ? now : this->LastProgress;
-  this->OthersCame = !isProgress;
+  this->OthersArrived = !isProgress;
 }
 
 double StreamConversation::StalledSince() const
 {
-  return this->Longest.request != 0 && this->OthersCame ? this->LastProgress
-                                                        : std::numeric_limits<double>::infinity();
+  return this->Longest.request != 0 && this->OthersArrived
+           ? this->LastProgress
+           : std::numeric_limits<double>::infinity();
 }
 
 void StreamConversation::FailStalled(const std::string& message)

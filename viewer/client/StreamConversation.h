@@ -132,10 +132,10 @@ private:
   // Messages that had been sent when the first other answer arrived since then; 0: none has
   // arrived.
   std::uint32_t AskedByThen = 0;
-  std::size_t Strays = 0;    // messages that bring nothing of what was asked for, since then
-  bool OthersCame = false;   // since the last progress
-  std::string Model, Digest; // that is open, or was when the connection was lost
-  std::string Refusal;       // why nothing more can be had of it; empty = it can
+  std::size_t Strays = 0;     // messages that bring nothing of what was asked for, since then
+  bool OthersArrived = false; // since the last progress
+  std::string Model, Digest;  // that is open, or was when the connection was lost
+  std::string Refusal;        // why nothing more can be had of it; empty = it can
   std::vector<std::string> Messages;
   std::vector<ClientEvent> Events;
 };

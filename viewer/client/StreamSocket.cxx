@@ -29,7 +29,7 @@ using boost::system::error_code;
 constexpr std::chrono::seconds socketConnectTimeout{ 10 };
 // After this time of silence the server is sent a ping; after this time again the connection is
 // given up.
-constexpr std::chrono::seconds silenceTimeout{ 20 };
+constexpr std::chrono::seconds socketIdleTimeout{ 20 };
 }
 
 class StreamSocket::Connection : public std::enable_shared_from_this<Connection>
@@ -71,7 +71,7 @@ private:
     beast::get_lowest_layer(this->Socket).expires_never(); // the WebSocket has its own
     websocket::stream_base::timeout timeout;
     timeout.handshake_timeout = socketConnectTimeout;
-    timeout.idle_timeout = silenceTimeout * 2;
+    timeout.idle_timeout = socketIdleTimeout * 2;
     timeout.keep_alive_pings = true;
     this->Socket.set_option(timeout);
     this->Socket.set_option(websocket::stream_base::decorator(

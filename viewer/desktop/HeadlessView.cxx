@@ -117,10 +117,10 @@ void TellIfNothingIsWritten(const std::string& program, const ViewOptions& line,
 }
 
 // Reports parts that cannot be fetched, and pictures that show nothing, or less than they should.
-class ToldFailures
+class ReportedFailures
 {
 public:
-  ToldFailures(std::string program, std::string source, const ViewerSession& session)
+  ReportedFailures(std::string program, std::string source, const ViewerSession& session)
     : Program(std::move(program))
     , Source(std::move(source))
     , Session(session)
@@ -132,7 +132,7 @@ public:
   int Add(const std::string& sentence)
   {
     this->Incomplete.insert(this->Session.GetStatus().model);
-    if (++this->Parts <= toldParts)
+    if (++this->Parts <= reportedParts)
     {
       this->Code = PrintError(this->Program, this->Source, { ErrorCode::NotFound, sentence });
     }
@@ -140,10 +140,10 @@ public:
   }
   void TellOfTheRest() const
   {
-    if (this->Parts > toldParts)
+    if (this->Parts > reportedParts)
     {
-      std::cerr << this->Program << ": warning: " << this->Source << ": " << this->Parts - toldParts
-                << " more errors of this kind\n";
+      std::cerr << this->Program << ": warning: " << this->Source << ": "
+                << this->Parts - reportedParts << " more errors of this kind\n";
     }
   }
 
@@ -165,7 +165,7 @@ public:
   }
 
 private:
-  static constexpr std::size_t toldParts = 2;
+  static constexpr std::size_t reportedParts = 2;
   std::string Program, Source;
   const ViewerSession& Session;
   std::set<std::string> Incomplete; // models
@@ -222,7 +222,7 @@ Result<int> ViewHeadless(const std::string& program, const ViewOptions& line,
   session.SetModels(source.Models());
   session.Resize({ line.width, line.height, 1 });
   int exitCode = exitDone;
-  ToldFailures failures(program, line.source, session);
+  ReportedFailures failures(program, line.source, session);
   std::string record;
   PlayerOptions options;
   options.record = [&record](const SessionStep& step) { record += FormatSessionStep(step) + "\n"; };
@@ -242,14 +242,15 @@ Result<int> ViewHeadless(const std::string& program, const ViewOptions& line,
       last.distances = true;
       (*window)->SetSettings(last);
     }
-    const auto told = At(picture ? step.name : line.source, failures.Tell(step, player.Play(step)));
-    KDSTREAM_TRY(told);
+    const auto reported =
+      At(picture ? step.name : line.source, failures.Tell(step, player.Play(step)));
+    KDSTREAM_TRY(reported);
     Perform(step, settings);
     if (const ViewerScene scene = session.Scene(); !scene.box.Empty())
     {
       KDSTREAM_TRY(At(line.source, CheckColors(settings.colors, scene.scalars)));
     }
-    exitCode = std::max(exitCode, *told);
+    exitCode = std::max(exitCode, *reported);
   }
   failures.TellOfTheRest();
 

@@ -84,8 +84,7 @@ Status Player::WaitForIdle()
     {
       lastNews = Clock::now();
     }
-    else if (now - lastNews > this->Options.silenceTimeout ||
-             now - begin > this->Options.longestWait)
+    else if (now - lastNews > this->Options.idleTimeout || now - begin > this->Options.longestWait)
     {
       return Error{ ErrorCode::InputOutput,
         "gave up waiting for the server; outstanding: " +

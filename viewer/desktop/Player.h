@@ -18,8 +18,8 @@ namespace kdstream
 
 struct PlayerOptions
 {
-  // A wait fails if the server has sent nothing for silenceTimeout, or if it takes longestWait.
-  std::chrono::seconds silenceTimeout{ 120 };
+  // A wait fails if the server has sent nothing for idleTimeout, or if it takes longestWait.
+  std::chrono::seconds idleTimeout{ 120 };
   std::chrono::seconds longestWait{ 1800 };
   // Called with each step before it is done.
   std::function<void(const SessionStep&)> record;

@@ -12,7 +12,7 @@ SessionScene::SessionScene()
   this->Scene.SetTileDecoder(DecodeTile);
 }
 
-void SessionScene::SetLook(const ColorChoice& colors, bool occlusion)
+void SessionScene::SetAppearance(const ColorChoice& colors, bool occlusion)
 {
   this->Colors = colors;
   this->HasOcclusion = occlusion;
@@ -24,7 +24,7 @@ Status SessionScene::Follow(const ViewerScene& scene)
   if (this->Scalars != scene.scalars)
   {
     this->Scalars = scene.scalars;
-    this->SetLook(this->Colors, this->HasOcclusion);
+    this->SetAppearance(this->Colors, this->HasOcclusion);
   }
   if (this->ShownVersion != scene.surfaceVersion || this->ShownTiles != scene.tiles)
   {

@@ -22,7 +22,7 @@ public:
   vtkRenderer& Renderer() { return this->Scene.Renderer(); }
   // Sets the colouring and ambient occlusion from the next picture on; occlusion: SceneStyle. The
   // colours are the choice's for every model that is shown (ColoringOf).
-  void SetLook(const ColorChoice& colors, bool occlusion);
+  void SetAppearance(const ColorChoice& colors, bool occlusion);
 
   // Updates surface and camera. Only a surface that has changed since the last call takes time.
   // Errors: those of SurfaceScene.

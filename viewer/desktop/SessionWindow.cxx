@@ -51,7 +51,7 @@ void SessionWindow::Resize(const Viewport& view)
 void SessionWindow::SetSettings(const SceneSettings& settings)
 {
   this->How = settings;
-  this->Scene.SetLook(settings.colors, settings.occlusion);
+  this->Scene.SetAppearance(settings.colors, settings.occlusion);
 }
 
 Status SessionWindow::Show(const ViewerSession& session, const std::string& unit)

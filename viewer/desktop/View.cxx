@@ -49,14 +49,14 @@ Result<int> ViewWithoutWindow(const std::string& program, const ViewOptions& opt
 {
   const auto replay = At(options.replay, ReadReplay(options.replay));
   KDSTREAM_TRY(replay);
-  std::string told;
+  std::string reported;
   const auto report = [&](std::string_view progress)
   {
-    if (progress != told && !progress.empty())
+    if (progress != reported && !progress.empty())
     {
       std::cerr << program << ": " << progress << "\n";
     }
-    told = progress;
+    reported = progress;
     return !Interrupted();
   };
   const auto source =

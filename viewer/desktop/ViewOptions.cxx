@@ -94,9 +94,9 @@ void AddPictureOptions(CLI::App& app, ViewOptions& line)
 // arrays.
 ColorChoice ColorsOf(const std::string& text, ColorChoice colors)
 {
-  const auto told = ParseColors(text);
-  colors.coloring = told ? told->coloring : SurfaceColoring::Attribute;
-  colors.attribute = told ? told->attribute : text;
+  const auto known = ParseColors(text);
+  colors.coloring = known ? known->coloring : SurfaceColoring::Attribute;
+  colors.attribute = known ? known->attribute : text;
   return colors;
 }
 

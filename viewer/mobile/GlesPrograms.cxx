@@ -62,7 +62,7 @@ Result<GLuint> GlesPrograms::Surface(std::size_t kind)
     const bool isCloud = (kind & cloud) != 0;
     const char* isCut = (kind & cut) != 0 ? "#define CUT\n" : "";
     const char* hasRelief = (kind & relief) != 0 ? "#define RELIEF\n" : "";
-    const char* isTextured = (kind & paint) != 0 ? "#define PAINT\n" : "";
+    const char* isTextured = (kind & textured) != 0 ? "#define TEXTURED\n" : "";
     const auto made = MakeProgram(isCloud ? "cloud's" : "surface's",
       { shaders::header, isCut, isTextured, shaders::surfaceVertex },
       { shaders::header, isCut, hasRelief, isTextured, shaders::occlusionDepths,
@@ -102,7 +102,7 @@ void SetVector(GLuint program, const char* name, const Vec3& v)
     static_cast<float>(v[1]), static_cast<float>(v[2]));
 }
 
-void SetLook(GLuint program, const SceneLighting& lighting)
+void SetLighting(GLuint program, const SceneLighting& lighting)
 {
   std::array<float, 3 * sceneLights.size()> directions{};
   std::array<float, 3 * sceneLights.size()> colors{};

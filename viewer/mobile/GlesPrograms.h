@@ -21,9 +21,9 @@ class GlesPrograms
 public:
   // What a surface is drawn with: the sum of those that apply.
   static constexpr std::size_t cloud = 1;
-  static constexpr std::size_t cut = 2;    // by a section
-  static constexpr std::size_t relief = 4; // not of clouds
-  static constexpr std::size_t paint = 8;  // by a texture; not of clouds
+  static constexpr std::size_t cut = 2;      // by a section
+  static constexpr std::size_t relief = 4;   // not of clouds
+  static constexpr std::size_t textured = 8; // not of clouds
 
   // Errors: Unsupported if no context of OpenGL ES 3.0 or WebGL 2 is current, or if a shader does
   // not compile, with the driver's message.
@@ -56,7 +56,7 @@ void SetOcclusionUnits(GLuint program);
 
 void SetVector(GLuint program, const char* name, const Vec3& v);
 // Light and material. The program must be in use.
-void SetLook(GLuint program, const SceneLighting& lighting);
+void SetLighting(GLuint program, const SceneLighting& lighting);
 
 // Compiles and links the concatenated texts. `name` is for messages. Errors: Unsupported, with the
 // driver's message.

@@ -160,26 +160,28 @@ void GlesRenderer::Aim(GLuint program, const Sight& sight) const
   glEnable(GL_DEPTH_TEST);
 }
 
-// Into the bound framebuffer, `height` pixels high. paints: with textures, where there are any.
-void GlesRenderer::DrawChunks(const ViewerScene& scene, const Sight& sight, int height, bool paints)
+// Into the bound framebuffer, `height` pixels high. withTextures: with textures, where there are
+// any.
+void GlesRenderer::DrawChunks(
+  const ViewerScene& scene, const Sight& sight, int height, bool withTextures)
 {
-  this->DrawChunksBy(0, scene, sight, height, !paints);
+  this->DrawChunksBy(0, scene, sight, height, !withTextures);
   const auto& parts = this->Buffers.Parts();
   const bool hasTextures =
     std::any_of(parts.begin(), parts.end(), [](const auto& part) { return part.texture != 0; });
-  if (paints && hasTextures)
+  if (withTextures && hasTextures)
   {
-    this->DrawChunksBy(GlesPrograms::paint, scene, sight, height, false);
+    this->DrawChunksBy(GlesPrograms::textured, scene, sight, height, false);
   }
   this->DrawCap(sight);
 }
 
-// Those that a texture paints, or the others, or all of them without.
+// Those that have a texture, or the others, or all of them without.
 void GlesRenderer::DrawChunksBy(
-  std::size_t paint, const ViewerScene& scene, const Sight& sight, int height, bool all)
+  std::size_t textured, const ViewerScene& scene, const Sight& sight, int height, bool all)
 {
   const bool isCloud = this->Buffers.IsCloud();
-  std::size_t kind = paint + (isCloud ? GlesPrograms::cloud : 0);
+  std::size_t kind = textured + (isCloud ? GlesPrograms::cloud : 0);
   kind += scene.section ? GlesPrograms::cut : 0;
   kind += scene.lighting.relief > 0 && !isCloud ? GlesPrograms::relief : 0;
   const auto program = this->Compiled->Surface(kind);
@@ -189,7 +191,7 @@ void GlesRenderer::DrawChunksBy(
     return;
   }
   this->Aim(*program, sight);
-  SetLook(*program, scene.lighting);
+  SetLighting(*program, scene.lighting);
   if (scene.section)
   {
     const SectionPlane& plane = *scene.section;
@@ -222,11 +224,11 @@ void GlesRenderer::DrawChunksBy(
     for (const GlesChunk& chunk : part.chunks)
     {
       const bool isTextured = chunk.buffers[4] != 0;
-      if (!all && isTextured != (paint != 0))
+      if (!all && isTextured != (textured != 0))
       {
         continue;
       }
-      if (paint != 0)
+      if (textured != 0)
       {
         glBindTexture(GL_TEXTURE_2D, part.texture);
       }

@@ -78,9 +78,9 @@ private:
   bool DrawDepths(const ViewerScene& scene, const Sight& sight, const Viewport& viewport);
   void DrawBackground();
   void Aim(unsigned program, const Sight& sight) const;
-  void DrawChunks(const ViewerScene& scene, const Sight& sight, int height, bool paints);
+  void DrawChunks(const ViewerScene& scene, const Sight& sight, int height, bool withTextures);
   void DrawChunksBy(
-    std::size_t paint, const ViewerScene& scene, const Sight& sight, int height, bool all);
+    std::size_t textured, const ViewerScene& scene, const Sight& sight, int height, bool all);
   void DrawCap(const Sight& sight);
 
   std::unique_ptr<GlesOcclusion> Occlusion; // made when it is first wanted

@@ -32,7 +32,7 @@ void main()
 
 // Subtracts the eye from positions first, so that no precision is lost near the eye. Then
 // transforms into the camera's coordinates, and to the window: `projection` has the two scales and
-// the two terms of the depth. With CUT a plane cuts away what is above it. With PAINT a texture
+// the two terms of the depth. With CUT a plane cuts away what is above it. With TEXTURED a texture
 // gives the colour; until it is loaded, and where it is transparent, the vertices' colours are
 // used.
 // - radius: of a cloud's splat. away: from where the vertex morphs to its place; parentNormal: that
@@ -48,7 +48,7 @@ layout(location = 2) in vec4 color;
 layout(location = 3) in float radius;
 layout(location = 4) in vec3 away;
 layout(location = 5) in vec4 parentNormal;
-#ifdef PAINT
+#ifdef TEXTURED
 layout(location = 6) in vec2 place;
 out vec2 texturePlace;
 #endif
@@ -76,7 +76,7 @@ void main()
   viewPosition = turn * (here - eye);
   viewNormal = turn * mix(normal.xyz, parentNormal.xyz, toGo * parentNormal.w);
   smoothColor = flatColor = color.rgb;
-#ifdef PAINT
+#ifdef TEXTURED
   texturePlace = place;
 #endif
   gl_Position = vec4(projection.xy * viewPosition.xy,
@@ -118,9 +118,9 @@ uniform vec3 depthRange;
 #ifdef CUT
 centroid in float above;
 #endif
-#ifdef PAINT
+#ifdef TEXTURED
 in vec2 texturePlace;
-uniform sampler2D paint;
+uniform sampler2D picture;
 #endif
 #ifdef RELIEF
 uniform vec2 relief;
@@ -128,8 +128,8 @@ uniform vec2 relief;
 vec3 lit(vec3 normal)
 {
   vec3 baseColor = mix(flatColor, smoothColor, smoothness);
-#ifdef PAINT
-  vec4 texel = texture(paint, texturePlace);
+#ifdef TEXTURED
+  vec4 texel = texture(picture, texturePlace);
   baseColor = mix(baseColor, texel.rgb, texel.a);
 #endif
   vec3 toEye = normalize(-viewPosition);

@@ -112,24 +112,24 @@ bool ChunkCutter::NextOfFew(SurfaceChunk& chunk)
 // too many: then nothing is done except what Next clears.
 bool ChunkCutter::NextOfTextured(SurfaceChunk& chunk)
 {
-  const TexturedCorners painted = TexturedCornersOf(this->Drawn, this->Corners, *this->Tile);
-  if (painted.points.size() > SurfaceChunk::mostVertices)
+  const TexturedCorners textured = TexturedCornersOf(this->Drawn, this->Corners, *this->Tile);
+  if (textured.points.size() > SurfaceChunk::mostVertices)
   {
     return false;
   }
-  for (const VertexId point : painted.points)
+  for (const VertexId point : textured.points)
   {
     this->Append(chunk, point);
     this->AppendGeomorph(chunk, point);
   }
-  for (const Triangle& t : painted.triangles)
+  for (const Triangle& t : textured.triangles)
   {
     for (const VertexId corner : t)
     {
       chunk.indices.push_back(static_cast<std::uint16_t>(corner));
     }
   }
-  chunk.places = painted.places;
+  chunk.places = textured.places;
   this->Done = this->Drawn.triangles.size();
   return true;
 }

@@ -29,9 +29,9 @@ public:
   // decoded.
   bool PutsOff(std::uint64_t loaded)
   {
-    const bool came = std::exchange(this->Loaded, loaded) != loaded;
-    this->FramesPutOff = came ? this->FramesPutOff + 1 : 0;
-    return came && this->FramesPutOff <= mostPutOff;
+    const bool arrived = std::exchange(this->Loaded, loaded) != loaded;
+    this->FramesPutOff = arrived ? this->FramesPutOff + 1 : 0;
+    return arrived && this->FramesPutOff <= mostPutOff;
   }
   // Whether the last frame did.
   bool IsPuttingOff() const { return this->FramesPutOff > 0; }

@@ -108,19 +108,19 @@ void FaceNormalsToTheEye(vtkActor& actor)
 }
 
 // By the texture as by a colour: VTK would multiply all light by it, highlights too.
-void PaintBeforeLight(vtkActor& actor)
+void TextureBeforeLight(vtkActor& actor)
 {
   vtkShaderProperty* shader = actor.GetShaderProperty();
   shader->AddFragmentShaderReplacement("//VTK::Color::Impl", true,
     "//VTK::Color::Impl\n"
-    "vec3 paint = texture(actortexture, tcoordVCVSOutput).rgb;\n"
-    "ambientColor *= paint;\n"
-    "diffuseColor *= paint;\n",
+    "vec3 texel = texture(actortexture, tcoordVCVSOutput).rgb;\n"
+    "ambientColor *= texel;\n"
+    "diffuseColor *= texel;\n",
     false);
   shader->AddFragmentShaderReplacement("//VTK::TCoord::Impl", true, "", false);
 }
 
-void PaintNothing(vtkActor& actor)
+void RemoveTexture(vtkActor& actor)
 {
   vtkShaderProperty* shader = actor.GetShaderProperty();
   for (const char* place : { "//VTK::Color::Impl", "//VTK::TCoord::Impl" })
@@ -414,7 +414,7 @@ void ScenePart::SetStyle(const SceneStyle& style)
   if (textured != (this->Drawing->GetTexture() != nullptr))
   {
     this->Tint(textured);
-    textured ? PaintBeforeLight(*this->Drawing) : PaintNothing(*this->Drawing);
+    textured ? TextureBeforeLight(*this->Drawing) : RemoveTexture(*this->Drawing);
   }
   this->Drawing->SetTexture(textured ? this->Texture.Get() : nullptr);
   this->Mapper->SetScalarVisibility(ofPoints || bySource);

@@ -22,7 +22,7 @@ constexpr std::size_t mostParts = 1024;
 
 }
 
-SurfaceActors::SurfaceActors(Told add, Told remove)
+SurfaceActors::SurfaceActors(Callback add, Callback remove)
   : Add(std::move(add))
   , Remove(std::move(remove))
 {

@@ -28,8 +28,8 @@ class SurfaceActors
 public:
   // Called for an actor that is drawn from now on (perhaps a second time), and for one that is not
   // drawn any more.
-  using Told = std::function<void(vtkActor&)>;
-  SurfaceActors(Told add, Told remove);
+  using Callback = std::function<void(vtkActor&)>;
+  SurfaceActors(Callback add, Callback remove);
   ~SurfaceActors();
   SurfaceActors(const SurfaceActors&) = delete;
   SurfaceActors& operator=(const SurfaceActors&) = delete;
@@ -74,7 +74,7 @@ private:
   std::unique_ptr<ScenePart> NewPart() const;
   void Take(std::vector<Entry> entries);
 
-  Told Add, Remove;
+  Callback Add, Remove;
   std::vector<Entry> Entries;
   TileDecoder Decoder = nullptr;
   SceneStyle Style;

@@ -214,13 +214,13 @@ Result<std::vector<Box>> RemoteModel::ReadBoxes(const Execution& execution) cons
     KDSTREAM_TRY(blobs);
     for (const protocol::BlobId& blob : wanted)
     {
-      const auto told = DecodePartitionBoxes(blobs->at(blob), blob.number, depths);
-      if (!told)
+      const auto decoded = DecodePartitionBoxes(blobs->at(blob), blob.number, depths);
+      if (!decoded)
       {
-        return Error{ told.GetError().code,
-          protocol::BlobName(blob) + ": " + told.GetError().message };
+        return Error{ decoded.GetError().code,
+          protocol::BlobName(blob) + ": " + decoded.GetError().message };
       }
-      partitions.insert(partitions.end(), told->begin(), told->end());
+      partitions.insert(partitions.end(), decoded->begin(), decoded->end());
     }
   }
   return BoxesAbove(partitions);

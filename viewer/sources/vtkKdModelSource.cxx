@@ -410,8 +410,8 @@ const OriginalFacts* vtkKdModelSource::KnownFacts() const
 bool vtkKdModelSource::TellPartitions(vtkInformation* outInfo, const Execution& execution)
 {
   const ModelDescription& info = this->Model->Info();
-  vtkNew<vtkPartitionedDataSet> told;
-  told->SetNumberOfPartitions(static_cast<unsigned int>(info.partitions));
+  vtkNew<vtkPartitionedDataSet> reported;
+  reported->SetNumberOfPartitions(static_cast<unsigned int>(info.partitions));
   const OriginalFacts* const facts = this->KnownFacts();
   const auto boxes = facts ? std::vector<Box>() : this->Model->ReadBoxes(execution);
   if (!boxes && boxes.GetError().code == ErrorCode::Cancelled)
@@ -426,7 +426,7 @@ bool vtkKdModelSource::TellPartitions(vtkInformation* outInfo, const Execution& 
   }
   for (std::uint32_t p = 0; p < info.partitions; ++p)
   {
-    vtkInformation& data = *told->GetMetaData(p);
+    vtkInformation& data = *reported->GetMetaData(p);
     SetBox(data, facts ? facts->partitions[p].box : (*boxes)[NodeOfPartition(p, info.depths)],
       { vtkDataObject::BOUNDING_BOX() });
     if (facts)
@@ -435,7 +435,7 @@ bool vtkKdModelSource::TellPartitions(vtkInformation* outInfo, const Execution& 
       data.Set(NUMBER_OF_CELLS(), static_cast<vtkIdType>(facts->partitions[p].cells));
     }
   }
-  outInfo->Set(vtkCompositeDataPipeline::COMPOSITE_DATA_META_DATA(), told);
+  outInfo->Set(vtkCompositeDataPipeline::COMPOSITE_DATA_META_DATA(), reported);
   return true;
 }
 
@@ -463,15 +463,15 @@ void vtkKdModelSource::TellModel(vtkInformation* outInfo) const
     outInfo->Set(NUMBER_OF_CELLS(), cells);
   }
   const OriginalFacts* const facts = this->KnownFacts();
-  ArrayFacts told;
+  ArrayFacts reported;
   if (whole)
   {
-    told.points = points;
-    told.cells = cells;
+    reported.points = points;
+    reported.cells = cells;
   }
-  told.rangeOf = [&](const AttributeInfo& array) { return RangeOf(info, array, facts); };
+  reported.rangeOf = [&](const AttributeInfo& array) { return RangeOf(info, array, facts); };
   const ArraySelections selections(*this->PointArrays, *this->CellArrays);
-  selections.Tell(ofLevel ? ArraysOfLevels(info.attributes) : info.attributes, told, *outInfo);
+  selections.Tell(ofLevel ? ArraysOfLevels(info.attributes) : info.attributes, reported, *outInfo);
 }
 
 // The pipeline asks again only for what was modified.

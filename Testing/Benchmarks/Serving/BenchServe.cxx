@@ -425,7 +425,7 @@ private:
   const std::uint16_t Port;
 };
 
-CrowdModel Look(const path& file)
+CrowdModel ReadCrowdModel(const path& file)
 {
   const auto store = Store::Open(file);
   if (!store)
@@ -464,7 +464,7 @@ int main(int argc, char** argv)
   ::getrlimit(RLIMIT_NOFILE, &limit);
   limit.rlim_cur = limit.rlim_max;
   ::setrlimit(RLIMIT_NOFILE, &limit);
-  const CrowdModel model = Look(store);
+  const CrowdModel model = ReadCrowdModel(store);
   std::printf("\n%zu viewers, alone and beside %zu that read 16 KiB a second or nothing\n",
     Neighbours::others, Neighbours::slowOnes);
   bool good = Neighbours(programs, store, log, model).Run();

@@ -206,16 +206,16 @@ private:
         }));
   }
 
-  // told: by an answer; otherwise the connection was closed.
-  void Refused(bool told)
+  // reported: by an answer; otherwise the connection was closed.
+  void Refused(bool reported)
   {
     const auto& answer = this->Current->answer;
-    if (told && !IsBusy(answer.result_int()))
+    if (reported && !IsBusy(answer.result_int()))
     {
       this->Fail("the server says " + std::to_string(answer.result_int()));
     }
     const auto after = answer[beast::http::field::retry_after];
-    this->TurnedAway(told ? RetryAfterIn(std::string(after.data(), after.size())) : 0);
+    this->TurnedAway(reported ? RetryAfterIn(std::string(after.data(), after.size())) : 0);
   }
 
   void Begin()
@@ -411,7 +411,7 @@ private:
   {
     this->Opened = true;
     this->Ask(this->Wishes.Preview());
-    this->Ask(this->Wishes.LookAround());
+    this->Ask(this->Wishes.BrowseTree());
   }
 
   void ActLater()
@@ -436,7 +436,7 @@ private:
     }
     else
     {
-      this->Ask(this->Wishes.LookAround());
+      this->Ask(this->Wishes.BrowseTree());
     }
   }
 

@@ -69,7 +69,7 @@ SessionRequest CrowdWishes::Tap()
   return Blobs(std::move(wanted));
 }
 
-SessionRequest CrowdWishes::LookAround()
+SessionRequest CrowdWishes::BrowseTree()
 {
   const auto& depths = this->Model.description.depths;
   std::vector<BlobId> pages;

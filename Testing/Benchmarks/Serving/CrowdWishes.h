@@ -37,7 +37,7 @@ public:
   // The region around a partition, without the partitions of the last region; a Zoom if all are
   // there.
   SessionRequest Tap();
-  SessionRequest LookAround(); // pages of the tree
+  SessionRequest BrowseTree(); // pages of the tree
   // The finest level, or this number of partitions.
   SessionRequest FinestLevel() const;
   SessionRequest Partitions(std::uint64_t count) const;

@@ -215,9 +215,9 @@ TEST_F(TestExtractedGlb, DirectionsBetweenTheAxesTurnDoublesAboutTheirMiddle)
     const GlbFile glb = this->ReadGlb("out.glb");
     const auto info = ParseJson(this->Store({ "info", "m.kds", "--json" }).out);
     ASSERT_TRUE(info);
-    const auto& told = (*info)["pose"]["up"];
-    const Vec3 turned =
-      Turned(glb.rotation, { told[0].GetDouble(), told[1].GetDouble(), told[2].GetDouble() });
+    const auto& reported = (*info)["pose"]["up"];
+    const Vec3 turned = Turned(
+      glb.rotation, { reported[0].GetDouble(), reported[1].GetDouble(), reported[2].GetDouble() });
     EXPECT_LE(Length(Minus(turned, Vec3{ 0, 1, 0 })), 1e-14);
     for (std::size_t k = 0; k < 3; ++k)
     {

@@ -197,8 +197,8 @@ private:
     const std::string points = bytesOf(attributes["POSITION"]),
                       indices = bytesOf(primitive["indices"]);
     const std::uint32_t material = primitive["material"].GetUint();
-    const bool painted = read.materials[material].picture != noPicture;
-    const std::string places = painted ? bytesOf(attributes["TEXCOORD_0"]) : "";
+    const bool hasPicture = read.materials[material].picture != noPicture;
+    const std::string places = hasPicture ? bytesOf(attributes["TEXCOORD_0"]) : "";
     const bool isShort =
       json["accessors"][primitive["indices"].GetUint()]["componentType"].GetInt() ==
       gltfUnsignedShort;
@@ -214,7 +214,7 @@ private:
         std::array<float, 3> point{};
         std::memcpy(point.data(), points.data() + vertex * sizeof point, sizeof point);
         corners[k] = noPictureCoordinate;
-        if (painted)
+        if (hasPicture)
         {
           std::memcpy(&corners[k], places.data() + vertex * sizeof corners[k], sizeof corners[k]);
         }

@@ -96,8 +96,8 @@ TEST_F(TestLargePictures, NoProcessHoldsThem)
   ASSERT_TRUE(stats);
   EXPECT_EQ((*stats)["textures"]["pictures"].GetUint64(), 1U);
   EXPECT_GT((*stats)["tiles"]["texels"].GetUint64(), std::uint64_t{ side } * side);
-  const std::uint64_t told = (*stats)["peak_rss_bytes"].GetUint64();
-  EXPECT_EQ(told, (*stats)["convert_peak_rss_bytes"].GetUint64());
-  EXPECT_GT(told, std::uint64_t{ 4 } * side * side); // of the picture's file
-  EXPECT_LT(told, std::uint64_t{ 4 } * side * side + (std::uint64_t{ 256 } << 20));
+  const std::uint64_t reported = (*stats)["peak_rss_bytes"].GetUint64();
+  EXPECT_EQ(reported, (*stats)["convert_peak_rss_bytes"].GetUint64());
+  EXPECT_GT(reported, std::uint64_t{ 4 } * side * side); // of the picture's file
+  EXPECT_LT(reported, std::uint64_t{ 4 } * side * side + (std::uint64_t{ 256 } << 20));
 }

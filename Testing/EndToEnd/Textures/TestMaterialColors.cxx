@@ -135,14 +135,14 @@ TEST_F(TestMaterialColors, TrianglesThatAreNotWholeAreSaid)
     return this->WarningsOf("m.glb");
   };
   const std::string lead = "kdstream-build: warning: m.glb: ";
-  const std::string behind = " of triangles, which is not a multiple of three\n";
+  const std::string after = " of triangles, which is not a multiple of three\n";
   EXPECT_EQ(warning(9, 6, true), "");
   EXPECT_EQ(warning(9, 7, true),
     lead +
       "1 face has fewer than three corners and is dropped: mesh 0, part 1: the last of 7 indices" +
-      behind);
+      after);
   EXPECT_EQ(warning(11, 7, true), lead +
                                     "2 faces have fewer than three corners and are dropped; the "
                                     "first: mesh 0, part 0: the last of 11 indices" +
-                                    behind);
+                                    after);
 }

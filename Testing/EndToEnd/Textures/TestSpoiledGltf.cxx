@@ -35,7 +35,7 @@ protected:
 
 }
 
-TEST_F(TestSpoiledGltf, ImagesThatNameNothingAreTold)
+TEST_F(TestSpoiledGltf, ImagesThatNameNothingAreReported)
 {
   this->ExpectGlb("\"images\":[{\"uri\":\"a.png\"}]" + oneTexture, {}, { red, blue });
   this->ExpectImage("{}", "image 0: it has neither uri nor bufferView");
@@ -73,7 +73,7 @@ TEST_F(TestSpoiledGltf, NothingIsReadElsewhere)
   }
 }
 
-TEST_F(TestSpoiledGltf, ViewsBeyondTheirBuffersAreTold)
+TEST_F(TestSpoiledGltf, ViewsBeyondTheirBuffersAreReported)
 {
   GltfBuffer buffer;
   const std::vector<std::uint8_t> picture = TwoHalves(PictureType::Png);
@@ -91,7 +91,7 @@ TEST_F(TestSpoiledGltf, ViewsBeyondTheirBuffersAreTold)
     { white, white });
 }
 
-TEST_F(TestSpoiledGltf, TexturesThatNameNothingAreTold)
+TEST_F(TestSpoiledGltf, TexturesThatNameNothingAreReported)
 {
   const std::string images = "\"images\":[{\"uri\":\"a.png\"}],";
   const std::vector<Rgb> whites{ white, white };
@@ -117,7 +117,7 @@ TEST_F(TestSpoiledGltf, TexturesThatNameNothingAreTold)
     whites, "{\"index\":0,\"texCoord\":1}");
 }
 
-TEST_F(TestSpoiledGltf, TwentyOfManyAreTold)
+TEST_F(TestSpoiledGltf, TwentyOfManyAreReported)
 {
   std::string materials, primitives;
   for (int i = 0; i < 30; ++i)

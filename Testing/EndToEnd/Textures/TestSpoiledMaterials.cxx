@@ -123,7 +123,7 @@ TEST_F(TestSpoiledMaterials, LongLinesAndFilesTakeNoMemory)
     { red, blue });
 }
 
-TEST_F(TestSpoiledMaterials, HostileNumbersAreTold)
+TEST_F(TestSpoiledMaterials, HostileNumbersAreReported)
 {
   this->WriteText(
     "m.mtl", "newmtl a\nKd 0 1 0\nKd nan 0 0\nmap_Kd -o inf 0 0 a.png\nKd 1e999 0 0\nKd 0 0 x\n");

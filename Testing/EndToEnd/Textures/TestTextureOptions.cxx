@@ -30,12 +30,12 @@ protected:
     const Outcome built = this->Build(arguments);
     EXPECT_EQ(built.exitCode, 0) << built.err;
     std::istringstream lines(built.err);
-    std::string told;
+    std::string reported;
     for (std::string line; std::getline(lines, line);)
     {
-      told += line.find(": --") != std::string::npos ? line + "\n" : "";
+      reported += line.find(": --") != std::string::npos ? line + "\n" : "";
     }
-    return told;
+    return reported;
   }
 };
 
@@ -97,7 +97,7 @@ TEST_F(TestTextureOptions, OnlyAStatueHasPhotographs)
 }
 
 // A file of 34 MB is taken for as much as 68 MB of memory.
-TEST_F(TestTextureOptions, TheMemoryOfAConversionIsToldBefore)
+TEST_F(TestTextureOptions, TheMemoryOfAConversionIsReportedBefore)
 {
   const std::string text = ReadWhole(this->Folder / "hard.obj");
   const std::string comment = "# " + std::string(997, '-') + "\n";
@@ -107,12 +107,12 @@ TEST_F(TestTextureOptions, TheMemoryOfAConversionIsToldBefore)
     padded += comment;
   }
   this->WriteText("large.obj", padded);
-  const std::string told =
+  const std::string reported =
     "kdstream-build: note: large.obj: kdstream-convert reads the whole file, which "
     "takes about 68 MB in addition to --memory\n";
   const Outcome large = this->Build({ "large.obj", "-o", "m.kds", "--memory", "64M" });
   EXPECT_EQ(large.exitCode, 0) << large.err;
-  EXPECT_EQ(large.err.substr(0, told.size()), told);
+  EXPECT_EQ(large.err.substr(0, reported.size()), reported);
   for (const std::vector<std::string>& more : { std::vector<std::string>{ "--memory", "128M" },
          { "--memory", "64M", "--quiet" }, { "--memory", "64M", "--textures", "off" } })
   {

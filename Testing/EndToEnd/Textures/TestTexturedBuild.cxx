@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What kdstream-build makes of textured meshes of any format: its messages about pictures that it
 // does not keep, the files that it depends on, and the same store however it is built.
-#include "Testing/EndToEnd/Textures/PaintedFiles.h"
+#include "Testing/EndToEnd/Textures/BakedColors.h"
 #include "Testing/Fixtures/Meshes.h"
 
 #include <nlohmann/json.hpp>
@@ -13,7 +13,7 @@ using Json = nlohmann::json;
 namespace
 {
 
-class TestTexturedBuild : public PaintedTest
+class TestTexturedBuild : public BakedColorsTest
 {
 protected:
   // Of the store that a build makes of the file; its statistics are in s.json.
@@ -124,7 +124,7 @@ TEST_F(TestTexturedBuild, OptionOffReadsInChunksAsBefore)
   EXPECT_EQ(stats["attributes"][0]["name"], "TCoords");
 }
 
-TEST_F(TestTexturedBuild, TheFilesThatAMeshNamesAreToldToTheBuild)
+TEST_F(TestTexturedBuild, TheFilesThatAMeshNamesAreReportedToTheBuild)
 {
   this->WritePicture("a.png", Row({ red, blue }), PictureType::Png);
   this->WriteText("m.mtl", "newmtl a\nmap_Kd a.png\nnewmtl b\nmap_Kd gone.png\n");

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Textured glTF, with pictures inside and beside it, through kdstream-convert: vertex colours, and
 // every warning about what could not be carried.
-#include "Testing/EndToEnd/Textures/PaintedFiles.h"
+#include "Testing/EndToEnd/Textures/BakedColors.h"
 
 using namespace kdstream;
 using namespace kdstream::fixtures;
@@ -9,13 +9,13 @@ using namespace kdstream::fixtures;
 namespace
 {
 
-class TestTexturedGltf : public PaintedTest
+class TestTexturedGltf : public BakedColorsTest
 {
 };
 
 }
 
-TEST_F(TestTexturedGltf, GltfIsPaintedByPicturesInItAndBeside)
+TEST_F(TestTexturedGltf, GltfIsTexturedByPicturesInItAndBeside)
 {
   const std::string beside = "\"images\":[{\"uri\":\"a%20b.png\"}],\"textures\":[{\"source\":0}]";
   this->WritePicture("a b.png", Row({ red, blue }), PictureType::Png);

@@ -2,7 +2,7 @@
 // Textured meshes, OBJ by its materials and PLY by its texture files, through the programs: vertex
 // colours, and every warning about what could not be carried. glTF: TestTexturedGltf; what a build
 // adds: TestTexturedBuild.
-#include "Testing/EndToEnd/Textures/PaintedFiles.h"
+#include "Testing/EndToEnd/Textures/BakedColors.h"
 
 #include <nlohmann/json.hpp>
 
@@ -13,13 +13,13 @@ using Json = nlohmann::json;
 namespace
 {
 
-class TestTextures : public PaintedTest
+class TestTextures : public BakedColorsTest
 {
 };
 
 }
 
-TEST_F(TestTextures, ObjIsPaintedByItsMaterials)
+TEST_F(TestTextures, ObjIsColoredByItsMaterials)
 {
   this->WritePicture("a.png", Row({ red, blue }), PictureType::Png);
   this->WriteText("m.mtl", "newmtl a\nKd 0.1 0.1 0.1\nmap_Kd a.png\n");
@@ -217,7 +217,7 @@ TEST_F(TestTextures, ErrorsOfAnObjNameFaceAndLine)
   }
 }
 
-TEST_F(TestTextures, PlyIsPaintedByItsTextureFiles)
+TEST_F(TestTextures, PlyIsTexturedByItsTextureFiles)
 {
   this->WritePicture("a b.png", Row({ red, blue }), PictureType::Png);
   this->WritePicture("c.jpg", Row({ green }), PictureType::Png);
@@ -262,13 +262,13 @@ TEST_F(TestTextures, PlyIsPaintedByItsTextureFiles)
   own.replace(own.find("element face"), 0,
     "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty float s\nproperty "
     "float t\n");
-  std::string painted;
+  std::string coloredLines;
   std::istringstream lines(places);
   for (std::string line; std::getline(lines, line);)
   {
-    painted += line + " 9 9 9 " + (line[0] == '0' ? "0.25" : "0.75") + " 0\n";
+    coloredLines += line + " 9 9 9 " + (line[0] == '0' ? "0.25" : "0.75") + " 0\n";
   }
-  this->WriteText("m.ply", own + "end_header\n" + painted + "3 0 1 2\n3 3 4 5\n3 6 7 8\n");
+  this->WriteText("m.ply", own + "end_header\n" + coloredLines + "3 0 1 2\n3 3 4 5\n3 6 7 8\n");
   EXPECT_EQ(WarningsOf("m.ply"), "colours of vertices are left out: pictures paint instead\n");
   EXPECT_EQ(ColorsOf(this->Read("out.ply")), (std::vector{ red, blue, blue }));
 }

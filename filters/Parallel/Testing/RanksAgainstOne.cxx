@@ -54,7 +54,7 @@ std::vector<Way> Ways()
   ways[2].options.levels.maker = LevelMaker::Cluster;
   ways[3].options.tree = { 40, {}, 2 };
   ways[3].options.levels.maker = LevelMaker::Cluster;
-  ways[3].options.levels.sheets = false;
+  ways[3].options.levels.byComponents = false;
   ways[3].options.bits = 0;
   return ways;
 }
@@ -117,21 +117,21 @@ public:
       std::cout << "cannot write " << file << '\n';
     }
     (void)this->Group.Finish(); // all see the file
-    const Result<BuildReport> together = BuildStoreCollectively(
+    const Result<BuildReport> collective = BuildStoreCollectively(
       this->Group, file, this->Folder / "some.kds", way.options, {}, way.stepMemory);
     if (this->Group.IsFirst())
     {
       BuildOptions options = way.options;
       options.memory = 0;
       const std::string expected = Describe(BuildStore(file, this->Folder / "one.kds", options));
-      if (Describe(together) != expected)
+      if (Describe(collective) != expected)
       {
         this->AnyDiffers = true;
-        std::cout << named.name << ", " << way.name << ": " << Describe(together) << " instead of "
-                  << expected << '\n';
+        std::cout << named.name << ", " << way.name << ": " << Describe(collective)
+                  << " instead of " << expected << '\n';
       }
     }
-    this->AnyDiffers |= !together; // nothing more can be carried
+    this->AnyDiffers |= !collective; // nothing more can be carried
   }
   bool Differs() const { return this->AnyDiffers; }
 
@@ -181,8 +181,8 @@ bool AllHearOfNoMemory(MpiGroup& group)
     ::setrlimit(RLIMIT_AS, &limit);
   }
   std::vector<VertexId> numbers(group.IsFirst() ? bytes / sizeof(VertexId) : 0);
-  const Status told = group.Run([&] { return group.Spread(numbers); });
-  const std::string said = told ? "" : told.GetError().message;
+  const Status reported = group.Run([&] { return group.Spread(numbers); });
+  const std::string said = reported ? "" : reported.GetError().message;
   const bool heard = said.starts_with("out of memory (rank 1 on ");
   if (!heard)
   {

@@ -436,7 +436,7 @@ TEST(KMeansClustering, SaysWhatIsWrong)
     "the mesh spans more than 2^127 (1.7e38) along z, the limit for computing levels");
 }
 
-TEST(KMeansClustering, StopsWhenToldTo)
+TEST(KMeansClustering, StopsWhenCancelled)
 {
   const Mesh mesh = Torus(30, 20);
   int calls = 0;

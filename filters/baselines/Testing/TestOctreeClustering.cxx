@@ -262,7 +262,7 @@ TEST(OctreeClustering, SaysWhatIsWrong)
     "the mesh spans more than 2^127 (1.7e38) along y, the limit for computing levels");
 }
 
-TEST(OctreeClustering, StopsWhenToldTo)
+TEST(OctreeClustering, StopsWhenCancelled)
 {
   for (const int calls : { 0, 1 })
   {

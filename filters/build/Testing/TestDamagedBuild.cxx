@@ -211,8 +211,8 @@ TEST_F(DamagedBuild, ABitOfAnyFileIsFound)
   ASSERT_TRUE(report);
   ASSERT_EQ(report->resumedPhases, 5U) << "nothing is wrong";
   EXPECT_TRUE(this->Take() == expected);
-  std::string told;
-  this->Options.tellEarlierBuild = [&](const std::string& found) { told = found; };
+  std::string reported;
+  this->Options.tellEarlierBuild = [&](const std::string& found) { reported = found; };
   for (const auto& [name, file] : left)
   {
     if (file.bytes.empty() || name == "journal")
@@ -227,7 +227,7 @@ TEST_F(DamagedBuild, ABitOfAnyFileIsFound)
     report = this->External();
     ASSERT_TRUE(report) << report.GetError().message;
     EXPECT_LT(report->resumedPhases, 5U);
-    EXPECT_NE(told.find("missing or changed"), std::string::npos) << told;
+    EXPECT_NE(reported.find("missing or changed"), std::string::npos) << reported;
     EXPECT_TRUE(this->Take() == expected);
   }
   this->ExpectNothingLeft();

@@ -48,7 +48,7 @@ std::vector<Way> Ways()
   Way paper{ "paper", usual }; // its method, kept exactly
   paper.options.levels.maker = LevelMaker::Cluster;
   paper.options.levels.representative = Representative::Mean;
-  paper.options.levels.sheets = false;
+  paper.options.levels.byComponents = false;
   paper.options.bits = 14;
   ways.push_back(paper);
 

@@ -261,9 +261,9 @@ TEST(TestGuessHomeView, AllBuildsGuessAlike)
   BuildOptions given;
   given.up = Vec3{ 1, 0, 0 };
   given.view = Vec3{ 0, 1, 0 };
-  const auto told = BuildStore(input, store, given);
-  ASSERT_TRUE(told);
-  EXPECT_EQ(told->info.homeView, (HomeView{ *given.up, *given.view, false }));
-  EXPECT_EQ(told->info.digest, inMemory->info.digest) << "it is no content";
+  const auto reported = BuildStore(input, store, given);
+  ASSERT_TRUE(reported);
+  EXPECT_EQ(reported->info.homeView, (HomeView{ *given.up, *given.view, false }));
+  EXPECT_EQ(reported->info.digest, inMemory->info.digest) << "it is no content";
   fs::remove_all(folder);
 }

@@ -211,7 +211,7 @@ TEST_F(ResumedBuild, ABuildOfOtherOptionsOrAnotherInputIsNotResumed)
   this->ExpectNothingLeft();
 }
 
-TEST_F(ResumedBuild, WhatIsLeftIsToldInTheWordsOfTheProgress)
+TEST_F(ResumedBuild, WhatIsLeftIsReportedInTheWordsOfTheProgress)
 {
   this->Write(Shuffled(Torus(96, 48), 2));
   for (const PartitionMethod* const partitioner : { &KdTreeMethod(), &OctreeMethod() })
@@ -223,19 +223,19 @@ TEST_F(ResumedBuild, WhatIsLeftIsToldInTheWordsOfTheProgress)
     const std::string expected = this->Take();
     for (const std::size_t published : publishing)
     {
-      std::string told;
+      std::string reported;
       this->Options.resume = false;
-      this->Options.tellEarlierBuild = [&](const std::string& found) { told += found; };
+      this->Options.tellEarlierBuild = [&](const std::string& found) { reported += found; };
       ASSERT_TRUE(this->BuildAndKill(published + 2));
       // A plain build hints at it, once, and ends all the same.
       ASSERT_TRUE(BuildStore(this->Input(), this->Store(), this->Options));
       EXPECT_TRUE(this->Take() == expected);
       const std::string before = "--resume would continue it with the step ";
-      ASSERT_NE(told.find(before), std::string::npos) << told;
-      const std::string rest = told.substr(told.find(before) + before.size());
+      ASSERT_NE(reported.find(before), std::string::npos) << reported;
+      const std::string rest = reported.substr(reported.find(before) + before.size());
       const std::string step = rest.substr(0, rest.find(';'));
       EXPECT_EQ(rest, step + "; this build starts over");
-      told.clear();
+      reported.clear();
       ASSERT_TRUE(this->BuildAndKill(published + 2));
       this->Options.resume = true;
       std::string first;
@@ -247,19 +247,19 @@ TEST_F(ResumedBuild, WhatIsLeftIsToldInTheWordsOfTheProgress)
       };
       ASSERT_TRUE(this->External(resumed));
       EXPECT_TRUE(this->Take() == expected);
-      EXPECT_EQ(told, "continuing with the step " + step);
+      EXPECT_EQ(reported, "continuing with the step " + step);
       EXPECT_EQ(first, step);
     }
   }
   this->ExpectNothingLeft();
   // Nothing is hinted at where nothing is left.
-  std::string told;
+  std::string reported;
   this->Options.resume = false;
-  this->Options.tellEarlierBuild = [&](const std::string& found) { told += found; };
+  this->Options.tellEarlierBuild = [&](const std::string& found) { reported += found; };
   ASSERT_TRUE(BuildStore(this->Input(), this->Store(), this->Options));
   std::vector<std::size_t> publishing;
   this->CountSteps(publishing);
-  EXPECT_EQ(told, "");
+  EXPECT_EQ(reported, "");
 }
 
 // They may be hours of work: a plain build with a slip in its options says what it removes.
@@ -268,29 +268,29 @@ TEST_F(ResumedBuild, WhatAnotherBuildHasLeftIsRemovedWithAWord)
   this->Write(Shuffled(Torus(96, 48), 2));
   std::vector<std::size_t> publishing;
   this->CountSteps(publishing);
-  std::string told;
-  this->Options.tellEarlierBuild = [&](const std::string& found) { told += found; };
+  std::string reported;
+  this->Options.tellEarlierBuild = [&](const std::string& found) { reported += found; };
   const std::string left =
     "there are files of a killed build of this store, which this build removes: ";
   ASSERT_TRUE(this->BuildAndKill(publishing.back() + 2));
   this->Options.title = "other";
   ASSERT_TRUE(BuildStore(this->Input(), this->Store(), this->Options));
-  EXPECT_EQ(told, left + "to continue it with --resume, --title none (now other) is needed");
+  EXPECT_EQ(reported, left + "to continue it with --resume, --title none (now other) is needed");
   this->Options.title = "";
 
   ASSERT_TRUE(this->BuildAndKill(publishing.back() + 2));
-  told.clear();
+  reported.clear();
   const fs::path moved = this->Folder / "moved.ply";
   fs::copy_file(this->Input(), moved);
   ASSERT_TRUE(BuildStore(moved, this->Store(), this->Options));
-  EXPECT_EQ(told, left + "to continue it with --resume, their input " +
-                    fs::canonical(this->Input()).string() + " is needed");
+  EXPECT_EQ(reported, left + "to continue it with --resume, their input " +
+                        fs::canonical(this->Input()).string() + " is needed");
 
   ASSERT_TRUE(this->BuildAndKill(publishing.back() + 2));
-  told.clear();
+  reported.clear();
   fs::last_write_time(this->Input(), fs::last_write_time(this->Input()) + std::chrono::seconds(1));
   ASSERT_TRUE(BuildStore(this->Input(), this->Store(), this->Options));
-  EXPECT_EQ(told, left + "their input has changed since, so --resume cannot use them");
+  EXPECT_EQ(reported, left + "their input has changed since, so --resume cannot use them");
   fs::remove(moved);
   this->Take();
   this->ExpectNothingLeft();

@@ -24,23 +24,23 @@ void DecodeTree(std::span<const std::uint8_t> blob, const CodecContext& context)
   const TreeDepths& depths = context.depths;
   const Box around{ { -1, 0, 1e9 }, { 1, 3, 1e9 + 1 } };
   (void)DecodeTreePage(blob, 1, around, depths, false).HasValue();
-  if (const auto told = DecodeTreePage(blob, 1, around, depths, true))
+  if (const auto decoded = DecodeTreePage(blob, 1, around, depths, true))
   {
-    const auto again = DecodeTreePage(EncodeTreePage(*told), 1, around, depths, true);
-    if (!again || again->boxes != told->boxes || again->facts != told->facts)
+    const auto again = DecodeTreePage(EncodeTreePage(*decoded), 1, around, depths, true);
+    if (!again || again->boxes != decoded->boxes || again->facts != decoded->facts)
     {
       std::abort();
     }
   }
   const NodeId node = NodeId{ 1 } << DepthOfPartitionBoxes(depths);
-  if (const auto told = DecodePartitionBoxes(blob, node, depths))
+  if (const auto decoded = DecodePartitionBoxes(blob, node, depths))
   {
     std::vector<Box> boxes(std::size_t{ 2 } << depths.partition);
     std::copy(
-      told->begin(), told->end(), boxes.begin() + (std::ptrdiff_t{ 1 } << depths.partition));
+      decoded->begin(), decoded->end(), boxes.begin() + (std::ptrdiff_t{ 1 } << depths.partition));
     const auto again =
       DecodePartitionBoxes(EncodePartitionBoxes(boxes, node, depths), node, depths);
-    if (!again || *again != *told)
+    if (!again || *again != *decoded)
     {
       std::abort();
     }

@@ -101,13 +101,13 @@ std::string Sample(const Piece& piece, const CodecContext& context)
 std::string TextureSample(const TextureTile& tile, const std::vector<Triangle>& triangles)
 {
   const std::vector<std::uint8_t> blob = EncodeTextureTile(tile, triangles);
-  const TextureTile told = *DecodeTextureTile(blob, triangles);
+  const TextureTile decoded = *DecodeTextureTile(blob, triangles);
   std::vector<double> places, given;
   for (std::size_t t = 0; t < triangles.size(); ++t)
   {
     for (std::size_t k = 0; k < 6; ++k)
     {
-      places.push_back(told.corners[t][k / 2][k % 2]);
+      places.push_back(decoded.corners[t][k / 2][k % 2]);
       if (tile.isExact)
       {
         given.push_back(tile.exact.corners[t][k / 2][k % 2]);
@@ -163,9 +163,9 @@ void WriteTreeSamples(std::ostream& file, const Mesh& mesh, bool levels, std::mt
       pieces.At(
         piece) = { most99, most99 * 2, static_cast<std::uint32_t>(random() >> random() % 32) };
     }
-    const TreePage told = RoundTreePage(tree.boxes, page, depths, pieces);
-    file << TreeSample("page", page, depths, levels, EncodeTreePage(told), told.boxes[1],
-      std::span(told.boxes).subspan(1), told.facts);
+    const TreePage decoded = RoundTreePage(tree.boxes, page, depths, pieces);
+    file << TreeSample("page", page, depths, levels, EncodeTreePage(decoded), decoded.boxes[1],
+      std::span(decoded.boxes).subspan(1), decoded.facts);
   }
   for (const NodeId node : AllPartitionBoxes(depths))
   {

@@ -80,7 +80,8 @@ inline Piece RandomPiece(std::mt19937& random, const TreeDepths& depths)
     const unsigned coarse = random() % 2 == 0 ? 1 : 0x7FFFFF;
     for (std::uint32_t v = 0; v < piece.ownVertices; ++v)
     {
-      piece.deviations.push_back(float(random() % coarse) / float(coarse) * float(random() % 3));
+      piece.geometricErrors.push_back(
+        float(random() % coarse) / float(coarse) * float(random() % 3));
     }
   }
   // Any ranks, but each cluster has one parent.

@@ -84,7 +84,7 @@ void ExpectSame(const Piece& decoded, const Piece& piece, const CoordinateGrid& 
   ASSERT_EQ(decoded.primitive, piece.primitive);
   ASSERT_EQ(decoded.ownVertices, piece.ownVertices);
   ASSERT_EQ(decoded.keys, piece.keys);
-  ASSERT_TRUE(decoded.deviations.empty());
+  ASSERT_TRUE(decoded.geometricErrors.empty());
   ASSERT_EQ(decoded.ancestors, piece.ancestors);
   ASSERT_EQ(decoded.childBegin, piece.childBegin);
   ASSERT_EQ(decoded.childNodes, piece.childNodes);
@@ -410,7 +410,7 @@ TEST(PieceCodec, EdgesTellWhichVerticesHaveOneParent)
   EXPECT_LT(withEdges.ancestors, 0.7 * without.ancestors);
 }
 
-TEST(PieceCodec, ASmoothLevelIsToldByPlanes)
+TEST(PieceCodec, ASmoothLevelIsCodedByPlanes)
 {
   const CodecContext context{ { 0, 4, 5, 1 },
     CoordinateGrid::Over({ { 0, 0, 0 }, { 1.1, 1.1, 1 } }, 16, ScalarType::Float32) };
@@ -484,10 +484,10 @@ TEST(PieceCodec, RanksBeyondTheirLevelAreRefused)
     {
       CodecContext fewer = context;
       fewer.clusters[level] = 0;
-      if (const auto told = DecodePiece(blob, id, fewer); !told)
+      if (const auto reported = DecodePiece(blob, id, fewer); !reported)
       {
-        EXPECT_EQ(told.GetError().code, ErrorCode::InvalidInput);
-        const std::string& why = told.GetError().message;
+        EXPECT_EQ(reported.GetError().code, ErrorCode::InvalidInput);
+        const std::string& why = reported.GetError().message;
         EXPECT_EQ(why.rfind("piece " + std::to_string(id.node) + " of ", 0), 0U) << why;
         const std::size_t ofAncestor = why.find(" of an ancestor");
         reasons.insert(why.substr(std::min(ofAncestor, why.find(" is beyond"))));

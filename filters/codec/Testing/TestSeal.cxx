@@ -49,13 +49,13 @@ struct Blobs : testing::Test
   }
   Error DecodePageError(const Bytes& blob) const
   {
-    const auto told = DecodeTreePage(blob, 1, this->model->tree.boxes[1], this->depths, true);
-    return told ? Error{ ErrorCode::Cancelled, "decoded" } : told.GetError();
+    const auto reported = DecodeTreePage(blob, 1, this->model->tree.boxes[1], this->depths, true);
+    return reported ? Error{ ErrorCode::Cancelled, "decoded" } : reported.GetError();
   }
   Error DecodeBoxesError(const Bytes& blob) const
   {
-    const auto told = DecodePartitionBoxes(blob, 1, this->depths);
-    return told ? Error{ ErrorCode::Cancelled, "decoded" } : told.GetError();
+    const auto reported = DecodePartitionBoxes(blob, 1, this->depths);
+    return reported ? Error{ ErrorCode::Cancelled, "decoded" } : reported.GetError();
   }
 };
 

@@ -91,12 +91,12 @@ void ForEachTree(const Visit& visit)
 
 }
 
-TEST(TreePage, EveryNodeIsToldByOnePage)
+TEST(TreePage, EveryNodeIsInOnePage)
 {
   for (unsigned deepest = 0; deepest <= 16; ++deepest)
   {
     const TreeDepths depths{ deepest, deepest, deepest };
-    std::vector<NodeId> told(std::size_t{ 2 } << deepest);
+    std::vector<NodeId> reported(std::size_t{ 2 } << deepest);
     for (const NodeId page : TreePages(depths))
     {
       ASSERT_TRUE(IsTreePage(page, depths));
@@ -104,13 +104,13 @@ TEST(TreePage, EveryNodeIsToldByOnePage)
       {
         for (NodeId i = 0; i < NodeId{ 1 } << below; ++i)
         {
-          ASSERT_EQ(std::exchange(told[(page << below) + i], page), 0U);
+          ASSERT_EQ(std::exchange(reported[(page << below) + i], page), 0U);
         }
       }
     }
-    for (NodeId node = 1; node < told.size(); ++node)
+    for (NodeId node = 1; node < reported.size(); ++node)
     {
-      ASSERT_EQ(TreePageOfNode(node, depths), node == 1 ? 1 : told[node]) << deepest;
+      ASSERT_EQ(TreePageOfNode(node, depths), node == 1 ? 1 : reported[node]) << deepest;
     }
     EXPECT_LE(DepthsOfTreePage(1, depths), 9U);
     EXPECT_FALSE(IsTreePage(0, depths));
@@ -131,18 +131,18 @@ TEST(TreePage, BoxesHoldTheExactOnesAndAreNear)
         const TreePage rounded = RoundTreePage(tree.boxes, page, tree.depths, pieces);
         const Box around = RoundedBoxOf(tree.boxes, page);
         const Bytes blob = EncodeTreePage(rounded);
-        const auto told = DecodeTreePage(blob, page, around, tree.depths, true);
-        ASSERT_TRUE(told) << told.GetError().message;
-        ASSERT_EQ(told->boxes, rounded.boxes);
-        ASSERT_EQ(told->facts, rounded.facts);
+        const auto reported = DecodeTreePage(blob, page, around, tree.depths, true);
+        ASSERT_TRUE(reported) << reported.GetError().message;
+        ASSERT_EQ(reported->boxes, rounded.boxes);
+        ASSERT_EQ(reported->facts, rounded.facts);
         for (unsigned below = 1; below <= DepthsOfTreePage(page, tree.depths); ++below)
         {
           const NodeId first = page << below;
           for (NodeId node = first; node < first + (NodeId{ 1 } << below); ++node)
           {
-            const Box &box = told->BoxOf(node), &exact = tree.boxes[node];
+            const Box &box = reported->BoxOf(node), &exact = tree.boxes[node];
             ASSERT_EQ(box.Empty(), exact.Empty());
-            const Box& parent = told->BoxOf(node / 2);
+            const Box& parent = reported->BoxOf(node / 2);
             ASSERT_TRUE(exact.Empty() ||
                         (Holds(box, exact) && Holds(parent, box) && IsNear(box, exact, parent)));
             ASSERT_EQ(box, RoundedBoxOf(tree.boxes, node));
@@ -166,14 +166,14 @@ TEST(TreePage, FactsAreRoundedUp)
     ASSERT_EQ(page.facts.size(), ids.size());
     for (std::size_t i = 0; i < ids.size(); ++i)
     {
-      const PieceFacts &told = page.facts[i], &exact = pieces.At(ids[i]);
-      ASSERT_GE(told.most99, exact.most99);
-      ASSERT_LE(double(told.most99), double(exact.most99) * 1.0626);
-      ASSERT_TRUE(told.most >= exact.most || exact.most == std::numeric_limits<float>::max());
-      ASSERT_LE(told.most99, told.most);
-      ASSERT_GE(told.bytes, exact.bytes);
-      ASSERT_LE(told.bytes, exact.bytes + exact.bytes / 8);
-      ASSERT_EQ(RoundedUp(told), told);
+      const PieceFacts &reported = page.facts[i], &exact = pieces.At(ids[i]);
+      ASSERT_GE(reported.most99, exact.most99);
+      ASSERT_LE(double(reported.most99), double(exact.most99) * 1.0626);
+      ASSERT_TRUE(reported.most >= exact.most || exact.most == std::numeric_limits<float>::max());
+      ASSERT_LE(reported.most99, reported.most);
+      ASSERT_GE(reported.bytes, exact.bytes);
+      ASSERT_LE(reported.bytes, exact.bytes + exact.bytes / 8);
+      ASSERT_EQ(RoundedUp(reported), reported);
     }
   }
   EXPECT_EQ(RoundedUp({ 0, 0, 64U << 20 }).bytes, 64U << 20);
@@ -194,14 +194,14 @@ TEST(TreePage, WhateverBytesSayBoxesLieInTheirParents)
     altered[blobHeadSize + random() % (altered.size() - blobHeadSize)] ^=
       static_cast<std::uint8_t>(1U << random() % 8);
     SealBlob(altered);
-    const auto told = DecodeTreePage(altered, 1, tree.boxes[1], tree.depths, true);
-    for (std::size_t node = 2; told && node < told->boxes.size(); ++node)
+    const auto reported = DecodeTreePage(altered, 1, tree.boxes[1], tree.depths, true);
+    for (std::size_t node = 2; reported && node < reported->boxes.size(); ++node)
     {
-      const Box& box = told->boxes[node];
-      ASSERT_TRUE(box.Empty() || Holds(told->boxes[node / 2], box));
+      const Box& box = reported->boxes[node];
+      ASSERT_TRUE(box.Empty() || Holds(reported->boxes[node / 2], box));
       ASSERT_TRUE(box.Empty() || (box.lo[1] <= box.hi[1] && box.lo[2] <= box.hi[2]));
     }
-    decoded += told ? 1 : 0;
+    decoded += reported ? 1 : 0;
   }
   EXPECT_GT(decoded, 0U);
   EXPECT_LT(decoded, 4000U);
@@ -216,8 +216,8 @@ TEST(TreePage, WhatIsNoPageIsRefused)
     EncodeTreePage(RoundTreePage(tree.boxes, 1, depths, RandomFacts(depths, true)));
   const auto why = [&](const Bytes& bytes, NodeId page, const Box& around, bool levels = true)
   {
-    const auto told = DecodeTreePage(bytes, page, around, depths, levels);
-    return told ? "decoded" : told.GetError().message;
+    const auto reported = DecodeTreePage(bytes, page, around, depths, levels);
+    return reported ? "decoded" : reported.GetError().message;
   };
   const Box& root = tree.boxes[1];
   for (std::size_t size = 0; size < ContentOf(blob); ++size)
@@ -244,17 +244,17 @@ TEST(PartitionBoxes, AreExactAndUniteToTheTrees)
       {
         ASSERT_TRUE(HasPartitionBoxes(node, tree.depths));
         const Bytes blob = EncodePartitionBoxes(tree.boxes, node, tree.depths);
-        const auto told = DecodePartitionBoxes(blob, node, tree.depths);
-        ASSERT_TRUE(told) << told.GetError().message;
+        const auto reported = DecodePartitionBoxes(blob, node, tree.depths);
+        ASSERT_TRUE(reported) << reported.GetError().message;
         for (std::size_t size = 0; size < ContentOf(blob); ++size)
         {
           ASSERT_FALSE(DecodePartitionBoxes(SealedPart(blob, size), node, tree.depths));
         }
         const NodeId first = node << (tree.depths.partition - DepthOfNode(node));
-        for (NodeId i = 0; i < told->size(); ++i)
+        for (NodeId i = 0; i < reported->size(); ++i)
         {
           ASSERT_EQ(BoxesOfPartition(first + i, tree.depths), node);
-          boxes[first + i] = (*told)[i];
+          boxes[first + i] = (*reported)[i];
         }
       }
       UniteBoxes(boxes);

@@ -94,7 +94,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   constexpr std::uint64_t most = 1 << 20;
   const Result<UnpackedText> unpacked = UnpackGzip(file, most);
-  Require(unpacked ? unpacked->text.size() <= most && unpacked->behind <= size
+  Require(unpacked ? unpacked->text.size() <= most && unpacked->bytesAfter <= size
                    : !unpacked.GetError().message.empty());
   if (unpacked)
   {

@@ -71,14 +71,14 @@ double NumberAt(const std::uint8_t* place, GltfComponent type)
 }
 
 // Where the `count` elements of `size` bytes are that an object (an accessor, or a part of a sparse
-// one) has in its bufferView. told: the count as written in the file.
+// one) has in its bufferView. written: the count as written in the file.
 struct Elements
 {
   GltfBytes bytes; // from the first
   std::size_t stride = 0;
 };
 Result<Elements> Place(const GltfDocument& document, GltfBuffers& buffers, const Json& object,
-  const Json& told, double count, std::size_t size)
+  const Json& written, double count, std::size_t size)
 {
   const Json& views = Member(document.json, "bufferViews");
   const Json& number = Member(object, "bufferView");
@@ -97,7 +97,8 @@ Result<Elements> Place(const GltfDocument& document, GltfBuffers& buffers, const
   const double room = double(view->bytes.size()) - offset - double(size);
   if (count < 0 || offset < 0 || (count > 0 && (room < 0 || (count - 1) * stride > room)))
   {
-    const std::string claimed = told.is_number() || told.is_null() ? told.dump() : "no number of";
+    const std::string claimed =
+      written.is_number() || written.is_null() ? written.dump() : "no number of";
     return GltfError("claims " + claimed + " elements, more than its bufferView has");
   }
   return Elements{ view->bytes.subspan(static_cast<std::size_t>(count > 0 ? offset : 0)),
@@ -179,8 +180,8 @@ Result<GltfAccessor> GltfAccessor::Open(
 // Steps: 1. a copy of all elements, one after the other  2. those of `sparse` into their places.
 Status GltfAccessor::Overlay(const GltfDocument& document, GltfBuffers& buffers, const Json& sparse)
 {
-  const Json &told = Member(sparse, "count"), &indices = Member(sparse, "indices");
-  const double count = WholeOf(told, -1);
+  const Json &written = Member(sparse, "count"), &indices = Member(sparse, "indices");
+  const double count = WholeOf(written, -1);
   const std::size_t size = this->ComponentCount * SizeOf(this->ComponentType);
   const std::size_t indexSize = BytesOf(Member(indices, "componentType"));
   const GltfComponent indexType = TypeIn(indices);
@@ -188,9 +189,9 @@ Status GltfAccessor::Overlay(const GltfDocument& document, GltfBuffers& buffers,
   {
     return GltfError("is sparse, but its indices are not whole numbers");
   }
-  const Result<Elements> at = Place(document, buffers, indices, told, count, indexSize);
+  const Result<Elements> at = Place(document, buffers, indices, written, count, indexSize);
   const Result<Elements> values =
-    at ? Place(document, buffers, Member(sparse, "values"), told, count, size) : at;
+    at ? Place(document, buffers, Member(sparse, "values"), written, count, size) : at;
   if (!values)
   {
     return Within("is sparse, and what lies over it ", values.GetError());

@@ -55,7 +55,7 @@ Result<std::filesystem::path> PlaceOf(const std::string& uri, FilesBeside& files
     "the file " + QuotedText(uri) + ", in which its geometry is, " +
       (LiesBelow(decoded) ? "is not there" : "lies outside its folder, where nothing is read") +
       ": put it into the folder of the glTF, under this name",
-    Remedy::Told);
+    Remedy::InMessage);
 }
 
 }
@@ -168,11 +168,11 @@ Status GltfBuffers::Find(std::size_t number, const std::filesystem::path& file, 
     found.isThere = false;
     return {};
   }
-  const Json& told = Member(buffer, "byteLength");
-  const double length = NumberOf(told, 0);
+  const Json& written = Member(buffer, "byteLength");
+  const double length = NumberOf(written, 0);
   if (length > double(found.bytes.size()))
   {
-    return BadInput("claims " + told.dump() + " bytes of " + place + "; it has " +
+    return BadInput("claims " + written.dump() + " bytes of " + place + "; it has " +
                       std::to_string(found.bytes.size()),
       Remedy::CopyAgain);
   }

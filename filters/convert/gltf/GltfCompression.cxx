@@ -142,7 +142,7 @@ Result<std::vector<std::uint8_t>> DecodeMeshopt(const Json&, std::span<const std
   return Error{ ErrorCode::Unsupported,
     "is compressed by meshoptimizer, and libmeshoptimizer-dev was not there when KdStream was "
     "built: save it without compression",
-    {}, {}, Remedy::Told };
+    {}, {}, Remedy::InMessage };
 }
 
 #endif
@@ -240,7 +240,7 @@ Result<DracoPart> DecodeDraco(std::span<const std::uint8_t>,
   return Error{ ErrorCode::Unsupported,
     "is compressed by Draco, and libdraco-dev was not there when KdStream was built: save it "
     "without compression",
-    {}, {}, Remedy::Told };
+    {}, {}, Remedy::InMessage };
 }
 
 #endif

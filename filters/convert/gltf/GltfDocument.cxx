@@ -42,7 +42,7 @@ Result<Json> ParseJson(const std::string& text, std::size_t begin)
     if (const std::string_view mark = std::string_view(text).substr(0, 2);
         mark == "\xFF\xFE" || mark == "\xFE\xFF")
     {
-      return GltfError("its JSON is UTF-16: save it as UTF-8", Remedy::Told);
+      return GltfError("its JSON is UTF-16: save it as UTF-8", Remedy::InMessage);
     }
     const std::size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
     if (begin == 0 && first != std::string::npos && text[first] != '{')
@@ -156,7 +156,7 @@ Result<std::string> ReadGlb(std::ifstream& file, std::uint64_t begin, std::uint6
   if (!isPart && all >= head.size() + length)
   {
     document.tolerance.Count(
-      Lapse::BytesBehindEnd, bytes - all, "byte " + std::to_string(all) + " of the file");
+      Lapse::BytesAfterEnd, bytes - all, "byte " + std::to_string(all) + " of the file");
   }
   return text;
 }
@@ -311,7 +311,7 @@ Status CheckGltfExtensions(const Json& json, std::optional<std::string>& notRead
       {
         return Error{ ErrorCode::Unsupported,
           "needs the extension " + Quoted(name) + ", which is not read: save it without", {}, {},
-          Remedy::Told };
+          Remedy::InMessage };
       }
       if (!isRead)
       {

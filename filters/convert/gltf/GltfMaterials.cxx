@@ -84,11 +84,11 @@ public:
     }
     for (std::size_t k = 0; k < factors && factors <= 4; ++k)
     {
-      read.paint.factor[k] = std::clamp(NumberOf(factor[k], 1), 0.0, 1.0);
+      read.textured.factor[k] = std::clamp(NumberOf(factor[k], 1), 0.0, 1.0);
     }
-    read.paint.color = read.paint.factor;
+    read.textured.color = read.textured.factor;
     const Json& mode = Member(material, "alphaMode");
-    read.paint.opaque = !mode.is_string() || mode == "OPAQUE";
+    read.textured.opaque = !mode.is_string() || mode == "OPAQUE";
     if (const Json& texture = isGlossy ? Member(glossy, "diffuseTexture") : core;
         !texture.is_null())
     {
@@ -186,9 +186,9 @@ private:
 
   void Warn(const std::string& sentence)
   {
-    const bool told =
+    const bool reported =
       std::find(this->Warnings.begin(), this->Warnings.end(), sentence) != this->Warnings.end();
-    if (!told && ++this->Wrong <= mostWarnings)
+    if (!reported && ++this->Wrong <= mostWarnings)
     {
       this->Warnings.push_back(sentence);
     }
@@ -287,13 +287,13 @@ private:
                  ": the material's colour is taken");
       return;
     }
-    read.paint.picture = static_cast<std::uint32_t>(this->FirstLike(image));
+    read.textured.picture = static_cast<std::uint32_t>(this->FirstLike(image));
     const Json& samplers = Member(this->Source.json, "samplers");
     const Json& sampler = Member(texture, "sampler");
     if (const std::size_t at = IndexIn(samplers, sampler); at < CountOf(samplers))
     {
-      read.paint.wrapU = WrapOf(Member(samplers[at], "wrapS"));
-      read.paint.wrapV = WrapOf(Member(samplers[at], "wrapT"));
+      read.textured.wrapU = WrapOf(Member(samplers[at], "wrapS"));
+      read.textured.wrapV = WrapOf(Member(samplers[at], "wrapT"));
     }
     else if (!sampler.is_null())
     {
@@ -346,7 +346,7 @@ private:
     const double angle = NumberOf(Member(transform, "rotation"), 0);
     const double c = std::cos(angle), s = std::sin(angle);
     const double x = at("scale", 0, 1), y = at("scale", 1, 1);
-    read.paint.transform = { { c * x, s * y, at("offset", 0, 0) },
+    read.textured.transform = { { c * x, s * y, at("offset", 0, 0) },
       { -s * x, c * y, at("offset", 1, 0) } };
     read.coordinates = static_cast<int>(
       std::clamp(NumberOf(Member(transform, "texCoord"), read.coordinates), 0.0, 99.0));

@@ -16,7 +16,7 @@ namespace kdstream
 // A material and which of a vertex' texture coordinates its picture has.
 struct GltfMaterial
 {
-  TexturedMaterial paint;
+  TexturedMaterial textured;
   int coordinates = 0; // TEXCOORD_…
 };
 

@@ -107,8 +107,8 @@ std::map<std::string, std::string> NamesOfProperties(const Json& json)
     {
       const Json& attribute = Member(place, "attribute");
       const Json& definition = Member(definitions, id.c_str());
-      const Json& told = Member(definition, "name");
-      const std::string name = told.is_string() ? told.get<std::string>() : id;
+      const Json& reported = Member(definition, "name");
+      const std::string name = reported.is_string() ? reported.get<std::string>() : id;
       const auto changes = [](const Json& values)
       { return values.contains("offset") || values.contains("scale"); };
       if (attribute.is_string() && attribute.get_ref<const std::string&>().starts_with("_") &&
@@ -791,7 +791,7 @@ Result<GltfMeshes::Claims> GltfMeshes::ClaimsOf(std::size_t mesh) const
     const std::size_t material =
       IndexIn(Member(this->Document.json, "materials"), Member(parts[i], "material"));
     const bool tinted = material < this->Materials.size() &&
-                        this->Materials[material].paint.factor != Color{ 1, 1, 1, 1 };
+                        this->Materials[material].textured.factor != Color{ 1, 1, 1, 1 };
     const bool apart = NumberOf(Member(parts[i], "mode"), trianglesMode) == trianglesMode;
     const double most = this->IsShared(parts[i]) ? std::min(*points, *corners) : *points;
     Claims claimed{ static_cast<std::uint64_t>(most),

@@ -195,7 +195,7 @@ Status JoinedScenes::Count(GltfSource& source)
                : Status(Error{ ErrorCode::LimitExceeded,
                    "its nodes show more than " + std::to_string(most) +
                      " points or triangles, more than can be read: show its meshes less often",
-                   {}, {}, Remedy::Told });
+                   {}, {}, Remedy::InMessage });
     }));
   this->IsAnimated = this->IsAnimated || CountOf(Member(source.Document.json, "animations")) > 0;
   this->AddMaterials(source);
@@ -228,8 +228,8 @@ void JoinedScenes::AddMaterials(const GltfSource& source)
   }
   for (const GltfMaterial& material : source.Materials.materials)
   {
-    TexturedMaterial& paint = this->Materials.emplace_back(material.paint);
-    paint.picture = paint.picture == noPicture ? noPicture : numbers[paint.picture];
+    TexturedMaterial& textured = this->Materials.emplace_back(material.textured);
+    textured.picture = textured.picture == noPicture ? noPicture : numbers[textured.picture];
   }
   ++this->Documents;
 }
@@ -408,18 +408,18 @@ void JoinedScenes::AppendColors(const GltfPart& part)
     return;
   }
   const std::vector<GltfMaterial>& materials = this->Source->Materials.materials;
-  const TexturedMaterial paint =
-    part.material < materials.size() ? materials[part.material].paint : TexturedMaterial{};
+  const TexturedMaterial textured =
+    part.material < materials.size() ? materials[part.material].textured : TexturedMaterial{};
   for (std::size_t i = 0; i < part.points.size(); ++i)
   {
     const Color own = part.colors.empty() ? white : part.colors[i];
     std::array<double, 4> channels{};
     for (std::size_t k = 0; k < 4; ++k)
     {
-      const double light = own[k] * paint.factor[k];
+      const double light = own[k] * textured.factor[k];
       channels[k] = std::clamp(k < 3 ? FromLinear(light) : light, 0.0, 1.0);
     }
-    channels[3] = paint.opaque ? 1 : channels[3];
+    channels[3] = textured.opaque ? 1 : channels[3];
     this->Colors.push_back(channels);
   }
 }

@@ -89,7 +89,7 @@ private:
     }
     if (kind.starts_with("\x1f\x8b"))
     {
-      return BadInput("is compressed by gzip: unpack the tileset", Remedy::Told);
+      return BadInput("is compressed by gzip: unpack the tileset", Remedy::InMessage);
     }
     this->Found.parts.push_back({ isWhole ? GltfRange{} : tile, {} });
     return {};
@@ -160,10 +160,10 @@ private:
   {
     const Result<Json> table = this->Table(begin, size);
     KDSTREAM_TRY(table);
-    const Json& told = Member(*table, "RTC_CENTER");
-    const double offset = WholeOf(Member(told, "byteOffset"), -1);
+    const Json& reported = Member(*table, "RTC_CENTER");
+    const double offset = WholeOf(Member(reported, "byteOffset"), -1);
     constexpr std::uint64_t bytes = 12;
-    if (told.is_object() && offset >= 0 && offset + bytes <= double(numbers))
+    if (reported.is_object() && offset >= 0 && offset + bytes <= double(numbers))
     {
       const Result<std::string> floats =
         this->Bytes(begin + size + static_cast<std::uint64_t>(offset), bytes);
@@ -175,16 +175,16 @@ private:
       return {};
     }
     const bool isRight =
-      told.is_null() ||
-      (CountOf(told) == 3 && std::all_of(told.begin(), told.end(),
-                               [](const Json& number) { return number.is_number(); }));
+      reported.is_null() ||
+      (CountOf(reported) == 3 && std::all_of(reported.begin(), reported.end(),
+                                   [](const Json& number) { return number.is_number(); }));
     if (!isRight)
     {
       return BadInput("has an RTC_CENTER that is not of 3 numbers", Remedy::Repair);
     }
-    for (std::size_t k = 0; k < CountOf(told); ++k)
+    for (std::size_t k = 0; k < CountOf(reported); ++k)
     {
-      center[k] = told[k].get<double>();
+      center[k] = reported[k].get<double>();
     }
     return {};
   }

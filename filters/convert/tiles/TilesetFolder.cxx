@@ -50,8 +50,8 @@ Result<fs::path> TilesetFolder::Find(const fs::path& by, const std::string& uri)
 {
   if (HasScheme(uri))
   {
-    return CannotFollow(
-      uri, "is an address, and nothing is fetched: download it with the tileset", Remedy::Told);
+    return CannotFollow(uri, "is an address, and nothing is fetched: download it with the tileset",
+      Remedy::InMessage);
   }
   const std::string path = uri.substr(0, uri.find_first_of("?#"));
   const std::string outside = "lies outside the tileset's folder, where nothing is read";

@@ -246,7 +246,7 @@ TEST(Attributes, LevelsCarryTheMeansOfNormalsAndColours)
     {
       const VertexTree& tree = model.vertexTree;
       std::vector<VertexId> cluster(tree.original.size()); // of each numbered vertex
-      const Attribute* const paint = FindVertexColors(model.mesh.attributes);
+      const Attribute* const vertexColors = FindVertexColors(model.mesh.attributes);
       const std::vector<AttributeInfo> inLevels = ArraysOfLevels(
         std::vector<AttributeInfo>(model.mesh.attributes.begin(), model.mesh.attributes.end()));
       for (unsigned d = tree.depths.finest + 1; d-- > 0;)
@@ -304,7 +304,7 @@ TEST(Attributes, LevelsCarryTheMeansOfNormalsAndColours)
             {
               const double sum = sums[c * n + k];
               const bool isVertexColors = role == AttributeRole::Colors && k < 3 &&
-                                          &attribute == paint && d < tree.depths.finest;
+                                          &attribute == vertexColors && d < tree.depths.finest;
               if (isVertexColors) // what the collapse says, between those of the originals
               {
                 ASSERT_GE(means->Get(c, k), least[c * n + k]);

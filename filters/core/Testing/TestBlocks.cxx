@@ -120,7 +120,7 @@ void ExpectEqual(const VertexTreeLevel& a, const VertexTreeLevel& b)
   EXPECT_EQ(a.first, b.first);
   EXPECT_EQ(a.parents, b.parents);
   EXPECT_EQ(a.positions, b.positions);
-  EXPECT_EQ(a.deviations, b.deviations);
+  EXPECT_EQ(a.geometricErrors, b.geometricErrors);
   EXPECT_EQ(a.triangles, b.triangles);
   EXPECT_EQ(a.attributes, b.attributes);
 }
@@ -132,7 +132,7 @@ void ExpectEqual(const Piece& a, const Piece& b)
   EXPECT_EQ(a.ownVertices, b.ownVertices);
   EXPECT_EQ(a.positions, b.positions);
   EXPECT_EQ(a.keys, b.keys);
-  EXPECT_EQ(a.deviations, b.deviations);
+  EXPECT_EQ(a.geometricErrors, b.geometricErrors);
   EXPECT_EQ(a.ancestors, b.ancestors);
   EXPECT_EQ(a.childBegin, b.childBegin);
   EXPECT_EQ(a.childNodes, b.childNodes);
@@ -185,7 +185,7 @@ VertexTreeLevel PartOfLevel(const Whole& whole, std::size_t d, unsigned depth, s
     [from = begin, to = end](VertexId cluster) { return cluster >= from && cluster < to; });
   ClusterLevel part;
   part.positions = at.Take(level.positions);
-  part.deviations = at.Take(level.deviations);
+  part.geometricErrors = at.Take(level.geometricErrors);
   part.lowest = at.Take(level.lowest);
   part.parents = at.Take(level.parents);
   part.triangles = at.Take(std::span<const Triangle>(level.triangles));
@@ -331,7 +331,7 @@ TEST(Blocks, PiecesAreThoseOfTheWhole)
 
 TEST(Blocks, PartitionsOfATreeWithoutLevelsAreThoseOfTheWhole)
 {
-  const Mesh mesh = Painted(Torus(20, 10), 4);
+  const Mesh mesh = WithColors(Torus(20, 10), 4);
   Clustering clustering{ {}, 5 };
   for (std::uint32_t v = 0; v < mesh.points.size(); ++v)
   {
@@ -384,8 +384,8 @@ TEST(Blocks, SumsOfAttributesAreThoseOfTheWhole)
         for (std::size_t i = 0; i < means.size(); ++i)
         {
           // Levels by collapse are painted anew (TestCollapseAttributes).
-          const bool paint = RoleOf(means[i]) == AttributeRole::Colors && d + 1 < levels.size();
-          EXPECT_TRUE(paint || means[i] == levels[d].attributes[i]) << means[i].name;
+          const bool isColors = RoleOf(means[i]) == AttributeRole::Colors && d + 1 < levels.size();
+          EXPECT_TRUE(isColors || means[i] == levels[d].attributes[i]) << means[i].name;
         }
         expected[d].assign(sums.Bytes().begin(), sums.Bytes().end());
         ASSERT_EQ(expected[d].size(), sums.RecordSize() * levels[d].lowest.size());

@@ -39,7 +39,7 @@ void ForAll(const Check& check)
   {
     for (const ClusterOptions& options : optionSets)
     {
-      SCOPED_TRACE(named.name + (options.sheets ? ", sheets" : "") +
+      SCOPED_TRACE(named.name + (options.byComponents ? ", sheets" : "") +
                    (options.representative == Representative::Mean ? ", mean" : ", quadric"));
       check(named.mesh, options, Build(named.mesh, options));
     }
@@ -68,7 +68,7 @@ TEST(ClusterLevels, AClusterLiesInOneCellAndACellHasAtMostFour)
           << "a cluster without vertices";
         for (const auto& entry : clustersOf)
         {
-          ASSERT_LE(entry.second.size(), options.sheets ? 4U : 1U);
+          ASSERT_LE(entry.second.size(), options.byComponents ? 4U : 1U);
         }
       }
     });
@@ -80,7 +80,7 @@ TEST(ClusterLevels, TrianglesAreTheImageOfTheOriginal)
     { ExpectImageOfOriginal(mesh, built); });
 }
 
-TEST(ClusterLevels, RepresentativesLieInTheBoxAndDeviationsGrowUpwards)
+TEST(ClusterLevels, RepresentativesLieInTheBoxAndGeometricErrorsGrowUpwards)
 {
   ForAll(
     [](const Mesh& mesh, const ClusterOptions&, const Built& built)
@@ -98,7 +98,7 @@ TEST(ClusterLevels, RepresentativesLieInTheBoxAndDeviationsGrowUpwards)
         ASSERT_EQ(lowest, level.lowest);
         for (std::size_t i = 0; i < boxes.size(); ++i)
         {
-          ASSERT_TRUE(std::isfinite(level.deviations[i]));
+          ASSERT_TRUE(std::isfinite(level.geometricErrors[i]));
           for (std::size_t k = 0; k < 3; ++k)
           {
             ASSERT_GE(level.positions[i][k], boxes[i].lo[k]);
@@ -106,7 +106,8 @@ TEST(ClusterLevels, RepresentativesLieInTheBoxAndDeviationsGrowUpwards)
           }
           if (d > 0)
           {
-            ASSERT_GE(built.levels.levels[d - 1].deviations[level.parents[i]], level.deviations[i]);
+            ASSERT_GE(built.levels.levels[d - 1].geometricErrors[level.parents[i]],
+              level.geometricErrors[i]);
           }
         }
       }
@@ -185,7 +186,7 @@ TEST(ClusterLevels, QuadricRepresentativesKeepCornersAndMeansRoundThem)
   }
 }
 
-// The definition of a finest sheet if a cell has at most four components: the vertices that are
+// The definition of a finest cluster if a cell has at most four components: the vertices that are
 // connected by edges inside the cell or are in the same place; and all vertices without triangles
 // together.
 TEST(ClusterLevels, FinestClustersAreTheComponentsOfACell)
@@ -281,7 +282,7 @@ TEST(ClusterLevels, FinestClustersAreTheComponentsOfACell)
       else
       {
         ASSERT_EQ(found.size(), 4U) << "cell " << c;
-        for (const auto& component : expected) // sheets are joined, never torn
+        for (const auto& component : expected) // components are joined, never torn
         {
           ASSERT_TRUE(std::any_of(found.begin(), found.end(),
             [&](const std::set<VertexId>& cluster) {
@@ -321,12 +322,12 @@ TEST(ClusterLevels, OfTooManyComponentsTheNearestJoin)
 
 TEST(ClusterLevels, ComponentsKeepNestedSurfacesApart)
 {
-  // Two spheres of 16,386 vertices, a fiftieth of the radius apart: cells merge them, sheets do
+  // Two spheres of 16,386 vertices, a fiftieth of the radius apart: cells merge them, components do
   // not.
   const Mesh mesh = NestedSpheres(6);
-  const auto shared = [&](bool sheets, unsigned depth)
+  const auto shared = [&](bool byComponents, unsigned depth)
   {
-    const Built built = Build(mesh, { Representative::Quadric, sheets, 0 }, { 2000, {}, 64 });
+    const Built built = Build(mesh, { Representative::Quadric, byComponents, 0 }, { 2000, {}, 64 });
     std::set<VertexId> outer, inner, both;
     for (VertexId v = 0; v < mesh.points.size(); ++v)
     {
@@ -408,7 +409,8 @@ TEST(ClusterLevels, AreTheSameOnAnyNumberOfThreads)
       for (std::size_t d = 0; d < serial.levels.levels.size(); ++d)
       {
         ASSERT_EQ(serial.levels.levels[d].positions, parallel.levels.levels[d].positions);
-        ASSERT_EQ(serial.levels.levels[d].deviations, parallel.levels.levels[d].deviations);
+        ASSERT_EQ(
+          serial.levels.levels[d].geometricErrors, parallel.levels.levels[d].geometricErrors);
         ASSERT_EQ(serial.levels.levels[d].triangles, parallel.levels.levels[d].triangles);
         ASSERT_EQ(serial.levels.levels[d].parents, parallel.levels.levels[d].parents);
       }

@@ -111,13 +111,13 @@ TEST(SimplifyByClusters, CellsOfATreeGiveItsFinestLevel)
 {
   for (const NamedMesh& named : AllMeshes())
   {
-    for (const bool sheets : { true, false })
+    for (const bool byComponents : { true, false })
     {
-      SCOPED_TRACE(named.name + (sheets ? ", sheets" : ""));
+      SCOPED_TRACE(named.name + (byComponents ? ", sheets" : ""));
       const Mesh& mesh = named.mesh;
       const KdTree tree = *BuildKdTree(mesh.points, { 100, {}, 8 });
       ClusterOptions options;
-      options.sheets = sheets;
+      options.byComponents = byComponents;
       options.coarsestDepth = tree.depths.finest;
       const std::vector<std::uint32_t> partition = CellOfVertex(tree, tree.depths.partition);
       const TriangleBuckets buckets = BucketTriangles(mesh.triangles,
@@ -131,7 +131,7 @@ TEST(SimplifyByClusters, CellsOfATreeGiveItsFinestLevel)
       const Result<ClusterLevel> level = SimplifyByClusters(mesh, clustering, options);
       ASSERT_TRUE(level);
       EXPECT_EQ(level->positions, expected.positions);
-      EXPECT_EQ(level->deviations, expected.deviations);
+      EXPECT_EQ(level->geometricErrors, expected.geometricErrors);
       EXPECT_EQ(level->triangles, expected.triangles);
     }
   }
@@ -146,7 +146,7 @@ TEST(SimplifyByClusters, TrianglesAreTheImageAndPointsLieInTheirClusters)
     const Mesh& mesh = named.mesh;
     const Clustering clustering = RandomClustering(mesh.points.size(), 97, random);
     ClusterOptions options;
-    options.sheets = false;
+    options.byComponents = false;
     const Result<ClusterLevel> level = SimplifyByClusters(mesh, clustering, options);
     ASSERT_TRUE(level);
     ASSERT_EQ(level->positions.size(), clustering.clusters);

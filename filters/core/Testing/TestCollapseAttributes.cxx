@@ -16,14 +16,14 @@ namespace
 {
 
 // A flat plate of 96 × 96 vertices painted by their places.
-template <class Paint>
-Mesh ColoredPlate(const Paint& paint)
+template <class ColorAt>
+Mesh ColoredPlate(const ColorAt& colorAt)
 {
   Mesh plate = GridPlate(95);
   Attribute colors{ { "RGB", AttributeType::UInt8, AttributeAssociation::Point, 3 }, {} };
   for (const Vec3& p : plate.points)
   {
-    const auto value = static_cast<std::uint8_t>(paint(p[0], p[1]));
+    const auto value = static_cast<std::uint8_t>(colorAt(p[0], p[1]));
     colors.values.insert(colors.values.end(), { value, value, value });
   }
   plate.attributes.push_back(std::move(colors));
@@ -90,19 +90,19 @@ TEST(CollapseLevels, ColoursKeepTheirEdges)
   const Mesh board = Checkerboard(12); // 8 × 8 fields
   Mesh plain = board;
   plain.attributes.clear();
-  ClusterLevels painted = BuildAllLevels(board).levels, means = BuildAllLevels(plain).levels;
-  AddLevelAttributes(board, painted);
+  ClusterLevels colored = BuildAllLevels(board).levels, means = BuildAllLevels(plain).levels;
+  AddLevelAttributes(board, colored);
   AddLevelAttributes(board, means);
   // 64 fields have four corners each: from 256 vertices on all corners can be kept.
   for (const unsigned d : { 8U, 9U, 10U })
   {
-    const double error = PictureError(painted.levels[d]);
+    const double error = PictureError(colored.levels[d]);
     EXPECT_LT(error, 4) << "level " << d;
     EXPECT_LT(error, 0.25 * PictureError(means.levels[d])) << "level " << d;
   }
 }
 
-TEST(CollapseLevels, FinestClustersPartAlongThePaint)
+TEST(CollapseLevels, FinestClustersPartAlongTheColors)
 {
   const Mesh board = Checkerboard(11); // the tree's cells do not keep to its fields
   const BuiltLevels built = BuildAllLevels(board);
@@ -118,7 +118,7 @@ TEST(CollapseLevels, FinestClustersPartAlongThePaint)
 
 // If a vertex is not in the middle of its cluster, as along the plate's border, it does not have
 // the mean of its originals' colours.
-TEST(CollapseLevels, SmoothPaintIsThatOfThePlace)
+TEST(CollapseLevels, SmoothColorsAreThoseOfThePlace)
 {
   const Mesh ramp = ColoredPlate([](double x, double y) { return x + 1.5 * y; });
   ClusterLevels levels = BuildAllLevels(ramp).levels;
@@ -172,30 +172,30 @@ TEST(CollapseLevels, WhatIsMixedKeepsItsLight)
   EXPECT_GE(coarse, 2U);
 }
 
-TEST(ColorQuadric, SmoothPaintCostsNothing)
+TEST(ColorQuadric, SmoothColorsCostNothing)
 {
   // Red grows along x, green along y; blue is the same everywhere.
   const auto color = [](const Vec3& p) { return Vec3{ 2 * p[0], 3 * p[1] - 1, 7 }; };
   const Vec3 a{ 1, 2, 3 }, b{ 4, 2, 3 }, c{ 1, 7, 3 }, d{ 5, 6, 3 };
-  ColorQuadric paint = ColorQuadric::OfTriangle({ a, b, c }, { color(a), color(b), color(c) });
-  EXPECT_DOUBLE_EQ(paint.area, 7.5);
-  paint.Add(ColorQuadric::OfTriangle({ b, d, c }, { color(b), color(d), color(c) }));
-  const Vec3 place{ 3, 4, 3 }, found = paint.ColorAt(place);
+  ColorQuadric quadric = ColorQuadric::OfTriangle({ a, b, c }, { color(a), color(b), color(c) });
+  EXPECT_DOUBLE_EQ(quadric.area, 7.5);
+  quadric.Add(ColorQuadric::OfTriangle({ b, d, c }, { color(b), color(d), color(c) }));
+  const Vec3 place{ 3, 4, 3 }, found = quadric.ColorAt(place);
   for (std::size_t k = 0; k < 3; ++k)
   {
     EXPECT_NEAR(found[k], color(place)[k], 1e-12);
   }
-  EXPECT_NEAR(paint.Residual().At(place), 0, 1e-9);
+  EXPECT_NEAR(quadric.Residual().At(place), 0, 1e-9);
 }
 
-TEST(ColorQuadric, AnEdgeOfThePaintHoldsItsVertices)
+TEST(ColorQuadric, AnEdgeOfTheColorsHoldsItsVertices)
 {
   // Dark on one side of y = 0, bright from y = 1 on.
   const Vec3 a{ 0, 0, 0 }, b{ 1, 0, 0 }, c{ 0, 1, 0 }, d{ 1, -1, 0 };
   const Vec3 dark{}, bright{ 1, 1, 1 };
-  ColorQuadric paint = ColorQuadric::OfTriangle({ a, b, c }, { dark, dark, bright });
-  paint.Add(ColorQuadric::OfTriangle({ a, d, b }, { dark, dark, dark }));
-  const Quadric residual = paint.Residual();
+  ColorQuadric quadric = ColorQuadric::OfTriangle({ a, b, c }, { dark, dark, bright });
+  quadric.Add(ColorQuadric::OfTriangle({ a, d, b }, { dark, dark, dark }));
+  const Quadric residual = quadric.Residual();
   EXPECT_NEAR(residual.At({ 0.5, 0, 0 }), 0, 1e-12);
   EXPECT_NEAR(residual.At({ 9, 0, 0 }), 0, 1e-12); // along the edge
   EXPECT_NEAR(residual.At({ 0.5, -1, 0 }), 0.75, 1e-12);
@@ -217,14 +217,14 @@ TEST(ColorQuadric, TrianglesWithoutAreaSayNothing)
 TEST(CollapseLevels, OneColourChangesNothing)
 {
   const Mesh plain = DisplacedSphere(4);
-  Mesh painted = plain;
+  Mesh colored = plain;
   Attribute colors;
   colors.name = "RGBA";
   colors.type = AttributeType::UInt8;
   colors.components = 4;
   colors.values.assign(4 * plain.points.size(), 100);
-  painted.attributes.push_back(colors);
-  const BuiltLevels a = BuildAllLevels(plain), b = BuildAllLevels(painted);
+  colored.attributes.push_back(colors);
+  const BuiltLevels a = BuildAllLevels(plain), b = BuildAllLevels(colored);
   for (std::size_t d = 0; d < a.levels.levels.size(); ++d)
   {
     EXPECT_EQ(a.levels.levels[d].positions, b.levels.levels[d].positions);

@@ -29,12 +29,12 @@ void ForAll(const Check& check)
   {
     for (const KdTreeOptions& tree : { KdTreeOptions{ 200, {}, 8 }, { 30, {}, 1 } })
     {
-      for (const bool sheets : { true, false })
+      for (const bool byComponents : { true, false })
       {
         SCOPED_TRACE(named.name + ", " + std::to_string(tree.verticesPerPartition) +
-                     (sheets ? ", sheets" : ""));
+                     (byComponents ? ", sheets" : ""));
         LevelOptions options;
-        options.sheets = sheets;
+        options.byComponents = byComponents;
         check(named.mesh, BuildAllLevels(named.mesh, options, tree));
       }
     }
@@ -141,7 +141,7 @@ TEST(CollapseLevels, LooseClustersAreOneACell)
     });
 }
 
-TEST(CollapseLevels, DeviationsGrowUpwardsAndPositionsStayInTheModel)
+TEST(CollapseLevels, GeometricErrorsGrowUpwardsAndPositionsStayInTheModel)
 {
   ForAll(
     [](const Mesh&, const BuiltLevels& built)
@@ -152,7 +152,7 @@ TEST(CollapseLevels, DeviationsGrowUpwardsAndPositionsStayInTheModel)
         const ClusterLevel& level = built.levels.levels[d];
         for (std::size_t i = 0; i < level.positions.size(); ++i)
         {
-          ASSERT_TRUE(std::isfinite(level.deviations[i]));
+          ASSERT_TRUE(std::isfinite(level.geometricErrors[i]));
           for (std::size_t k = 0; k < 3; ++k)
           {
             ASSERT_GE(level.positions[i][k], box.lo[k]);
@@ -161,7 +161,8 @@ TEST(CollapseLevels, DeviationsGrowUpwardsAndPositionsStayInTheModel)
           }
           if (d > 0)
           {
-            ASSERT_GE(built.levels.levels[d - 1].deviations[level.parents[i]], level.deviations[i]);
+            ASSERT_GE(built.levels.levels[d - 1].geometricErrors[level.parents[i]],
+              level.geometricErrors[i]);
           }
         }
       }
@@ -197,7 +198,8 @@ TEST(CollapseLevels, AreTheSameOnAnyNumberOfThreads)
       for (std::size_t d = 0; d < serial.levels.levels.size(); ++d)
       {
         ASSERT_EQ(serial.levels.levels[d].positions, parallel.levels.levels[d].positions);
-        ASSERT_EQ(serial.levels.levels[d].deviations, parallel.levels.levels[d].deviations);
+        ASSERT_EQ(
+          serial.levels.levels[d].geometricErrors, parallel.levels.levels[d].geometricErrors);
         ASSERT_EQ(serial.levels.levels[d].triangles, parallel.levels.levels[d].triangles);
         ASSERT_EQ(serial.levels.levels[d].parents, parallel.levels.levels[d].parents);
       }
@@ -388,7 +390,7 @@ TEST(CollapseLevels, AreMadeInPartsWhereClustersOrTrianglesAreMany)
   EXPECT_FALSE(CollapsesInParts(depths, 12, 80000, 0));
 }
 
-TEST(CollapseLevels, StopWhereTheyAreTold)
+TEST(CollapseLevels, StopWhereSpecified)
 {
   const Mesh sphere = DisplacedSphere(4);
   LevelOptions options;

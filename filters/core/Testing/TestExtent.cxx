@@ -109,8 +109,8 @@ void ExpectScaled(const ClusterLevels& one, const ClusterLevels& other, double s
     for (std::size_t i = 0; i < a.positions.size(); ++i)
     {
       ASSERT_EQ(Times(a.positions[i], scale), b.positions[i]) << "cluster " << i;
-      ASSERT_EQ(scale * a.deviations[i], b.deviations[i]) << "cluster " << i;
-      ASSERT_TRUE(std::isfinite(static_cast<float>(b.deviations[i]))) << "cluster " << i;
+      ASSERT_EQ(scale * a.geometricErrors[i], b.geometricErrors[i]) << "cluster " << i;
+      ASSERT_TRUE(std::isfinite(static_cast<float>(b.geometricErrors[i]))) << "cluster " << i;
     }
   }
 }

@@ -18,17 +18,17 @@ TEST(GeometricErrorBins, AreALittleBelowWhatSortingFinds)
   for (std::size_t count : { 1, 2, 99, 100, 101, 5000 })
   {
     GeometricErrorBins whole, first, second;
-    std::vector<double> deviations;
+    std::vector<double> geometricErrors;
     for (std::size_t i = 0; i < count; ++i)
     {
-      const double deviation =
+      const double geometricError =
         std::ldexp(double(random()) / 4294967296.0, static_cast<int>(random() % 200) - 100);
-      deviations.push_back(deviation);
-      whole.Add(deviation);
-      (i % 3 == 0 ? first : second).Add(deviation);
+      geometricErrors.push_back(geometricError);
+      whole.Add(geometricError);
+      (i % 3 == 0 ? first : second).Add(geometricError);
     }
-    std::sort(deviations.begin(), deviations.end());
-    const double exact = deviations[(count - 1) * 99 / 100];
+    std::sort(geometricErrors.begin(), geometricErrors.end());
+    const double exact = geometricErrors[(count - 1) * 99 / 100];
     EXPECT_LE(whole.Most99(), exact * (1 + 1e-7)) << count; // counted as floats
     EXPECT_GE(whole.Most99(), exact * (1 - 1.0 / 32)) << count;
     for (std::size_t i = 0; i < first.Counts().size(); ++i)

@@ -237,7 +237,7 @@ TEST(KdTree, SaysWhatIsWrongWithOptions)
   EXPECT_EQ(message(noVertex, {}), "4294967295 vertices; at most 4294967294 fit a tree in memory");
 }
 
-TEST(KdTree, StopsWhenToldTo)
+TEST(KdTree, StopsWhenCancelled)
 {
   Execution execution;
   execution.progress = [](std::string_view, double) { return false; };

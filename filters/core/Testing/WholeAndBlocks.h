@@ -29,7 +29,7 @@ inline const KdTreeOptions blockOptions[] = { { 300, {}, 8 }, { 20, {}, 4 }, { 2
 
 // Normals and colours, some of them missing, and arrays of vertices and triangles; few values, so
 // that tuples of equal triangles are sometimes equal.
-inline Mesh Painted(Mesh mesh, std::uint32_t seed)
+inline Mesh WithColors(Mesh mesh, std::uint32_t seed)
 {
   std::mt19937 random(seed);
   const auto add = [&](const std::string& name, AttributeType type,
@@ -132,11 +132,11 @@ template <class Check>
 void ForAllBlockMeshes(const Check& check)
 {
   std::vector<NamedMesh> meshes = ClosedMeshes();
-  meshes.push_back({ "painted torus", Painted(Torus(90, 60), 1) });
-  meshes.push_back({ "painted soup", Painted(Soup(500, 3), 2) });
+  meshes.push_back({ "painted torus", WithColors(Torus(90, 60), 1) });
+  meshes.push_back({ "painted soup", WithColors(Soup(500, 3), 2) });
   for (NamedMesh& hard : HardMeshes())
   {
-    meshes.push_back({ "painted " + hard.name, Painted(std::move(hard.mesh), 3) });
+    meshes.push_back({ "painted " + hard.name, WithColors(std::move(hard.mesh), 3) });
   }
   for (const NamedMesh& named : meshes)
   {

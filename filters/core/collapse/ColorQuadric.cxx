@@ -40,18 +40,18 @@ ColorQuadric ColorQuadric::OfTriangle(
   }
   // The slopes of the corners' weights along u and v, times `squared`.
   const Vec3 alongU = Cross(v, normal), alongV = Cross(normal, u);
-  ColorQuadric paint;
-  paint.area = std::sqrt(squared) / 2;
+  ColorQuadric quadric;
+  quadric.area = std::sqrt(squared) / 2;
   for (std::size_t k = 0; k < 3; ++k)
   {
     const Vec3 slope = Plus(Times(alongU, (colors[1][k] - colors[0][k]) / squared),
       Times(alongV, (colors[2][k] - colors[0][k]) / squared));
     const double constant = colors[0][k] - Dot(slope, corners[0]);
-    paint.slopes[k] = Times(slope, paint.area);
-    paint.constants[k] = constant * paint.area;
-    AddSquare(paint.squares, slope, constant, paint.area);
+    quadric.slopes[k] = Times(slope, quadric.area);
+    quadric.constants[k] = constant * quadric.area;
+    AddSquare(quadric.squares, slope, constant, quadric.area);
   }
-  return std::isfinite(paint.squares.Trace() + paint.squares.c) ? paint : ColorQuadric{};
+  return std::isfinite(quadric.squares.Trace() + quadric.squares.c) ? quadric : ColorQuadric{};
 }
 
 void ColorQuadric::Add(const ColorQuadric& other)

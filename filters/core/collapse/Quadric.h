@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Plane quadrics: the squared distances to a set of weighted planes, as one quadratic form (Garland
 // and Heckbert, "Surface simplification using quadric error metrics", 1997). For representatives
-// and deviations of levels.
+// and geometric errors of levels.
 #pragma once
 
 #include "filters/core/Lanes.h"

@@ -160,9 +160,9 @@ ShownVertices::Keys ShownVertices::TakeAsked(const Piece& piece)
     }
     asked.push_back(KeyOf(PieceOfPartition(Resolution::Original(), partition, depths)));
   }
-  Keys reached(piece.childNodes.begin(), piece.childNodes.end());
-  SortOnce(reached);
-  for (const std::uint64_t node : reached)
+  Keys children(piece.childNodes.begin(), piece.childNodes.end());
+  SortOnce(children);
+  for (const std::uint64_t node : children)
   {
     asked.push_back(
       KeyOf({ Resolution::Level(piece.id.resolution.Depth() + 1), static_cast<NodeId>(node) }));

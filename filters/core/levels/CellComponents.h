@@ -16,16 +16,16 @@ namespace kdstream
 
 inline constexpr std::size_t mostCellComponents = 4; // a cell
 
-// A component of one cell while its sheets are decided.
+// A component of one cell until it is known which stay clusters of their own.
 struct CellComponent
 {
   std::uint64_t count = 0; // original vertices
   Vec3 sum{};
   bool surface = false;
-  std::size_t joined = 0; // the sheet that it becomes part of
+  std::size_t joined = 0; // the component that it becomes part of
 };
 
-// Decides which components of one cell become sheets, at most four. First joins all components
+// Joins components of one cell until at most four are left. First joins all components
 // without triangles. If more than 16 are left, each of the smaller ones joins the nearest of the 16
 // largest. Then, until four are left, one of the smallest components joins another one: the pair
 // with the least distance. Distances are between means; among equals the lowest vertex decides.

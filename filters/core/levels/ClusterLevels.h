@@ -2,8 +2,8 @@
 // Levels by clustering (paper 4.3, doc/design.md#clusters): step "levels" of the pipeline
 // picture.
 //
-// The vertices of a cell of the k-d tree become one representative, or one for each sheet of the
-// surface in the cell. The clusters of all depths form one tree: a child's cluster lies in one
+// The vertices of a cell of the k-d tree become one representative, or one for each component of
+// the surface in the cell. The clusters of all depths form one tree: a child's cluster lies in one
 // cluster of its parent. The triangles of a level are exactly the image of the original triangles
 // under the map vertex -> cluster.
 #pragma once
@@ -33,8 +33,8 @@ enum class Representative
 struct ClusterOptions
 {
   Representative representative = Representative::Quadric;
-  // A representative for each sheet (at most 4 a cell), or one a cell: the paper's.
-  bool sheets = true;
+  // A representative for each component (at most 4 a cell), or one a cell: the paper's.
+  bool byComponents = true;
   // Levels are made from L down to this depth.
   unsigned coarsestDepth = 0;
   // Whether vertices may lie in the same place. False: no two do (as in a welded mesh), and the
@@ -57,7 +57,7 @@ struct ClusterLevel
   // Representatives. They are inside the box of the cluster's original vertices, unless a collapse
   // or FoldOverRepair.h has moved them; never outside the model's box.
   std::vector<Vec3> positions;
-  std::vector<double> deviations;      // sqrt(Q(x) / trace A), never below a child's; model units
+  std::vector<double> geometricErrors; // sqrt(Q(x) / trace A), never below a child's; model units
   std::vector<VertexId> lowest;        // lowest original vertex of each cluster
   std::vector<VertexId> parents;       // cluster of the next coarser level; empty at the coarsest
   std::vector<Triangle> triangles;     // lowest cluster first, sorted, one of each orientation
@@ -78,9 +78,10 @@ struct ClusterLevels
 // and the triangles sorted into its partitions (BucketTriangles with CellOfVertex(tree, P)). Sums
 // are in double, relative to the centre of the model's box, over original ids ascending at level L
 // and over children by lowest id above: the same bits for any number of threads. Where a cluster's
-// quadric is empty the representative is the mean, the deviation the RMS distance of its vertices.
-// Complexity: O(n + t log t) a level, levels halve; memory about 440 bytes a finest cluster.
-// Errors: Cancelled. Source: paper 4.3; sheets, quadrics and deviations are ours.
+// quadric is empty the representative is the mean, the geometric error the RMS distance of its
+// vertices. Complexity: O(n + t log t) a level, levels halve; memory about 440 bytes a finest
+// cluster. Errors: Cancelled. Source: paper 4.3; components, quadrics and geometric errors are
+// ours.
 Result<ClusterLevels> BuildClusterLevels(std::span<const Vec3> points,
   std::span<const Triangle> triangles, const KdTree& tree,
   const TriangleBuckets& partitionTriangles, const ClusterOptions& options,

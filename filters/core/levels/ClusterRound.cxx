@@ -76,7 +76,7 @@ private:
     const std::size_t count = this->Below.clusters.size();
     parents.resize(count);
     const std::size_t most =
-      std::min(count, (this->Rules.options.sheets ? mostCellComponents : 1) << this->Depth);
+      std::min(count, (this->Rules.options.byComponents ? mostCellComponents : 1) << this->Depth);
     this->Coarser.clusters.reserve(most);
     this->Coarser.cellOf.reserve(most);
     std::vector<VertexId> members;
@@ -101,7 +101,8 @@ private:
   {
     const std::size_t offset = this->Coarser.clusters.size();
     const std::size_t count = GroupCell(
-      members, this->Rules.options.sheets, [&](VertexId m) { return FindRoot(this->Root, m); },
+      members, this->Rules.options.byComponents,
+      [&](VertexId m) { return FindRoot(this->Root, m); },
       [&](VertexId m)
       {
         const ClusterSum& c = this->Below.clusters[m];

@@ -39,7 +39,7 @@ struct ClusterRules
 
 // The clusters of level `depth`, without triangles, from those of level depth + 1: inside each cell
 // the connected clusters join, so that at most four are left (CellComponents.h), or one without
-// sheets. Numbered by (cell, lowest original vertex); sums go over children by lowest original
+// components. Numbered by (cell, lowest original vertex); sums go over children by lowest original
 // vertex. parents: for each cluster its place among the coarser ones. REQUIRES: no cell of `depth`
 // is cut. O(c log c + t).
 CollapseState MakeCoarserClusters(const ClusterPart& below, unsigned depth,

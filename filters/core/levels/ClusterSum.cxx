@@ -40,7 +40,7 @@ void ClusterSum::Add(const ClusterSum& child)
   }
   this->box.Add(child.box);
   this->quadric.Add(child.quadric);
-  this->deviation = std::max(this->deviation, child.deviation);
+  this->geometricError = std::max(this->geometricError, child.geometricError);
   this->lowest = std::min(this->lowest, child.lowest);
   this->surface |= child.surface;
 }

@@ -26,7 +26,7 @@ struct ClusterSum
   Box box;         // of the vertices, absolute
   Quadric quadric; // of their triangles and boundary edges
   Vec3 normal{};   // of their triangles the area vectors, each once; only where clusters collapse
-  double deviation = 0;
+  double geometricError = 0;
   VertexId lowest = noVertex;
   bool surface = false; // whether a triangle touches one of its vertices
 

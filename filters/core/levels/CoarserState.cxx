@@ -15,14 +15,14 @@ namespace
 
 constexpr std::size_t stateGrain = 1 << 14;
 
-// Positions, deviations and lowest vertices.
+// Positions, geometric errors and lowest vertices.
 void Place(const CollapseState& below, const Merging& merging, const CollapseSpace& space,
   Representative representative, std::span<const VertexId> standing, CollapseState& state,
   const Execution& execution)
 {
   ClusterLevel& level = state.level;
   level.positions.resize(standing.size());
-  level.deviations.resize(standing.size());
+  level.geometricErrors.resize(standing.size());
   level.lowest.resize(standing.size());
   execution.parallelFor(standing.size(), stateGrain,
     [&](std::size_t begin, std::size_t end)
@@ -43,9 +43,9 @@ void Place(const CollapseState& below, const Merging& merging, const CollapseSpa
             level.positions[i] = cluster.Represent(representative, space.origin);
             break;
         }
-        cluster.deviation =
-          std::max(cluster.deviation, cluster.GeometricErrorAt(space.Relative(level.positions[i])));
-        level.deviations[i] = cluster.deviation;
+        cluster.geometricError = std::max(
+          cluster.geometricError, cluster.GeometricErrorAt(space.Relative(level.positions[i])));
+        level.geometricErrors[i] = cluster.geometricError;
         level.lowest[i] = cluster.lowest;
       }
     });

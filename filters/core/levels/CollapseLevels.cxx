@@ -115,7 +115,7 @@ public:
     if (!CollapsesInParts(this->Depths, depth, below.clusters.size(), below.level.triangles.size()))
     {
       const Result<Merging> merging = CollapseFreely(below, this->Space, this->Depths, depth,
-        SurfaceWanted(depth), this->Options.sheets, this->Aside);
+        SurfaceWanted(depth), this->Options.byComponents, this->Aside);
       KDSTREAM_TRY(merging);
       return this->Finish(below, *merging, depth);
     }
@@ -123,7 +123,7 @@ public:
     const std::function<Status(double)> report = [&](double done)
     { return ReportDepth(this->Exec, depth + 1 - done, this->Depths.finest); };
     KDSTREAM_TRY(CollapseRound(level, this->Depths, depth, this->Space,
-      this->Options.representative, this->Options.sheets, this->Exec, report)
+      this->Options.representative, this->Options.byComponents, this->Exec, report)
                    .Run());
     return this->AddTriangles(below, std::move(level.Coarser), std::move(level.Parents), depth);
   }
@@ -147,7 +147,7 @@ public:
   // Makes a state that meets the target from the finer one: collapses freely, and groups by the
   // cells of `depth` if edges are not enough. The caller tries smaller and smaller depths.
   CollapseState CollapseTo(
-    CollapseState& below, const CollapseTarget& target, unsigned depth, bool sheets) const
+    CollapseState& below, const CollapseTarget& target, unsigned depth, bool byComponents) const
   {
     const std::size_t most = target.points == 0 ? EdgeCollapse::any : target.points;
     const std::size_t loose = this->LooseCells(below, depth);
@@ -159,7 +159,7 @@ public:
     merging.GroupLoose();
     if (!done)
     {
-      merging.GroupNodes(std::vector<std::uint8_t>(merging.NodeCount(), 1), sheets);
+      merging.GroupNodes(std::vector<std::uint8_t>(merging.NodeCount(), 1), byComponents);
     }
     return this->Finish(below, merging, depth);
   }
@@ -209,9 +209,9 @@ private:
     const BlockParts parts = PartsOfLevel(this->Depths, depth, 0, 0);
     for (const MovedCluster& moved : RepairFoldOvers(state, this->Space, depth, parts, this->Exec))
     {
-      state.clusters[moved.cluster].deviation = moved.deviation;
+      state.clusters[moved.cluster].geometricError = moved.geometricError;
       state.level.positions[moved.cluster] = moved.position;
-      state.level.deviations[moved.cluster] = moved.deviation;
+      state.level.geometricErrors[moved.cluster] = moved.geometricError;
     }
   }
 
@@ -298,10 +298,10 @@ Result<CollapsedMesh> CollapseTo(const Mesh& mesh, const KdTree& tree,
   }
   if (!Meets(state.level, target))
   {
-    CollapseState last = builder.CollapseTo(state, target, depth, options.sheets);
+    CollapseState last = builder.CollapseTo(state, target, depth, options.byComponents);
     for (; !Meets(last.level, target) && depth > 0; --depth)
     {
-      last = builder.CollapseTo(state, target, depth - 1, options.sheets);
+      last = builder.CollapseTo(state, target, depth - 1, options.byComponents);
     }
     if (!Meets(last.level, target))
     {

@@ -21,9 +21,9 @@ class SumsAside;
 // (cell of depth d of the lowest original vertex, lowest original vertex); no node of depth
 // PieceDepth(d) is the home of more than 4 × 2^(d - that depth). A cluster of a level >= S lies in
 // one partition. Where no edge can collapse any more, clusters are grouped by cells (at most 4 a
-// cell, by sheets), and clusters without triangles always (one a cell). Positions may lie outside
-// the box of a cluster's vertices, never outside the model's. Colours and normals (RoleOf) take
-// part: see CollapseAttributes.h. Complexity: O(n + t log t) for level L, O(c log c) over its
+// cell, by components), and clusters without triangles always (one a cell). Positions may lie
+// outside the box of a cluster's vertices, never outside the model's. Colours and normals (RoleOf)
+// take part: see CollapseAttributes.h. Complexity: O(n + t log t) for level L, O(c log c) over its
 // clusters for all others; memory about 440 bytes a finest cluster. The same bits for any number of
 // threads. Errors: Cancelled. Source: Garland and Heckbert 1997; rounds, thresholds
 // and fixed ghosts are ours.

@@ -59,14 +59,14 @@ std::size_t SurfaceWanted(unsigned depth)
 }
 
 CollapseRound::CollapseRound(LevelBlocks& blocks, const TreeDepths& depths, unsigned depth,
-  const CollapseSpace& space, Representative representative, bool sheets,
+  const CollapseSpace& space, Representative representative, bool byComponents,
   const Execution& execution, const std::function<Status(double)>& report)
   : Blocks(blocks)
   , Depths(depths)
   , Depth(depth)
   , Space(space)
   , How(representative)
-  , Sheets(sheets)
+  , ByComponents(byComponents)
   , Exec(execution)
   , Report(report)
   , Lists(blocks, space, std::size_t{ 1 } << PartDepthOf(depths, depth),
@@ -294,7 +294,7 @@ Status CollapseRound::GroupFullNodes()
       const std::vector<std::uint8_t> fullHere = FullNodes(merging->ExcessOfNodes());
       if (!fullHere.empty())
       {
-        merging->GroupNodes(fullHere, this->Sheets);
+        merging->GroupNodes(fullHere, this->ByComponents);
         std::transform(fullHere.begin(), fullHere.end(), full.begin(), full.begin(),
           [](std::uint8_t filled, std::uint64_t all) { return all + filled; });
         full.back() = 1;
@@ -359,7 +359,7 @@ Status CollapseRound::FinishBlock(std::size_t block)
   KDSTREAM_TRY(merging);
   if (!this->Full.empty())
   {
-    merging->GroupNodes(this->Full, this->Sheets);
+    merging->GroupNodes(this->Full, this->ByComponents);
     const Result<std::vector<VertexId>> ghosts = this->Blocks.GhostTargets(TargetStage::Grouped);
     KDSTREAM_TRY(ghosts);
     merging->SetGhosts(*ghosts);

@@ -41,7 +41,7 @@ public:
   // Makes level `depth` from the blocks of the one below it. report(done): progress, 0-1. Keeps
   // references to all. REQUIRES: CollapsesInParts; blocks no smaller than parts.
   CollapseRound(LevelBlocks& blocks, const TreeDepths& depths, unsigned depth,
-    const CollapseSpace& space, Representative representative, bool sheets,
+    const CollapseSpace& space, Representative representative, bool byComponents,
     const Execution& execution, const std::function<Status(double)>& report);
 
   // Errors: those of the blocks and of report. Three passes over the blocks, and up to four more if
@@ -72,7 +72,7 @@ private:
   unsigned Depth;
   const CollapseSpace& Space;
   Representative How;
-  bool Sheets;
+  bool ByComponents;
   const Execution& Exec;
   const std::function<Status(double)>& Report;
   PartLists Lists;

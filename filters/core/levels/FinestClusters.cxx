@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The finest clusters: see FinestClusters.h.
-//   1. Inside each cell join vertices along edges and where they coincide: this gives the sheets.
+//   1. Inside each cell join vertices along edges and where they coincide: the components.
 //      Do not join along edges that cross an edge between colours.
 //   2. Number the clusters by cell and lowest vertex.
 //   3. Find the boundary of the surface.
-//   4. For each cluster: sums, box and quadric; the representative and its deviation.
+//   4. For each cluster: sums, box and quadric; the representative and its geometric error.
 #include "filters/core/levels/FinestClusters.h"
 
 #include "filters/core/DisjointSets.h"
@@ -190,7 +190,7 @@ private:
             continue;
           }
           clusterBegin[c + 1] = static_cast<VertexId>(GroupCell(
-            members, this->Options.sheets, [&](VertexId v) { return FindRoot(root, v); },
+            members, this->Options.byComponents, [&](VertexId v) { return FindRoot(root, v); },
             [&](VertexId v) {
               return CellComponent{ 1, this->Relative(v), surface[v] != 0, 0 };
             },
@@ -455,7 +455,7 @@ void RepresentClusters(std::vector<ClusterSum>& clusters, Representative represe
   const Vec3& origin, ClusterLevel& level, const Execution& execution)
 {
   level.positions.resize(clusters.size());
-  level.deviations.resize(clusters.size());
+  level.geometricErrors.resize(clusters.size());
   level.lowest.resize(clusters.size());
   execution.parallelFor(clusters.size(), clusterGrain,
     [&](std::size_t begin, std::size_t end)
@@ -465,8 +465,9 @@ void RepresentClusters(std::vector<ClusterSum>& clusters, Representative represe
         ClusterSum& cluster = clusters[i];
         const Vec3 x = cluster.Represent(representative, origin);
         level.positions[i] = x;
-        cluster.deviation = std::max(cluster.deviation, cluster.GeometricErrorAt(Minus(x, origin)));
-        level.deviations[i] = cluster.deviation;
+        cluster.geometricError =
+          std::max(cluster.geometricError, cluster.GeometricErrorAt(Minus(x, origin)));
+        level.geometricErrors[i] = cluster.geometricError;
         level.lowest[i] = cluster.lowest;
       }
     });

@@ -47,8 +47,8 @@ inline Vec3 CentreOf(const Box& box)
     box.lo[2] / 2 + box.hi[2] / 2 };
 }
 
-// Fills in a level's positions, deviations and lowest vertices from its clusters. A cluster's
-// deviation is at least that of its children.
+// Fills in a level's positions, geometric errors and lowest vertices from its clusters. A cluster's
+// geometric error is at least that of its children.
 void RepresentClusters(std::vector<ClusterSum>& clusters, Representative representative,
   const Vec3& origin, ClusterLevel& level, const Execution& execution);
 

@@ -28,7 +28,7 @@ constexpr double towardsPlanes = 0.5; // after each step: regularisation of the 
 constexpr std::array<double, 2> margins = { 0.1, 0.02 };
 constexpr std::size_t mostSides = 256; // of a cluster that is moved
 
-// The largest deviations from a cluster's planes at which a place is tried, one after the other:
+// The largest distances from a cluster's planes at which a place is tried, one after the other:
 // near places are found first, for whichever of a triangle's clusters. In lengths of its longest
 // edge. Those beyond `mostOfCoarse` are used only in levels of at least 2^fineLevel clusters: in
 // coarser ones a spike is more visible than a fold.
@@ -342,8 +342,8 @@ private:
       if (place != this->Block.level.positions[c])
       {
         const ClusterSum& sum = this->SumOf(c);
-        moved.push_back(
-          { c, place, std::max(sum.deviation, sum.GeometricErrorAt(this->Space.Relative(place))) });
+        moved.push_back({ c, place,
+          std::max(sum.geometricError, sum.GeometricErrorAt(this->Space.Relative(place))) });
       }
     }
     return moved;

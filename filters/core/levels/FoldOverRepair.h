@@ -25,7 +25,7 @@ struct MovedCluster
 {
   VertexId cluster;
   Vec3 position;
-  double deviation; // from now on: never below what it was
+  double geometricError; // from now on: never below what it was
 };
 
 // The parts of a block of a level, in which its clusters have collapsed. A block is a cell of

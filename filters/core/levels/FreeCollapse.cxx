@@ -64,7 +64,8 @@ FreeCollapse::FreeCollapse(CollapsePart part)
 }
 
 Result<Merging> CollapseFreely(CollapseState& below, const CollapseSpace& space,
-  const TreeDepths& depths, unsigned depth, std::size_t surface, bool sheets, SumsAside& aside)
+  const TreeDepths& depths, unsigned depth, std::size_t surface, bool byComponents,
+  SumsAside& aside)
 {
   Result<Merging> merging = MergeEdges(below, space, depths, depth, surface, aside);
   KDSTREAM_TRY(merging);
@@ -72,7 +73,7 @@ Result<Merging> CollapseFreely(CollapseState& below, const CollapseSpace& space,
   const std::vector<std::uint8_t> full = FullNodes(merging->ExcessOfNodes());
   if (!full.empty())
   {
-    merging->GroupNodes(full, sheets);
+    merging->GroupNodes(full, byComponents);
     merging->GroupLoose(); // what has lost its last triangles by that
   }
   return merging;

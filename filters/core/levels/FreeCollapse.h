@@ -62,6 +62,7 @@ private:
 // a cluster of surfaces, beside the state without its sums. Keeps references to below and depths.
 // Errors: those of `aside`.
 Result<Merging> CollapseFreely(CollapseState& below, const CollapseSpace& space,
-  const TreeDepths& depths, unsigned depth, std::size_t surface, bool sheets, SumsAside& aside);
+  const TreeDepths& depths, unsigned depth, std::size_t surface, bool byComponents,
+  SumsAside& aside);
 
 }

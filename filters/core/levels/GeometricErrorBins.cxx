@@ -10,10 +10,10 @@
 namespace kdstream
 {
 
-void GeometricErrorBins::Add(double deviation)
+void GeometricErrorBins::Add(double geometricError)
 {
   const auto value =
-    static_cast<float>(std::min(deviation, double(std::numeric_limits<float>::max())));
+    static_cast<float>(std::min(geometricError, double(std::numeric_limits<float>::max())));
   ++this->Bins[BitCast<std::uint32_t>(value + 0.0F) >> shift]; // no -0.0
 }
 

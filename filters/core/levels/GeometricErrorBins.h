@@ -16,8 +16,8 @@ namespace kdstream
 class GeometricErrorBins
 {
 public:
-  // deviation: not negative.
-  void Add(double deviation);
+  // geometricError: not negative.
+  void Add(double geometricError);
   std::span<std::uint64_t> Counts() { return this->Bins; }
   // At most, and hardly less than, what 99 of 100 do not exceed; 0 if there are none. O(bins).
   double Most99() const;

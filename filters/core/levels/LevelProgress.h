@@ -7,8 +7,8 @@
 namespace kdstream
 {
 
-// Parts of the time of all levels in memory, measured on 28 million triangles: until the sheets of
-// the finest level are found, until its clusters are summed, and until these have positions.
+// Parts of the time of all levels in memory, measured on 28 million triangles: until the components
+// of the finest level are found, until its clusters are summed, and until these have positions.
 inline constexpr double componentsFoundPart = 0.06, clustersSummedPart = 0.28,
                         finestMadePart = 0.37;
 

@@ -10,7 +10,7 @@ namespace kdstream
 enum class LevelMaker
 {
   Collapse, // the finest level by clusters, coarser ones by rounds of edge collapse
-  Cluster   // all by clusters of the tree's cells: with Representative::Mean and without sheets the
+  Cluster   // all by clusters of the tree's cells: with Representative::Mean and one a cell the
             // paper's method
 };
 

@@ -225,7 +225,7 @@ std::vector<VertexId> Merging::Components() const
   return parent;
 }
 
-void Merging::GroupNodes(std::span<const std::uint8_t> full, bool sheets)
+void Merging::GroupNodes(std::span<const std::uint8_t> full, bool byComponents)
 {
   std::vector<VertexId> parent = this->Components();
   std::vector<CellComponent> components(this->Into.size());
@@ -247,7 +247,7 @@ void Merging::GroupNodes(std::span<const std::uint8_t> full, bool sheets)
     {
       std::vector<VertexId> first; // of each group
       GroupCell(
-        cell, sheets, [&](VertexId c) { return FindRoot(parent, c); },
+        cell, byComponents, [&](VertexId c) { return FindRoot(parent, c); },
         [&](VertexId c) { return components[c]; },
         [&](VertexId c, std::size_t group)
         {

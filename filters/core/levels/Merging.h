@@ -48,8 +48,8 @@ public:
   // functions below.
   void GroupLoose();
   // Groups all own clusters at home in the nodes for which full[node] is not 0 by cells of this
-  // depth, or by the sheets of cells. The nodes are those of the pieces of this depth.
-  void GroupNodes(std::span<const std::uint8_t> full, bool sheets);
+  // depth, or by the components of cells. The nodes are those of the pieces of this depth.
+  void GroupNodes(std::span<const std::uint8_t> full, bool byComponents);
 
   // The cluster that has replaced `cluster`.
   VertexId StandsFor(VertexId cluster) const { return this->Into[cluster]; }

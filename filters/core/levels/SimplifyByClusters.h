@@ -14,11 +14,11 @@
 namespace kdstream
 {
 
-// One level of a mesh: a representative for each cluster, or for each sheet of the surface in it,
-// and the image of the triangles. See the finest level of BuildClusterLevels; this works for any
-// clusters. `lowest`, `parents` and coarser levels have no meaning here. clusterOf, if not null:
-// the representative of each vertex. Errors: InvalidArgument if the clustering is not of the mesh's
-// vertices; Cancelled. Source: paper 4.3, Figs. 12-14.
+// One level of a mesh: a representative for each cluster, or for each component of the surface in
+// it, and the image of the triangles. See the finest level of BuildClusterLevels; this works for
+// any clusters. `lowest`, `parents` and coarser levels have no meaning here. clusterOf, if not
+// null: the representative of each vertex. Errors: InvalidArgument if the clustering is not of the
+// mesh's vertices; Cancelled. Source: paper 4.3, Figs. 12-14.
 Result<ClusterLevel> SimplifyByClusters(const Mesh& mesh, const Clustering& clustering,
   const ClusterOptions& options, const Execution& execution = {},
   std::vector<VertexId>* clusterOf = nullptr);

@@ -236,8 +236,8 @@ Status CheckPiece(const Piece& piece, const TreeDepths& depths)
   {
     return Bad("the counts of vertices differ");
   }
-  if (!piece.deviations.empty() &&
-      (resolution.IsOriginal() || piece.deviations.size() != piece.ownVertices))
+  if (!piece.geometricErrors.empty() &&
+      (resolution.IsOriginal() || piece.geometricErrors.size() != piece.ownVertices))
   {
     return Bad("the numbers of deviations and own vertices differ");
   }

@@ -59,7 +59,7 @@ struct Piece
   std::vector<VertexKey> keys; // own (ascending), then ghosts (ascending)
   // For own vertices of a level: their geometric errors in model units, while it is built. Blobs do
   // not have them; a page of the tree has the largest of a piece.
-  std::vector<float> deviations;
+  std::vector<float> geometricErrors;
 
   // The ranks of the ancestors at the levels R … min(d, S) - 1, R first (AncestorLevelsOf): for all
   // vertices of the levels up to S, and for the ghosts of every finer resolution. Empty for levels

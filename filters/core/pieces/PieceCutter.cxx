@@ -199,9 +199,9 @@ Piece PieceCutter::Cut(std::size_t i) const
     }
     if (!this->Which.IsOriginal())
     {
-      const double deviation = this->Tree.levels[this->Which.Depth()].deviations[v];
-      piece.deviations.push_back(
-        static_cast<float>(std::min(deviation, double(std::numeric_limits<float>::max()))));
+      const double geometricError = this->Tree.levels[this->Which.Depth()].geometricErrors[v];
+      piece.geometricErrors.push_back(
+        static_cast<float>(std::min(geometricError, double(std::numeric_limits<float>::max()))));
     }
   }
   for (const VertexId ghost : ghosts)

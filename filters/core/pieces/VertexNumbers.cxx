@@ -243,7 +243,7 @@ OrderedLevel OrderLevel(ClusterLevel level, std::span<const VertexId> first,
   VertexTreeLevel& result = ordered.level;
   result.first = Permute(first, order);
   result.positions = Permute(std::span<const Vec3>(level.positions), order);
-  result.deviations = Permute(std::span<const double>(level.deviations), order);
+  result.geometricErrors = Permute(std::span<const double>(level.geometricErrors), order);
   for (const Attribute& attribute : level.attributes)
   {
     result.attributes.push_back(Permute(attribute, order));

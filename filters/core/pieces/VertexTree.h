@@ -42,7 +42,7 @@ struct VertexTreeLevel
   std::vector<VertexId> first;   // lowest numbered vertex of each cluster, ascending
   std::vector<VertexId> parents; // place in the next coarser level; empty at level 0, and in a part
   std::vector<Vec3> positions;
-  std::vector<double> deviations;
+  std::vector<double> geometricErrors;
   std::vector<Triangle> triangles;     // places; lowest first, sorted
   std::vector<Attribute> attributes{}; // a tuple a cluster
   std::vector<VertexId> ranks{};       // ascending; empty: all clusters are at hand

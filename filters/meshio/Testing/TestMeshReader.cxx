@@ -121,7 +121,7 @@ TEST(MeshReader, ErrorsNameTheFileWhenItIsOpenedAndRead)
   EXPECT_EQ(read.GetError().file, cut.string());
 }
 
-TEST(MeshReader, ContentOfAnotherFormatIsTold)
+TEST(MeshReader, ContentOfAnotherFormatIsReported)
 {
   const ScratchFolder folder;
   const std::string ply = "ply\nformat ascii 1.0\nend_header\n" + std::string(200, '\n');

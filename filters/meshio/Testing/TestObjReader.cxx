@@ -160,7 +160,7 @@ TEST(ObjReader, NumbersBehindTheCoordinatesAreTakenForWhatTheyAre)
 {
   struct Case
   {
-    std::array<std::string, 3> behind;
+    std::array<std::string, 3> after;
     std::string array;
     std::array<double, 3> first;
     std::string reading;
@@ -188,9 +188,9 @@ TEST(ObjReader, NumbersBehindTheCoordinatesAreTakenForWhatTheyAre)
   {
     for (const std::string corner : { "", "/1" }) // with tables, too
     {
-      SCOPED_TRACE(c.behind[0] + corner);
+      SCOPED_TRACE(c.after[0] + corner);
       const Contents read = ReadBytes(
-        "v 0 0 0 " + c.behind[0] + "\nv 1 0 0 " + c.behind[1] + "\nv 0 1 0 " + c.behind[2] + "\n" +
+        "v 0 0 0 " + c.after[0] + "\nv 1 0 0 " + c.after[1] + "\nv 0 1 0 " + c.after[2] + "\n" +
         (corner.empty() ? "" : "vt 0 0\n") + "f 1" + corner + " 2" + corner + " 3" + corner + "\n");
       ASSERT_TRUE(read.status) << read.status.GetError().message;
       EXPECT_EQ(read.info.tolerance.Warnings(),

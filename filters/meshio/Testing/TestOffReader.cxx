@@ -79,7 +79,7 @@ TEST(OffReader, ReadsWhatStandsBehindPlaces)
   {
     std::string bytes, array;
     std::vector<double> values;
-    bool isTold;
+    bool isReported;
   } cases[] = {
     { "COFF\n2 0 0\n0 0 0 255 128 0 255\n1 0 0 0 64 9 10\n", "RGBA",
       { 255, 128, 0, 255, 0, 64, 9, 10 }, false },
@@ -101,7 +101,7 @@ TEST(OffReader, ReadsWhatStandsBehindPlaces)
     const Contents read = ReadBytes(c.bytes);
     ASSERT_TRUE(read.status) << read.status.GetError().message;
     EXPECT_EQ(Values(read.mesh, c.array), c.values);
-    EXPECT_EQ(!read.info.tolerance.Warnings().empty(), c.isTold);
+    EXPECT_EQ(!read.info.tolerance.Warnings().empty(), c.isReported);
     EXPECT_FALSE(read.info.tolerance.Any());
   }
 }

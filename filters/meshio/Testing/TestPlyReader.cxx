@@ -125,14 +125,14 @@ TEST(PlyReader, ReadsPolygonsAndStripsInTheOrderOfTheFile)
 // A header that counts too few faces loses the others, but not silently.
 TEST(PlyReader, TellsBytesBehindTheEnd)
 {
-  const auto told = [](const std::string& bytes)
+  const auto reported = [](const std::string& bytes)
   {
     const Contents read = ReadBytes(bytes);
     EXPECT_TRUE(read.status) << read.status.GetError().message;
     EXPECT_TRUE(read.info.ignoredAttributes.empty());
     return read.info.tolerance.Warnings();
   };
-  const auto behind = [](std::size_t bytes, const std::string& file, const std::string& what)
+  const auto after = [](std::size_t bytes, const std::string& file, const std::string& what)
   {
     return std::vector<std::string>{ std::to_string(bytes) + what + "; the first: byte " +
                                      std::to_string(file.size() - bytes) +
@@ -141,20 +141,20 @@ TEST(PlyReader, TellsBytesBehindTheEnd)
   const std::string unread = " bytes after the end are not read";
   const std::vector<std::string> none;
   const std::string more = WithFaces(1, "3 0 1 2\n3 1 2 3\n");
-  EXPECT_EQ(told(more), behind(9, more, unread)); // with the end of the face's line
-  EXPECT_EQ(told(WithFaces(1, "3 0 1 2\n \r\n\n")), none);
-  EXPECT_EQ(told(WithFaces(1, "3 0 1 2\n\x1A")), none);
+  EXPECT_EQ(reported(more), after(9, more, unread)); // with the end of the face's line
+  EXPECT_EQ(reported(WithFaces(1, "3 0 1 2\n \r\n\n")), none);
+  EXPECT_EQ(reported(WithFaces(1, "3 0 1 2\n\x1A")), none);
   const std::string blank = WithFaces(1, "3 0 1 2\n" + std::string(5000, '\n'));
-  EXPECT_EQ(told(blank), behind(5001, blank, unread));
+  EXPECT_EQ(reported(blank), after(5001, blank, unread));
   const std::string list = "property list uchar uchar vertex_indices\n";
   const std::string face("\3\0\1\0", 4);
-  EXPECT_EQ(told(BinaryWithFace(list, face)), none);
+  EXPECT_EQ(reported(BinaryWithFace(list, face)), none);
   const std::string twice = BinaryWithFace(list, face + face);
-  EXPECT_EQ(told(twice), behind(4, twice, unread));
+  EXPECT_EQ(reported(twice), after(4, twice, unread));
   const std::string padded = BinaryWithFace(list, face + std::string(100, '\0'));
-  EXPECT_EQ(told(padded), behind(100, padded, " zeros after the end are padding"));
+  EXPECT_EQ(reported(padded), after(100, padded, " zeros after the end are padding"));
   // A cloud has an end, too.
-  EXPECT_EQ(told(asciiVertices + "end_header\n" + fourPoints + "left over\n").size(), 1U);
+  EXPECT_EQ(reported(asciiVertices + "end_header\n" + fourPoints + "left over\n").size(), 1U);
   // Elements that the header counts after the faces are accepted.
   std::string edges = WithFaces(1, "3 0 1 2\n0 1\n");
   edges.insert(

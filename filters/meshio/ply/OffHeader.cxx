@@ -28,7 +28,7 @@ constexpr std::uint64_t linesPerReport = 1 << 16;
 
 // The numbers of a line after its place, or after its corners: at most three of a normal, four of a
 // colour, two of a texture coordinate.
-struct Behind
+struct NumbersAfter
 {
   static constexpr std::size_t most = 9;
   std::array<double, most> values{};
@@ -52,16 +52,16 @@ public:
   {
   }
 
-  void Add(const Behind& behind)
+  void Add(const NumbersAfter& after)
   {
-    this->Least = this->Lines++ == 0 ? behind.count : std::min(this->Least, behind.count);
-    this->Most = std::max(this->Most, behind.count);
-    const std::size_t colors = behind.count - std::min(behind.count, this->Others);
-    if (behind.count > Behind::most || (colors != 3 && colors != 4))
+    this->Least = this->Lines++ == 0 ? after.count : std::min(this->Least, after.count);
+    this->Most = std::max(this->Most, after.count);
+    const std::size_t colors = after.count - std::min(after.count, this->Others);
+    if (after.count > NumbersAfter::most || (colors != 3 && colors != 4))
     {
       return;
     }
-    const double* const v = behind.values.data();
+    const double* const v = after.values.data();
     this->NormalsFirst += this->HasNormals && IsNormal(v) ? 1 : 0;
     this->NormalsLast += this->HasNormals && IsNormal(v + colors) ? 1 : 0;
     for (const std::size_t way : { 0, 1 }) // after a normal, or before it
@@ -123,7 +123,7 @@ public:
   Status ReadHeader();
   // All other lines.
   Status LookAtLines(const Execution& execution);
-  PlyHeader MakeHeader(Tolerance& told) const;
+  PlyHeader MakeHeader(Tolerance& reported) const;
   // Where the lines of vertices and faces are, without comments after these.
   std::uint64_t BodyBegin() const { return this->Body; }
   std::uint64_t BodyEnd() const { return this->End; }
@@ -134,7 +134,7 @@ private:
   Status HeaderNumber(const char* what, std::uint64_t& number);
   Status ReadKind();
   Status PassEdges();
-  void LookAtBehind(OffColumns& columns);
+  void ReadNumbersAfter(OffColumns& columns);
   void LookForShort(
     const char* element, std::uint64_t index, std::uint64_t there, std::uint64_t expected);
 
@@ -217,7 +217,7 @@ Status OffText::ReadKind()
   {
     return Error{ ErrorCode::Unsupported,
       "is a binary OFF file, which is not read: save it as text, or as .ply", {}, {},
-      Remedy::Told };
+      Remedy::InMessage };
   }
   const auto says = [&](const char* letters) { return kind.find_first_of(letters) != kind.npos; };
   const bool hasDimensions = says("n") && !isSmall, hasWeights = says("4");
@@ -273,18 +273,18 @@ Status OffText::ReadHeader()
            : this->Lines.Wrong("has more than the numbers of vertices, faces and edges");
 }
 
-void OffText::LookAtBehind(OffColumns& columns)
+void OffText::ReadNumbersAfter(OffColumns& columns)
 {
-  Behind behind;
+  NumbersAfter after;
   for (std::string_view word = TakeWord(this->Rest); !word.empty(); word = TakeWord(this->Rest))
   {
-    if (behind.count < Behind::most)
+    if (after.count < NumbersAfter::most)
     {
-      static_cast<void>(ParseNumber(word, behind.values[behind.count]));
+      static_cast<void>(ParseNumber(word, after.values[after.count]));
     }
-    ++behind.count;
+    ++after.count;
   }
-  columns.Add(behind);
+  columns.Add(after);
 }
 
 // Remembers the first line of fewer numbers than it should have.
@@ -332,7 +332,7 @@ Status OffText::LookAtLines(const Execution& execution)
         this->Precision.Add(word);
       }
       this->LookForShort("vertex", vertices++, taken, 3);
-      this->LookAtBehind(this->OfVertices);
+      this->ReadNumbersAfter(this->OfVertices);
       continue;
     }
     std::uint64_t corners = 0, taken = 0;
@@ -342,12 +342,12 @@ Status OffText::LookAtLines(const Execution& execution)
       ++taken;
     }
     this->LookForShort("face", faces++, taken, corners);
-    this->LookAtBehind(this->OfFaces);
+    this->ReadNumbersAfter(this->OfFaces);
   }
 }
 
 // Where lines are not those of vertices and faces: only what every OFF has.
-PlyHeader OffText::MakeHeader(Tolerance& told) const
+PlyHeader OffText::MakeHeader(Tolerance& reported) const
 {
   PlyHeader header;
   header.hasComments = true;
@@ -373,11 +373,11 @@ PlyHeader OffText::MakeHeader(Tolerance& told) const
     add(this->HasNormals && colorsFirst, { "nx", "ny", "nz" });
     add(this->HasTexture, { "s", "t" });
   }
-  told.Count(Lapse::PaddedEnd, this->Lines.Padding());
+  reported.Count(Lapse::PaddedEnd, this->Lines.Padding());
   if (colorsFirst)
   {
-    told.Tell("vertices are read as x y z, colour, normal, as MeshLab writes them: only so the "
-              "normals are of length 1");
+    reported.Tell("vertices are read as x y z, colour, normal, as MeshLab writes them: only so the "
+                  "normals are of length 1");
   }
   PlyElement faces{ "face", this->Faces, { { "vertex_indices", PlyType::Int32, true } } };
   if (this->IsWhole && this->OfFaces.Colors() > 0)
@@ -403,9 +403,9 @@ Result<std::unique_ptr<MeshReader>> OpenOffReader(
   KDSTREAM_TRY(text.ReadHeader());
   KDSTREAM_TRY(text.LookAtLines(execution));
   source.Crop(text.BodyBegin(), text.BodyEnd());
-  Tolerance told;
-  PlyHeader header = text.MakeHeader(told);
-  return PlyReader::OpenAs(std::move(source), std::move(header), scratch, told);
+  Tolerance reported;
+  PlyHeader header = text.MakeHeader(reported);
+  return PlyReader::OpenAs(std::move(source), std::move(header), scratch, reported);
 }
 
 }

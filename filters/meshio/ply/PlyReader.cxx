@@ -31,11 +31,11 @@ Result<std::unique_ptr<MeshReader>> PlyReader::Open(
   return OpenAs(std::move(source), std::move(*header), scratch);
 }
 
-Result<std::unique_ptr<MeshReader>> PlyReader::OpenAs(
-  ByteSource source, PlyHeader header, const std::filesystem::path& scratch, const Tolerance& told)
+Result<std::unique_ptr<MeshReader>> PlyReader::OpenAs(ByteSource source, PlyHeader header,
+  const std::filesystem::path& scratch, const Tolerance& reported)
 {
   std::unique_ptr<PlyReader> reader(new PlyReader(std::move(source), std::move(header), scratch));
-  reader->FileInfo.tolerance = told;
+  reader->FileInfo.tolerance = reported;
   KDSTREAM_TRY(reader->UnderstandHeader());
   return std::unique_ptr<MeshReader>(std::move(reader));
 }
@@ -100,7 +100,7 @@ Status PlyReader::UnderstandVertices()
           (packed ? ", but 'packed_position': compressed Gaussian splats are not read, export them "
                     "uncompressed"
                   : ""),
-        packed ? Remedy::Told : Remedy::Repair);
+        packed ? Remedy::InMessage : Remedy::Repair);
     }
     const PlyProperty& property = element.properties[found];
     if (property.isList)
@@ -528,9 +528,9 @@ Result<std::size_t> PlyReader::ReadSomeTriangles(Mesh& mesh, std::size_t limit)
     KDSTREAM_TRY(this->CheckTriangles(faces));
   }
   KDSTREAM_TRY(this->CutPolygons(mesh));
-  if (this->FaceElementsDone == this->Faces.size() && !this->LookedBehind)
+  if (this->FaceElementsDone == this->Faces.size() && !this->CheckedBytesAfterEnd)
   {
-    KDSTREAM_TRY(this->LookBehindEnd());
+    KDSTREAM_TRY(this->CheckBytesAfterEnd());
   }
   return static_cast<std::size_t>(done);
 }
@@ -595,9 +595,9 @@ Status PlyReader::KeepPlaces()
 // Skips what follows the faces, so that a file truncated there is refused. If the header counts too
 // few faces, some follow the last one: they are not read, but reported. Blanks at the end of a file
 // are ignored.
-Status PlyReader::LookBehindEnd()
+Status PlyReader::CheckBytesAfterEnd()
 {
-  this->LookedBehind = true;
+  this->CheckedBytesAfterEnd = true;
   const std::vector<PlyElement>& elements = this->Header.elements;
   const bool more =
     std::any_of(elements.begin() + static_cast<std::ptrdiff_t>(this->CurrentElement) + 1,
@@ -621,7 +621,7 @@ Status PlyReader::LookBehindEnd()
   const bool padded = rest <= mostPadding && bytes->find_first_not_of(padding) == bytes->npos;
   const std::uint64_t zeros =
     static_cast<std::uint64_t>(std::count(bytes->begin(), bytes->end(), '\0'));
-  this->FileInfo.tolerance.Count(padded ? Lapse::PaddedEnd : Lapse::BytesBehindEnd,
+  this->FileInfo.tolerance.Count(padded ? Lapse::PaddedEnd : Lapse::BytesAfterEnd,
     padded ? zeros : rest,
     "byte " + std::to_string(this->Source.Position()) + ", after the last " +
       elements[this->CurrentElement].name + " that the header counts");

@@ -43,10 +43,10 @@ public:
   // MeshReader::ReadTriangles); empty: the system's.
   static Result<std::unique_ptr<MeshReader>> Open(
     ByteSource source, const std::filesystem::path& scratch = {});
-  // The same for a body at which `source` stands, with a header made by other code. told: the
+  // The same for a body at which `source` stands, with a header made by other code. reported: the
   // counts that this code has reported.
   static Result<std::unique_ptr<MeshReader>> OpenAs(ByteSource source, PlyHeader header,
-    const std::filesystem::path& scratch, const Tolerance& told = {});
+    const std::filesystem::path& scratch, const Tolerance& reported = {});
 
   const MeshFileInfo& Info() const override { return this->FileInfo; }
   // After an error, every further call gives the same error.
@@ -89,7 +89,7 @@ private:
   Status CountTriangles(const PlyElement& element, std::uint64_t made);
   template <class Number>
   Result<Number> Remember(Result<Number> result);
-  Status LookBehindEnd();
+  Status CheckBytesAfterEnd();
   void CountLongLines();
   Status CutPolygons(Mesh& mesh);
   Status KeepPlaces();
@@ -120,7 +120,7 @@ private:
   std::filesystem::path Scratch;
   PolygonFaces Polygons;
   std::unique_ptr<ScratchTable<Vec3>> Places; // of all vertices, once polygons need it
-  bool LookedBehind = false;
+  bool CheckedBytesAfterEnd = false;
   bool Finite = false; // whether all vertices that were read last are known to be
   std::optional<Error> Failure;
 };

@@ -320,12 +320,12 @@ TEST(TestModelDescription, ThePreviewIsLevel11OrTheFinest)
 TEST(TestModelDescription, WhatServersDoNotTellStaysWithTheStore)
 {
   ModelDescription model = Small();
-  const std::string told = WriteModel(model);
+  const std::string reported = WriteModel(model);
   model.input = "secret.ply";
   model.inputDigest = std::string(32, 'a'); // by which who has a copy could tell that it is one
   model.partitioner = "octree";
   model.welded = 7;
-  EXPECT_EQ(WriteModel(model), told);
+  EXPECT_EQ(WriteModel(model), reported);
 }
 
 TEST(TestModelDescription, ModelIds)

@@ -68,7 +68,7 @@ TEST(TestStoredModel, TheTextOfAStoreStaysAsItIsToTheByte)
   EXPECT_EQ(model->input, "vase.ply");
   EXPECT_EQ(model->smallestPartition, 4931u);
   EXPECT_EQ(model->grid.step, 1.7151823580645897e-06);
-  EXPECT_EQ(model->levels.at(1).deviation99, 0.363817423582077);
+  EXPECT_EQ(model->levels.at(1).geometricError99, 0.363817423582077);
   EXPECT_EQ(model->levels.at(1).spacing, 7U);
   EXPECT_EQ(model->Codec().spacings, (std::vector<std::uint32_t>{ 4096, 7 }));
   EXPECT_TRUE(model->HasPiece({ Resolution::Level(1), 1 }));
@@ -94,10 +94,10 @@ TEST(TestStoredModel, ServersTellWhatStoresKeep)
     ModelDescription model = random.Model();
     model.detail = ModelDetail::Regions;
     const std::string kept = WriteStoredModel(model);
-    const std::string told = WriteModel(model);
+    const std::string reported = WriteModel(model);
     const std::string id = "{\"id\":\"" + model.id + "\",";
-    ASSERT_EQ(told.substr(0, id.size()), id);
-    const std::string described = told.substr(id.size(), told.size() - id.size() - 1);
+    ASSERT_EQ(reported.substr(0, id.size()), id);
+    const std::string described = reported.substr(id.size(), reported.size() - id.size() - 1);
     EXPECT_EQ(kept.substr(0, described.size() + 11), "{" + described + ",\"build\":{");
   }
 }

@@ -267,7 +267,8 @@ private:
     std::vector<ClusterRecord> clusters;
     for (std::size_t i = 0; i < level.lowest.size(); ++i)
     {
-      clusters.push_back({ level.positions[i], level.deviations[i], level.lowest[i], counts[i] });
+      clusters.push_back(
+        { level.positions[i], level.geometricErrors[i], level.lowest[i], counts[i] });
       ++file.begin[cell[level.lowest[i]] + 1];
     }
     std::partial_sum(file.begin.begin(), file.begin.end(), file.begin.begin());

@@ -51,7 +51,7 @@ void CheckLevel(const ClusterLevel& expected, const LevelFile& level)
   for (std::size_t c = 0; c < clusters.size(); ++c)
   {
     ASSERT_EQ(clusters[c].position, expected.positions[c]) << "cluster " << c;
-    ASSERT_EQ(clusters[c].deviation, expected.deviations[c]) << "cluster " << c;
+    ASSERT_EQ(clusters[c].geometricError, expected.geometricErrors[c]) << "cluster " << c;
     ASSERT_EQ(clusters[c].lowest, expected.lowest[c]) << "cluster " << c;
   }
   if (level.parents.IsOpen() || !expected.parents.empty())
@@ -100,7 +100,7 @@ std::vector<Way> ClusterWays()
   cluster.maker = LevelMaker::Cluster;
   LevelOptions paper = cluster;
   paper.representative = Representative::Mean;
-  paper.sheets = false;
+  paper.byComponents = false;
   LevelOptions mean = cluster;
   mean.representative = Representative::Mean;
   return { { "clusters", cluster }, { "clusters, not welded", cluster, false },
@@ -150,7 +150,7 @@ void CheckLevels(const NamedMesh& named, std::uint32_t verticesPerPartition,
       }
       const ClusterLevel& coarse = levels->coarse[d];
       EXPECT_EQ(coarse.positions, expected.levels[d].positions);
-      EXPECT_EQ(coarse.deviations, expected.levels[d].deviations);
+      EXPECT_EQ(coarse.geometricErrors, expected.levels[d].geometricErrors);
       EXPECT_EQ(coarse.lowest, expected.levels[d].lowest);
       EXPECT_EQ(coarse.parents, expected.levels[d].parents);
       EXPECT_EQ(coarse.triangles, expected.levels[d].triangles);
@@ -177,7 +177,7 @@ Mesh OnGrid(Mesh mesh, double side)
 
 // Small arrays of everything that levels carry. Lengths of normals differ so much that the order of
 // their sums matters.
-Mesh Painted(Mesh mesh, std::uint32_t seed)
+Mesh WithColors(Mesh mesh, std::uint32_t seed)
 {
   std::mt19937 random(seed);
   const std::size_t count = mesh.points.size();
@@ -343,7 +343,7 @@ TEST(ExternalLevels, ClustersAsInMemory)
 // Deep enough for rounds that go by blocks.
 TEST(ExternalLevels, ClustersByBlocks)
 {
-  const Mesh surface = Painted(Shuffled(Torus(300, 150), 4), 3);
+  const Mesh surface = WithColors(Shuffled(Torus(300, 150), 4), 3);
   const std::vector<Way> ways = ClusterWays();
   for (const Way& way : ways)
   {
@@ -373,7 +373,7 @@ TEST(ExternalLevels, CoincidentInOtherBlocks)
 TEST(ExternalLevels, RoundsByBlocks)
 {
   CheckLevels({ "sphere", DisplacedSphere(7) }, 1000, 8, { 0, 1, 3, 5 });
-  CheckLevels({ "shuffled", Painted(Shuffled(Torus(400, 200), 4), 3) }, 500, 4, { 2, 4 });
+  CheckLevels({ "shuffled", WithColors(Shuffled(Torus(400, 200), 4), 3) }, 500, 4, { 2, 4 });
   CheckLevels({ "soup", Soup(30000, 5) }, 1000, 8, { 3 });
 }
 

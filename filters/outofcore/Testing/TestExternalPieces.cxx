@@ -42,7 +42,7 @@ void ExpectEqual(const Piece& a, const Piece& b)
   EXPECT_EQ(a.ownVertices, b.ownVertices);
   EXPECT_EQ(Bits(a.positions), Bits(b.positions));
   EXPECT_EQ(a.keys, b.keys);
-  EXPECT_EQ(a.deviations, b.deviations);
+  EXPECT_EQ(a.geometricErrors, b.geometricErrors);
   EXPECT_EQ(a.ancestors, b.ancestors);
   EXPECT_EQ(a.childBegin, b.childBegin);
   EXPECT_EQ(a.childNodes, b.childNodes);
@@ -126,7 +126,7 @@ private:
       if (resolution != Resolution::Level(d))
       {
         const VertexTreeLevel& level = tree.levels[d];
-        EXPECT_EQ(level.positions.capacity() + level.deviations.capacity() +
+        EXPECT_EQ(level.positions.capacity() + level.geometricErrors.capacity() +
                     level.triangles.capacity() + level.attributes.capacity(),
           0U);
         if (d < this->Files.levels.firstInFiles)

@@ -168,7 +168,7 @@ TEST(MedianSearch, PassesAreAsFewAsTheHeaderSays)
   }
 }
 
-TEST(MedianSearch, StopsWhenToldTo)
+TEST(MedianSearch, StopsWhenCancelled)
 {
   SpillFolder folder = MakeSpillFolder();
   const HardPoints hard = AllHardPoints({ 10000 }).front();

@@ -21,7 +21,7 @@ namespace kdstream
 struct ClusterRecord
 {
   Vec3 position{};
-  double deviation = 0;
+  double geometricError = 0;
   VertexId lowest = noVertex; // original vertex
   VertexId count = 0;         // original vertices
 };

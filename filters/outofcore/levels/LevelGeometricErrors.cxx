@@ -25,7 +25,7 @@ Status AddBlocks(const LevelFile& level, const BlockRange& blocks, GeometricErro
       ReadRecords<ClusterRecord>(level.clusters, first, std::span<ClusterRecord>(clusters)));
     for (const ClusterRecord& cluster : clusters)
     {
-      bins.Add(cluster.deviation);
+      bins.Add(cluster.geometricError);
     }
   }
   return {};
@@ -40,9 +40,9 @@ Status AddLevel(
     const LevelFile& file = levels.files[depth];
     return AddBlocks(file, group.Here(file.blockDepth), bins);
   }
-  for (const double deviation : levels.coarse[depth].deviations)
+  for (const double geometricError : levels.coarse[depth].geometricErrors)
   {
-    bins.Add(deviation);
+    bins.Add(geometricError);
   }
   return {};
 }
@@ -54,7 +54,7 @@ Result<std::vector<double>> GeometricErrorsOfLevels(
 {
   BlockGroup alone;
   BlockGroup& all = group ? *group : alone;
-  std::vector<double> deviations;
+  std::vector<double> geometricErrors;
   for (unsigned depth = 0; depth <= depths.finest; ++depth)
   {
     GeometricErrorBins bins;
@@ -63,9 +63,9 @@ Result<std::vector<double>> GeometricErrorsOfLevels(
       KDSTREAM_TRY(AddLevel(levels, depth, depth > depths.stitch ? all : alone, bins));
     }
     KDSTREAM_TRY(all.Sum(bins.Counts()));
-    deviations.push_back(bins.Most99());
+    geometricErrors.push_back(bins.Most99());
   }
-  return deviations;
+  return geometricErrors;
 }
 
 }

@@ -38,7 +38,7 @@ void AppendPlaces(std::span<const ClusterRecord> records, ClusterLevel& places)
   for (const ClusterRecord& record : records)
   {
     places.positions.push_back(record.position);
-    places.deviations.push_back(record.deviation);
+    places.geometricErrors.push_back(record.geometricError);
     places.lowest.push_back(record.lowest);
   }
 }
@@ -48,7 +48,7 @@ Status LoadPlaces(const LevelFile& level, const LevelBlock& block, ClusterLevel&
 {
   const std::span<const VertexId> all(block.clusters);
   places.positions.reserve(all.size());
-  places.deviations.reserve(all.size());
+  places.geometricErrors.reserve(all.size());
   places.lowest.reserve(all.size());
   const auto appendGhosts = [&](std::span<const VertexId> ghosts) -> Status
   {
@@ -140,8 +140,8 @@ Status LevelWriter::Append(const CollapseState& block, const AttributeSums& attr
   for (std::size_t c = 0; c < count; ++c)
   {
     const ClusterSum& sum = block.clusters[c];
-    records.Append(
-      { block.level.positions[c], sum.deviation, sum.lowest, static_cast<VertexId>(sum.count) });
+    records.Append({ block.level.positions[c], sum.geometricError, sum.lowest,
+      static_cast<VertexId>(sum.count) });
     states.Append({ sum, block.cellOf[c] });
   }
   this->States.area = AddAreas(this->States.area, block.clusters);

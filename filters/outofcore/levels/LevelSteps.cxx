@@ -71,7 +71,7 @@ Status MoveTo(const MovedCluster& moved, LevelFile& level, LevelStates& states)
   KDSTREAM_TRY(
     ReadRecords<ClusterState>(states.sums, moved.cluster, std::span<ClusterState>(&state, 1)));
   record.position = moved.position;
-  record.deviation = state.sum.deviation = moved.deviation;
+  record.geometricError = state.sum.geometricError = moved.geometricError;
   KDSTREAM_TRY(WriteRecords<ClusterRecord>(
     level.clusters, moved.cluster, std::span<const ClusterRecord>(&record, 1)));
   return WriteRecords<ClusterState>(
@@ -89,7 +89,7 @@ LevelSteps::LevelSteps(
   , Clusters(options.maker == LevelMaker::Cluster || mesh.triangleCount == 0)
   , Rules{ options, mesh.depths.finest, this->Space.origin }
   , JoinsCoincident(
-      options.mayCoincide && (!this->Clusters || (options.sheets && mesh.triangleCount > 0)))
+      options.mayCoincide && (!this->Clusters || (options.byComponents && mesh.triangleCount > 0)))
   , MayCoincide(this->JoinsCoincident && mesh.mayCoincide)
 {
   this->LevelsArrays.attributes = ArraysOfLevels(mesh.attributes);
@@ -232,7 +232,7 @@ Status LevelSteps::Collapse(FileLevelBlocks& blocks, unsigned depth) const
   };
   KDSTREAM_TRY(blocks.Begin());
   return CollapseRound(blocks, this->Mesh.depths, depth, this->Space, this->Options.representative,
-    this->Options.sheets, this->Exec, report)
+    this->Options.byComponents, this->Exec, report)
     .Run();
 }
 

@@ -78,7 +78,7 @@ private:
   const bool Clusters;
   const ClusterRules Rules;
   // Whether it matters that vertices are in the same place. It does not for a cloud, and for levels
-  // by clusters without sheets, since all vertices of a cell are then one cluster anyway.
+  // by clusters without components, since all vertices of a cell are then one cluster anyway.
   const bool JoinsCoincident;
   bool MayCoincide; // vertices may be in one place
   LevelArrays LevelsArrays;

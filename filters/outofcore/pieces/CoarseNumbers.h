@@ -23,7 +23,7 @@ namespace kdstream
 {
 
 // Numbers the levels in files up to S. O(c log c) for their c clusters, about 2^(S+1), more with
-// sheets. Memory: a block of a level at a time, about 70 bytes a cluster; the levels above the
+// components. Memory: a block of a level at a time, about 70 bytes a cluster; the levels above the
 // files, 12 bytes a cluster; 4 bytes a partition. Errors: InputOutput; Damaged (ReadLinks). group:
 // the first process does the work, and all get what finer levels and CoarseTree need.
 Status NumberCoarseLevels(SpillFolder& folder, const MeshBlocks& mesh, const ExternalLevels& levels,

@@ -67,11 +67,11 @@ Result<ClusterLevel> ReadBlockLevel(
     ReadBlockRecords<ClusterRecord>(file.clusters, block);
   KDSTREAM_TRY(clusters);
   level.positions.reserve(clusters->size());
-  level.deviations.reserve(clusters->size());
+  level.geometricErrors.reserve(clusters->size());
   for (const ClusterRecord& cluster : *clusters)
   {
     level.positions.push_back(cluster.position);
-    level.deviations.push_back(cluster.deviation);
+    level.geometricErrors.push_back(cluster.geometricError);
   }
   level.triangles = std::move(block.triangles);
   return level;

@@ -29,7 +29,7 @@ const std::vector<std::string> hostileTexts{ "</title><script>alert(1)</script>"
   "</noscript>", "&lt;b&gt; & &amp;", std::string("a\0b\x01\x7f", 5), "\xff\xfe<", "</head><body>",
   "مزهرية <b>زرقاء</b>", "javascript:alert(1)", "https://a.example/\"><script>", "${x} $& $1" };
 
-ModelDescription Told()
+ModelDescription Reported()
 {
   ModelDescription model;
   model.id = "dragon";
@@ -78,7 +78,7 @@ const PagePlace known{ "https://museum.example/3d/" };
 
 TEST(ModelPage, TheHeadIsTheModels)
 {
-  const auto page = MakeModelPage(viewerPage, Told(), known, "A museum");
+  const auto page = MakeModelPage(viewerPage, Reported(), known, "A museum");
   for (const std::string part : { "<title>A dragon – A museum</title>",
          "<meta name=\"description\" content=\"Stanford University. 205 × 144 × 9.04 mm, 871,414 "
          "triangles. Of porcelain.\">",
@@ -104,7 +104,7 @@ TEST(ModelPage, TheHeadIsTheModels)
   const auto data = DataOf(page);
   EXPECT_EQ(data["@type"], "3DModel");
   EXPECT_EQ(data["name"], "A dragon");
-  EXPECT_EQ(data["license"], Told().license);
+  EXPECT_EQ(data["license"], Reported().license);
   EXPECT_EQ(data["image"], "https://museum.example/3d/m/dragon/picture.jpg");
   EXPECT_EQ(data["isPartOf"]["name"], "A museum");
   EXPECT_EQ(data["encoding"]["encodingFormat"], "model/gltf-binary");
@@ -112,13 +112,13 @@ TEST(ModelPage, TheHeadIsTheModels)
 
 TEST(ModelPage, WhereTheAddressIsNotKnownItIsRelative)
 {
-  const auto page = MakeModelPage(viewerPage, Told(), { {}, "../../" }, "");
+  const auto page = MakeModelPage(viewerPage, Reported(), { {}, "../../" }, "");
   EXPECT_TRUE(Has(page, "<link rel=\"canonical\" href=\"../../m/dragon\">")) << page;
   EXPECT_TRUE(Has(page, "src=\"../../page.js\""));
   EXPECT_FALSE(Has(page, "oembed")) << "it needs whole addresses";
   EXPECT_FALSE(Has(page, "http://")) << page;
   const auto folder =
-    MakeModelPage(viewerPage, Told(), { "https://a.example/", "../../", true }, "");
+    MakeModelPage(viewerPage, Reported(), { "https://a.example/", "../../", true }, "");
   EXPECT_TRUE(Has(folder, "href=\"https://a.example/m/dragon/\"")) << folder;
   EXPECT_TRUE(Has(folder, "href=\"https://a.example/m/dragon/oembed.json\""));
 }
@@ -140,10 +140,10 @@ TEST(ModelPage, AModelThatSaysNothingHasItsIdAndNoPicture)
 // A reader of HTML sees as many tags of each kind as with harmless texts.
 TEST(ModelPage, HostileTextsStayTexts)
 {
-  const auto usual = MakeModelPage(viewerPage, Told(), known, "A museum");
+  const auto usual = MakeModelPage(viewerPage, Reported(), known, "A museum");
   for (const std::string& text : hostileTexts)
   {
-    auto model = Told();
+    auto model = Reported();
     model.title = model.credit = model.description = model.unit = text;
     const auto page = MakeModelPage(viewerPage, model, known, text);
     for (const char* const tag : { "<", ">", "\"", "'", "<script", "</script", "<title", "</title",
@@ -165,7 +165,7 @@ TEST(ModelPage, HostileTextsStayTexts)
 
 TEST(ModelPage, LongTextsAreCutBetweenCharacters)
 {
-  auto model = Told();
+  auto model = Reported();
   model.description.clear();
   for (int i = 0; i < 2000; ++i)
   {
@@ -178,12 +178,12 @@ TEST(ModelPage, LongTextsAreCutBetweenCharacters)
 
 TEST(ModelPage, OtherPagesGetWhatTheyLack)
 {
-  EXPECT_TRUE(MakeModelPage("", Told(), known, "").starts_with("<title>A dragon"));
+  EXPECT_TRUE(MakeModelPage("", Reported(), known, "").starts_with("<title>A dragon"));
   const auto bare =
-    MakeModelPage("<html><head></head><body class=\"a\">x</body></html>", Told(), known, "");
+    MakeModelPage("<html><head></head><body class=\"a\">x</body></html>", Reported(), known, "");
   EXPECT_TRUE(Has(bare, "<head><title>A dragon")) << bare;
   EXPECT_TRUE(Has(bare, "<body class=\"a\"><noscript>")) << bare;
-  EXPECT_TRUE(Has(MakeModelPage("<title>a", Told(), known, ""), "<h1"));
+  EXPECT_TRUE(Has(MakeModelPage("<title>a", Reported(), known, ""), "<h1"));
 }
 
 TEST(ModelPage, ARefusalSaysSo)
@@ -199,7 +199,7 @@ TEST(ModelPage, ARefusalSaysSo)
 TEST(ModelPage, AnEmbeddedOneIsAsLargeAsItMayBe)
 {
   const auto answer = [](const std::string& query)
-  { return Json::parse(WriteEmbedAnswer(Told(), known, "A museum", *ParseEmbedQuery(query))); };
+  { return Json::parse(WriteEmbedAnswer(Reported(), known, "A museum", *ParseEmbedQuery(query))); };
   const auto usual = answer("url=https%3A%2F%2Fa.example%2Fm%2Fx&format=json&other=%3C");
   EXPECT_EQ(usual["version"], "1.0");
   EXPECT_EQ(usual["type"], "rich");
@@ -222,7 +222,7 @@ TEST(ModelPage, AnEmbeddedOneIsAsLargeAsItMayBe)
     EXPECT_EQ(ParseEmbedQuery(wrong).GetError().code, ErrorCode::InvalidArgument) << wrong;
   }
   EXPECT_EQ(ParseEmbedQuery("format=xml").GetError().code, ErrorCode::Unsupported);
-  auto model = Told();
+  auto model = Reported();
   model.title = "\"><script>alert(1)</script>";
   const auto hostile = Json::parse(WriteEmbedAnswer(model, known, ""));
   EXPECT_EQ(hostile["title"], model.title);
@@ -265,12 +265,12 @@ TEST(ModelPage, TheManifestHasModelAndNotes)
 {
   const std::vector<Note> notes{ { "The \"crack\"", "It is <old>.", "model=dragon&view=AX9", "en" },
     { "Only a title", "", "", "" } };
-  const auto manifest = Json::parse(WriteIiifManifest(Told(), { known.root, "../../" }, notes));
+  const auto manifest = Json::parse(WriteIiifManifest(Reported(), { known.root, "../../" }, notes));
   EXPECT_EQ(manifest["@context"], "http://iiif.io/api/presentation/4/context.json");
   EXPECT_EQ(manifest["type"], "Manifest");
   EXPECT_EQ(manifest["id"], "https://museum.example/3d/m/dragon/manifest.json");
   EXPECT_EQ(manifest["label"]["none"][0], "A dragon");
-  EXPECT_EQ(manifest["rights"], Told().license);
+  EXPECT_EQ(manifest["rights"], Reported().license);
   EXPECT_EQ(manifest["requiredStatement"]["value"]["none"][0], "Stanford University");
   EXPECT_EQ(manifest["homepage"][0]["id"], "https://museum.example/3d/m/dragon");
   EXPECT_EQ(manifest["thumbnail"][0]["width"], 1200);
@@ -282,7 +282,7 @@ TEST(ModelPage, TheManifestHasModelAndNotes)
   EXPECT_EQ(painting["body"]["format"], "model/gltf-binary");
   EXPECT_EQ(painting["body"]["id"],
     "https://museum.example/3d/api/models/dragon/0123456789abcdef0123456789abcdef/preview.glb");
-  auto cloud = Told();
+  auto cloud = Reported();
   cloud.primitive = PrimitiveType::Points;
   EXPECT_EQ(Json::parse(WriteIiifManifest(
               cloud, known, {}))["items"][0]["items"][0]["items"][0]["body"]["id"],
@@ -296,12 +296,12 @@ TEST(ModelPage, TheManifestHasModelAndNotes)
   EXPECT_EQ(first["target"]["selector"]["value"], notes[0].link);
   EXPECT_EQ(first["target"]["source"]["id"], scene["id"]);
   EXPECT_EQ(scene["annotations"][0]["items"][1]["body"]["value"], "Only a title");
-  const auto relative = Json::parse(WriteIiifManifest(Told(), { {}, "../../" }, {}));
+  const auto relative = Json::parse(WriteIiifManifest(Reported(), { {}, "../../" }, {}));
   EXPECT_EQ(relative["homepage"][0]["id"], "../../m/dragon");
   EXPECT_FALSE(relative["items"][0].contains("annotations"));
   for (const std::string& text : hostileTexts)
   {
-    auto model = Told();
+    auto model = Reported();
     model.title = model.credit = model.license = model.description = text;
     EXPECT_TRUE(Json::accept(
       WriteIiifManifest(model, known, std::vector<Note>{ { text, text, text, text } })))

@@ -67,8 +67,8 @@ TEST(TestProgram, RefusalsSayWhatToDo)
   };
   constexpr ErrorCode invalid = ErrorCode::InvalidInput;
   EXPECT_EQ(said(bad(invalid)), begin + "\n");
-  EXPECT_EQ(said(bad(invalid, Remedy::Told)), begin + "\n");
-  EXPECT_EQ(said(OfInput(bad(invalid, Remedy::Told))), begin + "\n");
+  EXPECT_EQ(said(bad(invalid, Remedy::InMessage)), begin + "\n");
+  EXPECT_EQ(said(OfInput(bad(invalid, Remedy::InMessage))), begin + "\n");
   EXPECT_EQ(said(OfInput(bad(invalid))), begin + ": correct the file, or export it again\n");
   EXPECT_EQ(said(OfInput(bad(ErrorCode::Unsupported))),
     begin + ": export it in another way, for example as .ply\n");

@@ -197,14 +197,14 @@ TEST(TestDamagedMessages, Frames)
         EXPECT_FALSE(parsed.GetError().message.empty());
         return;
       }
-      const auto& [told, part] = *parsed;
-      EXPECT_NE(told.request, 0u);
-      EXPECT_TRUE(IsValid(told.blob));
-      EXPECT_LE(told.offset + part.size(), told.total);
-      EXPECT_EQ(EncodeFrame(told, part), bytes);
+      const auto& [reported, part] = *parsed;
+      EXPECT_NE(reported.request, 0u);
+      EXPECT_TRUE(IsValid(reported.blob));
+      EXPECT_LE(reported.offset + part.size(), reported.total);
+      EXPECT_EQ(EncodeFrame(reported, part), bytes);
       FrameAssembler assembler;
       const auto blob = assembler.Accept(*parsed);
-      EXPECT_EQ(blob && *blob, told.offset == 0 && part.size() == told.total);
+      EXPECT_EQ(blob && *blob, reported.offset == 0 && part.size() == reported.total);
     };
     const std::string text(frame.begin(), frame.end());
     CutEverywhere(text,

@@ -123,9 +123,9 @@ public:
     std::uint64_t part = 0;
     for (const Blob& row : Rows(database, "SELECT data FROM directory ORDER BY part"))
     {
-      const auto told = DecodeDirectoryRow(part++, row);
-      EXPECT_TRUE(told);
-      this->Places.insert(this->Places.end(), told->begin(), told->end());
+      const auto decoded = DecodeDirectoryRow(part++, row);
+      EXPECT_TRUE(decoded);
+      this->Places.insert(this->Places.end(), decoded->begin(), decoded->end());
     }
     for (const Blob& row : Rows(database, "SELECT data FROM content ORDER BY part"))
     {

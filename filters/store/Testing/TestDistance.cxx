@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The stored deviation of a level is true: no vertex of the original, and no point of its
+// The stored geometric error of a level is true: no vertex of the original, and no point of its
 // triangles, is farther from the level. Measured by testing all of the level's triangles.
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/core/TriangleDistance.h"
@@ -148,32 +148,32 @@ protected:
     ASSERT_TRUE(byPiece) << byPiece.GetError().message;
     const std::vector<Vec3> samples = SamplesOf(TrianglesOf(store, Resolution::Original()));
     this->Measured.clear();
-    this->Told.clear();
+    this->Reported.clear();
     for (unsigned depth = 0; depth < store.Info().levels.size(); ++depth)
     {
       const double most = Farthest(samples, TrianglesOf(store, Resolution::Level(depth)));
-      const double told = store.Info().levels[depth].deviation;
-      EXPECT_GE(told, most) << "level " << depth;
+      const double reported = store.Info().levels[depth].geometricError;
+      EXPECT_GE(reported, most) << "level " << depth;
       EXPECT_GE((*byPiece)[depth], most) << "level " << depth;
-      EXPECT_LE(store.Info().levels[depth].deviation99, told) << "level " << depth;
+      EXPECT_LE(store.Info().levels[depth].geometricError99, reported) << "level " << depth;
       this->Measured.push_back(most);
-      this->Told.push_back(told);
+      this->Reported.push_back(reported);
     }
   }
 
-  std::vector<double> Measured, Told; // of each level
+  std::vector<double> Measured, Reported; // of each level
 };
 
 }
 
-TEST_F(TestDistance, NoPointOfASmoothSurfaceIsFartherThanTold)
+TEST_F(TestDistance, NoPointOfASmoothSurfaceIsFartherThanReported)
 {
   this->Check(Torus(40, 24));
   this->Check(DisplacedSphere(3, { 1000, -2000, 3000 }));
   this->Check(HeightField(32));
 }
 
-TEST_F(TestDistance, NoPointOfThinAndLoosePartsIsFartherThanTold)
+TEST_F(TestDistance, NoPointOfThinAndLoosePartsIsFartherThanReported)
 {
   this->Check(NestedSpheres(3));
   this->Check(ThinPlate(25));
@@ -189,7 +189,7 @@ TEST_F(TestDistance, HoldsForAllWaysToMakeLevels)
   options.levels.maker = LevelMaker::Cluster;
   this->Check(Torus(40, 24), options);
   options.levels.representative = Representative::Mean;
-  options.levels.sheets = false;
+  options.levels.byComponents = false;
   this->Check(Torus(40, 24), options);
   options.bits = 12;
   this->Check(Torus(40, 24), options);
@@ -199,11 +199,11 @@ TEST_F(TestDistance, HoldsForAllWaysToMakeLevels)
 TEST_F(TestDistance, WhatHasNoTriangleInALevelCounts)
 {
   this->Check(BallWithSpecks());
-  ASSERT_GE(this->Told.size(), 9U);
+  ASSERT_GE(this->Reported.size(), 9U);
   for (std::size_t depth = 4; depth < 9; ++depth)
   {
     EXPECT_GE(this->Measured[depth], 0.3) << "level " << depth;
-    EXPECT_LE(this->Told[depth], 2 * this->Measured[depth]) << "level " << depth;
+    EXPECT_LE(this->Reported[depth], 2 * this->Measured[depth]) << "level " << depth;
   }
 }
 
@@ -211,7 +211,7 @@ TEST_F(TestDistance, IsTheSameForAnyNumberOfThreads)
 {
   const Mesh mesh = BallWithSpecks();
   this->Check(mesh);
-  const std::vector<double> told = this->Told;
+  const std::vector<double> reported = this->Reported;
   Execution backwards; // each item by itself, the last first
   backwards.parallelFor = [](std::size_t count, std::size_t, const Execution::Body& body)
   {
@@ -223,9 +223,9 @@ TEST_F(TestDistance, IsTheSameForAnyNumberOfThreads)
   BuildOptions options;
   options.tree.verticesPerPartition = 200;
   const BuildReport report = this->Build(mesh, options, backwards);
-  for (std::size_t depth = 0; depth < told.size(); ++depth)
+  for (std::size_t depth = 0; depth < reported.size(); ++depth)
   {
-    EXPECT_EQ(report.info.levels[depth].deviation, told[depth]) << "level " << depth;
+    EXPECT_EQ(report.info.levels[depth].geometricError, reported[depth]) << "level " << depth;
   }
 }
 

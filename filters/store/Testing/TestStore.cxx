@@ -105,7 +105,7 @@ TEST_F(StoreTest, TheDigestDependsOnInputAndOptionsAlone)
     BuildOptions options;
     options.tree.verticesPerPartition = i == 1 ? 300 : 200;
     options.tree.cellVertices = i == 2 ? 1 : 8;
-    options.levels.sheets = i != 3;
+    options.levels.byComponents = i != 3;
     options.levels.representative = i == 4 ? Representative::Mean : Representative::Quadric;
     options.bits = i == 5 ? 0 : i == 6 ? 16 : 20;
     digests.insert(this->Build(torus, options).info.digest);
@@ -142,20 +142,20 @@ TEST_F(StoreTest, WhatTheStoreSaysIsTrue)
     ++resolution.pieces;
     resolution.vertices += piece.ownVertices;
     resolution.bytes += store->Read(BlobOfPiece(id, store->Info().depths))->size();
-    EXPECT_TRUE(piece.deviations.empty());
+    EXPECT_TRUE(piece.geometricErrors.empty());
   }
   const auto boxes = store->ReadBoxes();
   ASSERT_TRUE(boxes);
   PieceTable pieces(info.depths, info.HasLevels());
   for (const NodeId page : TreePages(info.depths))
   {
-    const auto told = DecodeTreePage(*store->Read(protocol::BlobId::TreePage(page)), page,
+    const auto decoded = DecodeTreePage(*store->Read(protocol::BlobId::TreePage(page)), page,
       RoundedBoxOf(*boxes, page), info.depths, info.HasLevels());
-    ASSERT_TRUE(told);
+    ASSERT_TRUE(decoded);
     const std::vector<PieceId> ids = PiecesOfTreePage(page, info.depths, info.HasLevels());
     for (std::size_t i = 0; i < ids.size(); ++i)
     {
-      pieces.At(ids[i]) = told->facts[i];
+      pieces.At(ids[i]) = decoded->facts[i];
     }
   }
   for (unsigned depth = 0; depth < info.levels.size(); ++depth)
@@ -165,7 +165,7 @@ TEST_F(StoreTest, WhatTheStoreSaysIsTrue)
     EXPECT_EQ(level.pieces, expected.pieces);
     EXPECT_EQ(level.vertices, expected.vertices);
     EXPECT_EQ(level.bytes, expected.bytes);
-    EXPECT_LE(level.deviation99, level.deviation);
+    EXPECT_LE(level.geometricError99, level.geometricError);
     float largest = 0;
     std::uint64_t bytes = 0;
     for (const PieceId id : store->PieceIds())
@@ -180,9 +180,9 @@ TEST_F(StoreTest, WhatTheStoreSaysIsTrue)
     }
     EXPECT_GE(bytes, level.bytes);
     EXPECT_LE(double(bytes), 1.125 * double(level.bytes));
-    EXPECT_LE(double(largest), 1.0626 * level.deviation); // rounded up
+    EXPECT_LE(double(largest), 1.0626 * level.geometricError); // rounded up
     EXPECT_EQ(level.spacing, depth == 0 ? 4096U : level.spacing);
-    EXPECT_LE(level.spacing * info.grid.step / 2, level.deviation99 / 4);
+    EXPECT_LE(level.spacing * info.grid.step / 2, level.geometricError99 / 4);
   }
   EXPECT_EQ((*boxes)[1], info.box);
 }

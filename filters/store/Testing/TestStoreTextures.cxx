@@ -28,7 +28,7 @@ TileCoordinate CornerAt(const Vec3& point)
     float(std::nearbyint((point[1] + 2) * 1000 + point[2]) / tileSteps) };
 }
 
-Attribute PaintOf(const std::string& name, AttributeType type, std::uint8_t components)
+Attribute TextureArrayOf(const std::string& name, AttributeType type, std::uint8_t components)
 {
   Attribute attribute;
   attribute.name = name;
@@ -40,8 +40,8 @@ Attribute PaintOf(const std::string& name, AttributeType type, std::uint8_t comp
 
 void AddColorQuadrics(Mesh& mesh)
 {
-  Attribute corners = PaintOf(std::string(paintCornersName), AttributeType::Float32, 6);
-  Attribute material = PaintOf(std::string(paintMaterialName), AttributeType::UInt32, 1);
+  Attribute corners = TextureArrayOf(std::string(textureCornersName), AttributeType::Float32, 6);
+  Attribute material = TextureArrayOf(std::string(textureMaterialName), AttributeType::UInt32, 1);
   corners.values.resize(mesh.triangles.size() * corners.TupleSize());
   material.values.resize(mesh.triangles.size() * material.TupleSize());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
@@ -64,18 +64,18 @@ public:
   Result<EncodedTexture> Make(Piece& piece) const override
   {
     TextureTile tile{ 4000, 4000, TileImage::Png, { 1, 2, 3 }, {} };
-    for (const Attribute& paint : piece.attributes)
+    for (const Attribute& array : piece.attributes)
     {
-      for (std::size_t t = 0; IsOfCorners(paint) && t < piece.triangles.size(); ++t)
+      for (std::size_t t = 0; IsOfCorners(array) && t < piece.triangles.size(); ++t)
       {
         auto& corners = tile.corners.emplace_back();
         for (std::size_t k = 0; k < 6; ++k)
         {
-          corners[k / 2][k % 2] = float(paint.Get(t, k));
+          corners[k / 2][k % 2] = float(array.Get(t, k));
         }
       }
     }
-    std::erase_if(piece.attributes, IsTexturePaint);
+    std::erase_if(piece.attributes, IsTextureArray);
     return EncodedTexture{ EncodeTextureTile(tile, piece.triangles), 16000000 };
   }
 };

@@ -63,10 +63,12 @@ inline void CheckTile(const TexturedMesh& textured)
   }
   const std::size_t count = pictures.size();
   const PicturesInMemory source(std::move(pictures));
-  const TexturedTriangles painted{ textured.mesh.triangles, textured.corners, textured.materialOf };
+  const TexturedTriangles texturedTriangles{ textured.mesh.triangles, textured.corners,
+    textured.materialOf };
   constexpr unsigned quality = 50;
   constexpr std::int64_t mostSide = 128;
-  const auto made = MakeTile(painted, { textured.materials, count }, source, { quality, mostSide });
+  const auto made =
+    MakeTile(texturedTriangles, { textured.materials, count }, source, { quality, mostSide });
   Require(made && made->counts.triangles == textured.mesh.triangles.size());
   (void)EncodeTextureTile(made->tile, textured.mesh.triangles);
 }

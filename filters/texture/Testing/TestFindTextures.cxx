@@ -11,16 +11,18 @@ namespace kdstream::test
 namespace
 {
 
-enum class Paint
+enum class TextureKind
 {
   None,
   Colors,
   Pictures
 };
 
-Paint PaintOf(const FoundTextures& found)
+TextureKind TextureKindOf(const FoundTextures& found)
 {
-  return !found.any ? Paint::None : found.colors ? Paint::Colors : Paint::Pictures;
+  return !found.any     ? TextureKind::None
+         : found.colors ? TextureKind::Colors
+                        : TextureKind::Pictures;
 }
 
 // A triangle, with colours or without.
@@ -56,37 +58,39 @@ TEST(FindTextures, PicturesCountWhereFacesUseThem)
   const struct
   {
     std::string name, text;
-    Paint paint;
+    TextureKind kind;
     std::string warning;
   } cases[] = {
-    { "used.obj", Obj(library, true, "usemtl there\nf 1 2 3\n"), Paint::Pictures, "" },
-    { "lower.obj", Obj("MTLLIB a.mtl\n", true, "usemtl lower\nf 1 2 3\n"), Paint::Pictures, "" },
-    { "notused.obj", Obj(library, true, "usemtl red\nf 1 2 3\n"), Paint::None, missing },
-    { "nomaterial.obj", Obj(library, true, "f 1 2 3\n"), Paint::None, missing },
-    { "gone.obj", Obj(library, true, "usemtl gone\nf 1 2 3\n"), Paint::None, missing },
-    { "bare.obj", Obj(library, false, "usemtl gone\nf 1 2 3\n"), Paint::Pictures, "" },
-    { "cloud.obj", Obj(library, true, ""), Paint::None, missing },
-    { "red.obj", Obj("mtllib red.mtl\n", false, "usemtl red\nf 1 2 3\n"), Paint::Colors, "" },
-    { "colored.obj", Obj("mtllib red.mtl\n", true, "usemtl red\nf 1 2 3\n"), Paint::None, "" },
-    { "own.obj", Obj("", false, "usemtl red\nf 1 2 3\n"), Paint::Colors, "" },
-    { "used.ply", Ply(true, "t.png", 1), Paint::Pictures, "" },
-    { "gone.ply", Ply(true, "gone.png", 1), Paint::None, missing },
-    { "bare.ply", Ply(false, "gone.png", 1), Paint::Pictures, "" },
-    { "cloud.ply", Ply(true, "t.png", 0), Paint::None, "" },
+    { "used.obj", Obj(library, true, "usemtl there\nf 1 2 3\n"), TextureKind::Pictures, "" },
+    { "lower.obj", Obj("MTLLIB a.mtl\n", true, "usemtl lower\nf 1 2 3\n"), TextureKind::Pictures,
+      "" },
+    { "notused.obj", Obj(library, true, "usemtl red\nf 1 2 3\n"), TextureKind::None, missing },
+    { "nomaterial.obj", Obj(library, true, "f 1 2 3\n"), TextureKind::None, missing },
+    { "gone.obj", Obj(library, true, "usemtl gone\nf 1 2 3\n"), TextureKind::None, missing },
+    { "bare.obj", Obj(library, false, "usemtl gone\nf 1 2 3\n"), TextureKind::Pictures, "" },
+    { "cloud.obj", Obj(library, true, ""), TextureKind::None, missing },
+    { "red.obj", Obj("mtllib red.mtl\n", false, "usemtl red\nf 1 2 3\n"), TextureKind::Colors, "" },
+    { "colored.obj", Obj("mtllib red.mtl\n", true, "usemtl red\nf 1 2 3\n"), TextureKind::None,
+      "" },
+    { "own.obj", Obj("", false, "usemtl red\nf 1 2 3\n"), TextureKind::Colors, "" },
+    { "used.ply", Ply(true, "t.png", 1), TextureKind::Pictures, "" },
+    { "gone.ply", Ply(true, "gone.png", 1), TextureKind::None, missing },
+    { "bare.ply", Ply(false, "gone.png", 1), TextureKind::Pictures, "" },
+    { "cloud.ply", Ply(true, "t.png", 0), TextureKind::None, "" },
   };
   for (const auto& c : cases)
   {
     SCOPED_TRACE(c.name);
     const Result<FoundTextures> found = FindTextures(folder.Write(c.name, c.text));
     ASSERT_TRUE(found) << found.GetError().message;
-    EXPECT_EQ(PaintOf(*found), c.paint);
-    const bool told = std::any_of(found->warnings.begin(), found->warnings.end(),
+    EXPECT_EQ(TextureKindOf(*found), c.kind);
+    const bool reported = std::any_of(found->warnings.begin(), found->warnings.end(),
       [&](const std::string& text) { return text.find(c.warning) != std::string::npos; });
-    EXPECT_TRUE(c.warning.empty() || told);
+    EXPECT_TRUE(c.warning.empty() || reported);
   }
 }
 
-TEST(FindTextures, MaterialsThatDifferAreTold)
+TEST(FindTextures, MaterialsThatDifferAreReported)
 {
   const ScratchFolder folder;
   folder.Write("one.mtl", "newmtl m\nKd 1 0 0\nnewmtl same\nKd 1 1 1\n");
@@ -101,7 +105,7 @@ TEST(FindTextures, MaterialsThatDifferAreTold)
   }
 }
 
-TEST(FindTextures, WhatTexturedFilesHoldBesidesIsTold)
+TEST(FindTextures, WhatTexturedFilesHoldBesidesIsReported)
 {
   const ScratchFolder folder;
   folder.Write("a.mtl", "newmtl m\nmap_Kd t.png\n");

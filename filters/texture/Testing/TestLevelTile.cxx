@@ -72,7 +72,7 @@ Piece Joined(const Piece& a, const Piece& b)
 }
 
 // Painted by two maps, of z >= 0 and of z < 0; a triangle is in the one of its middle.
-FinerTile Painted(Piece piece)
+FinerTile WithTexture(Piece piece)
 {
   constexpr std::uint32_t side = 400;
   const auto along = [](double at) { return (at + 1.1) / 2.2 * side; };
@@ -108,7 +108,7 @@ FinerTile Painted(Piece piece)
 // Two halves, read one at a time.
 struct PaintedSphere
 {
-  FinerTile left = Painted(HalfSphere(24, false)), right = Painted(HalfSphere(24, true));
+  FinerTile left = WithTexture(HalfSphere(24, false)), right = WithTexture(HalfSphere(24, true));
   FinerTiles tiles{ { { { { -1, -1, -1 }, { 0, 1, 1 } } }, { { { 0, -1, -1 }, { 1, 1, 1 } } } },
     [this](std::size_t place) { return Result<FinerTile>(place == 0 ? left : right); } };
 };

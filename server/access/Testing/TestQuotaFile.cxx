@@ -481,9 +481,9 @@ TEST_F(QuotaFile, TwoServersGiveWhatOneWouldWhereItGoesAndComes)
   struct Round
   {
     const char* what;
-    std::function<void()> breaks, mends;
+    std::function<void()> breaks, repairs;
   };
-  const auto mend = [&]
+  const auto repair = [&]
   {
     fs::remove_all(this->file);
     fs::rename(kept, this->file);
@@ -497,13 +497,13 @@ TEST_F(QuotaFile, TwoServersGiveWhatOneWouldWhereItGoesAndComes)
     };
   };
   const Round rounds[] = {
-    { "it is moved away and back", awayAnd(nothing), mend },
-    { "a folder in its place", awayAnd([&] { fs::create_directory(this->file); }), mend },
+    { "it is moved away and back", awayAnd(nothing), repair },
+    { "a folder in its place", awayAnd([&] { fs::create_directory(this->file); }), repair },
     { "a FIFO in its place", awayAnd([&] { EXPECT_EQ(::mkfifo(this->file.c_str(), 0600), 0); }),
-      mend },
+      repair },
     { "a device in its place", awayAnd([&] { fs::create_symlink("/dev/zero", this->file); }),
-      mend },
-    { "another file in its place", awayAnd([&] { std::ofstream(this->file) << "text"; }), mend },
+      repair },
+    { "another file in its place", awayAnd([&] { std::ofstream(this->file) << "text"; }), repair },
     { "its log is removed", [&] { fs::remove(log); }, nothing },
     { "its index is removed", [&] { fs::remove(index); }, nothing },
     { "both are removed",
@@ -528,7 +528,7 @@ TEST_F(QuotaFile, TwoServersGiveWhatOneWouldWhereItGoesAndComes)
     {
       given.insert(2);
     }
-    round.mends();
+    round.repairs();
     for (std::uint32_t i = 0; i < 24; ++i)
     {
       const auto partition = 3 + i / 2; // a second try of each, as one may fail

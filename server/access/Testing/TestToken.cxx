@@ -284,11 +284,11 @@ TEST(Token, IsOfABoundedSize)
   EXPECT_EQ(RefusalOfClaims(std::string(2500, '[')), "the token has no claims");
 }
 
-TEST(Token, IsNotToldInRefusals)
+TEST(Token, IsNotReportedInRefusals)
 {
-  const auto told = RefusalOfClaims(R"({"sub":"verysecret\n","exp":2000})") +
-                    RefusalOfHeader(R"({"alg":"verysecret"})") + Refusal("verysecret.x.y");
-  EXPECT_EQ(told.find("verysecret"), told.npos);
+  const auto reported = RefusalOfClaims(R"({"sub":"verysecret\n","exp":2000})") +
+                        RefusalOfHeader(R"({"alg":"verysecret"})") + Refusal("verysecret.x.y");
+  EXPECT_EQ(reported.find("verysecret"), reported.npos);
 }
 
 TEST(Guard, KnowsATokenForAsLongAsItIsValid)

@@ -46,7 +46,7 @@ TEST(Keys, EarlierOnesAndWhatIsRevoked)
   EXPECT_TRUE(keys->revokedSubjects.contains("ann"));
 }
 
-TEST(Keys, WhatIsWrongIsNamedAndNoSecretIsTold)
+TEST(Keys, WhatIsWrongIsNamedAndNoSecretIsReported)
 {
   EXPECT_NE(Wrong("").find("JSON"), std::string::npos);
   EXPECT_EQ(Wrong("[]"), "is not a JSON object");

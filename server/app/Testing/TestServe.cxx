@@ -52,7 +52,7 @@ protected:
 
 }
 
-TEST_F(Serve, ServesAFolderUntilItIsTold)
+TEST_F(Serve, ServesAFolderUntilItIsStopped)
 {
   this->Build("one.kds");
   std::ofstream(this->stores / "broken.kds") << "nonsense";
@@ -192,16 +192,16 @@ TEST_F(Serve, CountsItsDescriptorsThoughTheyHaveRunOut)
   const auto enough = needs(32);
   ASSERT_TRUE(enough);
   EXPECT_GT(*enough, 32);
-  unsigned told = 0;
+  unsigned reported = 0;
   for (rlim_t limit = 5; limit < 12; ++limit) // with fewer the folder cannot be read
   {
     if (const auto few = needs(limit))
     {
-      ++told;
+      ++reported;
       EXPECT_GE(*few, *enough - 2) << limit << " descriptors: without the store at most";
     }
   }
-  EXPECT_GT(told, 0u);
+  EXPECT_GT(reported, 0u);
   // As many as it asks for are enough, for a folder with more stores than descriptors, too.
   constexpr int models = 90;
   for (int i = 0; i < models; ++i)

@@ -118,8 +118,8 @@ protected:
   static std::string BlobOf(HttpTestClient& client, std::uint32_t partition = 0,
     const std::string& model = "one", const std::string& fields = {})
   {
-    const auto told = client.Get("/api/models/" + model + "/model.json", fields);
-    const auto parsed = told ? ParseModel(told->body) : Error{};
+    const auto reported = client.Get("/api/models/" + model + "/model.json", fields);
+    const auto parsed = reported ? ParseModel(reported->body) : Error{};
     EXPECT_TRUE(parsed) << model;
     const auto id = protocol::BlobId::Partition(partition);
     return parsed ? protocol::BlobPath(model, parsed->digest, id) : "";
@@ -326,11 +326,11 @@ TEST_F(Faulty, NoDescriptors)
   EXPECT_EQ(client.Get(blob)->status, 200u) << "a store is open already";
   this->Build("two.kds");
   // The folder is read every so often: whichever of the two comes first.
-  const std::set<std::string> told{ serve.ErrorLine(), serve.ErrorLine() };
+  const std::set<std::string> reported{ serve.ErrorLine(), serve.ErrorLine() };
   EXPECT_EQ(
-    told, (std::set<std::string>{ this->PageWarning("Too many open files"),
-            "kdstream-serve: warning: " + this->stores.string() +
-              ": cannot be read: Too many open files; the earlier models are still served" }));
+    reported, (std::set<std::string>{ this->PageWarning("Too many open files"),
+                "kdstream-serve: warning: " + this->stores.string() +
+                  ": cannot be read: Too many open files; the earlier models are still served" }));
   this->faults->accepting = EMFILE;
   {
     HttpTestClient waits(port);

@@ -29,15 +29,15 @@ struct ClientFrame
     const auto put = [&bytes](std::uint64_t byte)
     { bytes += static_cast<char>(static_cast<std::uint8_t>(byte)); };
     put((this->isLast ? 0x80u : 0u) | this->reserved << 4 | this->opcode);
-    const auto told = this->length.value_or(this->payload.size());
+    const auto reported = this->length.value_or(this->payload.size());
     const unsigned extended = this->lengthBytes != 0 ? this->lengthBytes
-                              : told < 126           ? 0
-                              : told < 65536         ? 2
+                              : reported < 126       ? 0
+                              : reported < 65536     ? 2
                                                      : 8;
-    put((this->isMasked ? 0x80u : 0u) | (extended == 0 ? told : extended == 2 ? 126u : 127u));
+    put((this->isMasked ? 0x80u : 0u) | (extended == 0 ? reported : extended == 2 ? 126u : 127u));
     for (unsigned i = extended; i > 0; --i)
     {
-      put(told >> (8 * (i - 1)));
+      put(reported >> (8 * (i - 1)));
     }
     const auto maskAt = [this](std::size_t i) { return this->mask >> (8 * (3 - i % 4)) & 0xffu; };
     for (std::size_t i = 0; i < 4 && this->isMasked; ++i)

@@ -66,7 +66,7 @@ TEST(ClientLimits, RequestsComeBackEvenly)
   EXPECT_EQ(limits.TakeRequest("10.0.0.1", start + 10min), 1s) << "never more than a minute's";
 }
 
-TEST(ClientLimits, WhoHasToWaitIsToldHowLong)
+TEST(ClientLimits, WhoHasToWaitLearnsHowLong)
 {
   ClientLimits limits(0, 20); // one every three seconds
   const auto start = ClientLimits::Clock::now();

@@ -56,7 +56,7 @@ TEST_F(Server, AnswersManyRequestsOnOneConnection)
   EXPECT_EQ(this->records[0].client, "127.0.0.1");
 }
 
-TEST_F(Server, WantOfMemoryIsToldAndTheConnectionGoesOn)
+TEST_F(Server, WantOfMemoryIsReportedAndTheConnectionGoesOn)
 {
   const auto port = this->Start();
   HttpTestClient client(port);
@@ -274,7 +274,7 @@ TEST_F(Server, SurvivesHostileBytes)
   EXPECT_EQ(HttpTestClient(port).Get("/healthz")->status, 200u);
 }
 
-TEST_F(Server, AnswersForTheHostsThatItIsTold)
+TEST_F(Server, AnswersForTheHostsThatAreSpecified)
 {
   this->options.allowedHosts = { "models.example", "[::1]", "dotted.example." };
   const auto port = this->Start();

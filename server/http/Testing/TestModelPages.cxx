@@ -316,6 +316,6 @@ TEST_F(PageServer, OnlyAListedHostIsTakenForTheAddress)
               "X-Forwarded-Host: evil.example\r\nX-Forwarded-Proto: \"><script>\r\n"),
     "http://museum.example/m/dragon");
   this->options.publicAddress = "https://public.example/3d/";
-  const auto told = this->Start();
-  EXPECT_EQ(this->Canonical(told, "museum.example"), "https://public.example/3d/m/dragon");
+  const auto reported = this->Start();
+  EXPECT_EQ(this->Canonical(reported, "museum.example"), "https://public.example/3d/m/dragon");
 }

@@ -89,12 +89,12 @@ protected:
   StoreCatalog catalog{ this->folder / "served", [](const fs::path&, const std::string&) {} };
   std::unique_ptr<HttpServer> server;
   std::map<std::string, std::string> blobs; // by path, digest included
-  ModelDescription told;                    // of the old model
+  ModelDescription reported;                // of the old model
 
   void SetUp() override
   {
     fs::create_directories(this->served.parent_path());
-    this->told = this->Build(this->old, 1);
+    this->reported = this->Build(this->old, 1);
     (void)this->Build(this->fresh, 2);
     fs::copy_file(this->old, this->served);
     ASSERT_TRUE(this->catalog.Reload());
@@ -130,9 +130,9 @@ protected:
     HttpTestClient client(this->server->Port());
     tally.Begin();
     for (std::uint32_t p = 0; !stop;
-         p = (p + 1) % static_cast<std::uint32_t>(this->told.partitions))
+         p = (p + 1) % static_cast<std::uint32_t>(this->reported.partitions))
     {
-      const auto path = BlobPath("m", this->told.digest, BlobId::Partition(p));
+      const auto path = BlobPath("m", this->reported.digest, BlobId::Partition(p));
       const auto answer = client.Get(path);
       const bool wrong = answer && answer->status == 200 && answer->body != this->blobs.at(path);
       tally.Count(!answer ? 0 : wrong ? foreign : answer->status);
@@ -258,7 +258,7 @@ TEST_F(ReplacedStores, ATruncationIsSeen)
   ASSERT_TRUE(refused);
   EXPECT_EQ(refused->status, 500u) << "final";
   EXPECT_EQ(refused->Field("Retry-After"), "");
-  const auto blob = BlobPath("m", this->told.digest, BlobId::Partition(0));
+  const auto blob = BlobPath("m", this->reported.digest, BlobId::Partition(0));
   EXPECT_EQ(client.Get(blob)->status, 410u);
   StreamTestClient stream(this->server->Port());
   ASSERT_TRUE(stream.Open());

@@ -125,7 +125,7 @@ TEST_F(Disks, AnyNumberWhoAskForAStoreThatHangsDelayNobodyElse)
   }
 }
 
-TEST_F(Disks, WhoWaitsForTooLongIsToldToAskAgain)
+TEST_F(Disks, WhoWaitsForTooLongGetsABusyAnswer)
 {
   this->options.answerTimeout = 300ms;
   const auto port = this->Start();

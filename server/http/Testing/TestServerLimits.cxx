@@ -102,7 +102,7 @@ TEST_F(Limits, AnAddressHasSoManyConnections)
   }
 }
 
-TEST_F(Limits, WhoAsksTooOftenIsToldAndStaysConnected)
+TEST_F(Limits, WhoAsksTooOftenGetsAnErrorAndStaysConnected)
 {
   this->options.requestsOfAddress = 5;
   const auto port = this->Start();

@@ -55,7 +55,7 @@ protected:
 
 }
 
-TEST_F(Tokens, WithoutAValidOneNothingOfModelsIsToldByGet)
+TEST_F(Tokens, WithoutAValidOneNothingOfModelsIsReportedByGet)
 {
   const std::string other =
     forged::Token(forged::header, forged::claims, std::string(32, 'x')); // by somebody else

@@ -117,12 +117,12 @@ TEST_F(Web, FilesStayInMemoryUntilTheyAreForgotten)
   EXPECT_FALSE(files->Find("/../secret.txt"));
 }
 
-TEST_F(Web, WhatCannotBeServedIsToldOnceUntilItCanBe)
+TEST_F(Web, WhatCannotBeServedIsReportedOnceUntilItCanBe)
 {
-  std::vector<std::string> told;
+  std::vector<std::string> reported;
   const auto files =
-    StaticFiles::Open(this->root, [&told](const std::string& file, const std::string& what)
-      { told.push_back(fs::path(file).filename().string() + ": " + what); });
+    StaticFiles::Open(this->root, [&reported](const std::string& file, const std::string& what)
+      { reported.push_back(fs::path(file).filename().string() + ": " + what); });
   const auto large = this->root / "large.bin";
   const auto read = [&]
   {
@@ -134,15 +134,15 @@ TEST_F(Web, WhatCannotBeServedIsToldOnceUntilItCanBe)
   fs::resize_file(large, StaticFiles::maximumBytes + 1);
   EXPECT_EQ(read(), ErrorCode::LimitExceeded);
   EXPECT_EQ(read(), ErrorCode::LimitExceeded);
-  EXPECT_EQ(told, (std::vector<std::string>{ line }));
+  EXPECT_EQ(reported, (std::vector<std::string>{ line }));
   fs::resize_file(large, StaticFiles::maximumBytes);
   EXPECT_EQ(read(), ErrorCode::Cancelled) << "it is read";
   files->Forget();
   fs::resize_file(large, StaticFiles::maximumBytes + 1);
   EXPECT_EQ(read(), ErrorCode::LimitExceeded);
-  EXPECT_EQ(told, (std::vector<std::string>{ line, line })) << "anew";
+  EXPECT_EQ(reported, (std::vector<std::string>{ line, line })) << "anew";
   EXPECT_FALSE(files->Read("/missing"));
-  EXPECT_EQ(told.size(), 2u) << "nor what there is not";
+  EXPECT_EQ(reported.size(), 2u) << "nor what there is not";
 }
 
 TEST_F(Web, NoMoreStaysInMemoryThanMay)

@@ -220,7 +220,7 @@ TEST_F(Tls, GoesOnListeningWhereThereIsNoMemoryForAConnection)
   EXPECT_EQ(Exchange(server->Port(), this->ask, "ok\n").substr(0, 15), "HTTP/1.1 200 OK");
 }
 
-TEST_F(Tls, ReadsItsCertificateAgainWhenToldTo)
+TEST_F(Tls, ReadsItsCertificateAgainOnReload)
 {
   WriteSelfSigned(this->certificate, this->key, "first");
   const auto server = this->Start();

@@ -116,7 +116,7 @@ TEST(WebSocketFrames, AMessageHasSoManyBytesInAllItsParts)
   EXPECT_EQ(EventsOf(huge.Bytes()), tooLarge);
 }
 
-TEST(WebSocketFrames, AnErrorIsToldAtItsFirstByte)
+TEST(WebSocketFrames, AnErrorIsReportedAtItsFirstByte)
 {
   EXPECT_EQ(EventsOf("\xf1"), std::vector<std::string>{ "error 1002" }) << "reserved bits";
   EXPECT_EQ(EventsOf(std::string_view("\x81\x01", 2)), std::vector<std::string>{ "error 1002" });

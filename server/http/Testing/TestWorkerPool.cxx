@@ -84,10 +84,10 @@ protected:
   // Whether a task of that source is done, in time.
   bool Works(std::size_t source)
   {
-    auto told = std::make_shared<std::promise<bool>>();
-    auto future = told->get_future();
-    this->pool.Add({ [told] { told->set_value(true); }, [told] { told->set_value(false); },
-      &this->sources.at(source), "" });
+    auto reported = std::make_shared<std::promise<bool>>();
+    auto future = reported->get_future();
+    this->pool.Add({ [reported] { reported->set_value(true); },
+      [reported] { reported->set_value(false); }, &this->sources.at(source), "" });
     return future.wait_for(deadline) == std::future_status::ready && future.get();
   }
 };
@@ -171,7 +171,7 @@ TEST_F(Workers, WhatIsNotGivenUpWaits)
   EXPECT_TRUE(Await([&ran] { return ran.load(); }));
 }
 
-TEST_F(Workers, StopsForAsLongAsItIsTold)
+TEST_F(Workers, StopsForTheTimeSpecified)
 {
   this->pool.Start(2, { 1h, 1h });
   this->AddHanging(0);

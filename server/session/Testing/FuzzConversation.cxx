@@ -165,7 +165,7 @@ public:
 private:
   struct Request
   {
-    std::uint64_t told = 0, whole = 0, failed = 0, bytes = 0;
+    std::uint64_t reported = 0, whole = 0, failed = 0, bytes = 0;
   };
 
   void Begin()
@@ -214,7 +214,7 @@ private:
     if (const auto* begin = std::get_if<protocol::BeginAnswer>(&message.body))
     {
       Require(!begun, "begun twice");
-      this->Requests[message.request].told = begin->blobs;
+      this->Requests[message.request].reported = begin->blobs;
     }
     else if (const auto* end = std::get_if<protocol::EndAnswer>(&message.body))
     {
@@ -222,7 +222,7 @@ private:
       Require(begun || end->cancelled, "the end of what was not begun");
       Require(end->blobs == did.whole && end->failed == did.failed && end->bytes == did.bytes,
         "it counts wrongly");
-      Require(end->cancelled || did.told == did.whole + did.failed, "blobs are missing");
+      Require(end->cancelled || did.reported == did.whole + did.failed, "blobs are missing");
       this->Forget(message.request);
     }
     else if (const auto* error = std::get_if<protocol::ErrorAnswer>(&message.body))

@@ -40,7 +40,7 @@ public:
     this->MakeBlobs(blobBytes);
   }
 
-  const ModelDescription& Description() const override { return this->Told; }
+  const ModelDescription& Description() const override { return this->Reported; }
   Status CheckUnchanged() const override
   {
     return this->fails == ErrorCode::Changed ? Error{ *this->fails, "changed" } : Status{};
@@ -112,7 +112,7 @@ public:
   std::atomic<bool> throws{ false }; // want of memory
   mutable std::atomic<std::size_t> reads{ 0 };
 
-  ModelDescription& Retell() { return this->Told; } // before it is served
+  ModelDescription& Retell() { return this->Reported; } // before it is served
   const TreeDepths& GetDepths() const { return this->Depths; }
   std::span<const Box> TrueBoxes() const { return this->Tree; }
 
@@ -125,19 +125,19 @@ private:
   }
   void Describe(std::string id, std::uint64_t vertices)
   {
-    this->Told.id = std::move(id);
+    this->Reported.id = std::move(id);
     for (int i = 0; i < 32; ++i)
     {
-      this->Told.digest += "0123456789abcdef"[this->Random() % 16];
+      this->Reported.digest += "0123456789abcdef"[this->Random() % 16];
     }
-    this->Told.vertices = vertices;
-    this->Told.triangles = 2 * vertices;
-    this->Told.partitions = std::uint64_t{ 1 } << this->Depths.partition;
-    this->Told.depths = this->Depths;
-    this->Told.box = this->Tree[1];
-    this->Told.title = "made up";
-    this->Told.levels.resize(this->Depths.finest + 1u);
-    this->Told.textures.emplace();
+    this->Reported.vertices = vertices;
+    this->Reported.triangles = 2 * vertices;
+    this->Reported.partitions = std::uint64_t{ 1 } << this->Depths.partition;
+    this->Reported.depths = this->Depths;
+    this->Reported.box = this->Tree[1];
+    this->Reported.title = "made up";
+    this->Reported.levels.resize(this->Depths.finest + 1u);
+    this->Reported.textures.emplace();
   }
 
   std::uint64_t Put(const protocol::BlobId& id, std::size_t size)
@@ -157,29 +157,29 @@ private:
     for (std::uint8_t level = 0; level <= this->Depths.finest; ++level)
     {
       const auto depth = PieceDepth(Resolution::Level(level), this->Depths);
-      auto& told = this->Told.levels[level];
-      told.pieces = std::uint64_t{ 1 } << depth;
+      auto& reported = this->Reported.levels[level];
+      reported.pieces = std::uint64_t{ 1 } << depth;
       for (std::uint32_t node = 1u << depth; node < 2u << depth; ++node)
       {
-        told.bytes += this->Put(protocol::BlobId::LevelPiece(level, node), 100 + level);
+        reported.bytes += this->Put(protocol::BlobId::LevelPiece(level, node), 100 + level);
       }
     }
-    this->Told.original.pieces = this->Told.partitions;
-    for (std::uint32_t p = 0; p < this->Told.partitions; ++p)
+    this->Reported.original.pieces = this->Reported.partitions;
+    for (std::uint32_t p = 0; p < this->Reported.partitions; ++p)
     {
-      this->Told.original.bytes += this->Put(
+      this->Reported.original.bytes += this->Put(
         protocol::BlobId::Partition(p), blobBytes / 2 + this->Random() % (blobBytes + 1) + 1);
     }
-    for (std::uint32_t p = 0; p < this->Told.partitions; ++p)
+    for (std::uint32_t p = 0; p < this->Reported.partitions; ++p)
     {
-      this->Told.textures->bytes += this->Put(protocol::BlobId::Texture(p), 50 + p % 7);
+      this->Reported.textures->bytes += this->Put(protocol::BlobId::Texture(p), 50 + p % 7);
     }
   }
 
   std::mt19937_64 Random;
   std::vector<Box> Tree;
   TreeDepths Depths;
-  ModelDescription Told;
+  ModelDescription Reported;
 };
 
 class MemoryCatalog : public Catalog

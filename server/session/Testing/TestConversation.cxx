@@ -157,7 +157,7 @@ TEST_F(ConversationTest, BlobsComeInTheOrderAskedFor)
 }
 
 // Each kind had a message of its own once.
-TEST_F(ConversationTest, MessagesOfBeforeAreRefusedAndToldWhatToAskInstead)
+TEST_F(ConversationTest, MessagesOfBeforeAreRefusedWithWhatToSendInstead)
 {
   this->OpenModel();
   std::uint32_t request = 1;
@@ -400,7 +400,7 @@ TEST_F(ConversationTest, RegionsHaveSoManyPartitions)
   }
 }
 
-TEST_F(ConversationTest, WhoAsksTooOftenIsToldAndMayCancel)
+TEST_F(ConversationTest, WhoAsksTooOftenGetsAnErrorAndMayCancel)
 {
   this->OpenModel();
   this->Ask({ 2, AskPartitions({ 3 }) });

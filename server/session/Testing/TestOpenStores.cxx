@@ -245,13 +245,13 @@ TEST_F(SomeOpenStores, AStrangersStoreKeepsNoOtherFromBeingServed)
       "DROP TABLE metadata; CREATE VIEW metadata AS SELECT 'model' AS key, (WITH RECURSIVE c(x) AS "
       "(SELECT 1 UNION ALL SELECT x + 1 FROM c) SELECT count(*) FROM c) AS value, 0 AS checksum"));
   }
-  std::vector<std::string> told;
-  StoreCatalog catalog(stores, [&told](const fs::path& file, const std::string& what)
-    { told.push_back(file.filename().string() + ": " + what); });
+  std::vector<std::string> reported;
+  StoreCatalog catalog(stores, [&reported](const fs::path& file, const std::string& what)
+    { reported.push_back(file.filename().string() + ": " + what); });
   ASSERT_TRUE(catalog.Reload());
   EXPECT_EQ(catalog.Models().size(), 1u);
   EXPECT_TRUE(catalog.Find("b-good"));
-  EXPECT_EQ(
-    told, std::vector<std::string>{ "a-view.kds: not a KdStream store: it has a view "
-                                    "'metadata'; this store is left out, the others are served" });
+  EXPECT_EQ(reported,
+    std::vector<std::string>{ "a-view.kds: not a KdStream store: it has a view "
+                              "'metadata'; this store is left out, the others are served" });
 }

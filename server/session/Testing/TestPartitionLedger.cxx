@@ -86,7 +86,7 @@ QuotaLimits Share(double share)
 }
 
 // Whether a blob has to be read or is in memory.
-TEST_F(Ledger, AConversationGetsItsShareAndIsToldWhenThereIsMore)
+TEST_F(Ledger, AConversationGetsItsShareAndANoticeWhenThereIsMore)
 {
   for (const bool inMemory : { false, true })
   {

@@ -173,18 +173,18 @@ TEST_F(Access, ADescriptionTellsNoMoreThanTheTokenAllows)
     auto conversation = this->ConversationTest(detail);
     Ask(conversation, { 1, OpenRequest{ "dragon" } });
     const auto answer = ParseServerMessage(std::get<std::string>(*PullMessage(conversation)));
-    const auto& told = std::get<OpenedAnswer>(answer->body).model;
+    const auto& reported = std::get<OpenedAnswer>(answer->body).model;
     const auto json = this->model->Json(*ParseDetail(detail));
-    EXPECT_EQ(told, ParseModel(std::string(json->begin(), json->end())).Value());
-    EXPECT_EQ(NameOf(told.detail), detail);
-    EXPECT_EQ(told.depths, all.depths) << "by which pieces are read";
+    EXPECT_EQ(reported, ParseModel(std::string(json->begin(), json->end())).Value());
+    EXPECT_EQ(NameOf(reported.detail), detail);
+    EXPECT_EQ(reported.depths, all.depths) << "by which pieces are read";
     for (std::size_t level = 0; level < all.levels.size(); ++level)
     {
-      const bool isTold = detail != "preview" || level <= 11;
-      EXPECT_EQ(told.levels[level], isTold ? all.levels[level] : ResolutionDescription())
+      const bool isReported = detail != "preview" || level <= 11;
+      EXPECT_EQ(reported.levels[level], isReported ? all.levels[level] : ResolutionDescription())
         << detail << " " << level;
     }
-    EXPECT_EQ(told.original, detail == "regions" ? all.original : ResolutionDescription());
+    EXPECT_EQ(reported.original, detail == "regions" ? all.original : ResolutionDescription());
   }
 }
 

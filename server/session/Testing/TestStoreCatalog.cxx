@@ -178,8 +178,9 @@ TEST_F(Folder, NotesLieBesideTheStoreAndMayChange)
   fs::create_directory(this->folder / "sheet.notes.json");
   this->catalog.Refresh();
   EXPECT_EQ(this->catalog.ReadNotes("sheet").GetError().code, ErrorCode::NotFound);
-  EXPECT_EQ(this->reports,
-    std::vector<std::string>{ "sheet.notes.json: is not a file; the model is served without notes" });
+  EXPECT_EQ(
+    this->reports, std::vector<std::string>{
+                     "sheet.notes.json: is not a file; the model is served without notes" });
 }
 
 TEST_F(Folder, DescribesAndReadsAStore)
@@ -192,17 +193,17 @@ TEST_F(Folder, DescribesAndReadsAStore)
   EXPECT_FALSE(this->catalog.Find("sheet-1.kds"));
   EXPECT_TRUE(this->reports.empty());
 
-  const auto& told = model->Description();
-  EXPECT_EQ(told.digest, info.digest);
-  EXPECT_EQ(told.title, "A sheet");
-  EXPECT_EQ(told.vertices, 3600u);
-  EXPECT_EQ(told.partitions, info.partitions);
-  EXPECT_EQ(told.depths, info.depths);
-  EXPECT_EQ(told.box, info.box);
-  EXPECT_EQ(told.grid, info.grid);
-  ASSERT_EQ(told.levels.size(), info.levels.size());
-  EXPECT_EQ(told.levels[9].vertices, info.levels[9].vertices);
-  EXPECT_EQ(told.original.bytes, info.original.bytes);
+  const auto& reported = model->Description();
+  EXPECT_EQ(reported.digest, info.digest);
+  EXPECT_EQ(reported.title, "A sheet");
+  EXPECT_EQ(reported.vertices, 3600u);
+  EXPECT_EQ(reported.partitions, info.partitions);
+  EXPECT_EQ(reported.depths, info.depths);
+  EXPECT_EQ(reported.box, info.box);
+  EXPECT_EQ(reported.grid, info.grid);
+  ASSERT_EQ(reported.levels.size(), info.levels.size());
+  EXPECT_EQ(reported.levels[9].vertices, info.levels[9].vertices);
+  EXPECT_EQ(reported.original.bytes, info.original.bytes);
 
   const auto store = Store::Open(this->folder / "sheet-1.kds");
   ASSERT_TRUE(store);
@@ -248,21 +249,21 @@ TEST_F(Folder, TexturesAreReadLikePartitions)
   ASSERT_TRUE(this->catalog.Reload());
   const auto model = this->catalog.Find("painted");
   ASSERT_TRUE(model);
-  const auto& told = model->Description();
-  ASSERT_TRUE(told.textures);
-  EXPECT_EQ(*told.textures,
-    (TextureDescription{ "webp", true, 3 * told.partitions, 100 * told.partitions }));
-  for (std::uint32_t p = 0; p < told.partitions; ++p)
+  const auto& reported = model->Description();
+  ASSERT_TRUE(reported.textures);
+  EXPECT_EQ(*reported.textures,
+    (TextureDescription{ "webp", true, 3 * reported.partitions, 100 * reported.partitions }));
+  for (std::uint32_t p = 0; p < reported.partitions; ++p)
   {
     EXPECT_EQ(model->BlobSize(BlobId::Texture(p)).Value(), 3u);
     const auto bytes = model->ReadBlob(BlobId::Texture(p));
     ASSERT_TRUE(bytes);
-    EXPECT_EQ((*bytes)->back(), std::uint8_t(p + told.partitions));
+    EXPECT_EQ((*bytes)->back(), std::uint8_t(p + reported.partitions));
   }
-  const auto missing = static_cast<std::uint32_t>(told.partitions);
+  const auto missing = static_cast<std::uint32_t>(reported.partitions);
   EXPECT_EQ(model->ReadBlob(BlobId::Texture(missing)).GetError().code, ErrorCode::NotFound);
   // With a permission for less, textures are not listed.
-  EXPECT_FALSE(ToldWith(told, ModelDetail::Levels).textures);
+  EXPECT_FALSE(WithDetail(reported, ModelDetail::Levels).textures);
   // A plain model has none.
   this->Build("plain.kds", 20);
   ASSERT_TRUE(this->catalog.Reload());
@@ -293,13 +294,13 @@ TEST_F(Folder, TellsEveryAttribute)
   const auto model = this->catalog.Find("many");
   ASSERT_TRUE(model);
   const std::string json = WriteModel(model->Description());
-  const auto told = ParseModel(json);
-  ASSERT_TRUE(told) << told.GetError().message;
-  ASSERT_EQ(told->attributes.size(), mostAttributes);
+  const auto reported = ParseModel(json);
+  ASSERT_TRUE(reported) << reported.GetError().message;
+  ASSERT_EQ(reported->attributes.size(), mostAttributes);
   for (std::size_t i = 0; i < mostAttributes; ++i)
   {
     const AttributeInfo& info = report->info.attributes[i];
-    const auto& attribute = told->attributes[i];
+    const auto& attribute = reported->attributes[i];
     EXPECT_EQ(attribute.name, info.name);
     EXPECT_EQ(attribute.type, info.type);
     EXPECT_EQ(attribute.association, info.association);
@@ -367,15 +368,15 @@ TEST_F(Folder, ADamagedBlobIsReportedOnceAndTheRestIsRead)
 }
 
 // Without the id before it, and the build after it.
-TEST_F(Folder, WhatIsToldIsWhatTheStoreKeeps)
+TEST_F(Folder, WhatIsReportedIsWhatTheStoreKeeps)
 {
   this->Build("sheet.kds", 40, "A \"sheet\"");
   ASSERT_TRUE(this->catalog.Reload());
   const auto json = this->catalog.Find("sheet")->Json(ModelDetail::Regions);
-  const std::string told(json->begin(), json->end()), begin = "{\"id\":\"sheet\",";
+  const std::string reported(json->begin(), json->end()), begin = "{\"id\":\"sheet\",";
   const std::string kept = fixtures::Metadata(this->folder / "sheet.kds");
-  ASSERT_EQ(told.substr(0, begin.size()), begin);
-  EXPECT_EQ(kept.substr(0, kept.find(",\"build\":{")) + "}", "{" + told.substr(begin.size()));
+  ASSERT_EQ(reported.substr(0, begin.size()), begin);
+  EXPECT_EQ(kept.substr(0, kept.find(",\"build\":{")) + "}", "{" + reported.substr(begin.size()));
 }
 
 // However right its checksum is.
@@ -466,12 +467,12 @@ TEST_F(Folder, AStoreThatGoesWhileTheFolderIsReadIsGone)
       this->reports.push_back(file.filename().string() + ": " + what);
       fs::remove(this->folder / "going.kds");
     });
-  const std::vector<std::string> told{
+  const std::vector<std::string> reported{
     "first.kds: not a KdStream store; this store is left out, the others are served",
     "leading.kds: no such file; this store is left out, the others are served"
   };
   ASSERT_TRUE(watched.Reload());
-  EXPECT_EQ(this->reports, told);
+  EXPECT_EQ(this->reports, reported);
   EXPECT_FALSE(watched.Find("going"));
   // One that is served already.
   fs::remove(this->folder / "first.kds");
@@ -482,7 +483,7 @@ TEST_F(Folder, AStoreThatGoesWhileTheFolderIsReadIsGone)
   std::ofstream(this->folder / "first.kds") << "nonsense";
   this->reports.clear();
   ASSERT_TRUE(watched.Reload());
-  EXPECT_EQ(this->reports, told);
+  EXPECT_EQ(this->reports, reported);
   EXPECT_FALSE(watched.Find("going"));
 }
 
@@ -531,7 +532,7 @@ TEST_F(Folder, AStoreThatALinkLeadsToIsSeenWhenItIsReplaced)
 
 // A new name or permission shows that something has happened to the file. To find out whether its
 // content has changed, the file must be read, which callers that never wait leave to others.
-TEST_F(Folder, WhatTakesADiskToTellIsNotToldWithoutOne)
+TEST_F(Folder, WhatTakesADiskIsNotReportedWithoutOne)
 {
   this->Build("sheet.kds", 60);
   ASSERT_TRUE(this->catalog.Reload());

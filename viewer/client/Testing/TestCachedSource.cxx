@@ -69,7 +69,7 @@ protected:
 
   // Looks at the whole torus, in a window of this number of pixels; returns the triangles that are
   // shown.
-  static std::uint64_t Look(ModelSource& source, ViewerSession& session, int width = 100)
+  static std::uint64_t ShowWhole(ModelSource& source, ViewerSession& session, int width = 100)
   {
     session.Resize({ width, width * 3 / 4, 1 });
     session.SetModels(source.Models());
@@ -90,19 +90,19 @@ protected:
   std::shared_ptr<TorusModel> Model = std::make_shared<TorusModel>();
 };
 
-TEST_F(TestCachedSource, ASecondLookAsksTheServerForNothing)
+TEST_F(TestCachedSource, ASecondViewAsksTheServerForNothing)
 {
   ViewerSession first;
-  const auto shown = Look(*this->Online(), first);
+  const auto shown = ShowWhole(*this->Online(), first);
   EXPECT_GT(this->Model->TakeRead().size(), 1u);
   EXPECT_FALSE(AllFromCache(first));
   ViewerSession second;
-  EXPECT_EQ(Look(*this->Online(), second), shown);
+  EXPECT_EQ(ShowWhole(*this->Online(), second), shown);
   EXPECT_EQ(this->Model->TakeRead(), std::vector<std::string>());
   EXPECT_TRUE(AllFromCache(second));
   // In a larger window: the rest.
   ViewerSession third;
-  Look(*this->Online(), third, large);
+  ShowWhole(*this->Online(), third, large);
   const auto more = this->Model->TakeRead();
   EXPECT_GT(more.size(), 0u);
   EXPECT_LT(more.size(), third.Statistics().size());
@@ -127,7 +127,7 @@ TEST_F(TestCachedSource, ARegionIsAskedForWithoutWhatIsThere)
   {
     const auto source = this->Online();
     ViewerSession session(options);
-    Look(*source, session, large);
+    ShowWhole(*source, session, large);
     this->Model->TakeRead();
     tap(session, *source);
     EXPECT_EQ(this->Model->TakeRead().empty(), again);
@@ -136,7 +136,7 @@ TEST_F(TestCachedSource, ARegionIsAskedForWithoutWhatIsThere)
   options.rings = 2;
   const auto source = this->Online();
   ViewerSession session(options);
-  Look(*source, session, large);
+  ShowWhole(*source, session, large);
   tap(session, *source);
   const auto read = this->Model->TakeRead();
   EXPECT_GT(read.size(), 0u);
@@ -193,13 +193,13 @@ TEST_F(TestCachedSource, ARegionIsAskedForWithoutWhatIsKept)
 TEST_F(TestCachedSource, WithoutTheServerEverythingThatWasSeenIsThere)
 {
   ViewerSession before;
-  const auto shown = Look(*this->Online(), before);
+  const auto shown = ShowWhole(*this->Online(), before);
   this->Model->TakeRead();
   const auto source = this->Offline();
   ASSERT_TRUE(source);
   ASSERT_EQ((*source)->Models().size(), 1u);
   ViewerSession session;
-  EXPECT_EQ(Look(**source, session), shown);
+  EXPECT_EQ(ShowWhole(**source, session), shown);
   EXPECT_EQ(session.GetStatus().error, "");
   EXPECT_TRUE(AllFromCache(session));
   // What was not seen is said not to be there, and the rest stays.
@@ -222,12 +222,12 @@ TEST_F(TestCachedSource, WhatComesDamagedIsNotKept)
                            std::vector<std::shared_ptr<const ServedModel>>{ this->Model })),
       *DiskCache::Open(this->Folder.Path, this->MostBytes), "http://a:1");
     ViewerSession first;
-    Look(garbled, first, large);
+    ShowWhole(garbled, first, large);
     EXPECT_NE(first.GetStatus().error, "");
   }
   this->Model->TakeRead();
   ViewerSession second;
-  Look(*this->Online(), second, large);
+  ShowWhole(*this->Online(), second, large);
   EXPECT_EQ(second.GetStatus().error, "");
   const auto read = this->Model->TakeRead();
   EXPECT_GT(read.size(), 0u);
@@ -241,7 +241,7 @@ TEST_F(TestCachedSource, ACacheThatKeepsNothingIsStillAWayToTheServer)
   for (int i = 0; i < 2; ++i)
   {
     ViewerSession session;
-    EXPECT_GT(Look(*this->Online(), session), 4000u);
+    EXPECT_GT(ShowWhole(*this->Online(), session), 4000u);
     EXPECT_GT(this->Model->TakeRead().size(), 1u);
   }
 }

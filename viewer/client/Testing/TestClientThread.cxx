@@ -16,7 +16,7 @@ using namespace kdstream;
 namespace
 {
 
-ClientEvent Told(const std::string& message)
+ClientEvent Reported(const std::string& message)
 {
   ClientEvent event;
   event.message = message;
@@ -57,7 +57,7 @@ TEST(ClientThread, RunsTasksInOrder)
     thread.Post(
       [&thread, i]
       {
-        std::vector<ClientEvent> events{ Told(std::to_string(i)) };
+        std::vector<ClientEvent> events{ Reported(std::to_string(i)) };
         thread.Publish(events);
         EXPECT_TRUE(events.empty());
       });
@@ -70,7 +70,7 @@ TEST(ClientThread, RunsTasksInOrder)
 TEST(ClientThread, ATaskThatThrowsIsNotTheEnd)
 {
   int failures = 0;
-  ClientThread* told = nullptr;
+  ClientThread* reported = nullptr;
   ClientThread thread(
     [&]
     {
@@ -78,15 +78,15 @@ TEST(ClientThread, ATaskThatThrowsIsNotTheEnd)
       {
         throw std::bad_alloc();
       }
-      std::vector<ClientEvent> events{ Told(CaughtError().message) };
-      told->Publish(events);
+      std::vector<ClientEvent> events{ Reported(CaughtError().message) };
+      reported->Publish(events);
     });
-  told = &thread;
+  reported = &thread;
   thread.Post([] { throw std::bad_alloc(); });
   thread.Post(
     [&thread]
     {
-      std::vector<ClientEvent> events{ Told("next") };
+      std::vector<ClientEvent> events{ Reported("next") };
       thread.Publish(events);
     });
   EXPECT_EQ(Await(thread, 2), "out of memory;next;");

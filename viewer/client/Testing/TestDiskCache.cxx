@@ -226,7 +226,7 @@ TEST(TestDiskCache, AnotherVersionsFileAndNoDatabaseBeginAnew)
 }
 
 // A file that may not grow is as a full disk.
-TEST(TestDiskCache, AFullDiskIsToldOnceAndWhatIsThereStays)
+TEST(TestDiskCache, AFullDiskIsReportedOnceAndWhatIsThereStays)
 {
   const TemporaryFolder folder;
   {
@@ -237,17 +237,17 @@ TEST(TestDiskCache, AFullDiskIsToldOnceAndWhatIsThereStays)
   getrlimit(RLIMIT_FSIZE, &before);
   const auto handler = std::signal(SIGXFSZ, SIG_IGN);
   const rlimit little{ 100'000, before.rlim_max };
-  std::atomic<int> told = 0;
+  std::atomic<int> reported = 0;
   {
-    auto cache = DiskCache::Open(
-      folder.Path, plenty, [&told](const std::string& why) { told += why.empty() ? 100 : 1; });
+    auto cache = DiskCache::Open(folder.Path, plenty,
+      [&reported](const std::string& why) { reported += why.empty() ? 100 : 1; });
     ASSERT_TRUE(cache);
     setrlimit(RLIMIT_FSIZE, &little);
     for (int i = 2; i < 5; ++i)
     {
       (*cache)->Put(Key(i), Content(i, 1'000'000));
     }
-    for (int i = 0; i < 500 && told == 0; ++i)
+    for (int i = 0; i < 500 && reported == 0; ++i)
     {
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
@@ -256,7 +256,7 @@ TEST(TestDiskCache, AFullDiskIsToldOnceAndWhatIsThereStays)
   }
   setrlimit(RLIMIT_FSIZE, &before);
   std::signal(SIGXFSZ, handler);
-  EXPECT_EQ(told, 1);
+  EXPECT_EQ(reported, 1);
   const auto cache = Open(folder.Path);
   EXPECT_EQ(cache->Find(Key(1)), Content(1));
   EXPECT_FALSE(cache->Find(Key(3)));
@@ -323,7 +323,7 @@ TEST(TestDiskCache, ALockedFileStaysAsItIs)
 }
 
 // A program that keeps the file busy is not waited for again and again: this is reported once.
-TEST(TestDiskCache, AFileThatStaysBusyIsToldOnce)
+TEST(TestDiskCache, AFileThatStaysBusyIsReportedOnce)
 {
   const TemporaryFolder folder;
   Open(folder.Path)->Put(Key(1), Content(1));
@@ -333,13 +333,13 @@ TEST(TestDiskCache, AFileThatStaysBusyIsToldOnce)
     ASSERT_EQ(sqlite3_open((folder / "blobs.sqlite").c_str(), &other), SQLITE_OK);
     const std::string lock = "PRAGMA locking_mode = " + mode + "; BEGIN EXCLUSIVE";
     ASSERT_EQ(sqlite3_exec(other, lock.c_str(), nullptr, nullptr, nullptr), SQLITE_OK);
-    std::atomic<int> told = 0;
+    std::atomic<int> reported = 0;
     std::string why;
     {
       const auto onTrouble = [&](const std::string& text)
       {
         why = text;
-        ++told;
+        ++reported;
       };
       const auto cache = DiskCache::Open(folder.Path, plenty, onTrouble);
       ASSERT_TRUE(cache) << cache.GetError().message;
@@ -349,7 +349,7 @@ TEST(TestDiskCache, AFileThatStaysBusyIsToldOnce)
         (*cache)->Put(Key(i), Content(i));
       }
     }
-    EXPECT_EQ(told, 1) << mode;
+    EXPECT_EQ(reported, 1) << mode;
     EXPECT_EQ(why, "another program is writing to it") << mode;
     sqlite3_close(other);
   }

@@ -47,7 +47,7 @@ TEST(TestLocalClient, ShowsOneModelAfterTheOther)
   }
 }
 
-TEST(TestLocalClient, WhatIsDamagedOrNotThereIsTold)
+TEST(TestLocalClient, WhatIsDamagedOrNotThereIsReported)
 {
   const auto model = Named("a");
   const TreeDepths depths = model->Description().depths;

@@ -108,7 +108,7 @@ TEST_F(TestSecureClient, ACertificateIsForItsHostAndItsTime)
     << old.message;
 }
 
-TEST_F(TestSecureClient, WhoDoesNotSpeakTlsIsToldApart)
+TEST_F(TestSecureClient, WhoDoesNotSpeakTlsIsRecognised)
 {
   this->Start(false);
   const Error plain = Refusal(this->Url(), "");

@@ -258,7 +258,7 @@ TEST(TestServerLine, AnImpatientLineFailsWhatIsOutstandingAndConnectsForTheNextR
 TEST(TestServerLine, GivesUpAConnectionThatIsStalled)
 {
   ServerLineOptions options = Patient();
-  options.silenceTimeout = 20;
+  options.idleTimeout = 20;
   ServerLine line(options);
   Stream(line, 0);
   line.Tick(19);

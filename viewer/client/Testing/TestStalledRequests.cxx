@@ -33,7 +33,7 @@ ServerLineOptions Page()
   ServerLineOptions options;
   options.authority = "server:1";
   options.patient = true;
-  options.silenceTimeout = 20;
+  options.idleTimeout = 20;
   options.stallTimeout = stallTimeout;
   return options;
 }
@@ -95,7 +95,7 @@ public:
     this->Line.Send(Partitions(request, blobs), this->Now);
     this->Listen();
   }
-  void CallBack(std::uint32_t request)
+  void Cancel(std::uint32_t request)
   {
     SessionRequest cancel;
     cancel.kind = SessionRequest::Kind::Cancel;
@@ -188,7 +188,7 @@ const std::map<std::string, Chatter> chatters{
       if (step == 1)
       {
         stream.Ask(50, { 50, 51 });
-        stream.CallBack(50);
+        stream.Cancel(50);
       }
       stream.SayFrame(stream.Asking.back().wire, 50);
     } },
@@ -328,7 +328,7 @@ std::vector<Blob> BlobsOf(const StreamTest& stream)
   return blobs;
 }
 
-void ExpectAllCame(StreamTest& stream, std::size_t blobs)
+void ExpectAllArrived(StreamTest& stream, std::size_t blobs)
 {
   EXPECT_EQ(stream.Line.GetState(), State::Streaming);
   EXPECT_EQ(stream.Line.Trouble(), "");
@@ -348,7 +348,7 @@ TEST(TestStalledRequests, ASlowLineIsNotGivenUp)
     SendAll(stream, blob);
   }
   EXPECT_GT(stream.Now, 5 * stallTimeout);
-  ExpectAllCame(stream, 3);
+  ExpectAllArrived(stream, 3);
 }
 
 TEST(TestStalledRequests, OneThatSendsTheLastFirstIsNotGivenUp)
@@ -364,7 +364,7 @@ TEST(TestStalledRequests, OneThatSendsTheLastFirstIsNotGivenUp)
     SendAll(stream, *blob);
   }
   EXPECT_GT(stream.Now, 10 * stallTimeout);
-  ExpectAllCame(stream, 6);
+  ExpectAllArrived(stream, 6);
 }
 
 TEST(TestStalledRequests, OneThatSendsInTurnsIsNotGivenUp)
@@ -382,7 +382,7 @@ TEST(TestStalledRequests, OneThatSendsInTurnsIsNotGivenUp)
       SendFrame(stream, blob);
     }
   }
-  ExpectAllCame(stream, 8);
+  ExpectAllArrived(stream, 8);
 }
 
 // What was cancelled may be on its way still.
@@ -390,7 +390,7 @@ TEST(TestStalledRequests, WhatWasCancelledMayComeBefore)
 {
   StreamTest stream;
   stream.Ask(2, { 1 });
-  stream.CallBack(2);
+  stream.Cancel(2);
   stream.Ask(3, { 2 });
   std::vector<Blob> blobs = BlobsOf(stream);
   ASSERT_EQ(blobs.size(), 2u);
@@ -399,7 +399,7 @@ TEST(TestStalledRequests, WhatWasCancelledMayComeBefore)
     SendAll(stream, blob);
   }
   EXPECT_GT(stream.Now, 3 * stallTimeout);
-  ExpectAllCame(stream, 1);
+  ExpectAllArrived(stream, 1);
 }
 
 // Of a line that was quick, and carried much at a time, until it became slow.
@@ -409,7 +409,7 @@ TEST(TestStalledRequests, MuchThatWasCancelledMayComeBefore)
   std::vector<std::uint32_t> many(4 * StreamConversation::mostStrays);
   std::iota(many.begin(), many.end(), 100u);
   stream.Ask(2, many);
-  stream.CallBack(2);
+  stream.Cancel(2);
   stream.Ask(3, { 2 });
   std::vector<Blob> blobs = BlobsOf(stream);
   ASSERT_EQ(blobs.size(), many.size() + 1);
@@ -419,7 +419,7 @@ TEST(TestStalledRequests, MuchThatWasCancelledMayComeBefore)
     SendFrame(stream, blob);
   }
   EXPECT_GT(stream.Now, 10 * stallTimeout);
-  ExpectAllCame(stream, 1);
+  ExpectAllArrived(stream, 1);
 }
 
 }

@@ -115,7 +115,7 @@ TEST_F(TestView, EglAndOsMesaShowTheOnlyModelInFullScreen)
   EXPECT_EQ(ReadText(this->Folder / "egl.png"), ReadText(this->Folder / "osmesa.png"));
 }
 
-TEST_F(TestView, ALookThatWritesNothingSaysSo)
+TEST_F(TestView, AViewThatWritesNothingSaysSo)
 {
   const std::string offscreen = "--offscreen auto --size 64x64 ";
   ASSERT_EQ(this->View(offscreen), 0);

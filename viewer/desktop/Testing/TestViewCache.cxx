@@ -35,8 +35,8 @@ std::string TetrahedronPly()
 TEST_F(TestViewCache, AMeshIsBuiltOnceAndKeptInTheCache)
 {
   this->Write("My solid.ply", TetrahedronPly());
-  const std::string look = "--offscreen auto --size 64x64 --screenshot p.png --cache kept";
-  ASSERT_EQ(this->Run("'My solid.ply' " + look), 0) << this->Err;
+  const std::string view = "--offscreen auto --size 64x64 --screenshot p.png --cache kept";
+  ASSERT_EQ(this->Run("'My solid.ply' " + view), 0) << this->Err;
   EXPECT_TRUE(this->IsPicture("p.png"));
   const std::string picture = ReadText(this->Folder / "p.png");
   std::vector<std::filesystem::path> stores;
@@ -56,18 +56,18 @@ TEST_F(TestViewCache, AMeshIsBuiltOnceAndKeptInTheCache)
   EXPECT_EQ(stores[0].filename(), "My_solid.kds");
   const auto built = std::filesystem::last_write_time(stores[0]);
   const auto store = stores[0];
-  ASSERT_EQ(this->Run("'My solid.ply' " + look), 0) << this->Err;
+  ASSERT_EQ(this->Run("'My solid.ply' " + view), 0) << this->Err;
   EXPECT_EQ(std::filesystem::last_write_time(store), built) << "it was there";
   EXPECT_EQ(ReadText(this->Folder / "p.png"), picture);
   // The store itself, and the folder that it is in.
   for (const auto& path : { store, store.parent_path() })
   {
-    ASSERT_EQ(this->Run("'" + path.string() + "' " + look), 0) << this->Err;
+    ASSERT_EQ(this->Run("'" + path.string() + "' " + view), 0) << this->Err;
     EXPECT_EQ(ReadText(this->Folder / "p.png"), picture);
   }
   // Another mesh takes its place where the cache is full; what is shown stays.
   this->Write("other.ply", TetrahedronPly() + "\n");
-  ASSERT_EQ(this->Run("other.ply " + look + " --cache-size 1"), 0) << this->Err;
+  ASSERT_EQ(this->Run("other.ply " + view + " --cache-size 1"), 0) << this->Err;
   list();
   ASSERT_EQ(stores.size(), 1u);
   EXPECT_EQ(stores[0].filename(), "other.kds");
@@ -75,7 +75,7 @@ TEST_F(TestViewCache, AMeshIsBuiltOnceAndKeptInTheCache)
 
 TEST_F(TestViewCache, WhatWasSeenIsThereWithoutTheServer)
 {
-  const std::string look = "--offscreen auto --size 200x150 --stats s.json --screenshot ";
+  const std::string view = "--offscreen auto --size 200x150 --stats s.json --screenshot ";
   const auto fromCache = [this]
   {
     std::size_t count = 0;
@@ -85,22 +85,22 @@ TEST_F(TestViewCache, WhatWasSeenIsThereWithoutTheServer)
     }
     return count;
   };
-  ASSERT_EQ(this->View(look + "a.png --cache kept"), 0) << this->Err;
+  ASSERT_EQ(this->View(view + "a.png --cache kept"), 0) << this->Err;
   EXPECT_EQ(fromCache(), 0u);
   EXPECT_FALSE(this->Models.model->TakeRead().empty());
-  ASSERT_EQ(this->View(look + "b.png --cache kept"), 0) << this->Err;
+  ASSERT_EQ(this->View(view + "b.png --cache kept"), 0) << this->Err;
   EXPECT_GT(fromCache(), 0u);
   EXPECT_TRUE(this->Models.model->TakeRead().empty());
-  ASSERT_EQ(this->View(look + "b.png"), 0) << this->Err;
+  ASSERT_EQ(this->View(view + "b.png"), 0) << this->Err;
   EXPECT_EQ(fromCache(), 0u) << "no cache where none is named";
   const std::string url = this->Server->Url();
   this->Server.reset();
-  ASSERT_EQ(this->Run(url + " " + look + "c.png --cache kept"), 0) << this->Err;
+  ASSERT_EQ(this->Run(url + " " + view + "c.png --cache kept"), 0) << this->Err;
   EXPECT_EQ(this->Err.rfind("kdstream-view: warning: " + url + ": ", 0), 0u) << this->Err;
   EXPECT_NE(this->Err.find("; only cached data is shown\n"), std::string::npos) << this->Err;
   EXPECT_EQ(ReadText(this->Folder / "c.png"), ReadText(this->Folder / "a.png"));
   // Of many parts that were not seen some are named, then their number.
-  ASSERT_EQ(this->Run(url + " " + look + "e.png --detail full --cache kept"), 1);
+  ASSERT_EQ(this->Run(url + " " + view + "e.png --detail full --cache kept"), 1);
   std::size_t lines = 0;
   for (auto at = this->Err.find(": error: "); at != std::string::npos; ++lines)
   {
@@ -109,7 +109,7 @@ TEST_F(TestViewCache, WhatWasSeenIsThereWithoutTheServer)
   EXPECT_EQ(lines, 2u) << this->Err;
   EXPECT_NE(this->Err.find(" more errors of this kind\n"), std::string::npos) << this->Err;
   // A folder that cannot be made does not prevent showing, if there is a server.
-  EXPECT_EQ(this->Run(url + " " + look + "d.png --cache s.json"), 1);
+  EXPECT_EQ(this->Run(url + " " + view + "d.png --cache s.json"), 1);
   EXPECT_NE(this->Err.find("warning: s.json: "), std::string::npos) << this->Err;
 }
 
@@ -117,11 +117,11 @@ TEST_F(TestViewCache, AMeshIsSeenWhereNothingCanBeKept)
 {
   this->Write("nest.ply", TetrahedronPly());
   std::filesystem::create_directory(this->Folder / "brief");
-  const std::string look = "nest.ply --offscreen auto --size 64x64 --screenshot n.png --cache ";
-  ASSERT_EQ(this->Run(look + "kept"), 0) << this->Err;
+  const std::string view = "nest.ply --offscreen auto --size 64x64 --screenshot n.png --cache ";
+  ASSERT_EQ(this->Run(view + "kept"), 0) << this->Err;
   const std::string seen = ReadText(this->Folder / "n.png");
   ::setenv("TMPDIR", (this->Folder / "brief").c_str(), 1);
-  EXPECT_EQ(this->Run(look + "nest.ply/below"), 0) << this->Err;
+  EXPECT_EQ(this->Run(view + "nest.ply/below"), 0) << this->Err;
   ::unsetenv("TMPDIR");
   EXPECT_NE(this->Err.find("kdstream-view: warning: nest.ply/below: cannot be created: "),
     std::string::npos)
@@ -141,8 +141,8 @@ TEST_F(TestViewCache, WhatOthersPlantedIsLeftAlone)
                             "property float y\nproperty float z\nelement face 1\n"
                             "property list uchar int vertex_indices\nend_header\n"
                             "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
-  const std::string look = "mesh.ply --offscreen auto --size 64x64 --screenshot p.png --cache ";
-  ASSERT_EQ(this->Run(look + "honest"), 0) << this->Err;
+  const std::string view = "mesh.ply --offscreen auto --size 64x64 --screenshot p.png --cache ";
+  ASSERT_EQ(this->Run(view + "honest"), 0) << this->Err;
   const std::string seen = ReadText(this->Folder / "p.png");
   const fs::path key = fs::directory_iterator(this->Folder / "honest/stores")->path().filename();
   ASSERT_EQ(this->Run("theirs.ply --offscreen auto --size 64x64 --screenshot p.png --cache t"), 0);
@@ -153,10 +153,10 @@ TEST_F(TestViewCache, WhatOthersPlantedIsLeftAlone)
     theirs = entry.is_regular_file() ? entry.path() : theirs;
   }
   const fs::path stores = this->Folder / "cache/stores", of = stores / key, store = of / "mesh.kds";
-  const auto isToldOf = [&](const std::string& name, const std::string& what)
+  const auto isReported = [&](const std::string& name, const std::string& what)
   {
     fs::remove(this->Folder / "p.png");
-    ASSERT_EQ(this->Run(look + "cache"), 0) << what << ": " << this->Err;
+    ASSERT_EQ(this->Run(view + "cache"), 0) << what << ": " << this->Err;
     EXPECT_EQ(ReadText(this->Folder / "p.png"), seen) << what;
     EXPECT_NE(
       this->Err.find("kdstream-view: warning: cache/stores" + name + ": "), std::string::npos)
@@ -174,38 +174,38 @@ TEST_F(TestViewCache, WhatOthersPlantedIsLeftAlone)
 
   begin();
   fs::create_symlink(this->Folder / "victim", store);
-  isToldOf(ofStore, "a dangling link");
+  isReported(ofStore, "a dangling link");
   EXPECT_FALSE(fs::exists(this->Folder / "victim"));
   fs::copy_file(theirs, this->Folder / "victim");
-  isToldOf(ofStore, "a link to a store");
+  isReported(ofStore, "a link to a store");
   EXPECT_TRUE(fs::is_symlink(store));
 
   begin();
   ASSERT_EQ(::mkfifo(store.c_str(), 0600), 0);
-  isToldOf(ofStore, "a pipe");
+  isReported(ofStore, "a pipe");
   EXPECT_TRUE(fs::is_fifo(store));
 
   begin();
   fs::create_directory(store);
-  isToldOf(ofStore, "a folder");
+  isReported(ofStore, "a folder");
 
   begin();
   fs::create_directory(this->Folder / "away");
   fs::remove_all(stores);
   fs::create_directory_symlink("../away", stores);
-  isToldOf("", "a link for the stores");
+  isReported("", "a link for the stores");
   EXPECT_TRUE(fs::is_empty(this->Folder / "away"));
 
   begin();
   fs::remove_all(of);
   fs::create_directory_symlink("../../away", of);
-  isToldOf(ofKey, "a link for the mesh");
+  isReported(ofKey, "a link for the mesh");
   EXPECT_TRUE(fs::is_empty(this->Folder / "away"));
 
   begin();
   fs::remove_all(stores);
   std::ofstream(stores) << "x";
-  isToldOf("", "a file for the stores");
+  isReported("", "a file for the stores");
 
   if (::geteuid() != 0)
   {
@@ -215,14 +215,14 @@ TEST_F(TestViewCache, WhatOthersPlantedIsLeftAlone)
   begin();
   fs::copy_file(theirs, store);
   ASSERT_EQ(::chown(store.c_str(), another, another), 0);
-  isToldOf(ofStore, "another user's store");
+  isReported(ofStore, "another user's store");
   EXPECT_EQ(ReadText(store), ReadText(theirs));
   for (const fs::path& folder : { of, stores })
   {
     begin();
     fs::copy_file(theirs, store);
     ASSERT_EQ(::chown(folder.c_str(), another, another), 0);
-    isToldOf(folder == of ? ofKey : "", "another user's folder");
+    isReported(folder == of ? ofKey : "", "another user's folder");
     EXPECT_EQ(ReadText(store), ReadText(theirs));
   }
 }
@@ -231,28 +231,28 @@ TEST_F(TestViewCache, WhatOthersPlantedIsLeftAlone)
 TEST_F(TestViewCache, ADamagedStoreIsMadeAnew)
 {
   this->Write("mesh.ply", TetrahedronPly());
-  const std::string look =
+  const std::string view =
     "mesh.ply --offscreen auto --size 64x64 --screenshot p.png --cache cache";
-  ASSERT_EQ(this->Run(look), 0) << this->Err;
+  ASSERT_EQ(this->Run(view), 0) << this->Err;
   const std::string seen = ReadText(this->Folder / "p.png");
   const auto key =
     std::filesystem::directory_iterator(this->Folder / "cache/stores")->path().filename().string();
   this->Write("cache/stores/" + key + "/mesh.kds", std::string(5000, 'x'));
-  ASSERT_EQ(this->Run(look), 0) << this->Err;
+  ASSERT_EQ(this->Run(view), 0) << this->Err;
   EXPECT_EQ(this->Err.rfind("kdstream-view: warning: cache/stores/" + key + "/mesh.kds: ", 0), 0u)
     << this->Err;
   EXPECT_NE(this->Err.find("; the store is made from the mesh again\n"), std::string::npos)
     << this->Err;
   EXPECT_EQ(ReadText(this->Folder / "p.png"), seen);
-  ASSERT_EQ(this->Run(look), 0);
+  ASSERT_EQ(this->Run(view), 0);
   EXPECT_EQ(this->Err, "");
 }
 
 TEST_F(TestViewCache, AMeshThatCannotBeBuiltIsNamedAndLeavesNothing)
 {
   this->Write("bad.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n");
-  const std::string look = "--offscreen auto --size 64x64 --screenshot p.png --cache ";
-  EXPECT_EQ(this->Run("bad.ply " + look + "kept"), 1);
+  const std::string view = "--offscreen auto --size 64x64 --screenshot p.png --cache ";
+  EXPECT_EQ(this->Run("bad.ply " + view + "kept"), 1);
   EXPECT_EQ(this->Err.rfind("kdstream-view: error: ", 0), 0u) << this->Err;
   EXPECT_NE(this->Err.find("bad.ply: "), std::string::npos) << this->Err;
   EXPECT_TRUE(std::filesystem::is_empty(this->Folder / "kept" / "stores"));

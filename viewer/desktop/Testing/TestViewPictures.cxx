@@ -28,14 +28,14 @@ class TestViewPictures : public ViewTest
 
 TEST_F(TestViewPictures, LightShowsReliefUnlessItIsPlain)
 {
-  const auto look = [this](const std::string& light)
+  const auto view = [this](const std::string& light)
   {
     EXPECT_EQ(this->View("--size 200x300 --offscreen auto --screenshot p.png" + light), 0);
     return ReadText(this->Folder / "p.png");
   };
-  const std::string usual = look("");
-  EXPECT_EQ(look(" --light relief"), usual);
-  EXPECT_NE(look(" --light plain"), usual);
+  const std::string usual = view("");
+  EXPECT_EQ(view(" --light relief"), usual);
+  EXPECT_NE(view(" --light plain"), usual);
 }
 
 // A cloud with an intensity and classes, as PLY.
@@ -57,29 +57,29 @@ std::string CloudWithArrays()
 TEST_F(TestViewPictures, ColoursByAnArray)
 {
   this->Write("cloud.ply", CloudWithArrays());
-  const std::string look = "cloud.ply --offscreen auto --size 200x200 --cache kept --screenshot ";
-  ASSERT_EQ(this->Run(look + "own.png"), 0) << this->Err;
-  ASSERT_EQ(this->Run(look + "a.png --colour-by reflectance --report r.json"), 0) << this->Err;
+  const std::string view = "cloud.ply --offscreen auto --size 200x200 --cache kept --screenshot ";
+  ASSERT_EQ(this->Run(view + "own.png"), 0) << this->Err;
+  ASSERT_EQ(this->Run(view + "a.png --colour-by reflectance --report r.json"), 0) << this->Err;
   EXPECT_GT(ShareThatDiffers(this->Folder / "a.png", this->Folder / "own.png"), 0.1);
-  ASSERT_EQ(this->Run(look + "b.png --color-by reflectance --colour-range 0,14.75"), 0);
+  ASSERT_EQ(this->Run(view + "b.png --color-by reflectance --colour-range 0,14.75"), 0);
   EXPECT_GT(ShareThatDiffers(this->Folder / "b.png", this->Folder / "own.png"), 0.1);
-  ASSERT_EQ(this->Run(look + "c.png --colour-by reflectance --colour-map diverging"), 0);
+  ASSERT_EQ(this->Run(view + "c.png --colour-by reflectance --colour-map diverging"), 0);
   EXPECT_GT(ShareThatDiffers(this->Folder / "c.png", this->Folder / "a.png"), 0.1);
-  ASSERT_EQ(this->Run(look + "d.png --colour-by classification"), 0) << this->Err;
+  ASSERT_EQ(this->Run(view + "d.png --colour-by classification"), 0) << this->Err;
   EXPECT_GT(ShareThatDiffers(this->Folder / "d.png", this->Folder / "a.png"), 0.1);
   EXPECT_NE(ReadText(this->Folder / "r.json").find("&colours=by:reflectance"), std::string::npos);
-  EXPECT_EQ(this->Run(look + "e.png --colour-by nothing"), 1);
+  EXPECT_EQ(this->Run(view + "e.png --colour-by nothing"), 1);
   EXPECT_NE(this->Err.find("the model has no array of numbers 'nothing' to colour it by; it has "
                            "'reflectance', 'classification'"),
     std::string::npos)
     << this->Err;
-  EXPECT_EQ(this->Run(look + "e.png --colour-by reflectanse"), 1);
+  EXPECT_EQ(this->Run(view + "e.png --colour-by reflectanse"), 1);
   EXPECT_NE(this->Err.find("it has 'reflectance', 'classification'; did you mean reflectance?\n"),
     std::string::npos)
     << this->Err;
   EXPECT_FALSE(std::filesystem::exists(this->Folder / "e.png"));
-  EXPECT_EQ(this->Run(look + "e.png --colour-map cividis"), 2) << this->Err;
-  EXPECT_EQ(this->Run(look + "e.png --colour-by reflectance --colour-range 2,1"), 2) << this->Err;
+  EXPECT_EQ(this->Run(view + "e.png --colour-map cividis"), 2) << this->Err;
+  EXPECT_EQ(this->Run(view + "e.png --colour-by reflectance --colour-range 2,1"), 2) << this->Err;
 }
 
 // Only where colours are those of an array, only in --screenshot, and in its corner.
@@ -89,12 +89,12 @@ TEST_F(TestViewPictures, APictureHasALegend)
   this->Write("session.jsonl",
     "{\"select\":\"cloud\"}\n{\"select\":\"cloud\"}\n{\"wait\":\"idle\"}\n"
     "{\"screenshot\":\"step.png\"}\n");
-  const std::string look = "cloud.ply --offscreen auto --size 640x480 --cache kept --screenshot ";
+  const std::string view = "cloud.ply --offscreen auto --size 640x480 --cache kept --screenshot ";
   for (const std::string array : { "reflectance", "classification" })
   {
     const std::string by = " --colour-by " + array;
-    ASSERT_EQ(this->Run(look + "with.png" + by), 0) << this->Err;
-    ASSERT_EQ(this->Run(look + "without.png --legend off" + by), 0) << this->Err;
+    ASSERT_EQ(this->Run(view + "with.png" + by), 0) << this->Err;
+    ASSERT_EQ(this->Run(view + "without.png --legend off" + by), 0) << this->Err;
     const double share = ShareThatDiffers(this->Folder / "with.png", this->Folder / "without.png");
     EXPECT_GT(share, 0.01) << array;
     EXPECT_LT(share, 0.2) << array;
@@ -111,7 +111,7 @@ TEST_F(TestViewPictures, APictureHasALegend)
     EXPECT_LT(box[2], 640 - 8) << array;
     EXPECT_LT(box[1], 40) << array;
     EXPECT_GT(box[1], 4) << array;
-    ASSERT_EQ(this->Run(look + "last.png --replay session.jsonl" + by), 0) << this->Err;
+    ASSERT_EQ(this->Run(view + "last.png --replay session.jsonl" + by), 0) << this->Err;
     EXPECT_LT(ShareThatDiffers(this->Folder / "step.png", this->Folder / "last.png"), 0.2);
     EXPECT_GT(ShareThatDiffers(this->Folder / "step.png", this->Folder / "last.png"), 0.01)
       << "the session's own picture shows the model alone";
@@ -119,8 +119,8 @@ TEST_F(TestViewPictures, APictureHasALegend)
   for (const std::string colors : { "own", "partition" })
   {
     const std::string by = " --colour-by " + colors;
-    ASSERT_EQ(this->Run(look + "with.png" + by), 0) << this->Err;
-    ASSERT_EQ(this->Run(look + "without.png --legend off" + by), 0) << this->Err;
+    ASSERT_EQ(this->Run(view + "with.png" + by), 0) << this->Err;
+    ASSERT_EQ(this->Run(view + "without.png --legend off" + by), 0) << this->Err;
     EXPECT_EQ(ReadText(this->Folder / "with.png"), ReadText(this->Folder / "without.png"));
   }
   EXPECT_EQ(this->Run("cloud.ply --offscreen auto --size 60x40 --cache kept --screenshot tiny.png "
@@ -132,37 +132,37 @@ TEST_F(TestViewPictures, APictureHasALegend)
 TEST_F(TestViewPictures, ALinkOpensTheViewThatItTells)
 {
   const std::string url = this->Server->Url();
-  const std::string look = " --offscreen auto --size 200x150 --screenshot ";
-  ASSERT_EQ(this->Run(url + " --colour-by partition --detail level" + look + "a.png"), 0);
+  const std::string view = " --offscreen auto --size 200x150 --screenshot ";
+  ASSERT_EQ(this->Run(url + " --colour-by partition --detail level" + view + "a.png"), 0);
   ASSERT_EQ(
-    this->Run("'" + url + "/#model=torus&colours=partition&detail=level'" + look + "b.png"), 0)
+    this->Run("'" + url + "/#model=torus&colours=partition&detail=level'" + view + "b.png"), 0)
     << this->Err;
   EXPECT_EQ(ReadText(this->Folder / "b.png"), ReadText(this->Folder / "a.png"));
   ASSERT_EQ(
-    this->Run("'" + url + "/m/torus#model=torus&colours=partition&detail=level'" + look + "b.png"),
+    this->Run("'" + url + "/m/torus#model=torus&colours=partition&detail=level'" + view + "b.png"),
     0)
     << this->Err;
   EXPECT_EQ(ReadText(this->Folder / "b.png"), ReadText(this->Folder / "a.png")) << "by its page";
-  ASSERT_EQ(this->Run(url + "/m/torus/ --colour-by partition --detail level" + look + "b.png"), 0)
+  ASSERT_EQ(this->Run(url + "/m/torus/ --colour-by partition --detail level" + view + "b.png"), 0)
     << this->Err;
   // The link of one report shows the same elsewhere.
   this->Write("zoom.jsonl",
     "{\"turning\":\"upright\"}\n{\"select\":\"torus\"}\n{\"select\":\"torus\"}\n"
     "{\"wait\":\"idle\"}\n{\"zoom\":2,\"x\":120,\"y\":70}\n{\"wait\":\"idle\"}\n");
-  ASSERT_EQ(this->Run(url + " --replay zoom.jsonl --report r.json" + look + "c.png"), 0);
-  const std::string told =
+  ASSERT_EQ(this->Run(url + " --replay zoom.jsonl --report r.json" + view + "c.png"), 0);
+  const std::string reported =
     nlohmann::json::parse(ReadText(this->Folder / "r.json")).at("link").get<std::string>();
-  ASSERT_EQ(this->Run("'" + url + "#" + told + "'" + look + "e.png"), 0) << this->Err;
-  EXPECT_LT(ShareThatDiffers(this->Folder / "c.png", this->Folder / "e.png"), 0.002) << told;
+  ASSERT_EQ(this->Run("'" + url + "#" + reported + "'" + view + "e.png"), 0) << this->Err;
+  EXPECT_LT(ShareThatDiffers(this->Folder / "c.png", this->Folder / "e.png"), 0.002) << reported;
   EXPECT_GT(ShareThatDiffers(this->Folder / "c.png", this->Folder / "a.png"), 0.1);
   for (const auto& [link, what] : { std::pair{ "#model=other", "no model 'other'" },
          { "#model=torus&view=AAAA", "invalid value for view" },
          { "#model=a/b", "invalid value for model" } })
   {
-    EXPECT_EQ(this->Run("'" + url + link + "'" + look + "d.png"), 1);
+    EXPECT_EQ(this->Run("'" + url + link + "'" + view + "d.png"), 1);
     EXPECT_NE(this->Err.find(what), std::string::npos) << this->Err;
   }
-  EXPECT_EQ(this->Run("'" + url + "#model=torus' --replay zoom.jsonl" + look + "d.png"), 2);
+  EXPECT_EQ(this->Run("'" + url + "#model=torus' --replay zoom.jsonl" + view + "d.png"), 2);
   EXPECT_NE(this->Err.find("cannot be combined with --replay"), std::string::npos) << this->Err;
 }
 
@@ -170,7 +170,7 @@ TEST_F(TestViewPictures, ALinkOpensTheViewThatItTells)
 TEST_F(TestViewPictures, APictureHasTheDistancesOfItsLink)
 {
   const std::string url = this->Server->Url();
-  const std::string look = " --offscreen auto --size 640x480 --screenshot ";
+  const std::string view = " --offscreen auto --size 640x480 --screenshot ";
   const std::string lines =
     "{\"turning\":\"upright\"}\n{\"select\":\"torus\"}\n{\"select\":\"torus\"}\n"
     "{\"wait\":\"idle\"}\n";
@@ -179,18 +179,18 @@ TEST_F(TestViewPictures, APictureHasTheDistancesOfItsLink)
             "{\"t\":1,\"touches\":[{\"id\":1,\"x\":150,\"y\":240}]}\n{\"t\":1.05,\"touches\":[]}\n"
             "{\"t\":2,\"touches\":[{\"id\":1,\"x\":490,\"y\":240}]}\n{\"t\":2.05,\"touches\":[]}\n"
             "{\"wait\":\"idle\"}\n{\"screenshot\":\"step.png\"}\n");
-  ASSERT_EQ(this->Run(url + " --replay measure.jsonl --report r.json" + look + "last.png"), 0)
+  ASSERT_EQ(this->Run(url + " --replay measure.jsonl --report r.json" + view + "last.png"), 0)
     << this->Err;
   const std::string link =
     nlohmann::json::parse(ReadText(this->Folder / "r.json")).at("link").get<std::string>();
   const std::size_t begin = link.find("&distances=");
   ASSERT_NE(begin, std::string::npos) << link;
-  ASSERT_EQ(this->Run("'" + url + "#" + link + "'" + look + "link.png"), 0) << this->Err;
+  ASSERT_EQ(this->Run("'" + url + "#" + link + "'" + view + "link.png"), 0) << this->Err;
   EXPECT_LT(ShareThatDiffers(this->Folder / "last.png", this->Folder / "link.png"), 0.002) << link;
   // The same view without them.
   std::string bare = link;
   bare.erase(begin, link.find('&', begin + 1) - begin);
-  ASSERT_EQ(this->Run("'" + url + "#" + bare + "'" + look + "bare.png"), 0) << this->Err;
+  ASSERT_EQ(this->Run("'" + url + "#" + bare + "'" + view + "bare.png"), 0) << this->Err;
   const std::array<int, 3> yellow{ 255, 209, 102 };
   EXPECT_GT(CountOfColor(this->Folder / "link.png", yellow), 600) << "a line of 340 pixels";
   EXPECT_EQ(CountOfColor(this->Folder / "bare.png", yellow), 0);

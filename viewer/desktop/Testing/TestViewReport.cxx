@@ -15,7 +15,7 @@ using namespace kdstream::testing;
 namespace
 {
 
-nlohmann::json Told(const ViewReport& report, const ViewerSession& session)
+nlohmann::json Reported(const ViewReport& report, const ViewerSession& session)
 {
   return nlohmann::json::parse(report.Json(session.GetTraffic(), "model=torus"));
 }
@@ -43,15 +43,15 @@ public:
       this->Draw();
     } while (server.Answer(this->Session));
   }
-  double Seconds(const char* key) const { return Told(this->Report, this->Session).at(key); }
-  nlohmann::json All() const { return Told(this->Report, this->Session); }
+  double Seconds(const char* key) const { return Reported(this->Report, this->Session).at(key); }
+  nlohmann::json All() const { return Reported(this->Report, this->Session); }
 
 private:
   ViewerSession& Session;
   ViewReport Report;
 };
 
-TEST(TestViewReport, WithoutAPictureNothingIsTold)
+TEST(TestViewReport, WithoutAPictureNothingIsReported)
 {
   ViewerSession session;
   Frames frames(session);

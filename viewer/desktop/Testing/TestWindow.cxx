@@ -386,7 +386,7 @@ TEST_F(TestWindow, PanelsStayWhileAPictureIsWritten)
   EXPECT_EQ(this->End(), 0) << this->Err();
 }
 
-TEST_F(TestWindow, AServerThatGoesIsToldAndTheWindowGoesOn)
+TEST_F(TestWindow, AServerThatGoesIsReportedAndTheWindowGoesOn)
 {
   this->Open(this->Server->Url() + " --model first --size " + Size());
   this->SettledPicture("first");
@@ -527,7 +527,7 @@ TEST_F(TestWindow, AnInterruptBeforeAnythingIsSeenIsAFailure)
 }
 
 // In the words of a look without a window; the window stays, with the model's own colours.
-TEST_F(TestWindow, AnArrayThatTheModelHasNotIsTold)
+TEST_F(TestWindow, AnArrayThatTheModelHasNotIsReported)
 {
   std::ofstream(this->Folder / "cloud.ply")
     << "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
@@ -547,7 +547,7 @@ TEST_F(TestWindow, AnArrayThatTheModelHasNotIsTold)
   EXPECT_EQ(this->End(), 1);
 }
 
-TEST_F(TestWindow, WhatCannotBeOpenedIsToldAndCanBeTriedAgain)
+TEST_F(TestWindow, WhatCannotBeOpenedIsReportedAndCanBeTriedAgain)
 {
   const std::string url = this->Server->Url();
   this->Server.reset();

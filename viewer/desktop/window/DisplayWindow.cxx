@@ -102,14 +102,14 @@ void AskForFullScreen(Display* display, ::Window window, bool full)
 WindowEvent TouchOf(const XGenericEventCookie& cookie)
 {
   const auto& touch = *static_cast<const XIDeviceEvent*>(cookie.data);
-  WindowEvent told;
-  told.kind = cookie.evtype == XI_TouchBegin ? WindowEvent::Kind::TouchBegin
-              : cookie.evtype == XI_TouchEnd ? WindowEvent::Kind::TouchEnd
-                                             : WindowEvent::Kind::TouchMove;
-  told.x = touch.event_x;
-  told.y = touch.event_y;
-  told.finger = touch.detail;
-  return told;
+  WindowEvent translated;
+  translated.kind = cookie.evtype == XI_TouchBegin ? WindowEvent::Kind::TouchBegin
+                    : cookie.evtype == XI_TouchEnd ? WindowEvent::Kind::TouchEnd
+                                                   : WindowEvent::Kind::TouchMove;
+  translated.x = touch.event_x;
+  translated.y = touch.event_y;
+  translated.finger = touch.detail;
+  return translated;
 }
 
 // By which desktops know that a window belongs to the program's entry in their menus.
@@ -200,17 +200,17 @@ void DisplayWindow::Note(vtkObject* /*caller*/, unsigned long event, void* /*dat
   using Button = WindowEvent::Button;
   const auto button = [this](Kind kind, Button which)
   {
-    WindowEvent told;
-    told.kind = kind;
-    told.button = which;
-    this->Add(told);
+    WindowEvent translated;
+    translated.kind = kind;
+    translated.button = which;
+    this->Add(translated);
   };
   const auto wheel = [this](double notches)
   {
-    WindowEvent told;
-    told.kind = Kind::Wheel;
-    told.notches = notches;
-    this->Add(told);
+    WindowEvent translated;
+    translated.kind = Kind::Wheel;
+    translated.notches = notches;
+    this->Add(translated);
   };
   switch (event)
   {
@@ -234,12 +234,12 @@ void DisplayWindow::Note(vtkObject* /*caller*/, unsigned long event, void* /*dat
       return wheel(-1);
     case vtkCommand::KeyPressEvent:
     {
-      WindowEvent told;
-      told.kind = Kind::Key;
+      WindowEvent translated;
+      translated.kind = Kind::Key;
       const char* key = this->Interactor->GetKeySym();
-      told.key = key ? key : "";
-      told.text = TextOfKey(told.key);
-      return this->Add(told);
+      translated.key = key ? key : "";
+      translated.text = TextOfKey(translated.key);
+      return this->Add(translated);
     }
     case vtkCommand::ExitEvent:
       this->Closed = true;
@@ -325,13 +325,13 @@ void DisplayWindow::AddPinch([[maybe_unused]] const void* data)
   {
     return;
   }
-  WindowEvent told;
-  told.kind = WindowEvent::Kind::Pinch;
-  told.time = Seconds();
-  told.x = pinch.event_x;
-  told.y = pinch.event_y;
-  told.scale = pinch.scale / std::exchange(this->PinchScale, pinch.scale);
-  this->Events.push_back(told);
+  WindowEvent translated;
+  translated.kind = WindowEvent::Kind::Pinch;
+  translated.time = Seconds();
+  translated.x = pinch.event_x;
+  translated.y = pinch.event_y;
+  translated.scale = pinch.scale / std::exchange(this->PinchScale, pinch.scale);
+  this->Events.push_back(translated);
 #endif
 }
 

@@ -567,8 +567,8 @@ void Panels::DrawError(const PanelFacts& facts, PanelWishes& wishes)
 void Panels::DrawWarnings(const PanelFacts& facts)
 {
   const std::string& error = facts.status.error;
-  const bool isErrorTold = !error.empty() && error != this->dismissed;
-  if (facts.warnings.empty() || facts.warnings == this->warned || isErrorTold)
+  const bool isErrorReported = !error.empty() && error != this->dismissed;
+  if (facts.warnings.empty() || facts.warnings == this->warned || isErrorReported)
   {
     return;
   }

@@ -79,28 +79,29 @@ void ScreenClipboard::Serve()
 void ScreenClipboard::State::Answer(const XSelectionRequestEvent& asked) const
 {
   XEvent answer{};
-  XSelectionEvent& told = answer.xselection;
-  told.type = SelectionNotify;
-  told.requestor = asked.requestor;
-  told.selection = asked.selection;
-  told.target = asked.target;
-  told.time = asked.time;
-  told.property = asked.property != None ? asked.property : asked.target;
+  XSelectionEvent& notification = answer.xselection;
+  notification.type = SelectionNotify;
+  notification.requestor = asked.requestor;
+  notification.selection = asked.selection;
+  notification.target = asked.target;
+  notification.time = asked.time;
+  notification.property = asked.property != None ? asked.property : asked.target;
   if (asked.target == this->Targets)
   {
     const std::array<Atom, 2> forms{ this->Targets, this->Utf8 };
-    XChangeProperty(this->Connection, asked.requestor, told.property, XA_ATOM, 32, PropModeReplace,
-      reinterpret_cast<const unsigned char*>(forms.data()), static_cast<int>(forms.size()));
+    XChangeProperty(this->Connection, asked.requestor, notification.property, XA_ATOM, 32,
+      PropModeReplace, reinterpret_cast<const unsigned char*>(forms.data()),
+      static_cast<int>(forms.size()));
   }
   else if (asked.target == this->Utf8 || asked.target == XA_STRING)
   {
-    XChangeProperty(this->Connection, asked.requestor, told.property, asked.target, 8,
+    XChangeProperty(this->Connection, asked.requestor, notification.property, asked.target, 8,
       PropModeReplace, reinterpret_cast<const unsigned char*>(this->Text.data()),
       static_cast<int>(this->Text.size()));
   }
   else
   {
-    told.property = None;
+    notification.property = None;
   }
   XSendEvent(this->Connection, asked.requestor, False, NoEventMask, &answer);
   XFlush(this->Connection);

@@ -17,7 +17,7 @@ struct SourceOpening::State
 {
   std::mutex mutex; // of all below
   bool givenUp = false;
-  std::string told;
+  std::string reported;
   std::optional<Result<OpenedSources>> ended;
 };
 
@@ -55,7 +55,7 @@ SourceOpening::SourceOpening(std::string program, const ViewOptions& options)
         const auto report = [&shared](std::string_view progress)
         {
           const std::lock_guard lock(shared->mutex);
-          shared->told = progress;
+          shared->reported = progress;
           return !shared->givenUp;
         };
         std::string warnings;
@@ -102,7 +102,8 @@ SourceOpening::~SourceOpening()
 std::string SourceOpening::Progress() const
 {
   const std::lock_guard lock(this->Shared->mutex);
-  return "Opening " + this->Name + (this->Shared->told.empty() ? "" : ": " + this->Shared->told);
+  return "Opening " + this->Name +
+         (this->Shared->reported.empty() ? "" : ": " + this->Shared->reported);
 }
 
 std::optional<Result<OpenedSources>> SourceOpening::Take()

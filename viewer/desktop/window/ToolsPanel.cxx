@@ -221,7 +221,7 @@ void DrawToolsPanel(const PanelFacts& facts, PanelWishes& wishes, bool& isOpen, 
 
 void DrawDistances(const PanelFacts& facts)
 {
-  ImDrawList& paint = *ImGui::GetBackgroundDrawList();
+  ImDrawList& drawList = *ImGui::GetBackgroundDrawList();
   const auto scaled = [&](double points) { return static_cast<float>(points * facts.ratio); };
   const auto place = [](const std::array<double, 2>& pixel)
   { return ImVec2(static_cast<float>(pixel[0]), static_cast<float>(pixel[1])); };
@@ -231,8 +231,8 @@ void DrawDistances(const PanelFacts& facts)
     {
       if (end)
       {
-        paint.AddCircleFilled(place(*end), scaled(5), shadowColor);
-        paint.AddCircleFilled(place(*end), scaled(4), lineColor);
+        drawList.AddCircleFilled(place(*end), scaled(5), shadowColor);
+        drawList.AddCircleFilled(place(*end), scaled(4), lineColor);
       }
     }
     if (!each.from || !each.to)
@@ -240,14 +240,14 @@ void DrawDistances(const PanelFacts& facts)
       continue;
     }
     const ImVec2 from = place(*each.from), to = place(*each.to);
-    paint.AddLine(from, to, shadowColor, scaled(4));
-    paint.AddLine(from, to, lineColor, scaled(2));
+    drawList.AddLine(from, to, shadowColor, scaled(4));
+    drawList.AddLine(from, to, lineColor, scaled(2));
     const std::string text = DistanceText(each.measurement, facts.model ? facts.model->unit : "");
     const ImVec2 size = ImGui::CalcTextSize(text.c_str());
     const ImVec2 at((from.x + to.x - size.x) / 2, (from.y + to.y) / 2 - size.y - scaled(6));
-    paint.AddRectFilled({ at.x - scaled(4), at.y - scaled(1) },
+    drawList.AddRectFilled({ at.x - scaled(4), at.y - scaled(1) },
       { at.x + size.x + scaled(4), at.y + size.y + scaled(1) }, shadowColor, scaled(3));
-    paint.AddText(at, lineColor, text.c_str());
+    drawList.AddText(at, lineColor, text.c_str());
   }
 }
 
@@ -268,11 +268,11 @@ int DrawCaption(const PanelFacts& facts, int width)
   const float room = static_cast<float>(width) - 2 * gap;
   const ImVec2 size = ImGui::CalcTextSize(text.c_str(), nullptr, false, room);
   const int height = static_cast<int>(std::ceil(size.y + 2 * gap));
-  ImDrawList& paint = *ImGui::GetForegroundDrawList();
-  paint.AddRectFilled(
+  ImDrawList& drawList = *ImGui::GetForegroundDrawList();
+  drawList.AddRectFilled(
     { 0, 0 }, { static_cast<float>(width), static_cast<float>(height) }, IM_COL32(26, 28, 32, 255));
-  paint.AddText(ImGui::GetFont(), ImGui::GetFontSize(), { gap, gap }, IM_COL32(240, 236, 228, 255),
-    text.c_str(), nullptr, room);
+  drawList.AddText(ImGui::GetFont(), ImGui::GetFontSize(), { gap, gap },
+    IM_COL32(240, 236, 228, 255), text.c_str(), nullptr, room);
   return height;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What people do in a window: keys, buttons, settings. See WindowLook.h.
+// What people do in a window: keys, buttons, settings. See WindowController.h.
 #include "viewer/desktop/window/ColorPanel.h"
-#include "viewer/desktop/window/WindowLook.h"
+#include "viewer/desktop/window/WindowController.h"
 
 #include <array>
 #include <utility>
@@ -9,7 +9,7 @@
 namespace kdstream
 {
 
-void WindowLook::TakeEvents()
+void WindowController::TakeEvents()
 {
   for (WindowEvent& event : this->Display->TakeEvents())
   {
@@ -33,7 +33,7 @@ void WindowLook::TakeEvents()
 }
 
 // Whether it was a key that means something to the window.
-bool WindowLook::Handle(const WindowEvent& event)
+bool WindowController::Handle(const WindowEvent& event)
 {
   using Kind = WindowEvent::Kind;
   const bool begins = event.kind == Kind::Press || event.kind == Kind::TouchBegin;
@@ -73,7 +73,7 @@ bool WindowLook::Handle(const WindowEvent& event)
 }
 
 // Keys that do something to the window; false for the model's.
-bool WindowLook::HandleKey(const WindowEvent& event)
+bool WindowController::HandleKey(const WindowEvent& event)
 {
   const std::string& key = event.key;
   if (event.control)
@@ -137,7 +137,7 @@ bool WindowLook::HandleKey(const WindowEvent& event)
   return true;
 }
 
-bool WindowLook::HandleToolKey(const std::string& key)
+bool WindowController::HandleToolKey(const std::string& key)
 {
   if (key == "l")
   {
@@ -162,7 +162,7 @@ bool WindowLook::HandleToolKey(const std::string& key)
 }
 
 // Or puts it away, where it is in hand.
-void WindowLook::TakeTool(Tool tool)
+void WindowController::TakeTool(Tool tool)
 {
   const bool has = this->Session.Viewer().GetTool() == tool;
   const char* word = tool == Tool::Measure   ? "measure"
@@ -180,7 +180,7 @@ void WindowLook::TakeTool(Tool tool)
 }
 
 // One thing after the other.
-void WindowLook::GoBack()
+void WindowController::GoBack()
 {
   for (bool* const open : { &this->Words.helpOpen, &this->Words.popUp, &this->Words.settingsOpen,
          &this->Words.detailsOpen, &this->Words.toolsOpen, &this->Words.notes.isOpen,
@@ -202,7 +202,7 @@ void WindowLook::GoBack()
   }
 }
 
-void WindowLook::Apply(const ViewSettings& settings)
+void WindowController::Apply(const ViewSettings& settings)
 {
   const ViewSettings before = std::exchange(this->Settings, settings);
   if (before == settings)
@@ -232,7 +232,7 @@ void WindowLook::Apply(const ViewSettings& settings)
 }
 
 // Frames are drawn by the settings as they are; here they are recorded where they were others.
-void WindowLook::Apply(const SceneSettings& before)
+void WindowController::Apply(const SceneSettings& before)
 {
   const SceneSettings& now = this->Settings.scene;
   if (before.colors != now.colors)
@@ -249,7 +249,7 @@ void WindowLook::Apply(const SceneSettings& before)
   }
 }
 
-void WindowLook::Fulfil(const PanelWishes& wishes)
+void WindowController::Fulfil(const PanelWishes& wishes)
 {
   for (const SessionStep& step : wishes.steps)
   {

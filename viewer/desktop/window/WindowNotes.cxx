@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What people do with notes in a window: see WindowLook.h.
+// What people do with notes in a window: see WindowController.h.
 #include "filters/store/StoreNotes.h"
 #include "viewer/desktop/MeshStore.h"
 #include "viewer/desktop/OpenSource.h"
-#include "viewer/desktop/window/WindowLook.h"
+#include "viewer/desktop/window/WindowController.h"
 #include "viewer/session/ViewLink.h"
 
 #include <filesystem>
@@ -25,7 +25,7 @@ std::filesystem::path NotesFile(const std::string& source, const std::string& mo
 
 }
 
-void WindowLook::Fulfil(const NotesWishes& wishes)
+void WindowController::Fulfil(const NotesWishes& wishes)
 {
   NotesBook& book = this->Session.Notes();
   if (wishes.show)
@@ -64,7 +64,7 @@ void WindowLook::Fulfil(const NotesWishes& wishes)
 }
 
 // Its view, as a link would.
-void WindowLook::ShowNote(std::size_t index)
+void WindowController::ShowNote(std::size_t index)
 {
   const std::string text = this->Session.Notes().Show(index);
   const auto link = ParseViewLink(text);
@@ -81,7 +81,7 @@ void WindowLook::ShowNote(std::size_t index)
   this->FramesLeft = 2;
 }
 
-void WindowLook::SaveNotes()
+void WindowController::SaveNotes()
 {
   NotesBook& book = this->Session.Notes();
   const std::filesystem::path file = NotesFile(this->Options.source, book.Model());
@@ -99,7 +99,7 @@ void WindowLook::SaveNotes()
 }
 
 // Not what was written and would be lost, the first time.
-void WindowLook::End()
+void WindowController::End()
 {
   const bool isOutstanding = this->Session.Notes().HasUnsaved() || this->Words.notes.HasDraft();
   const bool asks = isOutstanding && !this->AskedToSave;

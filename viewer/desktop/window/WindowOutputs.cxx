@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The outputs of a window: pictures, texts to paste, and what the command line asks for. See
-// WindowLook.h.
+// WindowController.h.
 #include "viewer/desktop/OpenSource.h"
 #include "viewer/desktop/window/ToolsPanel.h"
-#include "viewer/desktop/window/WindowLook.h"
+#include "viewer/desktop/window/WindowController.h"
 
 #include <vtkRenderWindow.h>
 
@@ -28,13 +28,13 @@ std::string NewName(const std::string& model, const std::string& extension)
 
 }
 
-void WindowLook::Copy(const std::string& text, const std::string& what)
+void WindowController::Copy(const std::string& text, const std::string& what)
 {
   this->Tell(this->Clipboard.Put(text) ? what + " copied." : "No clipboard is available.");
 }
 
 // For a browser, or for kdstream-view.
-void WindowLook::CopyLink()
+void WindowController::CopyLink()
 {
   if (this->Session.Model())
   {
@@ -45,7 +45,7 @@ void WindowLook::CopyLink()
   }
 }
 
-void WindowLook::CopyMeasurements()
+void WindowController::CopyMeasurements()
 {
   std::string text;
   const PanelFacts facts = this->Facts();
@@ -58,7 +58,7 @@ void WindowLook::CopyMeasurements()
   this->Copy(text, "The distances are");
 }
 
-void WindowLook::SaveOutline()
+void WindowController::SaveOutline()
 {
   const std::string outline = this->Session.Viewer().SectionOutline();
   if (!outline.empty())
@@ -71,7 +71,7 @@ void WindowLook::SaveOutline()
 
 // A picture is taken when the effect of all earlier actions is on the screen; in a recording when
 // everything has arrived, as in a replay.
-void WindowLook::AskForPicture()
+void WindowController::AskForPicture()
 {
   this->PicturePending = true;
   this->FramesLeft = 2;
@@ -81,7 +81,7 @@ void WindowLook::AskForPicture()
   }
 }
 
-void WindowLook::TakePicture()
+void WindowController::TakePicture()
 {
   this->PicturePending = false;
   const std::string model = this->Session.Viewer().GetStatus().model;
@@ -92,17 +92,17 @@ void WindowLook::TakePicture()
   }
   const std::string file = NewName(model, ".png");
   const Status written =
-    this->Session.IsRecording() ? this->WriteModelPicture(file) : this->WriteToldPicture(file);
+    this->Session.IsRecording() ? this->WriteModelPicture(file) : this->WriteSpecifiedPicture(file);
   this->Session.Do({ SessionStep::Kind::Screenshot, {}, file });
   this->Tell(written ? "Wrote " + file : written.GetError().message);
 }
 
 // The window with some of its panels. It is drawn, but not shown.
-Result<WindowPicture> WindowLook::PictureWith(InterfaceLayer::Part part)
+Result<WindowPicture> WindowController::PictureWith(InterfaceLayer::Part part)
 {
   vtkRenderWindow& window = this->Display->Window();
   this->Interface.Draw(part);
-  this->Scene.SetLook(this->Settings.scene.colors, this->Settings.scene.occlusion);
+  this->Scene.SetAppearance(this->Settings.scene.colors, this->Settings.scene.occlusion);
   window.SwapBuffersOff();
   auto picture = Pixels(window);
   window.SwapBuffersOn();
@@ -111,7 +111,7 @@ Result<WindowPicture> WindowLook::PictureWith(InterfaceLayer::Part part)
 }
 
 // Only the model, as a recording that is played writes it.
-Status WindowLook::WriteModelPicture(const std::string& file)
+Status WindowController::WriteModelPicture(const std::string& file)
 {
   const auto picture = this->PictureWith(InterfaceLayer::Part::None);
   KDSTREAM_TRY(picture);
@@ -119,7 +119,7 @@ Status WindowLook::WriteModelPicture(const std::string& file)
 }
 
 // The model with its distances, and below it title, credit and licence.
-Status WindowLook::WriteToldPicture(const std::string& file)
+Status WindowController::WriteSpecifiedPicture(const std::string& file)
 {
   const auto picture = this->PictureWith(InterfaceLayer::Part::Background);
   KDSTREAM_TRY(picture);
@@ -131,7 +131,7 @@ Status WindowLook::WriteToldPicture(const std::string& file)
     file);
 }
 
-Status WindowLook::Finish()
+Status WindowController::Finish()
 {
   if (!this->Options.screenshot.empty() && this->Session.Viewer().GetStatus().vertices > 0)
   {

@@ -16,9 +16,9 @@ WindowSession::WindowSession(
   : Program(std::move(program))
   , Options(options)
   , Record(std::move(recorder))
-  , Looks(SessionOptionsOf(options))
+  , Session(SessionOptionsOf(options))
 {
-  this->Looks.SetCoasting(!this->Record.IsOn()); // of which no file tells
+  this->Session.SetCoasting(!this->Record.IsOn()); // of which no file tells
   this->Retry();
 }
 
@@ -29,7 +29,7 @@ const std::vector<ModelSummary>* WindowSession::Models() const
 
 const ModelDescription* WindowSession::Model() const
 {
-  const bool isOpen = this->Source && this->Opened.id == this->Looks.GetStatus().model;
+  const bool isOpen = this->Source && this->Opened.id == this->Session.GetStatus().model;
   return isOpen ? &this->Opened : nullptr;
 }
 
@@ -39,7 +39,7 @@ void WindowSession::Retry()
 {
   if (this->Source)
   {
-    this->Do({ SessionStep::Kind::Select, {}, this->Looks.GetStatus().model });
+    this->Do({ SessionStep::Kind::Select, {}, this->Session.GetStatus().model });
     return;
   }
   this->OpeningTrouble.clear();
@@ -64,7 +64,7 @@ bool WindowSession::Follow()
     {
       this->TakeNotes(event);
     }
-    Deliver(event, this->Looks);
+    Deliver(event, this->Session);
   }
   this->Send();
   this->Complain();
@@ -153,7 +153,7 @@ void WindowSession::Begin(OpenedSources sources)
   {
     this->Texts += model.title;
   }
-  this->Looks.SetModels(models);
+  this->Session.SetModels(models);
   this->Do({ SessionStep::Kind::Turning, {}, "upright" });
   this->RecordOptions();
   if (models.empty())
@@ -213,7 +213,7 @@ void WindowSession::RecordOptions()
 
 void WindowSession::Send()
 {
-  for (const SessionRequest& request : this->Looks.TakeRequests())
+  for (const SessionRequest& request : this->Session.TakeRequests())
   {
     this->Source->Send(request);
   }
@@ -222,7 +222,7 @@ void WindowSession::Send()
 // On stderr too, each sentence once.
 void WindowSession::Complain()
 {
-  const std::string error = this->Looks.GetStatus().error;
+  const std::string error = this->Session.GetStatus().error;
   if (!error.empty() && error != this->LastComplaint)
   {
     this->Texts += error;
@@ -247,7 +247,7 @@ void WindowSession::Do(const SessionStep& step)
   {
     this->IsTouched = !step.frame.touches.empty();
   }
-  if (const Status done = Perform(step, this->Looks); !done)
+  if (const Status done = Perform(step, this->Session); !done)
   {
     this->Tell(done.GetError().message);
   }
@@ -260,7 +260,7 @@ void WindowSession::Do(const SessionStep& step)
 void WindowSession::Open(std::size_t model)
 {
   const std::string& id = this->Source->Models()[model].id;
-  if (this->Looks.GetStatus().model != id)
+  if (this->Session.GetStatus().model != id)
   {
     this->Do({ SessionStep::Kind::Select, {}, id });
   }
@@ -275,7 +275,7 @@ void WindowSession::OpenNext(int step)
   }
   const auto& models = this->Source->Models();
   const auto found = std::find_if(models.begin(), models.end(),
-    [this](const ModelSummary& model) { return model.id == this->Looks.GetStatus().model; });
+    [this](const ModelSummary& model) { return model.id == this->Session.GetStatus().model; });
   const auto count = static_cast<std::ptrdiff_t>(models.size());
   const std::ptrdiff_t now = found == models.end() ? 0 : found - models.begin();
   this->Open(static_cast<std::size_t>((now + step + count) % count));
@@ -283,12 +283,12 @@ void WindowSession::OpenNext(int step)
 
 void WindowSession::SetPrefetch(std::size_t bytes)
 {
-  this->Looks.SetPrefetch(bytes);
+  this->Session.SetPrefetch(bytes);
 }
 
 void WindowSession::RemoveMeasurement(std::size_t index)
 {
-  this->Looks.RemoveMeasurement(index);
+  this->Session.RemoveMeasurement(index);
   this->Send();
 }
 
@@ -296,21 +296,21 @@ void WindowSession::RemoveMeasurement(std::size_t index)
 
 void WindowSession::BeginFrame(double time)
 {
-  this->Looks.Advance(time);
-  this->Looks.BeginFrame();
+  this->Session.Advance(time);
+  this->Session.BeginFrame();
   this->Send();
 }
 
 void WindowSession::EndFrame(double seconds, bool isTouched)
 {
-  this->Looks.EndFrame(seconds);
+  this->Session.EndFrame(seconds);
   this->IsTouched = isTouched;
   this->NoteIdle();
 }
 
 void WindowSession::NoteIdle()
 {
-  if (this->Looks.IsIdle() && !this->IsTouched)
+  if (this->Session.IsIdle() && !this->IsTouched)
   {
     this->Record.NoteIdle();
   }

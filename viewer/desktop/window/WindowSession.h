@@ -41,7 +41,7 @@ public:
   // The source once more, for previews; null where there are none. Once.
   std::unique_ptr<ModelSource> TakePreviewSource() { return std::move(this->PreviewSource); }
 
-  const ViewerSession& Viewer() const { return this->Looks; }
+  const ViewerSession& Viewer() const { return this->Session; }
   // On the model that is open.
   NotesBook& Notes() { return this->Book; }
   const NotesBook& Notes() const { return this->Book; }
@@ -58,11 +58,11 @@ public:
   void Retry();
   void SetPrefetch(std::size_t bytes);
   // As in ViewerSession; neither is recorded.
-  void SetSpinning(bool spins) { this->Looks.SetSpinning(spins); }
+  void SetSpinning(bool spins) { this->Session.SetSpinning(spins); }
   void RemoveMeasurement(std::size_t index);
   void NameMeasurement(std::size_t index, const std::string& name)
   {
-    this->Looks.NameMeasurement(index, name);
+    this->Session.NameMeasurement(index, name);
   }
 
   // As ViewerSession's Advance and BeginFrame, and EndFrame.
@@ -89,7 +89,7 @@ private:
   std::string Program;
   ViewOptions Options;
   SessionRecorder Record;
-  ViewerSession Looks;
+  ViewerSession Session;
   std::unique_ptr<SourceOpening> Opening;
   std::string OpeningTrouble, OpeningWarnings;
   std::unique_ptr<ModelSource> Source, PreviewSource;

@@ -8,7 +8,7 @@
 #include "viewer/desktop/window/WindowView.h"
 
 #include "viewer/desktop/window/ToolsPanel.h"
-#include "viewer/desktop/window/WindowLook.h"
+#include "viewer/desktop/window/WindowController.h"
 #include "viewer/session/look/SceneLook.h"
 
 #include <vtkRenderer.h>
@@ -40,7 +40,7 @@ ViewSettings SettingsOf(const ViewOptions& options)
 
 }
 
-WindowLook::WindowLook(std::string program, const ViewOptions& options,
+WindowController::WindowController(std::string program, const ViewOptions& options,
   std::unique_ptr<DisplayWindow> display, SessionRecorder recorder)
   : Options(options)
   , Display(std::move(display))
@@ -61,7 +61,7 @@ WindowLook::WindowLook(std::string program, const ViewOptions& options,
   this->Session.SetPrefetch(windowPrefetchBytes);
 }
 
-void WindowLook::Run()
+void WindowController::Run()
 {
   while (!this->Ended && !this->Display->WantsToClose() && !Interrupted())
   {
@@ -81,7 +81,7 @@ void WindowLook::Run()
 }
 
 // Seconds until there may be work that the window does not report.
-double WindowLook::Wait()
+double WindowController::Wait()
 {
   if (this->FramesLeft > 0 || this->Session.Viewer().GetStatus().coasting)
   {
@@ -95,7 +95,7 @@ double WindowLook::Wait()
   return std::clamp(soon ? 0.01 : turning, 0.0, 0.2);
 }
 
-void WindowLook::TakeNews()
+void WindowController::TakeNews()
 {
   this->WakeIf(this->Session.Follow());
   this->Interface.KnowText(this->Session.TakeTexts());
@@ -127,7 +127,7 @@ void WindowLook::TakeNews()
   }
 }
 
-void WindowLook::Frame()
+void WindowController::Frame()
 {
   const double begin = SteadySeconds();
   this->FramesLeft = std::max(this->FramesLeft - 1, 0);
@@ -174,7 +174,7 @@ void WindowLook::Frame()
 
 // Repeats until all panels are in their final places: a new panel is first measured, invisibly, and
 // pictures are slow.
-std::vector<PanelWishes> WindowLook::DescribePanels(double seconds, ViewSettings& settings)
+std::vector<PanelWishes> WindowController::DescribePanels(double seconds, ViewSettings& settings)
 {
   constexpr std::size_t mostRounds = 4;
   std::vector<PanelWishes> wishes;
@@ -196,7 +196,7 @@ std::vector<PanelWishes> WindowLook::DescribePanels(double seconds, ViewSettings
 }
 
 // With occlusion, where that is wanted and quick enough for a view that moves.
-void WindowLook::DrawPicture()
+void WindowController::DrawPicture()
 {
   const double begin = SteadySeconds();
   const ViewerScene scene = this->Session.Viewer().Scene();
@@ -208,7 +208,7 @@ void WindowLook::DrawPicture()
   this->Seen = sight;
   const SceneSettings& settings = this->Settings.scene;
   this->LacksOcclusion = settings.occlusion && !may;
-  this->Scene.SetLook(settings.colors, settings.occlusion && may);
+  this->Scene.SetAppearance(settings.colors, settings.occlusion && may);
   this->Display->Window().Render();
   const double end = SteadySeconds();
   if (!fresh)
@@ -218,7 +218,7 @@ void WindowLook::DrawPicture()
 }
 
 // Which part of the window the model has.
-void WindowLook::Layout()
+void WindowController::Layout()
 {
   const int width = this->Display->Width();
   const int height = this->Display->Height();
@@ -238,7 +238,7 @@ void WindowLook::Layout()
   this->Shelf->Place(this->Tiles, width, height);
 }
 
-PanelFacts WindowLook::Facts() const
+PanelFacts WindowController::Facts() const
 {
   PanelFacts facts;
   facts.width = this->Display->Width();
@@ -261,7 +261,7 @@ PanelFacts WindowLook::Facts() const
   return facts;
 }
 
-void WindowLook::AddTools(PanelFacts& facts) const
+void WindowController::AddTools(PanelFacts& facts) const
 {
   const ViewerSession& session = this->Session.Viewer();
   facts.measurements = SeenMeasurementsOf(session);
@@ -275,7 +275,7 @@ void WindowLook::AddTools(PanelFacts& facts) const
   facts.up = facts.model ? facts.model->homeView.value_or(HomeView{}).up : Vec3{ 0, 1, 0 };
 }
 
-void WindowLook::Tell(const std::string& note)
+void WindowController::Tell(const std::string& note)
 {
   this->Note = note;
   this->Interface.KnowText(note);
@@ -292,7 +292,7 @@ Result<int> ViewInWindow(const std::string& program, const ViewOptions& options)
   {
     return NoWindow(display.GetError());
   }
-  WindowLook view(program, options, std::move(*display), std::move(*recorder));
+  WindowController view(program, options, std::move(*display), std::move(*recorder));
   view.Run();
   KDSTREAM_TRY(view.Finish());
   if (Interrupted() && !view.IsOpen())

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A look in a window, until somebody closes it.
+// A view in a window, until somebody closes it.
 #pragma once
 
 #include "filters/core/Result.h"

@@ -221,8 +221,8 @@ bool HasDragon()
 std::vector<ComparedScene> MakeComparedScenes()
 {
   const Mesh plain = kdstream::testing::MakeTorus(200, 80);
-  Mesh painted = plain;
-  kdstream::testing::Paint(painted);
+  Mesh colored = plain;
+  kdstream::testing::AddVertexColors(colored);
   const ViewerScene portrait = WalkOnTorus(plain, 300, 450);
   const ViewerScene landscape = WalkOnTorus(plain, 450, 300);
   ViewerScene wide = landscape;
@@ -236,17 +236,17 @@ std::vector<ComparedScene> MakeComparedScenes()
     { "TorusCut", 300, 450, SurfaceColoring::Stone, Cut(portrait) },
     { "TorusRaked", 450, 300, SurfaceColoring::Stone, Raked(landscape) },
     { "TorusWide", 450, 300, SurfaceColoring::Stone, wide },
-    { "TorusColors", 300, 450, SurfaceColoring::Own, WalkOnTorus(painted, 300, 450) },
-    { "Textured", 300, 450, SurfaceColoring::Own, WalkOnTexturedTorus(painted, 300, 450) },
+    { "TorusColors", 300, 450, SurfaceColoring::Own, WalkOnTorus(colored, 300, 450) },
+    { "Textured", 300, 450, SurfaceColoring::Own, WalkOnTexturedTorus(colored, 300, 450) },
     { "TorusNumbers", 300, 450, ByNumbers(false),
       WalkOnTorus(WithNumbers(plain, false), 300, 450) },
     { "CloudClasses", 300, 450, ByNumbers(true),
       WalkOnTorus(AsCloud(WithNumbers(plain, true), true), 300, 450) },
-    { "Cloud", 300, 450, SurfaceColoring::Own, WalkOnTorus(AsCloud(painted, true), 300, 450) },
+    { "Cloud", 300, 450, SurfaceColoring::Own, WalkOnTorus(AsCloud(colored, true), 300, 450) },
     { "CloudCut", 300, 450, SurfaceColoring::Own,
-      Cut(WalkOnTorus(AsCloud(painted, true), 300, 450)) },
+      Cut(WalkOnTorus(AsCloud(colored, true), 300, 450)) },
     { "CloudPlain", 450, 300, SurfaceColoring::Own,
-      WalkOnTorus(AsCloud(painted, false), 450, 300) },
+      WalkOnTorus(AsCloud(colored, false), 450, 300) },
   };
   if (HasDragon())
   {

@@ -89,9 +89,9 @@ public:
 
   std::shared_ptr<const TextureTile> TileOf(const Piece& piece) const
   {
-    TexturedTriangles painted{ piece.triangles, this->CornersOf(piece), {} };
-    painted.materialOf.assign(piece.triangles.size(), 0);
-    const auto made = MakeTile(painted, this->How, this->Source, { 0, longestTileSide });
+    TexturedTriangles textured{ piece.triangles, this->CornersOf(piece), {} };
+    textured.materialOf.assign(piece.triangles.size(), 0);
+    const auto made = MakeTile(textured, this->How, this->Source, { 0, longestTileSide });
     if (!made)
     {
       throw std::runtime_error(made.GetError().message);
@@ -165,11 +165,11 @@ TiledScene LookFrom(
   made.scene.focal = made.scene.focal + made.scene.up * aside;
   made.scene.eye = made.scene.focal + away;
   auto tiles = std::make_shared<TileList>(), whole = std::make_shared<TileList>();
-  for (const TexturedPiece& painted : *made.scene.tiles)
+  for (const TexturedPiece& textured : *made.scene.tiles)
   {
-    const Piece piece = PieceOf(server, painted.piece);
-    tiles->push_back({ painted.piece, photograph.TileOf(piece) });
-    whole->push_back({ painted.piece, photograph.WholeOf(piece) });
+    const Piece piece = PieceOf(server, textured.piece);
+    tiles->push_back({ textured.piece, photograph.TileOf(piece) });
+    whole->push_back({ textured.piece, photograph.WholeOf(piece) });
   }
   if (tiles->empty())
   {

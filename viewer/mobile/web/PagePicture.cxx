@@ -175,7 +175,7 @@ bool PagePicture::Draw()
   {
     return made; // then there is more to do in the next frame
   }
-  const bool painted = !this->Drawn || this->Drawn->tiles != scene.tiles;
+  const bool retextured = !this->Drawn || this->Drawn->tiles != scene.tiles;
   this->Render(scene, state);
   const double end = this->Clock();
   const double seconds = end - begin + (fresh ? this->Pace.MakingSeconds() : 0);
@@ -183,7 +183,7 @@ bool PagePicture::Draw()
   {
     session.EndFrame(seconds); // of the surface that it shows, not of the one to come
   }
-  if (fresh || painted)
+  if (fresh || retextured)
   {
     this->Pace.Drawn(end, seconds);
   }

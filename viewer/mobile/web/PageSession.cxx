@@ -40,7 +40,7 @@ ServerLineOptions PatientLine()
   options.firstRetry = 1;
   options.jitter = 3;
   options.streamRetry = 60;
-  options.silenceTimeout = 20;
+  options.idleTimeout = 20;
   options.stallTimeout = 60;
   return options;
 }
@@ -283,7 +283,7 @@ std::string PageSession::TakeSearch()
 {
   for (Searched& search : this->Searches)
   {
-    if (!std::exchange(search.isTold, true))
+    if (!std::exchange(search.isReported, true))
     {
       std::string text = std::to_string(search.request.id) + (search.isAgain ? " again" : "");
       for (const protocol::BlobId& blob : search.request.blobs)
@@ -323,7 +323,7 @@ void PageSession::EndSearch(std::uint32_t search, bool isKept, double now)
   }
   if (this->IsAway && !std::exchange(searched->isAgain, true))
   {
-    searched->isTold = false; // the server has gone while it was searched
+    searched->isReported = false; // the server has gone while it was searched
     return;
   }
   const SessionRequest left = LeftOf(std::move(searched->request), searched->found);

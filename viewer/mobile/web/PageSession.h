@@ -83,9 +83,9 @@ public:
   // Marks the surface where the views of these links look at it, a line each; the earlier marks are
   // gone.
   void SetMarks(std::string_view links);
-  // [[x, y, isSeen]] of all marks by their order, in pixels; null where a link has no view, its view
-  // misses the surface, or the mark is behind the eye. isSeen: nothing hides it, and no section has
-  // cut it away.
+  // [[x, y, isSeen]] of all marks by their order, in pixels; null where a link has no view, its
+  // view misses the surface, or the mark is behind the eye. isSeen: nothing hides it, and no
+  // section has cut it away.
   std::string MarksJson();
   // Writes what the user sees into an object; page.js describes its members. isInFlight: whether
   // the picture will still change by what is in flight.
@@ -95,7 +95,7 @@ private:
   struct Searched
   {
     SessionRequest request;
-    bool isTold = false;
+    bool isReported = false;
     std::vector<protocol::BlobId> found;
     bool isAgain = false;       // while nothing comes from the server
     bool isOutstanding = false; // by the server too

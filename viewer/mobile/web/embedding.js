@@ -90,7 +90,7 @@ export class Embedding {
   }
 
   async #answer({ source, data }) {
-    const deed = Object.hasOwn(commands, data?.deed) ? commands[data.deed] : null;
+    const command = Object.hasOwn(commands, data?.deed) ? commands[data.deed] : null;
     if (source !== window.parent || data?.kdstream !== 1) {
       return;
     }
@@ -99,12 +99,12 @@ export class Embedding {
       return;
     }
     const answer = (told) => source.postMessage({ kdstream: 1, id: data.id, ...told }, "*");
-    if (!deed) {
+    if (!command) {
       answer({ error: "Unknown request." });
     } else if (!this.#mayTell()) {
       answer({ error: "No details are given about models that need a token." });
     } else {
-      const result = await deed(this.#page, data.value);
+      const result = await command(this.#page, data.value);
       this.#page.exchange();
       this.#page.wake();
       answer({ result });

@@ -23,12 +23,12 @@ class Maker {
   #canvas = document.createElement("canvas");
   #viewer = anotherViewer();
   #line;
-  #came = () => {};
+  #arrived = () => {};
   made = 0;
 
   constructor() {
     this.#canvas.width = this.#canvas.height = side;
-    this.#line = new Line(this.#viewer, () => this.#came(), false);
+    this.#line = new Line(this.#viewer, () => this.#arrived(), false);
     this.#viewer.setKeeps(true);
     this.#viewer.setMotion(false);
     this.works = this.#viewer.gainCanvas(this.#canvas);
@@ -52,7 +52,7 @@ class Maker {
         return this.#picture();
       }
       await new Promise((resolve) => {
-        this.#came = resolve;
+        this.#arrived = resolve;
         setTimeout(resolve, 50);
       });
     }

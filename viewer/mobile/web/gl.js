@@ -81,8 +81,8 @@ let nextTelling = 0; // ms
 export const picturesAreWaiting = () => waitingPictures > 0;
 
 // came: called when some are there, and when all of them are.
-export function tellOfPictures(came) {
-  told = came;
+export function tellOfPictures(loaded) {
+  told = loaded;
 }
 
 // Replaces the content of the texture once the picture is decoded. If it cannot be decoded, has another size, or is

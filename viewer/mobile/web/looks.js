@@ -34,10 +34,10 @@ export class Looks {
     this.moves = toggle("move-section", "Move it by finger", tool.section);
     this.depth = makeSlider("section-depth", "Cut away", 1, (depth) => act((viewer) => viewer.setSectionDepth(depth)));
     this.outline = makeButton("Save outline", () => this.#saveOutline(), { className: "tool", id: "save-outline" });
-    const dim = () => act((viewer) => viewer.dim(this.lamp.value(), this.second.value(), this.relief.value()));
+    const dim = () => act((viewer) => viewer.dim(this.lightSource.value(), this.second.value(), this.relief.value()));
     this.shines = toggle("light", "Light from the finger", tool.light);
     this.shinesToo = toggle("second-light", "A second light", tool.secondLight);
-    this.lamp = makeSlider("lamp", "Bright", 2, dim);
+    this.lightSource = makeSlider("lamp", "Bright", 2, dim);
     this.second = makeSlider("second-lamp", "The second", 2, dim);
     this.relief = makeSlider("relief", "Relief", 1, dim);
     this.standard = makeButton("Standard light", () => act((viewer) => viewer.setStandardLight()),
@@ -46,7 +46,7 @@ export class Looks {
       group("Section", make("div", { className: "grid" }, along("From the front", "front"), along("From the side", "side"),
         along("From above", "above"), along("Facing me", "view"), along("Other side", "flip"), along("None", "off")),
       this.depth.label, this.moves, this.outline),
-      group("Light", this.shines, this.shinesToo, this.lamp.label, this.second.label, this.relief.label, this.standard)];
+      group("Light", this.shines, this.shinesToo, this.lightSource.label, this.second.label, this.relief.label, this.standard)];
   }
 
   #toggle(which) {
@@ -64,16 +64,16 @@ export class Looks {
     download(new Blob([outline], { type: "image/svg+xml" }), `${this.#page.status().model}-section.svg`);
   }
 
-  show({ tool: has, depth, lamp, secondLamp, relief }) {
+  show({ tool: has, depth, lamp: lightSource, secondLamp: secondLight, relief }) {
     const press = (button, which) => button.setAttribute("aria-pressed", has === which);
     press(this.moves, tool.section);
     press(this.shines, tool.light);
     press(this.shinesToo, tool.secondLight);
     this.depth.show(depth);
     this.outline.hidden = depth === null;
-    this.lamp.show(lamp);
-    this.second.show(secondLamp);
+    this.lightSource.show(lightSource);
+    this.second.show(secondLight);
     this.relief.show(relief);
-    this.standard.hidden = lamp === undefined;
+    this.standard.hidden = lightSource === undefined;
   }
 }

@@ -31,7 +31,7 @@ function wrap(brush, text, width) {
   return [...lines, ...rest ? [rest] : []].map((each) => shorten(brush, each, width));
 }
 
-// ---- what colours mean: rows, each a function that paints itself with its foot at y
+// ---- what colours mean: rows, each a function that draws itself with its foot at y
 
 function entryRows(brush, entries, { left, width, line }) {
   const rows = [[]];
@@ -103,7 +103,7 @@ export function composePicture({ canvas, overlay, key, words }) {
   brush.fillStyle = "#1a1c20";
   brush.fillRect(0, canvas.height, picture.width, picture.height - canvas.height);
   brush.font = font;
-  rows.forEach((paint, i) => paint(canvas.height + (i + 1) * line));
+  rows.forEach((draw, i) => draw(canvas.height + (i + 1) * line));
   return new Promise((done) => {
     picture.toBlob(done, "image/png");
   });

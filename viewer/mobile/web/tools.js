@@ -158,7 +158,7 @@ export class Tools {
   async #savePicture() {
     const key = await this.#page.key();
     this.#page.redraw(); // a canvas keeps its picture for as long as this turn lasts
-    const blob = await composePicture({ canvas: this.#page.canvas, overlay: (brush) => this.#paint(brush), key, words: this.#page.words() });
+    const blob = await composePicture({ canvas: this.#page.canvas, overlay: (brush) => this.#drawOverlay(brush), key, words: this.#page.words() });
     download(blob, `${this.#page.status().model}.png`);
     this.#note("Picture saved.");
   }
@@ -236,7 +236,7 @@ export class Tools {
   }
 
   // The same lines, for a picture.
-  #paint(brush) {
+  #drawOverlay(brush) {
     const { unit } = this.#page.status();
     const ratio = this.#page.canvas.width / this.#page.canvas.clientWidth;
     brush.strokeStyle = brush.fillStyle = "#ffd166";

@@ -172,8 +172,8 @@ class Viewer {
   }
 
   // Intensities of the lamps, 0-2, and the relief, 0-1.
-  dim(lamp, secondLamp, relief) {
-    this.#call("Dim", lamp, secondLamp, relief);
+  dim(lightSource, secondLight, relief) {
+    this.#call("Dim", lightSource, secondLight, relief);
   }
 
   setStandardLight() {

@@ -33,7 +33,7 @@ Mesh MakeTorus(std::uint32_t n, std::uint32_t m)
   return mesh;
 }
 
-void Paint(Mesh& mesh)
+void AddVertexColors(Mesh& mesh)
 {
   Attribute colors{ { "RGB", AttributeType::UInt8, AttributeAssociation::Point, 3 }, {} };
   Attribute normals{ { "Normals", AttributeType::Float32, AttributeAssociation::Point, 3 }, {} };
@@ -118,14 +118,15 @@ MemoryServer::MemoryServer(
     const PieceCutter cutter(vertices, mesh, resolution);
     ResolutionDescription counts{ cutter.VertexCount(), cutter.TriangleCount(), cutter.PieceCount(),
       0, 0, 0, 1 };
-    std::vector<float> deviations;
+    std::vector<float> geometricErrors;
     for (std::size_t i = 0; i < cutter.PieceCount(); ++i)
     {
       const Piece piece = cutter.Cut(i);
-      deviations.insert(deviations.end(), piece.deviations.begin(), piece.deviations.end());
-      if (level && !piece.deviations.empty())
+      geometricErrors.insert(
+        geometricErrors.end(), piece.geometricErrors.begin(), piece.geometricErrors.end());
+      if (level && !piece.geometricErrors.empty())
       {
-        std::vector<float> own = piece.deviations;
+        std::vector<float> own = piece.geometricErrors;
         std::sort(own.begin(), own.end());
         pieces.At(piece.id).most99 = own[(own.size() - 1) * 99 / 100];
         pieces.At(piece.id).most = own.back();
@@ -136,9 +137,9 @@ MemoryServer::MemoryServer(
     }
     if (level)
     {
-      std::sort(deviations.begin(), deviations.end());
-      counts.deviation = deviations.back();
-      counts.deviation99 = deviations[(deviations.size() - 1) * 99 / 100];
+      std::sort(geometricErrors.begin(), geometricErrors.end());
+      counts.geometricError = geometricErrors.back();
+      counts.geometricError99 = geometricErrors[(geometricErrors.size() - 1) * 99 / 100];
       this->Model.levels.push_back(counts);
     }
     else
@@ -161,7 +162,7 @@ void MemoryServer::TellOfPieces(const PieceTable& pieces)
     this->Blobs[protocol::BlobId::TreePage(page)] =
       EncodeTreePage(RoundTreePage(this->Boxes, page, this->Model.depths, pieces));
   }
-  this->Told = pieces;
+  this->Reported = pieces;
 }
 
 TileCoordinate TilePlaceOf(const Vec3& point)

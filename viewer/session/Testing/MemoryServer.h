@@ -22,7 +22,7 @@ namespace kdstream::testing
 // A bumpy torus with its hole along z: closed, n × m vertices.
 Mesh MakeTorus(std::uint32_t n, std::uint32_t m);
 // Gives the torus stripes of colours, and normals.
-void Paint(Mesh& mesh);
+void AddVertexColors(Mesh& mesh);
 // The edges that only one triangle uses.
 std::size_t CountBoundaryEdges(const std::vector<Triangle>& triangles);
 
@@ -42,7 +42,7 @@ public:
   bool Has(const protocol::BlobId& id) const { return this->Blobs.count(id) != 0; }
 
   // What the pages of the tree say of pieces.
-  const PieceTable& Table() const { return this->Told; }
+  const PieceTable& Table() const { return this->Reported; }
   void TellOfPieces(const PieceTable& pieces);
 
   // Gives each partition a texture tile: with this number of texels a side, three bytes in place of
@@ -89,7 +89,7 @@ private:
   ModelDescription Model;
   CodecContext Context;
   std::vector<Box> Boxes;
-  PieceTable Told;
+  PieceTable Reported;
   std::map<protocol::BlobId, std::vector<std::uint8_t>> Blobs;
   std::vector<Pending> Queue;
 };

@@ -25,7 +25,7 @@ FailedBlobs OfTorus()
   return failed;
 }
 
-TEST(TestFailedBlobs, WhatFailedIsToldAndNotAskedForBeforeRetry)
+TEST(TestFailedBlobs, WhatFailedIsReportedAndNotAskedForBeforeRetry)
 {
   FailedBlobs failed = OfTorus();
   failed.Add(page, {}, "it is damaged", false);
@@ -39,7 +39,7 @@ TEST(TestFailedBlobs, WhatFailedIsToldAndNotAskedForBeforeRetry)
   EXPECT_EQ(failed.Message(), "");
 }
 
-TEST(TestFailedBlobs, WhatMayBeDoneWithoutIsToldOnceItIsMissed)
+TEST(TestFailedBlobs, WhatMayBeDoneWithoutIsReportedOnceItIsMissed)
 {
   FailedBlobs failed = OfTorus();
   failed.Add(partition, PieceOf(partition), "it is damaged", true);

@@ -52,7 +52,7 @@ TEST(TestLevelPolicy, KeepsToTheTriangleBudget)
   EXPECT_EQ(LevelPolicy(Halving(16), options).Choose(1e9), 11u);
 }
 
-TEST(TestLevelPolicy, IsMonotoneInZoomWhateverTheDeviations)
+TEST(TestLevelPolicy, IsMonotoneInZoomWhateverTheGeometricErrors)
 {
   std::mt19937 random(11);
   for (int trial = 0; trial < 200; ++trial)

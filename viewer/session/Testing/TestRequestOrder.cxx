@@ -53,10 +53,10 @@ public:
     const double vertices = static_cast<double>(model.levels[above.resolution.Depth()].vertices) /
                             std::ldexp(1.0, static_cast<int>(DepthOfNode(above.node)));
     const Box around = RoundedBoxOf(this->Server.Tree(), above.node);
-    const double deviation = std::max<double>(RoundedUp(this->Server.Table().At(above)).most99,
+    const double geometricError = std::max<double>(RoundedUp(this->Server.Table().At(above)).most99,
       LightPartOf(model) * VertexSpacing(around, vertices));
     const Box box = RoundedBoxOf(this->Server.Tree(), piece.node);
-    return deviation * this->Eye.PointsPerUnit(std::max(this->Eye.DistanceTo(box), 1e-6));
+    return geometricError * this->Eye.PointsPerUnit(std::max(this->Eye.DistanceTo(box), 1e-6));
   }
   // Half of it at the upper and lower edges.
   double Urgency(PieceId piece) const

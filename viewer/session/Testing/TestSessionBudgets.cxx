@@ -69,14 +69,14 @@ std::size_t PictureBytes(const ViewerSession& session)
 TEST(TestSessionBudgets, MemoryBoundsPicturesOfTextures)
 {
   constexpr std::uint32_t side = 512; // a MiB a tile
-  MemoryServer painted = SmallTorus();
-  painted.AddTiles(side);
+  MemoryServer textured = SmallTorus();
+  textured.AddTiles(side);
   for (const bool later : { false, true })
   {
     std::size_t last = 0;
     for (const std::size_t memory : { std::size_t{ 8 } << 20, muchMemory })
     {
-      MemoryServer server = painted;
+      MemoryServer server = textured;
       ViewerSession session = SessionWith({}, manyTriangles, memory, later);
       OpenFullScreen(session, server);
       session.Zoom(4, onRingX, onRingY);

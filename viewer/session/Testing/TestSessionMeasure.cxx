@@ -146,7 +146,7 @@ TEST(TestSessionMeasure, WhatMayNotBeHadStaysOnTheLevel)
     {
       for (const SessionRequest& request : session.TakeRequests())
       {
-        session.Opened(request.id, ToldWith(server.Description(), ModelDetail::Levels));
+        session.Opened(request.id, WithDetail(server.Description(), ModelDetail::Levels));
       }
     }
     server.Serve(session);

@@ -14,7 +14,7 @@ using protocol::BlobKind;
 namespace
 {
 
-std::unique_ptr<ViewerSession> Looking(MemoryServer& server, SessionOptions options = {})
+std::unique_ptr<ViewerSession> OpenedForSections(MemoryServer& server, SessionOptions options = {})
 {
   auto session = std::make_unique<ViewerSession>(options);
   Open(*session);
@@ -127,7 +127,7 @@ TEST(TestSessionSection, RegionsEndAtThePlane)
     SessionOptions options;
     options.detail = detail;
     options.rings = 3;
-    const auto session = Looking(server, options);
+    const auto session = OpenedForSections(server, options);
     const auto [x, y] = OnModel(*session);
     fingers.DoubleTap(*session, x, y);
     server.Serve(*session);
@@ -147,7 +147,7 @@ TEST(TestSessionSection, FingersMoveAndTurnIt)
 {
   Fingers fingers;
   MemoryServer server = SmallTorus();
-  const auto session = Looking(server);
+  const auto session = OpenedForSections(server);
   const Camera before = session->GetCamera();
   session->SetTool(Tool::Section);
   Drag(fingers, *session, 300, 300, 100, 0);
@@ -214,7 +214,7 @@ TEST(TestSessionSection, TheCapIsWhatIsPicked)
 {
   Fingers fingers;
   MemoryServer server = SmallTorus();
-  const auto session = Looking(server);
+  const auto session = OpenedForSections(server);
   ASSERT_TRUE(session->SetSectionAlong("z"));
   session->BeginFrame();
   const ViewerScene scene = session->Scene();
@@ -237,7 +237,7 @@ TEST(TestSessionSection, MeasuresAlongTheOutline)
 {
   Fingers fingers;
   MemoryServer server = SmallTorus();
-  const auto session = Looking(server);
+  const auto session = OpenedForSections(server);
   ASSERT_TRUE(session->SetSectionAlong("z"));
   server.Serve(*session);
   session->SetTool(Tool::Measure);
@@ -288,7 +288,7 @@ TEST(TestSessionSection, NobodyGetsLost)
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> any(0, 1);
     MemoryServer server = SmallTorus();
-    const auto session = Looking(server);
+    const auto session = OpenedForSections(server);
     session->SetSectionAlong(seed % 2 == 0 ? "x" : "view");
     for (int i = 0; i < 20; ++i)
     {
@@ -316,7 +316,7 @@ TEST(TestSessionSection, LightComesFromTheFinger)
 {
   Fingers fingers;
   MemoryServer server = SmallTorus();
-  const auto session = Looking(server);
+  const auto session = OpenedForSections(server);
   EXPECT_EQ(session->Scene().lighting, SceneLighting{});
   session->SetTool(Tool::Light);
   const Camera before = session->GetCamera();
@@ -359,7 +359,7 @@ TEST(TestSessionSection, ALinkTellsOfBoth)
 {
   Fingers fingers;
   MemoryServer server = SmallTorus();
-  const auto mine = Looking(server);
+  const auto mine = OpenedForSections(server);
   ASSERT_TRUE(mine->SetSectionAlong("y"));
   mine->SetSectionDepth(0.3);
   mine->SetTool(Tool::Section);
@@ -442,7 +442,7 @@ TEST(TestSessionSection, IsTheSameEveryTime)
     MemoryServer server = SmallTorus();
     SessionOptions options;
     options.TraceTo([&trace](std::string_view line) { trace.emplace_back(line); });
-    const auto session = Looking(server, options);
+    const auto session = OpenedForSections(server, options);
     session->SetSectionAlong("view");
     session->SetTool(Tool::Section);
     Drag(fingers, *session, 200, 200, 90, 40);
@@ -458,7 +458,7 @@ TEST(TestSessionSection, IsTheSameEveryTime)
 TEST(TestSessionSection, OutlinesAreDrawn)
 {
   MemoryServer server = SmallTorus();
-  const auto session = Looking(server);
+  const auto session = OpenedForSections(server);
   EXPECT_EQ(session->SectionOutline(), "");
   session->SetSectionAlong("z");
   server.Serve(*session);

@@ -60,7 +60,7 @@ const MemoryServer& TexturedLevels()
 std::size_t CountTexturedParts(const ViewerSession& session)
 {
   const ViewerScene scene = session.Scene();
-  std::size_t painted = 0;
+  std::size_t textured = 0;
   for (const DrawnSurface::Part& each : scene.surface->Parts())
   {
     const SurfacePart& part = *each.part;
@@ -69,7 +69,7 @@ std::size_t CountTexturedParts(const ViewerSession& session)
     {
       continue;
     }
-    ++painted;
+    ++textured;
     const TextureTile& tile = *found;
     EXPECT_TRUE(CanTexture(part.surface, part.corners, tile));
     const TexturedCorners corners = TexturedCornersOf(part.surface, part.corners, tile);
@@ -84,7 +84,7 @@ std::size_t CountTexturedParts(const ViewerSession& session)
       }
     }
   }
-  return painted;
+  return textured;
 }
 
 TEST(TestSessionTextures, AreWantedWhereTheOriginalIsSeenClosely)
@@ -204,12 +204,12 @@ TEST(TestTexturedCorners, AVertexForEachPlace)
   tile.corners = { { { { 6, 6 }, { 1, 2 }, { 3, 2 } } }, { { { 3, 4 }, { 1, 2 }, { 3, 2 } } } };
   const std::vector<std::uint32_t> corners{ 3 * 1 + 1, 3 * 0 + 0 };
   ASSERT_TRUE(CanTexture(surface, corners, tile));
-  const TexturedCorners painted = TexturedCornersOf(surface, corners, tile);
-  EXPECT_EQ(painted.points, (std::vector<VertexId>{ 0, 1, 2, 0, 2, 3 }));
-  EXPECT_EQ(painted.triangles, (std::vector<Triangle>{ { 0, 1, 2 }, { 3, 4, 5 } }));
+  const TexturedCorners textured = TexturedCornersOf(surface, corners, tile);
+  EXPECT_EQ(textured.points, (std::vector<VertexId>{ 0, 1, 2, 0, 2, 3 }));
+  EXPECT_EQ(textured.triangles, (std::vector<Triangle>{ { 0, 1, 2 }, { 3, 4, 5 } }));
   const std::vector<std::array<float, 2>> places{ { 0.1f, 0.1f }, { 0.3f, 0.1f }, { 0.3f, 0.2f },
     { 0.6f, 0.3f }, { 0.1f, 0.1f }, { 0.3f, 0.1f } };
-  EXPECT_EQ(painted.places, places);
+  EXPECT_EQ(textured.places, places);
 
   EXPECT_FALSE(CanTexture(surface, std::vector<std::uint32_t>{ 0, 6 }, tile))
     << "a triangle beyond";
@@ -232,9 +232,9 @@ TEST(TestTexturedCorners, APointInManyPlaces)
     tile.corners.push_back({ { { x, 1 }, { 2, 2 }, { 3, 3 } } });
     corners.push_back(3 * i);
   }
-  const TexturedCorners painted = TexturedCornersOf(surface, corners, tile);
-  EXPECT_EQ(std::count(painted.points.begin(), painted.points.end(), 0u), count);
-  EXPECT_EQ(painted.triangles.size(), count);
+  const TexturedCorners textured = TexturedCornersOf(surface, corners, tile);
+  EXPECT_EQ(std::count(textured.points.begin(), textured.points.end(), 0u), count);
+  EXPECT_EQ(textured.triangles.size(), count);
 }
 
 TEST(TestSessionTextures, AModelWithoutHasNone)

@@ -284,7 +284,7 @@ TEST(TestViewDetail, AServerThatLiesIsSurvived)
     OpenFullScreen(session, server);
     const std::vector<BlobId> all = server.AllBlobs();
     const bool swaps = seed % 2 == 0;
-    std::size_t answers = 0, told = 0;
+    std::size_t answers = 0, reported = 0;
     for (int step = 0; step < 8; ++step)
     {
       session.Zoom(step % 3 == 2 ? 0.4 : 2.5, 100 + 40 * step, 300);
@@ -317,9 +317,9 @@ TEST(TestViewDetail, AServerThatLiesIsSurvived)
       } while (server.Answer(session, &random));
       EXPECT_TRUE(session.IsIdle());
       EXPECT_LT(session.GetStatus().triangles, 100'000u);
-      told += session.GetStatus().error.find(" of torus cannot be loaded") != std::string::npos;
+      reported += session.GetStatus().error.find(" of torus cannot be loaded") != std::string::npos;
     }
-    EXPECT_GT(told, 0u);
+    EXPECT_GT(reported, 0u);
   }
 }
 

@@ -207,9 +207,9 @@ bool IsIntermediate(PieceId piece, const TreeDepths& depths)
          piece.node > 1;
 }
 
-TEST(TestViewFetching, WhatFailsIsToldOnlyWhereItIsMissed)
+TEST(TestViewFetching, WhatFailsIsReportedOnlyWhereItIsMissed)
 {
-  const auto look = [](MemoryServer& server, const std::set<BlobId>& refused)
+  const auto viewAll = [](MemoryServer& server, const std::set<BlobId>& refused)
   {
     server.refused = refused;
     auto session = std::make_unique<ViewerSession>();
@@ -220,7 +220,7 @@ TEST(TestViewFetching, WhatFailsIsToldOnlyWhereItIsMissed)
   };
   MemoryServer server(MakeTorus(300, 120), 1024, 2); // many levels finer than S
   const TreeDepths depths = server.Codec().depths;
-  const auto whole = look(server, {});
+  const auto whole = viewAll(server, {});
   std::set<BlobId> stepsAlone;
   std::optional<PieceId> used;
   for (const BlobId& blob : server.sent)
@@ -235,13 +235,13 @@ TEST(TestViewFetching, WhatFailsIsToldOnlyWhereItIsMissed)
   ASSERT_FALSE(stepsAlone.empty());
   ASSERT_TRUE(used);
   // Came first without others, until something finer was there.
-  const auto withoutSteps = look(server, stepsAlone);
+  const auto withoutSteps = viewAll(server, stepsAlone);
   EXPECT_EQ(withoutSteps->GetStatus().error, "");
   EXPECT_EQ(withoutSteps->Parts().model.surface.Pieces(), whole->Parts().model.surface.Pieces());
 
   // What is below it stands in.
   const BlobId bad = BlobOfPiece(*used, depths);
-  const auto otherwise = look(server, { bad });
+  const auto otherwise = viewAll(server, { bad });
   EXPECT_EQ(otherwise->GetStatus().error, "");
   EXPECT_GE(otherwise->GetStatus().triangles, whole->GetStatus().triangles);
 
@@ -257,8 +257,8 @@ TEST(TestViewFetching, WhatFailsIsToldOnlyWhereItIsMissed)
     }
   }
   ASSERT_GT(all.size(), 1u);
-  EXPECT_NE(
-    look(server, all)->GetStatus().error.find(" of torus cannot be loaded: "), std::string::npos);
+  EXPECT_NE(viewAll(server, all)->GetStatus().error.find(" of torus cannot be loaded: "),
+    std::string::npos);
 }
 
 // All that is asked for now is lost; how many requests that were.
@@ -405,7 +405,7 @@ TEST(TestViewFetching, WhatIsLostEachTimeIsNotAskedForWithoutEnd)
 }
 
 // Messages about something else stay, and blobs that came damaged are not asked for again.
-TEST(TestViewFetching, WhatWasNotLostStaysTold)
+TEST(TestViewFetching, WhatWasNotLostStaysReported)
 {
   MemoryServer server = Torus();
   ViewerSession session;
@@ -415,7 +415,7 @@ TEST(TestViewFetching, WhatWasNotLostStaysTold)
   TurnALittle(session);
   session.BeginFrame();
   std::optional<BlobId> damaged;
-  std::string told;
+  std::string reported;
   for (const SessionRequest& request : session.TakeRequests())
   {
     for (const BlobId& blob : request.blobs)
@@ -424,7 +424,7 @@ TEST(TestViewFetching, WhatWasNotLostStaysTold)
       {
         damaged = blob;
         session.BlobFailed(request.id, blob, "it is damaged");
-        told = session.GetStatus().error;
+        reported = session.GetStatus().error;
       }
       else
       {
@@ -433,10 +433,10 @@ TEST(TestViewFetching, WhatWasNotLostStaysTold)
     }
   }
   ASSERT_TRUE(damaged);
-  ASSERT_NE(told.find("it is damaged"), std::string::npos) << told;
+  ASSERT_NE(reported.find("it is damaged"), std::string::npos) << reported;
   server.sent.clear();
   server.Serve(session);
-  EXPECT_EQ(session.GetStatus().error, told);
+  EXPECT_EQ(session.GetStatus().error, reported);
   EXPECT_EQ(server.sent.count(*damaged), 0u);
 }
 

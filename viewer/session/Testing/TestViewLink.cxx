@@ -152,7 +152,7 @@ TEST(TestViewLink, AWindowThatChangesItsShapeShowsTheSame)
   EXPECT_EQ(slow.GetCamera().Distance(), distance);
 }
 
-TEST(TestViewLink, AnotherVersionOfTheModelIsTold)
+TEST(TestViewLink, AnotherVersionOfTheModelIsReported)
 {
   Fingers fingers;
   MemoryServer server = SmallTorus();

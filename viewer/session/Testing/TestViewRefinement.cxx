@@ -34,7 +34,7 @@ KnownTree WholeTree(MemoryServer& server)
   return tree;
 }
 
-Camera Looking(const ModelDescription& model, double zoom, double x = 400, double y = 300)
+Camera CameraAt(const ModelDescription& model, double zoom, double x = 400, double y = 300)
 {
   Camera camera;
   camera.SetViewport({ 800, 600, 1 });
@@ -109,11 +109,11 @@ std::vector<PieceId> WhatTheScreenNeeds(
       std::size_t seen = 0, below = 0;
       for (const PieceId next : d > finest ? std::vector<PieceId>() : Below(piece, model.depths))
       {
-        const double deviation = std::max<double>(tree.FactsOf(piece)->most99,
+        const double geometricError = std::max<double>(tree.FactsOf(piece)->most99,
           VertexSpacing(*tree.Around(node), double(model.levels[d].vertices) / first) / 6);
         const Box& box = *tree.Around(next.node);
         const bool mayBeVisible = MaySeePartitionIn(next.node, camera, model, tree);
-        const double error = deviation * camera.PointsPerUnit(camera.DistanceTo(box));
+        const double error = geometricError * camera.PointsPerUnit(camera.DistanceTo(box));
         seen += mayBeVisible ? 1 : 0;
         const double vertices =
           d < finest ? double(model.levels[d + 1].vertices) : double(model.vertices);
@@ -155,7 +155,7 @@ TEST(TestViewRefinement, ASmallModelIsShownFourTimesAsFine)
   ViewRefinement finer(server.Description(), options);
   for (const double zoom : { 0.3, 1.0, 3.0 })
   {
-    const Camera camera = Looking(server.Description(), zoom);
+    const Camera camera = CameraAt(server.Description(), zoom);
     for (ViewRefinement* each : { &usual, &large, &small, &finer })
     {
       Follow(*each, camera, tree);
@@ -168,28 +168,28 @@ TEST(TestViewRefinement, ASmallModelIsShownFourTimesAsFine)
 
 // Light, vertex colours, and textures need finer and finer levels: the finer a level is, the nearer
 // to the original is the last one.
-TEST(TestViewRefinement, PaintAndPicturesAskForMoreVertices)
+TEST(TestViewRefinement, ColorsAndTexturesAskForMoreVertices)
 {
   MemoryServer server = Torus();
-  ModelDescription painted = server.Description();
-  painted.attributes.push_back({ "RGB", AttributeType::UInt8, AttributeAssociation::Point, 3 });
-  ModelDescription textured = painted;
+  ModelDescription colored = server.Description();
+  colored.attributes.push_back({ "RGB", AttributeType::UInt8, AttributeAssociation::Point, 3 });
+  ModelDescription textured = colored;
   textured.textures.emplace();
   EXPECT_DOUBLE_EQ(LightPartOf(server.Description()), 1.0 / 6);
-  EXPECT_DOUBLE_EQ(LightPartOf(painted), 1.0 / 3);
+  EXPECT_DOUBLE_EQ(LightPartOf(colored), 1.0 / 3);
   EXPECT_DOUBLE_EQ(LightPartOf(textured), 1.0 / 2);
   ModelDescription texturedLevels = textured;
   texturedLevels.textures->levels = true;
   EXPECT_DOUBLE_EQ(LightPartOf(texturedLevels), 1.0 / 6);
   KnownTree tree = WholeTree(server);
   std::vector<std::size_t> pieces;
-  for (const ModelDescription& model : { server.Description(), painted, textured })
+  for (const ModelDescription& model : { server.Description(), colored, textured })
   {
     ViewRefinement refinement(model, {});
     std::size_t& all = pieces.emplace_back(0);
     for (const double zoom : { 0.3, 0.4, 0.55, 0.75, 1.0 })
     {
-      Follow(refinement, Looking(server.Description(), zoom), tree);
+      Follow(refinement, CameraAt(server.Description(), zoom), tree);
       all += refinement.Pieces().size();
     }
   }
@@ -207,7 +207,7 @@ TEST(TestViewRefinement, RefinesWhatWouldBeSeenToBeWrong)
   {
     ViewRefinement refinement(model, {});
     const Camera camera =
-      Looking(model, std::array{ 0.1, 1.0, 4.0, 40.0 }[std::size_t(i)], 150, 300);
+      CameraAt(model, std::array{ 0.1, 1.0, 4.0, 40.0 }[std::size_t(i)], 150, 300);
     refinement.Follow({ camera, tree, Nothing(), nullptr, true }, {}, {});
     EXPECT_EQ(refinement.Pieces(), WhatTheScreenNeeds(camera, model, tree));
     EXPECT_TRUE(tree.TakeMissing().empty());
@@ -218,7 +218,7 @@ TEST(TestViewRefinement, RefinesWhatWouldBeSeenToBeWrong)
   EXPECT_GT(sizes[1], 10u);
   EXPECT_GT(sizes[2], 10u);
   ViewRefinement near(model, {});
-  Follow(near, Looking(model, 40, 150, 300), tree);
+  Follow(near, CameraAt(model, 40, 150, 300), tree);
   EXPECT_EQ(near.Finest(), Resolution::Original());
 }
 
@@ -228,7 +228,7 @@ TEST(TestViewRefinement, NothingIsWantedThatMayNotBeHad)
   MemoryServer server = Torus();
   ModelDescription model = server.Description();
   KnownTree tree = WholeTree(server);
-  const Camera camera = Looking(model, 40, 150, 300);
+  const Camera camera = CameraAt(model, 40, 150, 300);
   model.detail = ModelDetail::Levels;
   ViewRefinement levels(model, {});
   Follow(levels, camera, tree);
@@ -245,7 +245,7 @@ TEST(TestViewRefinement, PiecesAboveComeFirstAndAreMoreUrgent)
   const ModelDescription& model = server.Description();
   KnownTree tree = WholeTree(server);
   ViewRefinement refinement(model, {});
-  const Camera camera = Looking(model, 8, 150, 300);
+  const Camera camera = CameraAt(model, 8, 150, 300);
   refinement.Follow({ camera, tree, Nothing(), nullptr, true }, {}, {});
   for (const PieceId piece : refinement.Pieces())
   {
@@ -266,7 +266,7 @@ TEST(TestViewRefinement, BudgetsEndItAtTheLeastError)
   MemoryServer server = Torus();
   const ModelDescription& model = server.Description();
   KnownTree tree = WholeTree(server);
-  const Camera camera = Looking(model, 4, 150, 300);
+  const Camera camera = CameraAt(model, 4, 150, 300);
   ViewRefinement all(model, {});
   all.Follow({ camera, tree, Nothing(), nullptr, true }, {}, {});
   double left = 0;
@@ -318,15 +318,15 @@ TEST(TestViewRefinement, ALittleToAndFroChangesNothing)
   const ModelDescription& model = server.Description();
   KnownTree tree = WholeTree(server);
   ViewRefinement refinement(model, {});
-  Follow(refinement, Looking(model, 1), tree);
+  Follow(refinement, CameraAt(model, 1), tree);
   const std::vector<PieceId> near = refinement.Pieces();
   const Resolution finest = refinement.Finest();
-  Follow(refinement, Looking(model, 0.86), tree);
+  Follow(refinement, CameraAt(model, 0.86), tree);
   EXPECT_EQ(refinement.Pieces(), near);
-  Follow(refinement, Looking(model, 0.2), tree);
+  Follow(refinement, CameraAt(model, 0.2), tree);
   EXPECT_LT(refinement.Finest(), finest);
   ViewRefinement fresh(model, {});
-  Follow(fresh, Looking(model, 0.86), tree);
+  Follow(fresh, CameraAt(model, 0.86), tree);
   EXPECT_LT(fresh.Pieces().size(), near.size());
 }
 
@@ -338,7 +338,7 @@ TEST(TestViewRefinement, WhatFailedIsNotWantedButWhatCanBeShownWithoutItIs)
   KnownTree tree = WholeTree(server);
   const unsigned stitch = model.depths.stitch;
   ASSERT_LT(stitch, model.depths.finest);
-  const Camera camera = Looking(model, 1);
+  const Camera camera = CameraAt(model, 1);
   ViewRefinement whole(model, {});
   whole.Follow({ camera, tree, Nothing(), nullptr, false }, {}, {});
   std::size_t below = 0;
@@ -364,7 +364,7 @@ TEST(TestViewRefinement, WhatFailedIsNotWantedButWhatCanBeShownWithoutItIs)
   EXPECT_GT(below, 10u);
   // The original has none below it; what is above takes its place.
   ViewRefinement near(model, {});
-  const Camera nearest = Looking(model, 40, 150, 300);
+  const Camera nearest = CameraAt(model, 40, 150, 300);
   near.Follow({ nearest, tree, Nothing(), nullptr, false }, {}, {});
   ASSERT_TRUE(near.Finest().IsOriginal());
   const PieceId last = near.Pieces().back();
@@ -382,7 +382,7 @@ TEST(TestViewRefinement, PagesAreAskedForAlongTheView)
   const ModelDescription& model = server.Description();
   KnownTree tree(model.depths, true, model.box, std::size_t{ 16 } << 20);
   ViewRefinement refinement(model, {});
-  const Camera camera = Looking(model, 40, 150, 300);
+  const Camera camera = CameraAt(model, 40, 150, 300);
   std::size_t pages = 0;
   for (std::set<protocol::BlobId> missing;;)
   {
@@ -425,7 +425,7 @@ TEST(TestViewRefinement, LiesAboutErrorsEndAtABudget)
   RefinementOptions options;
   options.triangles = 20'000;
   ViewRefinement refinement(model, options);
-  Follow(refinement, Looking(model, 0.2), tree);
+  Follow(refinement, CameraAt(model, 0.2), tree);
   EXPECT_GT(refinement.Pieces().size(), 3u);
   EXPECT_GT(refinement.RemainingError(), 1e30);
   EXPECT_LT(refinement.Pieces().size(), 200u);
@@ -449,9 +449,9 @@ TEST(TestViewRefinement, ReckonsMemory)
       taken +=
         MemoryOf(*DecodePiece(server.Blob(BlobOfPiece(id, model.depths)), id, server.Codec()));
     }
-    const double told = double(refinement.MemoryOf({ resolution, first })) * double(first);
-    EXPECT_GT(told, 0.9 * double(taken)) << d;
-    EXPECT_LT(told, 4 * double(taken)) << d;
+    const double reported = double(refinement.MemoryOf({ resolution, first })) * double(first);
+    EXPECT_GT(reported, 0.9 * double(taken)) << d;
+    EXPECT_LT(reported, 4 * double(taken)) << d;
   }
 }
 

@@ -188,7 +188,7 @@ TEST(TestViewerSession, AColoredModelIsShownFiner)
     return *session.GetStatus().shownLevel;
   };
   EXPECT_EQ(levelOf(), 11u);
-  kdstream::testing::Paint(torus);
+  kdstream::testing::AddVertexColors(torus);
   EXPECT_GT(levelOf(), 11u);
   torus.attributes.erase(torus.attributes.begin()); // normals alone
   EXPECT_EQ(levelOf(), 11u);

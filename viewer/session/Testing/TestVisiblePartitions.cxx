@@ -91,7 +91,7 @@ TEST(TestVisiblePartitions, NothingThatIsSeenIsLeftOutAndMuchElseIs)
   VisiblePartitions seen = AllLevels();
   for (const bool closed : { true, false })
   {
-    std::size_t shown = 0, told = 0, all = 0, wrong = 0;
+    std::size_t shown = 0, reported = 0, all = 0, wrong = 0;
     for (const Camera& camera : Cameras())
     {
       seen.Cull(camera, closed);
@@ -110,7 +110,7 @@ TEST(TestVisiblePartitions, NothingThatIsSeenIsLeftOutAndMuchElseIs)
           const bool is = IsSeen(PieceOf(id), camera, closed);
           const bool may = original ? seen.MayBeVisible(node) : seen.MayBeVisible(id);
           shown += is;
-          told += may;
+          reported += may;
           wrong += is && !may;
           ++all;
         }
@@ -118,7 +118,7 @@ TEST(TestVisiblePartitions, NothingThatIsSeenIsLeftOutAndMuchElseIs)
     }
     EXPECT_EQ(wrong, 0u) << closed;
     EXPECT_GT(shown, 1000u);
-    EXPECT_LT(told, all * (closed ? 45u : 60u) / 100) << shown << " of " << all;
+    EXPECT_LT(reported, all * (closed ? 45u : 60u) / 100) << shown << " of " << all;
   }
 }
 

@@ -39,12 +39,12 @@ double LineMeter::RoundTrip(double rate) const
 
 std::size_t LineMeter::Window() const
 {
-  const Sample& told = this->Behind.seconds > 0 ? this->Behind : this->Alone;
-  if (!(told.seconds > 0))
+  const Sample& sample = this->Behind.seconds > 0 ? this->Behind : this->Alone;
+  if (!(sample.seconds > 0))
   {
     return static_cast<std::size_t>(firstWindow);
   }
-  const double rate = told.bytes / told.seconds;
+  const double rate = sample.bytes / sample.seconds;
   const double window = rate * std::max(leastAhead, 2 * this->RoundTrip(rate));
   return static_cast<std::size_t>(
     window >= leastWindow ? std::min(window, mostWindow) : leastWindow); // nor NaN

@@ -170,25 +170,25 @@ Status KnownTree::AddPage(NodeId page, std::span<const std::uint8_t> bytes)
   {
     return {};
   }
-  Result<TreePage> told = DecodeTreePage(bytes, page, *around, this->Depths, this->HasLevels);
-  KDSTREAM_TRY(told);
+  Result<TreePage> decoded = DecodeTreePage(bytes, page, *around, this->Depths, this->HasLevels);
+  KDSTREAM_TRY(decoded);
   Entry entry;
-  entry.bytes = sizeof(Entry) + told->boxes.capacity() * sizeof(Box) +
-                told->facts.capacity() * sizeof(PieceFacts);
-  entry.page = std::move(*told);
+  entry.bytes = sizeof(Entry) + decoded->boxes.capacity() * sizeof(Box) +
+                decoded->facts.capacity() * sizeof(PieceFacts);
+  entry.page = std::move(*decoded);
   this->Keep(BlobId::TreePage(page), std::move(entry));
   return {};
 }
 
 Status KnownTree::AddBoxes(NodeId node, std::span<const std::uint8_t> bytes)
 {
-  Result<std::vector<Box>> told = DecodePartitionBoxes(bytes, node, this->Depths);
-  KDSTREAM_TRY(told);
+  Result<std::vector<Box>> decoded = DecodePartitionBoxes(bytes, node, this->Depths);
+  KDSTREAM_TRY(decoded);
   const NodeId first = node << (this->Depths.partition - DepthOfNode(node));
-  for (std::size_t i = 0; i < told->size(); ++i)
+  for (std::size_t i = 0; i < decoded->size(); ++i)
   {
     const Box* around = this->AroundIfLoaded(first + static_cast<NodeId>(i));
-    if (around && !Holds(*around, (*told)[i]))
+    if (around && !Holds(*around, (*decoded)[i]))
     {
       return Error{ ErrorCode::InvalidInput,
         "boxes " + std::to_string(node) + ": the box of partition " +
@@ -197,8 +197,8 @@ Status KnownTree::AddBoxes(NodeId node, std::span<const std::uint8_t> bytes)
     }
   }
   Entry entry;
-  entry.bytes = sizeof(Entry) + told->capacity() * sizeof(Box);
-  entry.ofPartitions = std::move(*told);
+  entry.bytes = sizeof(Entry) + decoded->capacity() * sizeof(Box);
+  entry.ofPartitions = std::move(*decoded);
   this->Keep(BlobId::PartitionBoxes(node), std::move(entry));
   return {};
 }

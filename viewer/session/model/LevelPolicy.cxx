@@ -20,7 +20,7 @@ std::vector<LevelFacts> LevelFactsOf(const ModelDescription& model)
       break; // of which nothing can be had
     }
     const double spacing = VertexSpacing(model.box, static_cast<double>(level.vertices));
-    facts.push_back({ std::max(level.deviation99, spacing * part), level.triangles });
+    facts.push_back({ std::max(level.geometricError99, spacing * part), level.triangles });
   }
   return facts;
 }
@@ -29,12 +29,12 @@ LevelPolicy::LevelPolicy(std::span<const LevelFacts> levels, const LevelPolicyOp
   : Options(options)
 {
   const auto count = static_cast<unsigned>(levels.size());
-  this->Deviations.resize(count);
+  this->GeometricErrors.resize(count);
   double largest = 0;
   for (unsigned d = count; d-- > 0;)
   {
-    largest = std::max(largest, levels[d].deviation);
-    this->Deviations[d] = largest;
+    largest = std::max(largest, levels[d].geometricError);
+    this->GeometricErrors[d] = largest;
   }
   this->Preview = std::min(count - 1, previewDepth);
   this->Finest = this->Preview;
@@ -48,8 +48,8 @@ LevelPolicy::LevelPolicy(std::span<const LevelFacts> levels, const LevelPolicyOp
 unsigned LevelPolicy::Coarsest(double pointsPerUnit, double slack) const
 {
   unsigned level = this->Preview;
-  while (
-    level<this->Finest&& this->Deviations[level] * pointsPerUnit> this->Options.tolerance * slack)
+  while (level < this->Finest &&
+         this->Options.tolerance * slack < this->GeometricErrors[level] * pointsPerUnit)
   {
     ++level;
   }

@@ -16,7 +16,7 @@ namespace kdstream
 // What the policy has to know of a level.
 struct LevelFacts
 {
-  double deviation = 0; // that 99 of 100 of its vertices do not exceed, model units
+  double geometricError = 0; // that 99 of 100 of its vertices do not exceed, model units
   std::uint64_t triangles = 0;
 };
 // Facts about the available levels of a model, 0 first. Light and texture suffer before the shape
@@ -49,7 +49,7 @@ private:
   unsigned Coarsest(double pointsPerUnit, double slack) const;
 
   LevelPolicyOptions Options;
-  std::vector<double> Deviations; // of levels 0 … L, falling
+  std::vector<double> GeometricErrors; // of levels 0 … L, falling
   unsigned Preview = 0;
   unsigned Finest = 0; // that the budget allows
 };

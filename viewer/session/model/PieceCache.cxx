@@ -19,7 +19,7 @@ std::size_t BytesOf(const std::vector<T>& values)
 std::size_t MemoryOf(const Piece& piece)
 {
   std::size_t bytes = sizeof(Piece) + BytesOf(piece.positions) + BytesOf(piece.keys) +
-                      BytesOf(piece.deviations) + BytesOf(piece.ancestors) +
+                      BytesOf(piece.geometricErrors) + BytesOf(piece.ancestors) +
                       BytesOf(piece.childBegin) + BytesOf(piece.childNodes) +
                       BytesOf(piece.triangles) + BytesOf(piece.attributes);
   for (const Attribute& attribute : piece.attributes)

@@ -25,10 +25,10 @@ constexpr double bytesOfTriangle = 120;
 
 double LightPartOf(const ModelDescription& model)
 {
-  const bool painted = std::any_of(model.attributes.begin(), model.attributes.end(),
+  const bool hasColors = std::any_of(model.attributes.begin(), model.attributes.end(),
     [](const AttributeInfo& array) { return RoleOf(array) == AttributeRole::Colors; });
   const bool levelsHaveTiles = model.textures && model.textures->levels;
-  return levelsHaveTiles ? 1.0 / 6 : model.textures ? 1.0 / 2 : painted ? 1.0 / 3 : 1.0 / 6;
+  return levelsHaveTiles ? 1.0 / 6 : model.textures ? 1.0 / 2 : hasColors ? 1.0 / 3 : 1.0 / 6;
 }
 
 double VertexSpacing(const Box& box, double vertices)
@@ -144,9 +144,9 @@ std::optional<double> ViewRefinement::GeometricErrorOf(
   return std::max(most, this->LightPart * VertexSpacing(*box, this->Steps[step].vertices));
 }
 
-double ViewRefinement::ErrorIn(const Box& box, double deviation, const Camera& camera) const
+double ViewRefinement::ErrorIn(const Box& box, double geometricError, const Camera& camera) const
 {
-  return deviation * camera.PointsPerUnit(std::max(camera.DistanceTo(box), this->Smallest));
+  return geometricError * camera.PointsPerUnit(std::max(camera.DistanceTo(box), this->Smallest));
 }
 
 double ViewRefinement::Weight(const Box& box, const Camera& camera)
@@ -181,7 +181,7 @@ bool ViewRefinement::MayBeVisible(Walk& walk, NodeId node) const
 
 // Whether finer pieces are to replace a failed piece. Only one step finer: otherwise, without a
 // server, everything that was never seen would be searched for.
-bool ViewRefinement::StandIn(const Walk& walk, std::size_t step, NodeId node) const
+bool ViewRefinement::NeedsSubstitute(const Walk& walk, std::size_t step, NodeId node) const
 {
   const PieceId piece{ this->Steps[step].resolution, node };
   return this->IsIntermediate(step) && walk.failed.count(piece) != 0 &&
@@ -201,22 +201,22 @@ void ViewRefinement::PushBelow(Walk& walk, std::size_t step, NodeId node, double
   {
     return; // what is looked for would push out what is needed
   }
-  const auto deviation = this->GeometricErrorOf(step, node, view.tree);
-  if (!deviation)
+  const auto geometricError = this->GeometricErrorOf(step, node, view.tree);
+  if (!geometricError)
   {
     return;
   }
   const PieceId above{ this->Steps[step].resolution, node };
   const PieceId teller = this->Above(above, std::min(step, this->Stitch));
-  const bool isTold = view.seen && view.seen->Knows(teller);
-  if (view.seen && !isTold && !view.loaded.Peek(teller))
+  const bool isReported = view.seen && view.seen->Knows(teller);
+  if (view.seen && !isReported && !view.loaded.Peek(teller))
   {
     walk.found[above].seen = 1; // which of what is below may be visible, that piece will tell
     return;
   }
   const Step& next = this->Steps[step + 1];
   const unsigned deeper = next.depth - this->Steps[step].depth;
-  const bool standIn = this->StandIn(walk, step, node);
+  const bool substitute = this->NeedsSubstitute(walk, step, node);
   for (NodeId i = 0; i < NodeId{ 1 } << deeper; ++i)
   {
     const PieceId below{ next.resolution, (node << deeper) + i };
@@ -227,15 +227,15 @@ void ViewRefinement::PushBelow(Walk& walk, std::size_t step, NodeId node, double
       ++walk.found[above].seen; // perhaps
     }
     else if (this->MayBeVisible(walk, below.node) &&
-             (!isTold || step >= this->Stitch || view.seen->MayBeVisible(below)))
+             (!isReported || step >= this->Stitch || view.seen->MayBeVisible(below)))
     {
       ++walk.found[above].seen;
       const double bonus = walk.before.count(below) != 0 ? this->Options.deadBand : 1;
-      const double error = this->ErrorIn(*box, *deviation, view.camera);
+      const double error = this->ErrorIn(*box, *geometricError, view.camera);
       const double own = error * Weight(*box, view.camera) * bonus;
       const double tolerance = this->Options.tolerance * next.leap;
       const bool mayBeHad = this->IsIntermediate(step + 1) || walk.failed.count(below) == 0;
-      if ((error * bonus > tolerance || standIn) && mayBeHad)
+      if ((error * bonus > tolerance || substitute) && mayBeHad)
       {
         walk.waiting.push({ std::min(own, urgency), error, step + 1, below.node, above });
       }
@@ -350,19 +350,19 @@ void ViewRefinement::WantIntermediate(
     const unsigned deeper = this->Steps[below].depth - this->Steps[step].depth;
     for (NodeId i = 0; i < NodeId{ 1 } << deeper; ++i)
     {
-      const PieceId standIn{ this->Steps[below].resolution, (piece.node << deeper) + i };
-      if (view.loaded.Peek(standIn))
+      const PieceId substitute{ this->Steps[below].resolution, (piece.node << deeper) + i };
+      if (view.loaded.Peek(substitute))
       {
-        this->Want(standIn, 0);
+        this->Want(substitute, 0);
       }
     }
   }
   for (std::size_t above = step - 1; above > this->Stitch; --above)
   {
-    const PieceId standIn = this->Above(piece, above);
-    if (view.loaded.Peek(standIn))
+    const PieceId substitute = this->Above(piece, above);
+    if (view.loaded.Peek(substitute))
     {
-      this->Want(standIn, 0);
+      this->Want(substitute, 0);
       return;
     }
   }
@@ -405,8 +405,9 @@ double ViewRefinement::UrgencyOf(PieceId piece, const Camera& camera, KnownTree&
   {
     return step > 0 ? 0 : std::numeric_limits<double>::infinity();
   }
-  const auto deviation = this->GeometricErrorOf(step - 1, this->Above(piece, step - 1).node, tree);
-  return deviation ? this->ErrorIn(*box, *deviation, camera) * Weight(*box, camera) : 0;
+  const auto geometricError =
+    this->GeometricErrorOf(step - 1, this->Above(piece, step - 1).node, tree);
+  return geometricError ? this->ErrorIn(*box, *geometricError, camera) * Weight(*box, camera) : 0;
 }
 
 std::size_t ViewRefinement::BlobBytes(PieceId piece, KnownTree& tree) const

@@ -129,9 +129,9 @@ private:
   {
     return step > this->Stitch && step + 1 < this->Allowed;
   }
-  bool StandIn(const Walk& walk, std::size_t step, NodeId node) const;
+  bool NeedsSubstitute(const Walk& walk, std::size_t step, NodeId node) const;
   std::optional<double> GeometricErrorOf(std::size_t step, NodeId node, KnownTree& tree) const;
-  double ErrorIn(const Box& box, double deviation, const Camera& camera) const;
+  double ErrorIn(const Box& box, double geometricError, const Camera& camera) const;
   static double Weight(const Box& box, const Camera& camera);
   bool MayBeVisible(Walk& walk, NodeId node) const;
   void PushBelow(Walk& walk, std::size_t step, NodeId node, double urgency) const;

@@ -26,22 +26,22 @@ TexturedCorners TexturedCornersOf(
   const Surface& surface, std::span<const std::uint32_t> corners, const TextureTile& tile)
 {
   const float width = static_cast<float>(tile.width), height = static_cast<float>(tile.height);
-  TexturedCorners painted;
-  painted.triangles.reserve(surface.triangles.size());
+  TexturedCorners textured;
+  textured.triangles.reserve(surface.triangles.size());
   // The vertices of a point are a list: the last one, and before each the one before it.
   std::vector<VertexId> last(surface.points.size(), noVertex), before;
   const auto vertexAt = [&](VertexId point, const std::array<float, 2>& place)
   {
     VertexId vertex = last[point];
-    for (unsigned i = 0; vertex != noVertex && painted.places[vertex] != place; ++i)
+    for (unsigned i = 0; vertex != noVertex && textured.places[vertex] != place; ++i)
     {
       vertex = i < mostPlaces ? before[vertex] : noVertex;
     }
     if (vertex == noVertex)
     {
-      vertex = static_cast<VertexId>(painted.points.size());
-      painted.points.push_back(point);
-      painted.places.push_back(place);
+      vertex = static_cast<VertexId>(textured.points.size());
+      textured.points.push_back(point);
+      textured.places.push_back(place);
       before.push_back(last[point]);
       last[point] = vertex;
     }
@@ -56,9 +56,9 @@ TexturedCorners TexturedCornersOf(
       const TileCoordinate& at = coordinates[(corners[i] + k) % 3];
       triangle[k] = vertexAt(surface.triangles[i][k], { at[0] / width, at[1] / height });
     }
-    painted.triangles.push_back(triangle);
+    textured.triangles.push_back(triangle);
   }
-  return painted;
+  return textured;
 }
 
 }

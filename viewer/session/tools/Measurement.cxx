@@ -15,7 +15,7 @@ double ErrorBoundOf(Resolution resolution, const ModelDescription& model)
   const bool isLevel = !resolution.IsOriginal() && resolution.Depth() < model.levels.size();
   const ResolutionDescription& shown = isLevel ? model.levels[resolution.Depth()] : model.original;
   const double step = model.grid.Lossless() ? 0 : model.grid.step * shown.spacing;
-  return (isLevel ? shown.deviation : 0) + std::sqrt(3.0) / 2 * step;
+  return (isLevel ? shown.geometricError : 0) + std::sqrt(3.0) / 2 * step;
 }
 
 double Measurement::Distance() const

@@ -18,7 +18,7 @@ struct MeasuredPoint
   Vec3 point{};          // model units
   Resolution resolution; // the coarsest that had a part in what was picked
   // An upper bound of the distance from the mesh of which the store was built: for a level its
-  // deviation, and the grid's rounding.
+  // geometric error, and the grid's rounding.
   double error = 0;   // model units
   bool waits = false; // for the original, which is asked for
   bool operator==(const MeasuredPoint&) const = default;

@@ -932,10 +932,10 @@ void CompareFiles(const std::string& folder)
     Expect(!all || all->GetNumberOfPoints() == expected, "the number of points");
     for (const FilterObserver* const each : { &heard, &heardWriter })
     {
-      const bool isTold =
+      const bool isReported =
         each->warning.find("all processes have the same mesh") != std::string::npos;
       const bool knows = each == &heard || rank == 0; // who writes
-      Expect(isTold == (knows && !isOwn), "the warning is " + each->warning);
+      Expect(isReported == (knows && !isOwn), "the warning is " + each->warning);
     }
   }
 }

@@ -88,7 +88,7 @@ TEST_F(TestKdMeshReader, ArraysCanBeChosen)
   EXPECT_EQ(fewer.GetNumberOfPolys(), 2);
 }
 
-TEST_F(TestKdMeshReader, TheHeaderIsToldBeforeAnythingIsRead)
+TEST_F(TestKdMeshReader, TheHeaderIsReportedBeforeAnythingIsRead)
 {
   this->Write("arrays.ply",
     "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
@@ -100,7 +100,7 @@ TEST_F(TestKdMeshReader, TheHeaderIsToldBeforeAnythingIsRead)
   vtkInformation* const info = this->Reader->GetOutputInformation(0);
   EXPECT_EQ(info->Get(vtkKdMeshReader::NUMBER_OF_POINTS()), 4);
   EXPECT_EQ(info->Get(vtkKdMeshReader::NUMBER_OF_CELLS()), 2);
-  const auto told = [info](vtkInformationInformationVectorKey* key)
+  const auto reported = [info](vtkInformationInformationVectorKey* key)
   {
     std::ostringstream text;
     vtkInformationVector* const arrays = info->Get(key);
@@ -114,11 +114,11 @@ TEST_F(TestKdMeshReader, TheHeaderIsToldBeforeAnythingIsRead)
     }
     return text.str();
   };
-  EXPECT_EQ(told(vtkDataObject::POINT_DATA_VECTOR()), "RGB 3 3 4; heat 11 1 4; ");
-  EXPECT_EQ(told(vtkDataObject::CELL_DATA_VECTOR()), "label 6 1 0; ");
+  EXPECT_EQ(reported(vtkDataObject::POINT_DATA_VECTOR()), "RGB 3 3 4; heat 11 1 4; ");
+  EXPECT_EQ(reported(vtkDataObject::CELL_DATA_VECTOR()), "label 6 1 0; ");
   this->Reader->GetPointDataArraySelection()->DisableArray("RGB");
   this->Reader->UpdateInformation();
-  EXPECT_EQ(told(vtkDataObject::POINT_DATA_VECTOR()), "heat 11 1 4; ");
+  EXPECT_EQ(reported(vtkDataObject::POINT_DATA_VECTOR()), "heat 11 1 4; ");
 
   // Another file: neither merged points nor missing ones are reported.
   this->Write("triangle.stl",
@@ -127,7 +127,7 @@ TEST_F(TestKdMeshReader, TheHeaderIsToldBeforeAnythingIsRead)
   this->Reader->UpdateInformation();
   EXPECT_FALSE(info->Has(vtkKdMeshReader::NUMBER_OF_POINTS()));
   EXPECT_EQ(info->Get(vtkKdMeshReader::NUMBER_OF_CELLS()), 1);
-  EXPECT_EQ(told(vtkDataObject::POINT_DATA_VECTOR()), "");
+  EXPECT_EQ(reported(vtkDataObject::POINT_DATA_VECTOR()), "");
   this->Reader->MergingOff();
   this->Reader->UpdateInformation();
   EXPECT_EQ(info->Get(vtkKdMeshReader::NUMBER_OF_POINTS()), 3);
@@ -256,7 +256,7 @@ TEST_F(TestKdMeshReader, ErrorsNameFileAndPlace)
   EXPECT_EQ(this->Reader->GetErrorCode(), vtkErrorCode::NoFileNameError);
 }
 
-TEST_F(TestKdMeshReader, TellsHowFarItIsAndStopsWhenToldTo)
+TEST_F(TestKdMeshReader, ReportsProgressAndStopsWhenAborted)
 {
   std::string text = "ply\nformat ascii 1.0\nelement vertex 300000\nproperty float x\n"
                      "property float y\nproperty float z\nend_header\n";

@@ -196,7 +196,7 @@ TEST_F(TestKdStoreWriter, WhatCannotBeWrittenIsAnErrorAndNoFile)
   EXPECT_EQ(this->Writer->GetErrorCode(), static_cast<unsigned long>(vtkErrorCode::NoError));
 }
 
-TEST_F(TestKdStoreWriter, AFullDiskIsToldByItsCode)
+TEST_F(TestKdStoreWriter, AFullDiskIsReportedByItsCode)
 {
   this->Writer->SetInputData(MakeSphere(100));
   rlimit before{};
@@ -235,7 +235,7 @@ TEST_F(TestKdStoreWriter, DirectionsThatAreNotFiniteAreRefused)
   EXPECT_EQ(NotFiniteTakenBy<Class>(*this->Writer, "View", &Class::SetView, &Class::GetView), "");
 }
 
-TEST_F(TestKdStoreWriter, TellsHowFarItIsAndStopsWhenToldTo)
+TEST_F(TestKdStoreWriter, ReportsProgressAndStopsWhenAborted)
 {
   this->Writer->SetInputData(MakeSphere(150));
   {

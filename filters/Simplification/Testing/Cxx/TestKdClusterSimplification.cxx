@@ -21,7 +21,7 @@ using namespace kdstream::testing;
 struct Options
 {
   Representative representative = Representative::Quadric;
-  bool sheets = true;
+  bool byComponents = true;
   bool weld = true;
   int cellVertices = 8;
   vtkIdType verticesPerPartition = 2000;
@@ -36,7 +36,7 @@ vtkSmartPointer<vtkKdClusterSimplification> MakeFilter(
   filter->SetRepresentative(options.representative == Representative::Mean
                               ? vtkKdClusterSimplification::Mean
                               : vtkKdClusterSimplification::Quadric);
-  filter->SetSheets(options.sheets);
+  filter->SetSheets(options.byComponents);
   filter->SetWeld(options.weld);
   filter->SetCellVertices(options.cellVertices);
   filter->SetVerticesPerPartition(options.verticesPerPartition);
@@ -70,7 +70,7 @@ ClusterLevels LevelsByCore(vtkPolyData& input, const Options& options)
     std::size_t{ 1 } << built->depths.partition, [&](VertexId v) { return cells[v]; });
   ClusterOptions cluster;
   cluster.representative = options.representative;
-  cluster.sheets = options.sheets;
+  cluster.byComponents = options.byComponents;
   Result<ClusterLevels> levels =
     BuildClusterLevels(mesh.points, mesh.triangles, *built, buckets, cluster);
   EXPECT_TRUE(levels);
@@ -82,8 +82,8 @@ void ExpectLevel(vtkPolyData& output, const ClusterLevel& level, bool floats)
   ASSERT_EQ(output.GetNumberOfPoints(), vtkIdType(level.positions.size()));
   ASSERT_EQ(output.GetNumberOfCells(), vtkIdType(level.triangles.size()));
   EXPECT_EQ(output.GetPoints()->GetDataType(), floats ? VTK_FLOAT : VTK_DOUBLE);
-  vtkDataArray* const deviations = output.GetPointData()->GetArray("Deviation");
-  ASSERT_TRUE(deviations);
+  vtkDataArray* const geometricErrors = output.GetPointData()->GetArray("Deviation");
+  ASSERT_TRUE(geometricErrors);
   for (std::size_t i = 0; i < level.positions.size(); ++i)
   {
     Vec3 expected = level.positions[i];
@@ -92,7 +92,7 @@ void ExpectLevel(vtkPolyData& output, const ClusterLevel& level, bool floats)
       x = floats ? double(float(x)) : x;
     }
     EXPECT_EQ(Point(output, vtkIdType(i)), expected);
-    EXPECT_EQ(deviations->GetTuple1(vtkIdType(i)), level.deviations[i]);
+    EXPECT_EQ(geometricErrors->GetTuple1(vtkIdType(i)), level.geometricErrors[i]);
   }
   for (std::size_t t = 0; t < level.triangles.size(); ++t)
   {

@@ -98,12 +98,12 @@ void ExpectLevel(vtkPolyData& output, const ClusterLevel& level)
 {
   ASSERT_EQ(output.GetNumberOfPoints(), vtkIdType(level.positions.size()));
   ASSERT_EQ(output.GetNumberOfCells(), vtkIdType(level.triangles.size()));
-  vtkDataArray* const deviations = output.GetPointData()->GetArray("Deviation");
-  ASSERT_TRUE(deviations);
+  vtkDataArray* const geometricErrors = output.GetPointData()->GetArray("Deviation");
+  ASSERT_TRUE(geometricErrors);
   for (std::size_t i = 0; i < level.positions.size(); ++i)
   {
     EXPECT_EQ(Point(output, vtkIdType(i)), level.positions[i]);
-    EXPECT_EQ(deviations->GetTuple1(vtkIdType(i)), level.deviations[i]);
+    EXPECT_EQ(geometricErrors->GetTuple1(vtkIdType(i)), level.geometricErrors[i]);
   }
   for (std::size_t t = 0; t < level.triangles.size(); ++t)
   {
@@ -231,13 +231,13 @@ TEST(KdClusterSimplificationMakers, AnyClustersFromAnArray)
   filter->WeldOff();
   filter->SetDepth(1); // neither is used
   filter->SetTargetNumberOfTriangles(17);
-  for (const bool sheets : { true, false })
+  for (const bool byComponents : { true, false })
   {
-    SCOPED_TRACE(sheets);
-    filter->SetSheets(sheets);
+    SCOPED_TRACE(byComponents);
+    filter->SetSheets(byComponents);
     filter->Update();
     ClusterOptions options;
-    options.sheets = sheets;
+    options.byComponents = byComponents;
     ExpectLevel(
       *filter->GetOutput(), *SimplifyByClusters(mesh, ClusteringOfLabels(labels), options));
     EXPECT_EQ(filter->GetFinestDepth(), -1);

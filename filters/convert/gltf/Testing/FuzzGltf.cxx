@@ -54,7 +54,8 @@ void CheckMaterials(const std::filesystem::path& file)
   const GltfMaterials read = ReadGltfMaterials(*document, GltfBuffers::Open(*document, file), file);
   for (const GltfMaterial& material : read.materials)
   {
-    Require(material.paint.picture == noPicture || material.paint.picture < read.pictures.size());
+    Require(
+      material.textured.picture == noPicture || material.textured.picture < read.pictures.size());
     Require(material.coordinates >= 0 && material.coordinates < 100);
   }
   for (const PictureSource& picture : read.pictures)

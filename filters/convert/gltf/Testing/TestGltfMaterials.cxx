@@ -53,7 +53,7 @@ TEST(GltfMaterials, BytesThatManyImagesNameAreThereOnce)
   for (std::size_t i = 2; i < 400; ++i)
   {
     EXPECT_TRUE(read.pictures[i].bytes.empty());
-    EXPECT_EQ(read.materials[i].paint.picture, i % 2);
+    EXPECT_EQ(read.materials[i].textured.picture, i % 2);
   }
 }
 

@@ -309,7 +309,7 @@ TEST_F(TestKdStreamActor, PicturesOfATexturedModelAreOnItsParts)
   this->Renderer->GetActiveCamera()->Zoom(3);
   ASSERT_TRUE(this->Actor->Refine(this->Renderer, deadline));
   this->Window->Render();
-  const auto painted = [this]
+  const auto texturedParts = [this]
   {
     int count = 0;
     vtkProp3DCollection* const parts = this->Actor->GetParts();
@@ -332,12 +332,12 @@ TEST_F(TestKdStreamActor, PicturesOfATexturedModelAreOnItsParts)
     return count;
   };
   const auto isRed = [](const unsigned char* c) { return c[0] > 60 && c[1] < 20 && c[2] < 20; };
-  EXPECT_GT(painted(), 4);
+  EXPECT_GT(texturedParts(), 4);
   EXPECT_GT(this->Count(isRed), std::size_t(side * side * 3 / 4));
   this->Actor->SetColorBy("none");
   ASSERT_TRUE(this->Actor->Refine(this->Renderer, deadline));
   this->Window->Render();
-  EXPECT_EQ(painted(), 0);
+  EXPECT_EQ(texturedParts(), 0);
   EXPECT_EQ(this->Count(isRed), 0u);
 }
 
@@ -365,7 +365,7 @@ TEST_F(TestKdStreamActor, NumbersThatAreNoneAreRefused)
   EXPECT_EQ(this->Actor->GetTolerance(), 100);
 }
 
-TEST_F(TestKdStreamActor, ErrorsAreToldOnceAndOpenTriesAnew)
+TEST_F(TestKdStreamActor, ErrorsAreReportedOnceAndOpenTriesAnew)
 {
   ReportedErrors heard(*this->Actor);
   const TemporaryFolder folder;

@@ -569,7 +569,7 @@ TEST_F(TestKdStreamActorViews, ACopyOpensTheModelItself)
   EXPECT_EQ(this->Actor->GetParts()->IsItemPresent(copy), 0);
 }
 
-TEST_F(TestKdStreamActorViews, APartOfAnotherAssemblyIsToldOfOnce)
+TEST_F(TestKdStreamActorViews, APartOfAnotherAssemblyIsReportedOnce)
 {
   this->Open(Surface());
   this->Renderer->RemoveActor(this->Actor);

@@ -18,7 +18,7 @@ namespace kdstream::testing
 inline Mesh ColoredTorus()
 {
   Mesh mesh = MakeTorus(420, 210);
-  Paint(mesh);
+  AddVertexColors(mesh);
   return mesh;
 }
 

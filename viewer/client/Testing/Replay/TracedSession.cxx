@@ -151,7 +151,7 @@ ServerLineOptions LineOptions()
   ServerLineOptions options;
   options.authority = "recorded:1";
   options.patient = true;
-  options.silenceTimeout = 20;
+  options.idleTimeout = 20;
   return options;
 }
 

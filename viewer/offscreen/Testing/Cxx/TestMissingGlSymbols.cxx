@@ -11,7 +11,7 @@ namespace kdstream
 namespace
 {
 
-TEST(MissingGlSymbols, AreToldInWords)
+TEST(MissingGlSymbols, AreReportedInWords)
 {
   for (const WindowBackend backend : { WindowBackend::Egl, WindowBackend::OsMesa })
   {

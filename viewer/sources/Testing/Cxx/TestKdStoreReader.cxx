@@ -346,50 +346,51 @@ TEST_F(TestKdStoreReader, OnlyWhatIsAskedForIsLoaded)
 }
 
 // By default only the store's metadata are read for it.
-TEST_F(TestKdStoreReader, InformationIsToldWithoutDecoding)
+TEST_F(TestKdStoreReader, InformationIsReportedWithoutDecoding)
 {
   this->Open(this->Sphere);
   FilterObserver heard(this->Reader);
   this->Reader->UpdateInformation();
   const std::size_t steps = heard.progress.size();
-  const auto told = [this]
+  const auto reported = [this]
   {
     return vtkPartitionedDataSet::SafeDownCast(this->Reader->GetOutputInformation(0)->Get(
       vtkCompositeDataPipeline::COMPOSITE_DATA_META_DATA()));
   };
-  ASSERT_NE(told(), nullptr);
-  ASSERT_EQ(told()->GetNumberOfPartitions(), 128u);
+  ASSERT_NE(reported(), nullptr);
+  ASSERT_EQ(reported()->GetNumberOfPartitions(), 128u);
   const auto boxes = *this->Model->ReadBoxes();
   for (unsigned int i = 0; i < 128; ++i)
   {
     const Box& own = boxes[NodeOfPartition(i, this->Model->Info().depths)];
-    const double* const box = told()->GetMetaData(i)->Get(vtkDataObject::BOUNDING_BOX());
+    const double* const box = reported()->GetMetaData(i)->Get(vtkDataObject::BOUNDING_BOX());
     ASSERT_NE(box, nullptr);
     for (std::size_t k = 0; k < 3; ++k)
     {
       EXPECT_EQ(box[2 * k], own.lo[k]);
       EXPECT_EQ(box[2 * k + 1], own.hi[k]);
     }
-    EXPECT_FALSE(told()->GetMetaData(i)->Has(vtkKdModelSource::NUMBER_OF_POINTS()));
+    EXPECT_FALSE(reported()->GetMetaData(i)->Has(vtkKdModelSource::NUMBER_OF_POINTS()));
   }
   this->Reader->MeasureOriginalOn();
   this->Reader->UpdateInformation();
   EXPECT_GT(heard.progress.size(), 2 * steps + 2) << "it is decoded now";
-  EXPECT_TRUE(told()->GetMetaData(0u)->Has(vtkKdModelSource::NUMBER_OF_POINTS()));
+  EXPECT_TRUE(reported()->GetMetaData(0u)->Has(vtkKdModelSource::NUMBER_OF_POINTS()));
   this->Reader->MeasureOriginalOff();
   this->Reader->UpdateInformation();
-  EXPECT_FALSE(told()->GetMetaData(0u)->Has(vtkKdModelSource::NUMBER_OF_POINTS()));
+  EXPECT_FALSE(reported()->GetMetaData(0u)->Has(vtkKdModelSource::NUMBER_OF_POINTS()));
 }
 
-TEST_F(TestKdStoreReader, BoundsAreToldBeforeAnythingIsLoaded)
+TEST_F(TestKdStoreReader, BoundsAreReportedBeforeAnythingIsLoaded)
 {
   this->Open(this->Sphere);
   this->Reader->MeasureOriginalOn();
   this->Reader->UpdateInformation();
-  auto* const told = vtkPartitionedDataSet::SafeDownCast(this->Reader->GetOutputInformation(0)->Get(
-    vtkCompositeDataPipeline::COMPOSITE_DATA_META_DATA()));
-  ASSERT_NE(told, nullptr);
-  ASSERT_EQ(told->GetNumberOfPartitions(), 128u);
+  auto* const reported =
+    vtkPartitionedDataSet::SafeDownCast(this->Reader->GetOutputInformation(0)->Get(
+      vtkCompositeDataPipeline::COMPOSITE_DATA_META_DATA()));
+  ASSERT_NE(reported, nullptr);
+  ASSERT_EQ(reported->GetNumberOfPartitions(), 128u);
   EXPECT_EQ(this->Reader->GetNumberOfModelPartitions(), 128);
   EXPECT_EQ(
     this->Reader->GetNumberOfModelPoints(), static_cast<vtkIdType>(this->Sphere.points.size()));
@@ -398,19 +399,19 @@ TEST_F(TestKdStoreReader, BoundsAreToldBeforeAnythingIsLoaded)
   {
     auto* const part = vtkPolyData::SafeDownCast(output->GetPartitionAsDataObject(i));
     ASSERT_NE(part, nullptr);
-    const double* const box = told->GetMetaData(i)->Get(vtkDataObject::BOUNDING_BOX());
+    const double* const box = reported->GetMetaData(i)->Get(vtkDataObject::BOUNDING_BOX());
     const double* const loaded = output->GetMetaData(i)->Get(vtkDataObject::BOUNDING_BOX());
     ASSERT_TRUE(box && loaded);
     EXPECT_TRUE(std::equal(box, box + 6, part->GetBounds())) << i << ": not with its ghosts";
     EXPECT_TRUE(std::equal(loaded, loaded + 6, part->GetBounds())) << i;
+    EXPECT_EQ(reported->GetMetaData(i)->Get(vtkKdModelSource::NUMBER_OF_POINTS()),
+      part->GetNumberOfPoints());
     EXPECT_EQ(
-      told->GetMetaData(i)->Get(vtkKdModelSource::NUMBER_OF_POINTS()), part->GetNumberOfPoints());
-    EXPECT_EQ(
-      told->GetMetaData(i)->Get(vtkKdModelSource::NUMBER_OF_CELLS()), part->GetNumberOfCells());
+      reported->GetMetaData(i)->Get(vtkKdModelSource::NUMBER_OF_CELLS()), part->GetNumberOfCells());
   }
 }
 
-TEST_F(TestKdStoreReader, TheModelIsToldBeforeItIsLoaded)
+TEST_F(TestKdStoreReader, TheModelIsReportedBeforeItIsLoaded)
 {
   Mesh mesh = this->Sphere;
   const auto add = [&](const char* name, AttributeAssociation of, std::size_t count, double step)
@@ -646,7 +647,7 @@ TEST_F(TestKdStoreReader, ErrorsNameTheFileAndWhatIsWrong)
   EXPECT_EQ(this->Reader->GetErrorCode(), vtkErrorCode::FileFormatError);
 }
 
-TEST_F(TestKdStoreReader, TellsHowFarItIsAndStopsWhenToldTo)
+TEST_F(TestKdStoreReader, ReportsProgressAndStopsWhenAborted)
 {
   this->Open(this->Sphere, 20);
   {

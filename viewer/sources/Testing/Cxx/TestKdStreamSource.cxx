@@ -133,10 +133,11 @@ TEST_F(TestKdStreamSource, GivesWhatAReaderOfTheStoreGives)
   this->Source->SetContentToOriginal();
   this->Source->SetOutputTypeToPartitionedDataSet();
   this->Source->UpdateInformation();
-  auto* const told = vtkPartitionedDataSet::SafeDownCast(this->Source->GetOutputInformation(0)->Get(
-    vtkCompositeDataPipeline::COMPOSITE_DATA_META_DATA()));
-  ASSERT_NE(told, nullptr);
-  EXPECT_EQ(told->GetNumberOfPartitions(), 128u);
+  auto* const reported =
+    vtkPartitionedDataSet::SafeDownCast(this->Source->GetOutputInformation(0)->Get(
+      vtkCompositeDataPipeline::COMPOSITE_DATA_META_DATA()));
+  ASSERT_NE(reported, nullptr);
+  EXPECT_EQ(reported->GetNumberOfPartitions(), 128u);
 }
 
 TEST_F(TestKdStreamSource, FetchesOnlyWhatIsAskedFor)
@@ -398,8 +399,8 @@ TEST_F(TestKdStreamSource, StopsWhileAServerDoesNotAnswer)
   ASSERT_EQ(::listen(listener, 1), 0);
   ASSERT_EQ(::getsockname(listener, reinterpret_cast<sockaddr*>(&address), &size), 0);
   this->Source->SetUrl("http://127.0.0.1:" + std::to_string(ntohs(address.sin_port)));
-  int told = 0;
-  AbortWhen abort{ *this->Source, [&] { return ++told == 3; } };
+  int reported = 0;
+  AbortWhen abort{ *this->Source, [&] { return ++reported == 3; } };
   this->Source->AddObserver(vtkCommand::ProgressEvent, &abort, &AbortWhen::Look);
   FilterObserver heard(this->Source);
   EXPECT_TRUE(ContentOf(this->Update(), true).points.empty());
@@ -461,7 +462,7 @@ TEST_F(TestKdStreamSource, TheUpdateAfterAFailureOpensAnew)
   EXPECT_FALSE(ContentOf(this->Update()).cells.empty());
 }
 
-TEST_F(TestKdStreamSource, StopsWhenToldTo)
+TEST_F(TestKdStreamSource, StopsWhenCancelled)
 {
   FilterObserver heard(this->Source);
   heard.abortAt = 0;

@@ -149,13 +149,13 @@ TEST_F(TestKdTextureReader, PiecesOfLevelsHaveThemToo)
   for (int level = 0; level < int(model.levels.size()); ++level)
   {
     SCOPED_TRACE(level);
-    const ResolutionDescription& told = model.levels[std::size_t(level)];
+    const ResolutionDescription& reported = model.levels[std::size_t(level)];
     this->Reader->SetLevel(level);
     this->Reader->SetPartition(0);
     this->Reader->UpdateInformation();
-    ASSERT_EQ(this->Reader->GetNumberOfModelPartitions(), vtkIdType(told.pieces));
+    ASSERT_EQ(this->Reader->GetNumberOfModelPartitions(), vtkIdType(reported.pieces));
     vtkIdType triangles = 0;
-    for (vtkIdType piece = 0; piece < vtkIdType(told.pieces); ++piece)
+    for (vtkIdType piece = 0; piece < vtkIdType(reported.pieces); ++piece)
     {
       this->Reader->SetPartition(piece);
       this->Reader->Update();
@@ -166,7 +166,7 @@ TEST_F(TestKdTextureReader, PiecesOfLevelsHaveThemToo)
       ASSERT_EQ(places->GetNumberOfTuples(), surface->GetNumberOfPoints());
       ASSERT_EQ(this->Reader->GetPicture()->GetDimensions()[0], int(width));
     }
-    EXPECT_EQ(triangles, vtkIdType(told.triangles)) << "each once";
+    EXPECT_EQ(triangles, vtkIdType(reported.triangles)) << "each once";
   }
   this->Reader->SetPartition(1000);
   EXPECT_NE(this->Refusal().find("there is no piece 1000 of level "), std::string::npos);

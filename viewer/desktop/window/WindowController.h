@@ -52,10 +52,10 @@ struct SceneSight
 };
 
 // One window, one person, one session.
-class WindowLook
+class WindowController
 {
 public:
-  WindowLook(std::string program, const ViewOptions& options,
+  WindowController(std::string program, const ViewOptions& options,
     std::unique_ptr<DisplayWindow> display, SessionRecorder recorder);
 
   void Run();
@@ -93,7 +93,7 @@ private:
   void AskForPicture();
   void TakePicture();
   Status WriteModelPicture(const std::string& file);
-  Status WriteToldPicture(const std::string& file);
+  Status WriteSpecifiedPicture(const std::string& file);
   Result<WindowPicture> PictureWith(InterfaceLayer::Part part);
   void Tell(const std::string& note);
   std::string Link() const { return LinkTo(this->Session.Viewer(), this->Settings.scene); }

@@ -32,7 +32,7 @@ struct Sample
   double wrong = 1; // share of the object's pixels
 };
 
-struct Look
+struct MeasuredView
 {
   std::vector<Sample> samples;
   double firstBytes = never, firstSeconds = never;
@@ -53,12 +53,13 @@ struct Reference
 };
 
 // Selects the model and waits for its preview. line: used only by that session.
-void OpenPreview(ViewerSession& session, SimulatedLine& line, const std::string& model, Look& look);
+void OpenPreview(
+  ViewerSession& session, SimulatedLine& line, const std::string& model, MeasuredView& measured);
 
 // Views until nothing more arrives, at `rate` bytes a second. Without a reference: draws only the
 // last picture, into `last`.
-Look LookAt(const ServedModel& model, const View& view, SessionOptions options, double rate,
-  const Reference* reference, Painter& painter, WindowPicture* last = nullptr);
+MeasuredView MeasureView(const ServedModel& model, const View& view, SessionOptions options,
+  double rate, const Reference* reference, Painter& painter, WindowPicture* last = nullptr);
 
 // Bytes after a jump of the eye, and those of them that nothing was shown of.
 struct JumpCost

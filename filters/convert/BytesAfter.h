@@ -35,8 +35,8 @@ inline Result<bool> AreZeros(ByteSource& source, std::uint64_t begin, std::uint6
 // Counts the bytes from `begin` to `end`. Zeros are padding. A length of whole elements of
 // `elementBytes` counts as elements, unless areElements (if given) denies it. Returns the number of
 // elements; `counted` ones come before.
-inline Result<std::uint64_t> LookBehind(ByteSource& source, std::uint64_t begin, std::uint64_t end,
-  std::uint64_t elementBytes, std::uint64_t counted, Tolerance& tolerance,
+inline Result<std::uint64_t> CheckBytesAfter(ByteSource& source, std::uint64_t begin,
+  std::uint64_t end, std::uint64_t elementBytes, std::uint64_t counted, Tolerance& tolerance,
   const std::function<Result<bool>(std::uint64_t elements)>& areElements = {})
 {
   const std::uint64_t rest = end - begin;
@@ -46,9 +46,9 @@ inline Result<std::uint64_t> LookBehind(ByteSource& source, std::uint64_t begin,
   bool are = !*zeros && more > 0 && rest % elementBytes == 0;
   if (are && areElements)
   {
-    const Result<bool> told = areElements(more);
-    KDSTREAM_TRY(told);
-    are = *told;
+    const Result<bool> reported = areElements(more);
+    KDSTREAM_TRY(reported);
+    are = *reported;
   }
   if (are)
   {
@@ -56,7 +56,7 @@ inline Result<std::uint64_t> LookBehind(ByteSource& source, std::uint64_t begin,
     return more;
   }
   tolerance.Count(
-    *zeros ? Lapse::PaddedEnd : Lapse::BytesBehindEnd, rest, "byte " + std::to_string(begin));
+    *zeros ? Lapse::PaddedEnd : Lapse::BytesAfterEnd, rest, "byte " + std::to_string(begin));
   return std::uint64_t{ 0 };
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Looks at a model over a simulated line: see ViewLooks.h.
-#include "Testing/Benchmarks/ViewLooks.h"
+// Looks at a model over a simulated line: see MeasuredViews.h.
+#include "Testing/Benchmarks/MeasuredViews.h"
 
 #include "viewer/session/SessionParts.h"
 
@@ -40,9 +40,9 @@ void Turn(ViewerSession& session, int direction)
 }
 
 void Open(ViewerSession& session, SimulatedLine& line, const ServedModel& model, const View& view,
-  Look& look)
+  MeasuredView& measured)
 {
-  OpenPreview(session, line, model.Description().id, look);
+  OpenPreview(session, line, model.Description().id, measured);
   Turn(session, view.direction);
   session.EnterFullScreen();
   session.Zoom(view.zoom, width / 2.0, height / 2.0);
@@ -56,9 +56,9 @@ double BytesOfShown(const ViewerSession& session, const ServedModel& model)
   {
     blobs.push_back(BlobOfPiece(piece, depths));
   }
-  for (const TexturedPiece& painted : *session.Scene().tiles)
+  for (const TexturedPiece& textured : *session.Scene().tiles)
   {
-    blobs.push_back(TextureOfPiece(painted.piece, depths));
+    blobs.push_back(TextureOfPiece(textured.piece, depths));
   }
   double bytes = 0;
   for (const protocol::BlobId& blob : blobs)
@@ -71,29 +71,30 @@ double BytesOfShown(const ViewerSession& session, const ServedModel& model)
 
 }
 
-void OpenPreview(ViewerSession& session, SimulatedLine& line, const std::string& model, Look& look)
+void OpenPreview(
+  ViewerSession& session, SimulatedLine& line, const std::string& model, MeasuredView& measured)
 {
   session.Resize({ width, height, 1 });
   static_cast<void>(session.SelectModel(model));
   while (line.Next(session))
   {
     session.BeginFrame();
-    if (session.GetStatus().vertices > 0 && look.firstBytes == never)
+    if (session.GetStatus().vertices > 0 && measured.firstBytes == never)
     {
-      look.firstBytes = static_cast<double>(line.Bytes());
-      look.firstSeconds = line.Now();
+      measured.firstBytes = static_cast<double>(line.Bytes());
+      measured.firstSeconds = line.Now();
     }
   }
 }
 
-Look LookAt(const ServedModel& model, const View& view, SessionOptions options, double rate,
-  const Reference* reference, Painter& painter, WindowPicture* last)
+MeasuredView MeasureView(const ServedModel& model, const View& view, SessionOptions options,
+  double rate, const Reference* reference, Painter& painter, WindowPicture* last)
 {
   options.mostStatistics = 0;
   ViewerSession session(std::move(options));
   SimulatedLine line(model, rate, roundTrip);
-  Look look;
-  Open(session, line, model, view, look);
+  MeasuredView measured;
+  Open(session, line, model, view, measured);
   std::uint64_t version = 0;
   std::shared_ptr<const TileList> tiles;
   double bytes = 0;
@@ -106,7 +107,8 @@ Look LookAt(const ServedModel& model, const View& view, SessionOptions options, 
       version = scene.surfaceVersion;
       tiles = scene.tiles;
       bytes = static_cast<double>(line.Bytes());
-      look.samples.push_back({ bytes, line.Now(), reference->ShareOfWrong(painter.Draw(scene)) });
+      measured.samples.push_back(
+        { bytes, line.Now(), reference->ShareOfWrong(painter.Draw(scene)) });
     }
   };
   do
@@ -116,15 +118,15 @@ Look LookAt(const ServedModel& model, const View& view, SessionOptions options, 
   } while (line.Next(session));
   session.BeginFrame();
   draw(true);
-  look.bytes = static_cast<double>(line.Bytes());
-  look.triangles = session.GetStatus().triangles;
-  look.wasted = session.GetTraffic().wasted;
-  look.oracleBytes = BytesOfShown(session, model);
+  measured.bytes = static_cast<double>(line.Bytes());
+  measured.triangles = session.GetStatus().triangles;
+  measured.wasted = session.GetTraffic().wasted;
+  measured.oracleBytes = BytesOfShown(session, model);
   if (last)
   {
     *last = painter.Draw(session.Scene());
   }
-  return look;
+  return measured;
 }
 
 JumpCost CostOfJump(const ServedModel& model, const View& view, double after, double rate)
@@ -133,7 +135,7 @@ JumpCost CostOfJump(const ServedModel& model, const View& view, double after, do
   options.mostStatistics = 0;
   ViewerSession session(std::move(options));
   SimulatedLine line(model, rate, roundTrip);
-  Look unused;
+  MeasuredView unused;
   Open(session, line, model, { 0, view.zoom }, unused);
   const double until = line.Now() + after;
   do
@@ -155,7 +157,7 @@ JumpCost CostOfJump(const ServedModel& model, const View& view, double after, do
 WindowPicture ReferencePictures::OfWhole(const View& view)
 {
   SimulatedLine line(this->Model, atOnce, 0);
-  Look unused;
+  MeasuredView unused;
   if (!this->Whole)
   {
     SessionOptions options;
@@ -173,10 +175,10 @@ WindowPicture ReferencePictures::OfWhole(const View& view)
       this->Whole->BeginFrame();
     } while (line.Next(*this->Whole));
   }
-  ViewerSession looking;
+  ViewerSession viewer;
   SimulatedLine other(this->Model, atOnce, 0);
-  Open(looking, other, this->Model, view, unused);
-  const ViewerScene camera = looking.Scene();
+  Open(viewer, other, this->Model, view, unused);
+  const ViewerScene camera = viewer.Scene();
   ViewerScene scene = this->Whole->Scene();
   scene.eye = camera.eye;
   scene.focal = camera.focal;
@@ -201,7 +203,8 @@ Reference ReferencePictures::Of(const View& view, Painter& painter)
     options.refinement.bytes *= finer;
     options.cacheBytes *= finer;
     options.refinement.tolerance /= finer;
-    LookAt(this->Model, view, std::move(options), atOnce, nullptr, painter, &reference.original);
+    MeasureView(
+      this->Model, view, std::move(options), atOnce, nullptr, painter, &reference.original);
   }
   reference.background = painter.Draw(ViewerSession(SessionOptions()).Scene());
   return reference;

@@ -2,7 +2,7 @@
 // How much of a mesh's vertex colours levels keep, and what that costs in shape
 // (doc/benchmarks.md#colours).
 //
-//   BenchPaint OUTPUT_FOLDER MESH.ply...
+//   BenchColors OUTPUT_FOLDER MESH.ply...
 //
 // Compares levels of coloured meshes with levels of the same meshes that ignore colours and get the
 // means of their vertices' colours: the difference of pictures without light from the original's,
@@ -48,28 +48,28 @@ struct Figure
   double color = 0, rms = 0;
 };
 
-class PaintBenchmark
+class ColorBenchmark
 {
 public:
-  PaintBenchmark(const std::string& folder, const std::string& file, const Execution& execution)
+  ColorBenchmark(const std::string& folder, const std::string& file, const Execution& execution)
     : Stem(folder + "/paint-" + std::filesystem::path(file).stem().string())
     , Exec(execution)
     , Input(ReadWelded(file, true))
-    , Paint(FindVertexColors(this->Input.attributes))
+    , Colors(FindVertexColors(this->Input.attributes))
     , Tree(Need(BuildKdTree(this->Input.points, {})))
     , Painter(this->Tree.boxes[1], side)
   {
   }
 
-  bool IsPainted() const { return this->Paint != nullptr; }
+  bool HasColors() const { return this->Colors != nullptr; }
 
   // Whether all bars are met.
   bool Run()
   {
     this->Originals =
-      this->Painter.DrawAll(this->Input.points, this->Input.triangles, *this->Paint);
+      this->Painter.DrawAll(this->Input.points, this->Input.triangles, *this->Colors);
     this->Write(this->Originals[8], "original");
-    const ClusterLevels painted = this->LevelsOf(this->Input);
+    const ClusterLevels colored = this->LevelsOf(this->Input);
     Mesh shape{ this->Input.points, this->Input.triangles };
     ClusterLevels bare = this->LevelsOf(shape);
     AddLevelAttributes(this->Input, bare);
@@ -77,9 +77,9 @@ public:
       this->Stem.c_str(), this->Input.triangles.size(), "level", "triangles", "colours", "shape",
       "triangles", "colours", "shape", "ratios", "");
     bool met = true;
-    for (std::size_t depth = painted.levels.size(); depth-- > coarsest;)
+    for (std::size_t depth = colored.levels.size(); depth-- > coarsest;)
     {
-      const Figure a = this->Measure(painted.levels[depth], "paint-" + std::to_string(depth));
+      const Figure a = this->Measure(colored.levels[depth], "paint-" + std::to_string(depth));
       const Figure b = this->Measure(bare.levels[depth], "shape-" + std::to_string(depth));
       const double color = a.color / b.color, rms = a.rms / b.rms;
       std::printf("%5zu | %9zu %7.2f %7.4f | %9zu %7.2f %7.4f | %6.3f %6.3f\n", depth, a.triangles,
@@ -135,7 +135,7 @@ private:
   std::string Stem;
   const Execution& Exec;
   Mesh Input;
-  const Attribute* Paint;
+  const Attribute* Colors;
   KdTree Tree;
   FlatPainter Painter;
   std::vector<FlatPicture> Originals;
@@ -147,7 +147,7 @@ int main(int count, char** arguments)
 {
   if (count < 3)
   {
-    std::fprintf(stderr, "usage: BenchPaint OUTPUT_FOLDER MESH.ply...\n");
+    std::fprintf(stderr, "usage: BenchColors OUTPUT_FOLDER MESH.ply...\n");
     return 2;
   }
   std::setvbuf(stdout, nullptr, _IOLBF, 0);
@@ -155,8 +155,8 @@ int main(int count, char** arguments)
   bool met = true;
   for (int i = 2; i < count; ++i)
   {
-    PaintBenchmark benchmark(arguments[1], arguments[i], execution);
-    if (!benchmark.IsPainted())
+    ColorBenchmark benchmark(arguments[1], arguments[i], execution);
+    if (!benchmark.HasColors())
     {
       std::fprintf(stderr, "error: %s is not painted\n", arguments[i]);
       return 2;

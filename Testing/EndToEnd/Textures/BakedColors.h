@@ -33,7 +33,7 @@ inline const std::array<std::uint8_t, 3> red{ 255, 0, 0 }, green{ 0, 255, 0 }, b
 // Texture coordinates of two faces, each in the middle of its half of the picture.
 inline const std::vector<std::array<float, 2>> leftAndRight{ { 0.25F, 0.5F }, { 0.75F, 0.5F } };
 
-class PaintedTest : public ConvertTest
+class BakedColorsTest : public ConvertTest
 {
 protected:
   void WritePicture(const std::string& name, const Picture& picture, PictureType type)
