@@ -605,7 +605,7 @@ export const cases = [
     { says: /1 node cannot be read and is left out: 'A', which is a PROTO only within the body of another \(line 5\)/, isRead: false }),
   one("VRML with a PROTO without the field that a node has of it", "a.wrl", wrl(`PROTO A [ field SFVec3f size 4 4 4 ] { Shape { geometry Box { size IS sizes } } }\nA { }`), cube,
     { says: /left out: 'size' of 'Box' \(line 2\), which IS 'sizes', but its PROTO 'A' has no such field/, isRead: false }),
-  one("VRML with events of a PROTO", "a.wrl", wrl(`PROTO A [ eventIn SFVec3f set_at exposedField SFVec3f at 1 0 0 ] { Transform { set_translation IS set_at translation IS at children ${cubeWrl()} } }\nA { at 5 0 0 }`),
+  one("VRML with events of a PROTO", "a.wrl", wrl(`PROTO A [ eventIn SFVec3f set_at exposedField SFVec3f at 1 0 0 eventOut SFVec3f at_changed ] { Transform { set_translation IS set_at translation IS at translation_changed IS at_changed children ${cubeWrl()} } }\nA { at 5 0 0 }`),
     { ...cube, box: { low: [4, -1, -1], high: [6, 1, 1] } }, { silent: /field/, isRead: false }),
   one("VRML with a PROTO of two nodes, of which one is shown", "a.wrl", wrl(`PROTO A [ ] { ${cubeWrl()} Transform { translation 9 0 0 children ${cubeWrl()} } }\nA { }`), cube, { isRead: false }),
   one("VRML with a field that the PROTO of the node does not have", "a.wrl", wrl(`PROTO A [ field SFVec3f size 4 4 4 ] { Shape { geometry Box { size IS size } } }\nA { scale 3 3 3 size 2 2 2 }`), cube,
