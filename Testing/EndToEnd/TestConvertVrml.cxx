@@ -355,10 +355,10 @@ TEST_F(TestConvertVrml, FieldsAreThoseOfTheirProtos)
                 reported("'size' of 'Box' (line 2), which IS 's', a field of another type"))),
     8, 1e-9);
   // Events do not come: what they would change stays.
-  ExpectBox(this->Scene("PROTO A [ eventIn SFVec3f move field SFVec3f at 1 0 0 eventOut SFVec3f "
-                        "moved eventIn MFNode add ] { Transform { set_translation IS move "
-                        "translation IS at translation_changed IS moved addChildren IS add "
-                        "children [ " +
+  ExpectBox(this->Scene("PROTO A [ eventIn SFVec3f set_at exposedField SFVec3f at 1 0 0 eventOut "
+                        "SFVec3f at_changed eventIn MFNode add ] { Transform { set_translation IS "
+                        "set_at translation IS at translation_changed IS at_changed addChildren "
+                        "IS add children [ " +
                         cube + " ] } }\nA { at 5 0 0 }"),
     { 4, -1, -1 }, { 6, 1, 1 });
 }

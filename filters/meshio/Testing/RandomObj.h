@@ -290,8 +290,9 @@ private:
     }
     if (this->Curves > 0)
     {
-      obj.ignored.push_back(
-        std::to_string(this->Curves) + " lines and free-form curves or surfaces");
+      obj.ignored.push_back(this->Curves == 1 ? "1 line, free-form curve or surface"
+                                              : std::to_string(this->Curves) +
+                                                  " lines and free-form curves or surfaces");
     }
     for (const std::size_t part : { 1U, 2U })
     {

@@ -205,6 +205,23 @@ TEST(ObjReader, NumbersBehindTheCoordinatesAreTakenForWhatTheyAre)
   }
 }
 
+// What is not read of them is named.
+TEST(ObjReader, NumbersThatMeanNothingAreNamed)
+{
+  const auto ignored = [](const std::string& behind)
+  {
+    return ReadBytes(
+      "v 0 0 0" + behind + "\nv 1 0 0" + behind + "\nv 0 1 0" + behind + "\nf 1 2 3\n")
+      .info.ignoredAttributes;
+  };
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(ignored(" 1"), Names{});
+  EXPECT_EQ(ignored(" 0.5 0.5"), Names{ "two numbers after the coordinates of vertices" });
+  EXPECT_EQ(ignored(" 0.5 0.5 0.5 1"), Names{});
+  EXPECT_EQ(ignored(" 0.5 0.5 0.5 0.25"),
+    Names{ "the numbers after the colours of vertices (transparency, mostly)" });
+}
+
 TEST(ObjReader, PointsOfACloudHaveTheirNormals)
 {
   const Contents read =

@@ -272,6 +272,8 @@ TEST(StlReader, NamesAttributeBytes)
   binary.back() = '\x80';
   EXPECT_EQ(ReadBytes(binary).info.ignoredAttributes,
     std::vector<std::string>{ "attribute bytes of triangles (colours, mostly)" });
+  EXPECT_EQ(ReadBytes(BinaryStl("COLOR=abcd", onePlace)).info.ignoredAttributes,
+    std::vector<std::string>{ "the colour in the header (COLOR=)" });
 }
 
 TEST(StlReader, CountsThatAreTooSmallOrNotKnown)
