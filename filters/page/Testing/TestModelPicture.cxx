@@ -35,11 +35,13 @@ struct Pixels
     const auto* at = &this->rgb[(std::size_t{ y } * this->width + x) * 3];
     return { at[0], at[1], at[2] };
   }
-  // Whether it is neither the ground nor nearly so: what is drawn is brighter, or coloured.
+  // Whether it is another colour than the ground, which is the same along a row.
   bool IsModel(unsigned x, unsigned y) const
   {
-    const auto [red, green, blue] = this->At(x, y);
-    return std::abs(red - blue) > 14 || red > 110;
+    const auto here = this->At(x, y), ground = this->At(0, y);
+    return std::abs(here[0] - ground[0]) + std::abs(here[1] - ground[1]) +
+             std::abs(here[2] - ground[2]) >
+           24;
   }
 };
 
