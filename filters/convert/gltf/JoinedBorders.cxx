@@ -5,6 +5,7 @@
 
 #include "filters/core/SeededHash.h"
 #include "filters/core/VectorMath.h"
+#include "filters/meshio/DroppedPoints.h"
 
 #include <algorithm>
 #include <cmath>
@@ -32,11 +33,6 @@ Vec3 CellOf(const Vec3& point, double side)
 {
   return WithPositiveZeros(
     { std::floor(point[0] / side), std::floor(point[1] / side), std::floor(point[2] / side) });
-}
-
-bool IsFinitePoint(const Vec3& point)
-{
-  return std::all_of(point.begin(), point.end(), [](double value) { return std::isfinite(value); });
 }
 
 }
@@ -94,7 +90,7 @@ void JoinedBorders::Close(Mesh& mesh) const
   for (const Vertex& vertex : this->Vertices)
   {
     Vec3& point = mesh.points[vertex.number];
-    if (!IsFinitePoint(point))
+    if (!IsFinite(point))
     {
       continue;
     }
