@@ -53,13 +53,21 @@ Result<EncodedTexture> TiledTextures::MakeOfLevel(
   {
     tiles.places.push_back({ place.box, place.below });
   }
-  tiles.read = [&finer](std::size_t place) -> Result<FinerTile>
+  tiles.read = [this, &finer](std::size_t place) -> Result<std::shared_ptr<const FinerColors>>
   {
+    const PieceId id = finer.places[place].id;
+    if (auto kept = this->Finer.Find(id))
+    {
+      return kept;
+    }
     Result<FinerPiece> read = finer.read(place);
     KDSTREAM_TRY(read);
     Result<TextureTile> tile = DecodeTextureTile(read->texture, read->piece.triangles);
     KDSTREAM_TRY(tile);
-    return FinerTile{ std::move(read->piece), std::move(*tile) };
+    auto made =
+      std::make_shared<const FinerColors>(FinerTile{ std::move(read->piece), std::move(*tile) });
+    this->Finer.Keep(id, made);
+    return std::shared_ptr<const FinerColors>(std::move(made));
   };
   LevelTileOptions options;
   options.quality = this->Options.quality == 0 ? options.quality : this->Options.quality;
@@ -77,6 +85,35 @@ Result<EncodedTexture> TiledTextures::MakeOfLevel(
       return encoded;
     }
     options.mostBytes -= std::min(bytes - mostBytesOfOnePiece, options.mostBytes / 2);
+  }
+}
+
+std::shared_ptr<const FinerColors> FinerCache::Find(PieceId id)
+{
+  const std::lock_guard lock(this->Mutex);
+  const auto found = std::find_if(
+    this->Kept.begin(), this->Kept.end(), [id](const auto& entry) { return entry.first == id; });
+  if (found == this->Kept.end())
+  {
+    return nullptr;
+  }
+  std::rotate(found, found + 1, this->Kept.end());
+  return this->Kept.back().second;
+}
+
+void FinerCache::Keep(PieceId id, std::shared_ptr<const FinerColors> finer)
+{
+  if (finer->IsLarge())
+  {
+    return; // another thread waits for it to go
+  }
+  const std::lock_guard lock(this->Mutex);
+  this->Bytes += finer->Bytes();
+  this->Kept.emplace_back(id, std::move(finer));
+  while (this->Bytes > mostBytes)
+  {
+    this->Bytes -= this->Kept.front().second->Bytes();
+    this->Kept.erase(this->Kept.begin());
   }
 }
 

@@ -6,14 +6,33 @@
 #include "filters/build/PieceTextures.h"
 #include "filters/texture/MakeTile.h"
 #include "filters/texture/TextureFolder.h"
+#include "filters/texture/levels/FinerColors.h"
 
 #include <memory>
 #include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace kdstream
 {
+
+// The finer pieces that were read last: those beside each other read the same ones. Any number of
+// threads.
+class FinerCache
+{
+public:
+  // Null: it is not here.
+  std::shared_ptr<const FinerColors> Find(PieceId id);
+  void Keep(PieceId id, std::shared_ptr<const FinerColors> finer);
+
+private:
+  static constexpr std::size_t mostBytes = std::size_t{ 32 } << 20;
+
+  std::mutex Mutex;
+  std::vector<std::pair<PieceId, std::shared_ptr<const FinerColors>>> Kept; // the last one last
+  std::size_t Bytes = 0;
+};
 
 class TiledTextures : public PieceTextures
 {
@@ -37,7 +56,8 @@ private:
   const std::shared_ptr<const TextureFolder> Folder;
   const TileOptions Options;
   mutable std::mutex LargeTile; // TileOptions::oneLarge
-  mutable std::mutex Mutex;     // of the sums
+  mutable FinerCache Finer;
+  mutable std::mutex Mutex; // of the sums
   mutable TileCounts Sums;
 };
 

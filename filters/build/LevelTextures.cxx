@@ -27,6 +27,14 @@ bool Overlap(const Box& a, const Box& b)
   return !a.Empty() && !b.Empty();
 }
 
+// The description has no counts yet.
+CodecContext CodecOf(const ModelDescription& model)
+{
+  CodecContext codec = model.Codec();
+  codec.clusters.clear();
+  return codec;
+}
+
 class LevelTextureMaker
 {
 public:
@@ -35,7 +43,7 @@ public:
     : Textures(textures)
     , Boxes(boxes)
     , Model(model)
-    , Codec(model.Codec())
+    , Codec(CodecOf(model))
     , Store(store)
   {
   }
@@ -52,10 +60,13 @@ public:
     const Resolution finer = id.resolution.Depth() < this->Model.depths.finest
                                ? Resolution::Level(id.resolution.Depth() + 1U)
                                : Resolution::Original();
-    std::vector<NodeId> nodes;
     FinerPieces pieces;
-    this->FindPlaces(1, PieceDepth(finer, this->Model.depths), around, id.node, nodes, pieces);
-    pieces.read = [&](std::size_t place) { return this->ReadFiner({ finer, nodes[place] }); };
+    this->FindPlaces(1, PieceDepth(finer, this->Model.depths), around, id.node, pieces);
+    for (FinerPieces::Place& place : pieces.places)
+    {
+      place.id.resolution = finer;
+    }
+    pieces.read = [&](std::size_t place) { return this->ReadFiner(pieces.places[place].id); };
     return this->Textures.MakeOfLevel(*piece, pieces);
   }
 
@@ -76,9 +87,9 @@ private:
     return FinerPiece{ std::move(*piece), std::move(*texture) };
   }
 
-  // Nodes of that depth below `node`, ascending.
-  void FindPlaces(NodeId node, unsigned depth, const Box& around, NodeId piece,
-    std::vector<NodeId>& nodes, FinerPieces& pieces) const
+  // Of nodes of that depth below `node`, ascending.
+  void FindPlaces(
+    NodeId node, unsigned depth, const Box& around, NodeId piece, FinerPieces& pieces) const
   {
     const unsigned at = DepthOfNode(node), ofPiece = DepthOfNode(piece);
     const bool below = at >= ofPiece && node >> (at - ofPiece) == piece;
@@ -88,12 +99,11 @@ private:
     }
     if (at < depth)
     {
-      this->FindPlaces(2 * node, depth, around, piece, nodes, pieces);
-      this->FindPlaces(2 * node + 1, depth, around, piece, nodes, pieces);
+      this->FindPlaces(2 * node, depth, around, piece, pieces);
+      this->FindPlaces(2 * node + 1, depth, around, piece, pieces);
       return;
     }
-    nodes.push_back(node);
-    pieces.places.push_back({ this->Boxes[node], below });
+    pieces.places.push_back({ { {}, node }, this->Boxes[node], below });
   }
 
   const PieceTextures& Textures;

@@ -34,6 +34,7 @@ struct FinerPieces
 {
   struct Place
   {
+    PieceId id;
     Box box;           // of the piece's own vertices
     bool below = true; // it covers part of the piece; else it is beside it
   };

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <utility>
 
 using namespace kdstream;
@@ -105,12 +106,17 @@ FinerTile WithTexture(Piece piece)
   return { std::move(piece), std::move(tile) };
 }
 
+Result<std::shared_ptr<const FinerColors>> Prepared(const FinerTile& finer)
+{
+  return std::shared_ptr<const FinerColors>(std::make_shared<const FinerColors>(finer));
+}
+
 // Two halves, read one at a time.
 struct PaintedSphere
 {
   FinerTile left = WithTexture(HalfSphere(24, false)), right = WithTexture(HalfSphere(24, true));
   FinerTiles tiles{ { { { { -1, -1, -1 }, { 0, 1, 1 } } }, { { { 0, -1, -1 }, { 1, 1, 1 } } } },
-    [this](std::size_t place) { return Result<FinerTile>(place == 0 ? left : right); } };
+    [this](std::size_t place) { return Prepared(place == 0 ? left : right); } };
 };
 
 Rgb TexelOf(const Picture& picture, double x, double y)
@@ -260,7 +266,7 @@ TEST(LevelTile, IsGoodEnoughForTheNextCoarserOne)
   {
     Piece level = Joined(HalfSphere(rings, false), HalfSphere(rings, true));
     const FinerTiles one{ { { { { -1, -1, -1 }, { 1, 1, 1 } } } },
-      [&finer](std::size_t) { return Result<FinerTile>(finer); } };
+      [&finer](std::size_t) { return Prepared(finer); } };
     const auto made = MakeLevelTile(level, rings == 20 ? sphere.tiles : one, {});
     ASSERT_TRUE(made) << made.GetError().message;
     EXPECT_LT(DifferenceOf(level, made->tile), 6) << rings;
@@ -308,7 +314,7 @@ TEST(LevelTile, TellsTheTwoSidesOfALeaf)
     level.positions[v][2] = 0.002;
   }
   const FinerTiles finer{ { { { { 0, 0, 0 }, { 1, 1, 0.001 } } } },
-    [&leaf](std::size_t) { return Result<FinerTile>(leaf); } };
+    [&leaf](std::size_t) { return Prepared(leaf); } };
   const auto made = MakeLevelTile(level, finer, {});
   ASSERT_TRUE(made) << made.GetError().message;
   const auto picture = DecodePicture(made->tile.image);

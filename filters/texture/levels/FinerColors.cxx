@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace kdstream
 {
@@ -16,15 +17,59 @@ namespace
 
 // Of a box, for its grid: a longer one has cells of this size, and all sums stay finite.
 constexpr double largestSide = 1e300;
+constexpr std::uint64_t texelsOfLargeImage = 1 << 21;
 
 }
 
-FinerColors::FinerColors(const FinerTile& finer, const Picture& picture)
-  : Finer(finer)
-  , Image(picture)
+Picture HalfOf(const Picture& picture)
+{
+  const std::array<double, 256>& linear = LinearOfBytes();
+  const std::size_t components = picture.components, row = picture.width * components;
+  const bool hasAlpha = components % 2 == 0;
+  Picture half{ (picture.width + 1) / 2, (picture.height + 1) / 2, components, {} };
+  half.texels.reserve(half.width * half.height * components);
+  for (std::size_t y = 0; y < half.height; ++y)
+  {
+    for (std::size_t x = 0; x < half.width; ++x)
+    {
+      const std::size_t right = 2 * x + 1 < picture.width ? components : 0;
+      const std::size_t down = 2 * y + 1 < picture.height ? row : 0;
+      const std::uint8_t* texel = &picture.texels[2 * y * row + 2 * x * components];
+      for (std::size_t k = 0; k < components; ++k, ++texel)
+      {
+        const std::array<std::uint8_t, 4> four{ texel[0], texel[right], texel[down],
+          texel[right + down] };
+        const bool isAlpha = hasAlpha && k + 1 == components;
+        half.texels.push_back(
+          isAlpha ? static_cast<std::uint8_t>((four[0] + four[1] + four[2] + four[3] + 2) / 4)
+                  : QuickByteOfLinear(
+                      (linear[four[0]] + linear[four[1]] + linear[four[2]] + linear[four[3]]) / 4));
+      }
+    }
+  }
+  return half;
+}
+
+std::uint8_t QuickByteOfLinear(double value)
+{
+  constexpr std::size_t steps = 1 << 14;
+  static const std::vector<std::uint8_t> table = []
+  {
+    std::vector<std::uint8_t> bytes;
+    for (std::size_t i = 0; i <= steps; ++i)
+    {
+      bytes.push_back(ByteOfLinear(double(i) / steps));
+    }
+    return bytes;
+  }();
+  return table[static_cast<std::size_t>(std::clamp(value, 0.0, 1.0) * steps + 0.5)];
+}
+
+FinerColors::FinerColors(FinerTile finer)
+  : Finer(std::move(finer))
   , Linear(LinearOfBytes())
 {
-  const std::vector<Triangle>& triangles = finer.piece.triangles;
+  const std::vector<Triangle>& triangles = this->Finer.piece.triangles;
   double edges = 0;
   for (const Triangle& t : triangles)
   {
@@ -43,17 +88,59 @@ FinerColors::FinerColors(const FinerTile& finer, const Picture& picture)
   }
   this->Side = triangles.empty() ? 0 : 1.5 * edges / double(triangles.size());
   this->MakeGrid();
+  this->FindNeighbours();
 }
 
-Color FinerColors::At(const Vec3& place, const Vec3& normal, std::uint32_t& near) const
+std::size_t FinerColors::Bytes() const
+{
+  constexpr std::size_t bytesOfTriangle = 250, bytesOfTexel = 4;
+  return bytesOfTriangle * this->Finer.piece.triangles.size() +
+         bytesOfTexel * this->Finer.tile.width * this->Finer.tile.height;
+}
+
+bool FinerColors::IsLarge() const
+{
+  return std::uint64_t{ this->Finer.tile.width } * this->Finer.tile.height > texelsOfLargeImage;
+}
+
+Result<FinerColors::Shown> FinerColors::HalvedBy(unsigned halvings, std::mutex* oneLarge) const
+{
+  const std::lock_guard lock(this->Decoding);
+  const auto known = this->Pictures.find(halvings);
+  const double scale = std::ldexp(1.0, -static_cast<int>(halvings));
+  if (known != this->Pictures.end())
+  {
+    return Shown{ &known->second, scale };
+  }
+  if (oneLarge && this->IsLarge() && !this->OneLarge.owns_lock())
+  {
+    this->OneLarge = std::unique_lock(*oneLarge);
+  }
+  const TextureTile& tile = this->Finer.tile;
+  Result<Picture> picture = DecodePicture(tile.image, std::uint64_t{ tile.width } * tile.height);
+  KDSTREAM_TRY(picture);
+  if (picture->width != tile.width || picture->height != tile.height)
+  {
+    return Error{ ErrorCode::Damaged, "a tile's image does not have the size that it states" };
+  }
+  for (unsigned i = 0; i < halvings; ++i)
+  {
+    *picture = HalfOf(*picture);
+  }
+  return Shown{ &this->Pictures.emplace(halvings, std::move(*picture)).first->second, scale };
+}
+
+Color FinerColors::At(
+  const Shown& shown, const Vec3& place, const Vec3& normal, std::uint32_t& near) const
 {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   Search search{ place, normal, infinity, infinity, noNear };
   if (near < this->Balls.size())
   {
-    if (const auto coordinates = this->CloseAbove(near, place, normal))
+    std::array<double, 2> coordinates{};
+    if (this->WalkFrom(near, place, normal, coordinates))
     {
-      return this->ColorOn(near, *coordinates);
+      return this->ColorOn(shown, near, coordinates);
     }
     this->Look(near, search);
   }
@@ -66,7 +153,7 @@ Color FinerColors::At(const Vec3& place, const Vec3& normal, std::uint32_t& near
   const Triangle& corners = this->Finer.piece.triangles[near];
   const Vec3 nearest = NearestOnTriangle(
     place, this->PointOf(corners[0]), this->PointOf(corners[1]), this->PointOf(corners[2]));
-  return this->ColorOn(near, this->CoordinatesOf(near, nearest));
+  return this->ColorOn(shown, near, this->CoordinatesOf(near, nearest));
 }
 
 // Whether a grid of cells of this.Side is small: it has few cells, and triangles that span many of
@@ -125,6 +212,44 @@ void FinerColors::MakeGrid()
   for (std::uint32_t t = 0; t < triangles; ++t)
   {
     this->VisitCells(t, [&](std::size_t cell) { this->Listed[next[cell]++] = t; });
+  }
+}
+
+// Of an edge with more than two triangles none beyond the first two.
+void FinerColors::FindNeighbours()
+{
+  struct EdgeSide
+  {
+    std::uint64_t vertices; // the lower one in the upper half
+    std::uint32_t triangle, edge;
+  };
+  const std::vector<Triangle>& triangles = this->Finer.piece.triangles;
+  std::vector<EdgeSide> sides;
+  sides.reserve(3 * triangles.size());
+  for (std::uint32_t t = 0; t < triangles.size(); ++t)
+  {
+    for (std::uint32_t k = 0; k < 3; ++k)
+    {
+      const auto [low, high] = std::minmax(triangles[t][k], triangles[t][(k + 1) % 3]);
+      sides.push_back({ (std::uint64_t{ low } << 32U) | high, t, k });
+    }
+  }
+  std::sort(sides.begin(), sides.end(),
+    [](const EdgeSide& a, const EdgeSide& b)
+    {
+      return a.vertices != b.vertices   ? a.vertices < b.vertices
+             : a.triangle != b.triangle ? a.triangle < b.triangle
+                                        : a.edge < b.edge;
+    });
+  this->Beside.assign(triangles.size(), { noNear, noNear, noNear });
+  for (std::size_t i = 1; i < sides.size(); ++i)
+  {
+    const EdgeSide &one = sides[i - 1], &other = sides[i];
+    if (one.vertices == other.vertices && (i < 2 || sides[i - 2].vertices != one.vertices))
+    {
+      this->Beside[one.triangle][one.edge] = other.triangle;
+      this->Beside[other.triangle][other.edge] = one.triangle;
+    }
   }
 }
 
@@ -266,57 +391,76 @@ std::array<double, 2> FinerColors::CoordinatesOf(std::uint32_t t, const Vec3& pl
                          : std::array<double, 2>{};
 }
 
-// If a place is so close to the inside of a triangle that none is looked for that is nearer.
-std::optional<std::array<double, 2>> FinerColors::CloseAbove(
-  std::uint32_t t, const Vec3& place, const Vec3& normal) const
+// Whether a place is so near to a triangle's plane that none is looked for that is nearer.
+bool FinerColors::IsClose(std::uint32_t t, const Vec3& place, const Vec3& normal) const
 {
   constexpr double close = 0.25; // of the triangle's size
   const Ball& ball = this->Balls[t];
-  const double above =
-    Dot(ball.normal, Minus(place, this->PointOf(this->Finer.piece.triangles[t][0])));
-  const double squared = Dot(ball.normal, ball.normal), most = close * ball.radius;
-  if (!(Dot(ball.normal, normal) > 0 && above * above <= most * most * squared))
-  {
-    return {};
-  }
-  const auto at = this->CoordinatesOf(t, place);
-  return at[0] >= 0 && at[1] >= 0 && at[0] + at[1] <= 1 ? std::optional(at) : std::nullopt;
+  const double above = Dot(ball.normal, Minus(place, ball.middle)), most = close * ball.radius;
+  return Dot(ball.normal, normal) > 0 &&
+         above * above <= most * most * Dot(ball.normal, ball.normal);
 }
 
-Color FinerColors::ColorOn(std::uint32_t t, const std::array<double, 2>& coordinates) const
+// To the triangle that a place lies above. False: it is not found in a few steps, or is not close;
+// t is then a triangle on the way.
+bool FinerColors::WalkFrom(
+  std::uint32_t& t, const Vec3& place, const Vec3& normal, std::array<double, 2>& coordinates) const
 {
-  const double s = std::clamp(coordinates[0], 0.0, 1.0);
-  const double r = std::clamp(coordinates[1], 0.0, 1.0 - s);
+  constexpr int mostSteps = 8;
+  for (int step = 0; step < mostSteps && this->IsClose(t, place, normal); ++step)
+  {
+    coordinates = this->CoordinatesOf(t, place);
+    const auto [s, r] = coordinates;
+    const double least = std::min({ s, r, 1 - s - r });
+    if (least >= 0)
+    {
+      return true;
+    }
+    const std::uint32_t next = this->Beside[t][least == r ? 0 : least == s ? 2 : 1];
+    if (!(least < 0) || next == noNear)
+    {
+      return false;
+    }
+    t = next;
+  }
+  return false;
+}
+
+Color FinerColors::ColorOn(
+  const Shown& shown, std::uint32_t t, const std::array<double, 2>& coordinates) const
+{
+  const double s = coordinates[0] > 0 ? std::min(coordinates[0], 1.0) : 0;
+  const double r = coordinates[1] > 0 ? std::min(coordinates[1], 1.0 - s) : 0;
   const auto& at = this->Finer.tile.corners[t];
   const auto along = [&](std::size_t k)
   { return (1 - s - r) * double(at[0][k]) + s * double(at[1][k]) + r * double(at[2][k]); };
-  return this->ColorAt(along(0) - 0.5, along(1) - 0.5);
+  return this->ColorAt(*shown.picture, along(0) * shown.scale - 0.5, along(1) * shown.scale - 0.5);
 }
 
 // Between the middles of four texels.
-Color FinerColors::ColorAt(double x, double y) const
+Color FinerColors::ColorAt(const Picture& picture, double x, double y) const
 {
   const auto inside = [](double at, std::size_t side)
   { return std::clamp(at, 0.0, double(side - 1)); };
-  x = inside(x, this->Image.width);
-  y = inside(y, this->Image.height);
+  x = inside(x, picture.width);
+  y = inside(y, picture.height);
   const auto left = static_cast<std::size_t>(x), upper = static_cast<std::size_t>(y);
-  const std::size_t right = std::min(left + 1, this->Image.width - 1);
-  const std::size_t lower = std::min(upper + 1, this->Image.height - 1);
+  const std::size_t right = std::min(left + 1, picture.width - 1);
+  const std::size_t lower = std::min(upper + 1, picture.height - 1);
   const double h = x - double(left), w = y - double(upper);
   Color color{};
-  this->AddTexel(left, upper, (1 - h) * (1 - w), color);
-  this->AddTexel(right, upper, h * (1 - w), color);
-  this->AddTexel(left, lower, (1 - h) * w, color);
-  this->AddTexel(right, lower, h * w, color);
+  this->AddTexel(picture, left, upper, (1 - h) * (1 - w), color);
+  this->AddTexel(picture, right, upper, h * (1 - w), color);
+  this->AddTexel(picture, left, lower, (1 - h) * w, color);
+  this->AddTexel(picture, right, lower, h * w, color);
   return color;
 }
 
-void FinerColors::AddTexel(std::size_t x, std::size_t y, double weight, Color& color) const
+void FinerColors::AddTexel(
+  const Picture& picture, std::size_t x, std::size_t y, double weight, Color& color) const
 {
-  const std::size_t components = this->Image.components;
-  const auto texel =
-    RgbaOf(&this->Image.texels[(y * this->Image.width + x) * components], components);
+  const std::size_t components = picture.components;
+  const auto texel = RgbaOf(&picture.texels[(y * picture.width + x) * components], components);
   for (std::size_t k = 0; k < 3; ++k)
   {
     color[k] += weight * this->Linear[texel[k]];

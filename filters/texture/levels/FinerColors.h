@@ -5,13 +5,15 @@
 
 #include "filters/codec/TextureTile.h"
 #include "filters/core/Light.h"
+#include "filters/core/Result.h"
 #include "filters/core/pieces/Piece.h"
 #include "filters/texture/Picture.h"
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
+#include <map>
+#include <mutex>
 #include <utility>
 #include <vector>
 
@@ -24,19 +26,44 @@ struct FinerTile
   TextureTile tile;
 };
 
-// Finds the triangle that is nearest to a place, by a grid of cubes. Keeps references.
+// As ByteOfLinear, but where a value is within 2^-15 of the next byte's: by a table. REQUIRES: a
+// number.
+std::uint8_t QuickByteOfLinear(double value);
+
+// Half as wide and high, or a texel more: means in linear light.
+Picture HalfOf(const Picture& picture);
+
+// A finer piece, prepared for samples: finds the triangle that is nearest to a place, by walking
+// over edges from one that is near, or by a grid of cubes. Any number of threads.
 class FinerColors
 {
 public:
-  // picture: the tile's image, decoded. O(triangles) where they are of about one size.
-  FinerColors(const FinerTile& finer, const Picture& picture);
+  // O(triangles log triangles) where they are of about one size.
+  explicit FinerColors(FinerTile finer);
+
+  const FinerTile& Of() const { return this->Finer; }
+
+  // The tile's image, halved so many times.
+  struct Shown
+  {
+    const Picture* picture = nullptr;
+    double scale = 1; // of the image, to the tile's
+  };
+  // Decoded when it is asked for first, and then kept. oneLarge: held from then on, by an image of
+  // more than 2 million texels; null: not. Errors: Damaged where the image cannot be decoded, or
+  // has another size than the tile states.
+  Result<Shown> HalvedBy(unsigned halvings, std::mutex* oneLarge) const;
+
+  // About, with the image.
+  std::size_t Bytes() const;
+  bool IsLarge() const;
 
   // At the nearest place of the surface: RGB in linear light, and alpha, 0-255. normal: of the
   // surface that is coloured, of any length; what faces the other way counts as farther. Of a piece
   // without triangles: black. near: a triangle where the search begins, or noNear; the one that is
-  // found. Where the place is close to its inside, that is taken without a search: so the colour
-  // depends on it a little.
-  Color At(const Vec3& place, const Vec3& normal, std::uint32_t& near) const;
+  // found. A triangle a few edges from there is taken where the place is close to its inside,
+  // without looking for a nearer one: so the colour depends on `near` a little.
+  Color At(const Shown& shown, const Vec3& place, const Vec3& normal, std::uint32_t& near) const;
   static constexpr std::uint32_t noNear = 0xFFFFFFFF;
 
 private:
@@ -58,6 +85,9 @@ private:
   const Vec3& PointOf(VertexId vertex) const { return this->Finer.piece.positions[vertex]; }
   bool CountCells();
   void MakeGrid();
+  void FindNeighbours();
+  bool WalkFrom(std::uint32_t& t, const Vec3& place, const Vec3& normal,
+    std::array<double, 2>& coordinates) const;
   Cell CellOf(const Vec3& place) const;
   std::pair<Cell, Cell> CellsOf(std::uint32_t t) const; // the least and the greatest
   std::size_t NumberOf(std::int64_t x, std::int64_t y, std::int64_t z) const
@@ -71,20 +101,24 @@ private:
   void SearchCell(std::size_t cell, Search& search) const;
   void Look(std::uint32_t t, Search& search) const;
   std::array<double, 2> CoordinatesOf(std::uint32_t t, const Vec3& place) const;
-  std::optional<std::array<double, 2>> CloseAbove(
-    std::uint32_t t, const Vec3& place, const Vec3& normal) const;
-  Color ColorOn(std::uint32_t t, const std::array<double, 2>& coordinates) const;
-  Color ColorAt(double x, double y) const;
-  void AddTexel(std::size_t x, std::size_t y, double weight, Color& color) const;
+  bool IsClose(std::uint32_t t, const Vec3& place, const Vec3& normal) const;
+  Color ColorOn(
+    const Shown& shown, std::uint32_t t, const std::array<double, 2>& coordinates) const;
+  Color ColorAt(const Picture& picture, double x, double y) const;
+  void AddTexel(
+    const Picture& picture, std::size_t x, std::size_t y, double weight, Color& color) const;
 
-  const FinerTile& Finer;
-  const Picture& Image;
+  const FinerTile Finer;
   const std::array<double, 256>& Linear;
   std::vector<Ball> Balls;
+  std::vector<std::array<std::uint32_t, 3>> Beside; // over the edge from each corner to the next
   Box Bounds;
   double Side = 0; // of a cell
   Cell Counts{};
   std::vector<std::uint32_t> First, Listed; // of each cell, its triangles
+  mutable std::mutex Decoding;
+  mutable std::map<unsigned, Picture> Pictures;  // by halvings
+  mutable std::unique_lock<std::mutex> OneLarge; // of a large image
 };
 
 }

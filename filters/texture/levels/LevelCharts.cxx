@@ -54,8 +54,8 @@ public:
   {
     const auto count = [&](std::size_t k)
     {
-      const double side = hi[k] - lo[k];
-      return side > 0 ? std::floor(std::min(side, largestChart) / this->Side) + 1 : 1;
+      const double extent = hi[k] - lo[k];
+      return extent > 0 ? std::floor(std::min(extent, largestChart) / this->Side) + 1 : 1;
     };
     while (!(count(0) * count(1) <= mostSquares))
     {

@@ -26,8 +26,7 @@ namespace
 {
 
 constexpr std::int64_t levelGutter = 2; // of the tile's texels
-constexpr std::int64_t mostSampleSide = 4;
-constexpr std::int64_t texelsOfLargeTile = 1 << 21;
+constexpr unsigned mostPictureHalvings = 6;
 constexpr double wider = 1.15; // the next try
 constexpr std::uint32_t noOwner = std::numeric_limits<std::uint32_t>::max();
 
@@ -110,13 +109,14 @@ private:
       {
         continue;
       }
-      const Result<FinerTile> finer = this->Finer.read(i);
-      KDSTREAM_TRY(finer);
-      const std::vector<Vec3>& at = finer->piece.positions;
-      for (std::size_t t = 0; t < finer->piece.triangles.size(); ++t)
+      const auto read = this->Finer.read(i);
+      KDSTREAM_TRY(read);
+      const FinerTile& finer = (*read)->Of();
+      const std::vector<Vec3>& at = finer.piece.positions;
+      for (std::size_t t = 0; t < finer.piece.triangles.size(); ++t)
       {
-        const Triangle& corners = finer->piece.triangles[t];
-        const double covered = TwiceAreaOf(finer->tile.corners[t]);
+        const Triangle& corners = finer.piece.triangles[t];
+        const double covered = TwiceAreaOf(finer.tile.corners[t]);
         area += covered > 0 ? TwiceAreaOf(at[corners[0]], at[corners[1]], at[corners[2]]) : 0;
         texels += covered;
       }
@@ -199,6 +199,7 @@ private:
     this->Owners.assign(size, noOwner);
     this->Tile.corners.assign(this->P.triangles.size(), {});
     this->CornersOf.assign(this->P.triangles.size(), {});
+    this->Charted.assign(this->P.triangles.size(), 0);
     std::vector<float> outside(size, float(levelGutter));
     for (std::size_t chart = 0; chart < this->Charts.size(); ++chart)
     {
@@ -206,6 +207,7 @@ private:
       {
         const TexelPlaces at = this->PlacesOf(chart, t);
         this->CornersOf[t] = at;
+        this->Charted[t] = static_cast<std::uint32_t>(chart);
         for (std::size_t k = 0; k < 3; ++k)
         {
           this->Tile.corners[t][k] = { float(at[k][0]), float(at[k][1]) };
@@ -275,20 +277,26 @@ private:
     return Plus(a, Plus(Times(u, s), Times(v, r)));
   }
 
-  // Which finer piece has the nearest box.
-  std::size_t NearestPlace(const Vec3& point) const
+  double SquaredToPlace(std::size_t place, const Vec3& point) const
   {
-    std::size_t nearest = 0;
-    double least = std::numeric_limits<double>::infinity();
+    const Box& box = this->Finer.places[place].box;
+    double squared = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const double outside = std::max({ box.lo[k] - point[k], point[k] - box.hi[k], 0.0 });
+      squared += outside * outside;
+    }
+    return squared;
+  }
+
+  // Which finer piece has the nearest box; `last` where the point is in its.
+  std::size_t NearestPlace(const Vec3& point, std::size_t last) const
+  {
+    std::size_t nearest = last;
+    double least = this->SquaredToPlace(last, point);
     for (std::size_t i = 0; i < this->Finer.places.size() && least > 0; ++i)
     {
-      const Box& box = this->Finer.places[i].box;
-      double squared = 0;
-      for (std::size_t k = 0; k < 3; ++k)
-      {
-        const double outside = std::max({ box.lo[k] - point[k], point[k] - box.hi[k], 0.0 });
-        squared += outside * outside;
-      }
+      const double squared = this->SquaredToPlace(i, point);
       if (squared < least)
       {
         least = squared;
@@ -300,20 +308,24 @@ private:
 
   Status Sample()
   {
-    const double ratio = this->Finest > 0 ? this->Spacing / this->Finest : 1;
-    this->SampleSide = std::clamp<std::int64_t>(
-      static_cast<std::int64_t>(std::min(ratio, double(mostSampleSide)) + 0.5), 1, mostSampleSide);
+    constexpr double mostRatio = 1.5; // of texels to those that they are sampled from
+    double ratio = this->Finest > 0 ? this->Spacing / this->Finest : 1;
+    for (this->Halvings = 0; ratio > mostRatio && this->Halvings < mostPictureHalvings; ratio /= 2)
+    {
+      ++this->Halvings;
+    }
     const std::size_t size = this->Owners.size();
     this->Texels.assign(4 * size, 255);
     this->HasColor.assign(size, false);
     this->HasAlpha = false;
     std::vector<std::vector<std::uint32_t>> texelsOf(this->Finer.places.size());
+    std::size_t place = 0;
     for (std::uint32_t texel = 0; texel < size && !texelsOf.empty(); ++texel)
     {
       if (this->Owners[texel] != noOwner)
       {
-        const auto [x, y] = this->MiddleOf(texel);
-        texelsOf[this->NearestPlace(this->PointOn(this->Owners[texel], x, y))].push_back(texel);
+        place = this->NearestPlace(this->PointOf(texel), place);
+        texelsOf[place].push_back(texel);
       }
     }
     for (std::size_t i = 0; i < texelsOf.size(); ++i)
@@ -326,68 +338,55 @@ private:
     return {};
   }
 
-  std::array<double, 2> MiddleOf(std::uint32_t texel) const
+  // The middle of a texel that has an owner.
+  Vec3 PointOf(std::uint32_t texel) const
   {
-    return { double(texel % this->Packed.width) + 0.5, double(texel / this->Packed.width) + 0.5 };
+    return this->PointOn(this->Owners[texel], double(texel % this->Packed.width) + 0.5,
+      double(texel / this->Packed.width) + 0.5);
   }
 
   Status SampleFrom(std::size_t place, const std::vector<std::uint32_t>& texels)
   {
-    const Result<FinerTile> finer = this->Finer.read(place);
+    const auto finer = this->Finer.read(place);
     KDSTREAM_TRY(finer);
-    if (finer->piece.triangles.empty())
+    const FinerColors& colors = **finer;
+    if (colors.Of().piece.triangles.empty())
     {
       return {};
     }
-    std::unique_lock<std::mutex> alone;
-    const std::int64_t size = std::int64_t{ finer->tile.width } * finer->tile.height;
-    if (this->Options.oneLarge && size > texelsOfLargeTile)
-    {
-      alone = std::unique_lock(*this->Options.oneLarge);
-    }
-    const Result<Picture> picture =
-      DecodePicture(finer->tile.image, static_cast<std::uint64_t>(size));
-    KDSTREAM_TRY(picture);
-    if (picture->width != finer->tile.width || picture->height != finer->tile.height)
-    {
-      return Error{ ErrorCode::Damaged, "a tile's image does not have the size that it states" };
-    }
-    const FinerColors colors(*finer, *picture);
+    const auto shown = colors.HalvedBy(this->Halvings, this->Options.oneLarge);
+    KDSTREAM_TRY(shown);
+    // Where the search begins: at what was found for the texel to the left, or above.
+    std::vector<std::uint32_t> nearAbove(
+      static_cast<std::size_t>(this->Packed.width), FinerColors::noNear);
     std::uint32_t near = FinerColors::noNear;
-    for (const std::uint32_t texel : texels)
+    for (std::size_t i = 0; i < texels.size(); ++i)
     {
-      this->SampleTexel(texel, colors, near);
+      std::uint32_t& above = nearAbove[texels[i] % this->Packed.width];
+      const bool follows = i > 0 && texels[i - 1] + 1 == texels[i] &&
+                           this->ChartOf(texels[i - 1]) == this->ChartOf(texels[i]);
+      near = follows ? near : above;
+      this->SampleTexel(texels[i], colors, *shown, near);
+      above = near;
     }
     return {};
   }
 
-  void SampleTexel(std::uint32_t texel, const FinerColors& colors, std::uint32_t& near)
+  std::uint32_t ChartOf(std::uint32_t texel) const { return this->Charted[this->Owners[texel]]; }
+
+  void SampleTexel(std::uint32_t texel, const FinerColors& colors, const FinerColors::Shown& shown,
+    std::uint32_t& near)
   {
-    const std::uint32_t t = this->Owners[texel];
-    const Triangle& corners = this->P.triangles[t];
+    const Triangle& corners = this->P.triangles[this->Owners[texel]];
     const Vec3& a = this->P.positions[corners[0]];
     const Vec3 normal =
       Cross(Minus(this->P.positions[corners[1]], a), Minus(this->P.positions[corners[2]], a));
-    const auto [x, y] = this->MiddleOf(texel);
-    Color sum{};
-    for (std::int64_t i = 0; i < this->SampleSide * this->SampleSide; ++i)
-    {
-      const auto from = [&](std::int64_t part)
-      { return (double(part) + 0.5) / double(this->SampleSide) - 0.5; };
-      const Vec3 point =
-        this->PointOn(t, x + from(i % this->SampleSide), y + from(i / this->SampleSide));
-      const Color color = colors.At(point, normal, near);
-      for (std::size_t k = 0; k < 4; ++k)
-      {
-        sum[k] += color[k];
-      }
-    }
-    const double part = 1 / double(this->SampleSide * this->SampleSide);
+    const Color color = colors.At(shown, this->PointOf(texel), normal, near);
     for (std::size_t k = 0; k < 3; ++k)
     {
-      this->Texels[4 * std::size_t{ texel } + k] = ByteOfLinear(sum[k] * part);
+      this->Texels[4 * std::size_t{ texel } + k] = QuickByteOfLinear(color[k]);
     }
-    const auto alpha = static_cast<std::uint8_t>(std::min(sum[3] * part + 0.5, 255.0));
+    const auto alpha = static_cast<std::uint8_t>(std::min(color[3] + 0.5, 255.0));
     this->Texels[4 * std::size_t{ texel } + 3] = alpha;
     this->HasAlpha = this->HasAlpha || alpha != 255;
     this->HasColor[texel] = true;
@@ -411,10 +410,11 @@ private:
   const FinerTiles& Finer;
   const LevelTileOptions& Options;
   double Spacing = 1, Finest = 0; // of texels, and of the finer ones (0: none), model units
-  std::int64_t SampleSide = 1;
+  unsigned Halvings = 0;          // of finer pictures
   std::vector<LevelChart> Charts;
   PackedBoxes Packed;
   std::vector<std::uint32_t> Owners;  // of each texel, a triangle
+  std::vector<std::uint32_t> Charted; // of each triangle, its chart
   std::vector<TexelPlaces> CornersOf; // of each triangle
   std::vector<std::uint8_t> Texels;   // RGBA
   std::vector<bool> HasColor;

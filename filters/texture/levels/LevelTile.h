@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <vector>
 
@@ -26,7 +27,7 @@ struct LevelTileOptions
   std::int64_t mostSide = 1024;
   // Of the image: texels are farther apart where it would have more. 0: any number.
   std::size_t mostBytes = 0;
-  // Held while a finer tile of more than 2 million texels is read: one at a time, for their
+  // Held while there is a finer image of more than 2 million texels: one at a time, for their
   // memory. Null: any number.
   std::mutex* oneLarge = nullptr;
 };
@@ -41,13 +42,13 @@ struct FinerTiles
   };
   std::vector<Place> places;
   // That of a place. Called more than once.
-  std::function<Result<FinerTile>(std::size_t)> read;
+  std::function<Result<std::shared_ptr<const FinerColors>>(std::size_t)> read;
 };
 
 // A tile of the piece's triangles, in charts of GrowLevelCharts with a gutter of two texels.
-// - A texel has the mean colour, in linear light, of a few samples. A sample is the colour at the
-//   nearest place of a finer piece: the one whose box is nearest to the texel. Surfaces that face
-//   the other way count as farther.
+// - A texel has the colour at the nearest place of a finer piece: the one whose box is nearest to
+//   the texel. Surfaces that face the other way count as farther. The finer picture is halved, in
+//   linear light, until its texels are about as large.
 // - Texels of the gutter are sampled too, on the plane of the nearest triangle: a filter reads the
 //   same on both sides of a chart's border.
 // - What is left between charts has the mean of what is around it.

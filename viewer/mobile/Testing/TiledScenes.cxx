@@ -203,7 +203,8 @@ FinerTile LevelPieceOf(
       places.push_back(&tile);
     }
   }
-  around.read = [&places](std::size_t place) { return Result<FinerTile>(*places[place]); };
+  around.read = [&places](std::size_t place) -> Result<std::shared_ptr<const FinerColors>>
+  { return std::shared_ptr<const FinerColors>(std::make_shared<FinerColors>(*places[place])); };
   auto made = MakeLevelTile(piece, around, {});
   if (!made)
   {
