@@ -208,10 +208,10 @@ TEST(ObjReader, NumbersBehindTheCoordinatesAreTakenForWhatTheyAre)
 // What is not read of them is named.
 TEST(ObjReader, NumbersThatMeanNothingAreNamed)
 {
-  const auto ignored = [](const std::string& behind)
+  const auto ignored = [](const std::string& words)
   {
     return ReadBytes(
-      "v 0 0 0" + behind + "\nv 1 0 0" + behind + "\nv 0 1 0" + behind + "\nf 1 2 3\n")
+      "v 0 0 0" + words + "\nv 1 0 0" + words + "\nv 0 1 0" + words + "\nf 1 2 3\n")
       .info.ignoredAttributes;
   };
   using Names = std::vector<std::string>;
