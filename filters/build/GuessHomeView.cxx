@@ -380,10 +380,10 @@ double DetailAhead(const Shape& shape)
   return ahead + behind > 0 ? (ahead - behind) / (ahead + behind) : 0;
 }
 
-// How unlike the two ends of an axis are. Points without triangles have only what they stand on.
-double DifferenceOfEnds(const Shape& shape, std::size_t index)
+// How unlike the two ends of an axis are; support: by what they stand on. Points without triangles
+// have nothing else.
+double DifferenceOfEnds(const Shape& shape, std::size_t index, double support)
 {
-  const double support = std::abs(shape.StandsWith({ index, 1 }) - shape.StandsWith({ index, -1 }));
   return shape.HasSurface() ? support * shape.Side(index) / shape.LongestSide() +
                                 unequalEnds * (1 - shape.MirroredAcross(index)) +
                                 (index == 1 ? detailAhead * DetailAhead(shape) : 0)
@@ -400,8 +400,8 @@ std::optional<Axis> UpByShape(const Shape& shape, bool oftenY)
   {
     const double upwards = shape.StandsWith({ index, 1 });
     const double downwards = shape.StandsWith({ index, -1 });
-    const double most = DifferenceOfEnds(shape, index) + (index == 1 && oftenY ? usualAxis : 0) -
-                        (index == 0 ? unlikelyAxis : 0);
+    const double most = DifferenceOfEnds(shape, index, std::abs(upwards - downwards)) +
+                        (index == 1 && oftenY ? usualAxis : 0) - (index == 0 ? unlikelyAxis : 0);
     if (!best || most > score)
     {
       next = std::max(next, score);
