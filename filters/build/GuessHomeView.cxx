@@ -462,7 +462,7 @@ SeenAlong ChooseSide(const Shape& shape, std::size_t ahead, std::size_t aside)
     const bool isLong = shape.Side(along) > longBody * shape.Side(across);
     return { isLong ? across : along, !isLong };
   }
-  return { shape.Side(ahead) > widerSide * shape.Side(aside) ? aside : ahead };
+  return { shape.Side(ahead) > widerSide * shape.Side(aside) ? aside : ahead, false };
 }
 
 Vec3 GuessView(const Shape& shape, const Vec3& up, std::string_view ending)
@@ -482,7 +482,8 @@ Vec3 GuessView(const Shape& shape, const Vec3& up, std::string_view ending)
   }
   const std::size_t upward = LongestComponent(up), ahead = LongestComponent(front);
   const std::size_t aside = 3 - upward - ahead;
-  const SeenAlong seen = upward != ahead ? ChooseSide(shape, ahead, aside) : SeenAlong{ ahead };
+  const SeenAlong seen =
+    upward != ahead ? ChooseSide(shape, ahead, aside) : SeenAlong{ ahead, false };
   if (upward != ahead && seen.axis == aside)
   {
     const double towards = up[aside];
