@@ -100,7 +100,7 @@ test("on Android a link leads into the room, where there is a file for it", asyn
     const asked = [];
     visit.page.on("response", (response) => response.url().endsWith("/preview.glb") && asked.push(response.status()));
     await visit.open(url);
-    await visit.choose("pebble");
+    await visit.untilIdle();
     await visit.tap(await visit.centre());
     await visit.until("full screen", ({ mode, idle }) => mode === "full screen" && idle);
     await visit.page.click("#tools-button");

@@ -125,6 +125,7 @@ public:
   }
 
   double Side(std::size_t axis) const { return this->Sides[axis]; }
+  bool HasSurface() const { return !this->Triangles.empty() && this->LongestSide() > 0; }
   double LongestSide() const { return *std::max_element(this->Sides.begin(), this->Sides.end()); }
 
   // The axis along which the shape is flat, if that is y or z.
@@ -163,7 +164,8 @@ public:
   }
 
   // How much of the surface lies on the surface's mirror image across that axis, but for a cell:
-  // 0-1. The middle is that of the box or of the surface, whichever fits better.
+  // 0-1. The middle is that of the box or of the surface, whichever fits better. 0 without a
+  // surface.
   double MirroredAcross(std::size_t axis) const;
 
   // Of what faces an eye in that direction: the bends of its edges, by their length, for its area.
@@ -226,7 +228,7 @@ private:
   };
   static constexpr std::size_t gridSide = mirrorCells + 3; // a cell more around all
 
-  // Of the surface, a cell apart; of a cloud its points.
+  // A cell apart.
   std::vector<Sample> Samples() const;
   // Nothing outside of the grid.
   std::optional<std::size_t> CellOf(const Vec3& place) const;
@@ -261,10 +263,6 @@ std::vector<Shape::Sample> Shape::Samples() const
       }
     }
   }
-  for (const Vec3& point : this->Triangles.empty() ? this->Points : std::span<const Vec3>())
-  {
-    samples.push_back({ point, 1 });
-  }
   return samples;
 }
 
@@ -287,7 +285,7 @@ std::optional<std::size_t> Shape::CellOf(const Vec3& place) const
 Vec3 Shape::Mirrors() const
 {
   Vec3 shares{};
-  if (!(this->LongestSide() > 0))
+  if (!this->HasSurface())
   {
     return shares;
   }
@@ -382,6 +380,16 @@ double DetailAhead(const Shape& shape)
   return ahead + behind > 0 ? (ahead - behind) / (ahead + behind) : 0;
 }
 
+// How unlike the two ends of an axis are; support: by what they stand on. Points without triangles
+// have nothing else.
+double DifferenceOfEnds(const Shape& shape, std::size_t index, double support)
+{
+  return shape.HasSurface() ? support * shape.Side(index) / shape.LongestSide() +
+                                unequalEnds * (1 - shape.MirroredAcross(index)) +
+                                (index == 1 ? detailAhead * DetailAhead(shape) : 0)
+                            : support;
+}
+
 // Which axis is up by its shape, if one is. A vase may be wider at its rim than at its foot: so a
 // shape is taken to be upside down only if it could hardly stand otherwise.
 std::optional<Axis> UpByShape(const Shape& shape, bool oftenY)
@@ -392,11 +400,8 @@ std::optional<Axis> UpByShape(const Shape& shape, bool oftenY)
   {
     const double upwards = shape.StandsWith({ index, 1 });
     const double downwards = shape.StandsWith({ index, -1 });
-    const double height = shape.LongestSide() > 0 ? shape.Side(index) / shape.LongestSide() : 0;
-    const double most =
-      std::abs(upwards - downwards) * height + unequalEnds * (1 - shape.MirroredAcross(index)) +
-      (index == 1 ? detailAhead * DetailAhead(shape) + (oftenY ? usualAxis : 0) : 0) -
-      (index == 0 ? unlikelyAxis : 0);
+    const double most = DifferenceOfEnds(shape, index, std::abs(upwards - downwards)) +
+                        (index == 1 && oftenY ? usualAxis : 0) - (index == 0 ? unlikelyAxis : 0);
     if (!best || most > score)
     {
       next = std::max(next, score);
@@ -461,7 +466,7 @@ SeenAlong ChooseSide(const Shape& shape, std::size_t ahead, std::size_t aside)
     const bool isLong = shape.Side(along) > longBody * shape.Side(across);
     return { isLong ? across : along, !isLong };
   }
-  return { shape.Side(ahead) > widerSide * shape.Side(aside) ? aside : ahead };
+  return { shape.Side(ahead) > widerSide * shape.Side(aside) ? aside : ahead, false };
 }
 
 Vec3 GuessView(const Shape& shape, const Vec3& up, std::string_view ending)
@@ -481,8 +486,9 @@ Vec3 GuessView(const Shape& shape, const Vec3& up, std::string_view ending)
   }
   const std::size_t upward = LongestComponent(up), ahead = LongestComponent(front);
   const std::size_t aside = 3 - upward - ahead;
-  const SeenAlong seen = upward != ahead ? ChooseSide(shape, ahead, aside) : SeenAlong{ ahead };
-  if (seen.axis == aside)
+  const SeenAlong seen =
+    upward != ahead ? ChooseSide(shape, ahead, aside) : SeenAlong{ ahead, false };
+  if (upward != ahead && seen.axis == aside)
   {
     const double towards = up[aside];
     front = {};

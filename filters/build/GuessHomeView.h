@@ -22,16 +22,16 @@ namespace kdstream
 // 2. A flat shape (one side of the box, along y or z, is below a fifth of the next) lies, and is
 //    seen from above. But a shape that is flat along y and faces -y nearly everywhere is a wall: z
 //    is up, and -y in front.
-// 3. Else the axis whose ends differ most is up: in support, times the side of the box along it for
-//    its longest one (what lies is stable, too); and, half as much, in shape: the part of the
-//    surface that is not on its mirror image across that axis. An end's support is the part of the
-//    box's face that its points span: those within a fiftieth of the box's diagonal of the face. It
-//    is 0 if the middle of the surface is not above it. x has 0.1 less. y has 0.1 more for .obj and
-//    .off, and up to 0.3 more where the relief towards +z is more than towards -z: a face would be
-//    there. These are the static stability and the symmetry of Fu, Cohen-Or, Dror and Sheffer,
-//    "Upright Orientation of Man-Made Objects" (SIGGRAPH 2008), for axes only; they learn from
-//    several features. The end with more support is the bottom if it is the lower one, or has 0.3
-//    more.
+// 3. Else the axis whose ends differ most is up: in support, and in shape. An end's support is the
+//    part of the box's face that its points span: those within a fiftieth of the box's diagonal of
+//    the face. It is 0 if the middle of the surface is not above it. For a surface it is multiplied
+//    by the side of the box along the axis, of its longest one: what lies is stable, too. Half of
+//    the part of a surface that is not on its mirror image across the axis is added. y has up to
+//    0.3 more where the relief towards +z is more than towards -z: a face would be there; and 0.1
+//    more for .obj and .off. x has 0.1 less. These are the static stability and the symmetry of Fu,
+//    Cohen-Or, Dror and Sheffer, "Upright Orientation of Man-Made Objects" (SIGGRAPH 2008), for
+//    axes only; they learn from several features. The end with more support is the bottom if it is
+//    the lower one, or has 0.3 more.
 // 4. Where no axis has 0.1 more than the next: y for .obj and .off, else z.
 //
 // The view is level. A shape that is symmetric across one horizontal axis, as a head is, is seen

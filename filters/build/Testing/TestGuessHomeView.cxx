@@ -223,6 +223,11 @@ TEST(TestGuessHomeView, WhatIsGivenStays)
   EXPECT_TRUE(one.guessed);
   EXPECT_NEAR(Dot(one.view, up), 0, 1e-15) << "the view is level";
   EXPECT_NEAR(Length(one.view), 1, 1e-15);
+  // The front of the way up is as near to y as the way up is.
+  const Vec3 leaning{ 0, std::sqrt(0.5), std::sqrt(0.5) };
+  const HomeView between =
+    GuessHomeView(bust.points, bust.triangles, ".ply", leaning, std::nullopt);
+  EXPECT_EQ(between.view[0], 0);
 }
 
 // Whatever a mesh is like, a pose has directions.
