@@ -110,7 +110,7 @@ void JoinedBorders::Close(Mesh& mesh) const
         if (other.tile != vertex.tile && distance <= reach * reach &&
             (!nearest || distance < nearest->first))
         {
-          nearest = { distance, place };
+          nearest.emplace(distance, place);
         }
       }
     }
