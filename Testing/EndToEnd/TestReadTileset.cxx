@@ -389,7 +389,7 @@ TEST_F(TestReadTileset, OnTheGlobeCoordinatesAreDoubles)
   this->Tileset("tileset.json", At(4180000.125, 968000, 4702000) + "," + Content("box.glb"));
   this->Expect(1, { 4180000.125, 967997, 4702000 }, { 4180001.125, 968000, 4702002 },
     "it stands on the globe, and its coordinates are those from the middle of the earth: "
-    "kdstream-build --up 0.6552,0.1517,0.7400 sets it upright");
+    "kdstream-build --up 0.6543,0.1515,0.7409 sets it upright");
   EXPECT_EQ(this->Read("out.ply").scalarType, ScalarType::Float64);
 }
 

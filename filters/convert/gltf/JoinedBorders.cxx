@@ -18,7 +18,7 @@ namespace kdstream
 namespace
 {
 
-constexpr double reachOfSide = 0x1p-16;
+constexpr double reachOfSide = 0x1p-15; // two steps of 16 bits: both places may be rounded
 // More of them in a cell are looked at by nobody: so near are no vertices but those of spoilt
 // files.
 constexpr std::size_t mostInCell = 64;
@@ -110,7 +110,7 @@ void JoinedBorders::Close(Mesh& mesh) const
         if (other.tile != vertex.tile && distance <= reach * reach &&
             (!nearest || distance < nearest->first))
         {
-          nearest = { distance, place };
+          nearest.emplace(distance, place);
         }
       }
     }
