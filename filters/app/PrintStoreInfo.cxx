@@ -107,7 +107,7 @@ void PrintStoreInfo(const ModelDescription& info, std::uintmax_t bytes)
       tileBytes += level.tileBytes;
       texels += level.texels;
     }
-    line("texture bytes, levels",
+    line("level texture bytes  ",
       std::to_string(tileBytes) + ", " + std::to_string(texels) + " texels");
   }
   line("store bytes          ", bytes);
