@@ -492,6 +492,47 @@ TEST_F(BuildProgram, WarnsWhereTheGridIsTooCoarse)
   EXPECT_EQ(this->Build({ "in.ply", "-o", "m.kds", "--precision", "lossless", "--quiet" }).err, "");
 }
 
+TEST_F(BuildProgram, StatisticsAreNotTheStore)
+{
+  this->Write("in.ply", Torus(40, 20));
+  this->ExpectError(this->Build({ "in.ply", "-o", "m.kds", "--stats", "m.kds" }), 2,
+    "kdstream-build: error: m.kds: --stats and --output name the same file");
+  EXPECT_EQ(this->Files(), std::set<std::string>{ "in.ply" });
+}
+
+TEST_F(BuildProgram, NamesAPointThatMakesTheGridCoarse)
+{
+  Mesh cloud = DisplacedSphere(5);
+  cloud.triangles.clear();
+  for (Vec3& point : cloud.points)
+  {
+    point[1] += 1000;
+  }
+  const std::size_t number = cloud.points.size() / 2;
+  cloud.points.insert(cloud.points.begin() + std::ptrdiff_t(number), Vec3{});
+  this->Write("in.ply", cloud);
+  const std::string stray = " bits: point " + std::to_string(number) +
+                            " at (0, 0, 0) is so far from all others that the grid is ";
+  for (const std::vector<std::string>& memory :
+    { std::vector<std::string>{}, { "--memory", "64M" } })
+  {
+    std::vector<std::string> arguments{ "in.ply", "-o", "m.kds", "--precision", "12" };
+    arguments.insert(arguments.end(), memory.begin(), memory.end());
+    const Outcome built = this->Build(arguments);
+    EXPECT_EQ(built.exitCode, 0);
+    EXPECT_NE(built.err.find(stray), std::string::npos) << built.err;
+    EXPECT_NE(built.err.find("remove it from the input"), std::string::npos) << built.err;
+  }
+  // Two places far apart are no stray.
+  for (std::size_t v = 0; v < number; ++v)
+  {
+    cloud.points[v][1] -= 1000;
+  }
+  this->Write("in.ply", cloud);
+  const Outcome two = this->Build({ "in.ply", "-o", "m.kds", "--precision", "8" });
+  EXPECT_NE(two.err.find("bits; use more bits"), std::string::npos) << two.err;
+}
+
 TEST_F(BuildProgram, WarnsOfColorsThatAreNotShown)
 {
   struct Case

@@ -270,6 +270,10 @@ TEST_F(TestConvertDamage, DamagedPartsOfVtkFilesAreNamed)
       "POINTS (line 5) has 5 of its 12 numbers, then '1,5' (line 7)" },
     { mesh + points + "POLYGONS 1 4\n3 0 1 1e300\n",
       "POLYGONS (line 10) has a cell 0 (line 11) that names point '1e300', but there are 4" },
+    { mesh + points + "POLYGONS 2 8\n3 0 1 2\n3 0 1 4294967298\n",
+      "POLYGONS (line 10) has a cell 1 (line 12) that names point '4294967298', but there are 4" },
+    { mesh + points + "POLYGONS 1 4\n3 0 1 -4294967296\n",
+      "POLYGONS (line 10) has a cell 0 (line 11) that names point '-4294967296', but there are 4" },
     { mesh + points + "POLYGONS 1 4\n3 0 1-2\n",
       "POLYGONS (line 10) has 2 of its 4 numbers, then '1-2' (line 11)" },
     { mesh + "FIELD f 3\nNULL_ARRAY\nnames 1 2 string\nPOLYGONS%201\nb\nc 1 1 int\n7\n" + points +

@@ -82,7 +82,7 @@ class TestConvertLas : public ConvertTest
 };
 
 const std::string withheld =
-  "kdstream-convert: warning: in.las: 1 point is marked as withheld and was dropped\n";
+  "kdstream-convert: warning: in.las: 1 point is marked as withheld and is dropped: point 7\n";
 
 std::string Warning(const std::string& what)
 {

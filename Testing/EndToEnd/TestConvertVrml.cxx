@@ -467,7 +467,11 @@ TEST_F(TestConvertVrml, InlinesAreReadBesideTheFile)
   this->WriteText("inner/in.wrl", header + cube + "Inline { url \"../cube.wrl\" }");
   this->Converted("inner/in.wrl",
     "kdstream-convert: warning: inner/in.wrl: 1 node cannot be read and is left out: the Inline "
-    "'cube.wrl', which is not there (line 3)\n");
+    "'../cube.wrl', which lies outside the mesh's folder, where nothing is read (line 3)\n");
+  this->WriteText("inner/in.wrl", header + cube + "Inline { url \"http://a.example/b.wrl\" }");
+  this->Converted("inner/in.wrl",
+    "kdstream-convert: warning: inner/in.wrl: 1 node cannot be read and is left out: the Inline "
+    "'http://a.example/b.wrl', which lies on the web, from which nothing is read (line 3)\n");
 }
 
 TEST_F(TestConvertVrml, WhatIsNoSurfaceIsNamed)

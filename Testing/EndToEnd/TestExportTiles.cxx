@@ -306,11 +306,40 @@ TEST_F(TestExportTiles, WrongUsageIsNamed)
     EXPECT_EQ(outcome.exitCode, 2) << place;
     EXPECT_NE(outcome.err.find("is not a place"), std::string::npos) << outcome.err;
   }
+  const Outcome commas = this->Export({ "ring.kds", "out", "--origin", "13,05,47,8" });
+  EXPECT_EQ(commas.exitCode, 2);
+  EXPECT_NE(commas.err.find("may be two numbers with decimal commas"), std::string::npos)
+    << commas.err;
   ASSERT_EQ(this->Build({ "ring.ply", "-o", "flat.kds", "--partitioner", "octree" }).exitCode, 0);
   const Outcome flat = this->Export({ "flat.kds", "out" });
   EXPECT_EQ(flat.exitCode, 1);
   EXPECT_NE(flat.err.find("has no levels"), std::string::npos) << flat.err;
   EXPECT_FALSE(fs::exists(this->Folder / "out"));
+}
+
+// Map coordinates are far from the point that is put on the globe.
+TEST_F(TestExportTiles, AModelFarFromItsOriginIsSaid)
+{
+  Mesh mesh = Torus(40, 20);
+  mesh.scalarType = ScalarType::Float64;
+  this->Make("near", mesh);
+  for (Vec3& point : mesh.points)
+  {
+    point[0] += 432000;
+    point[1] += 5423000;
+  }
+  this->Make("far", mesh);
+  this->Make("small", mesh, { "--unit", "mm" });
+  const std::string far = "lies 5440 km from its point (0, 0, 0), which is put at --origin";
+  for (const std::string name : { "near", "far", "small" })
+  {
+    const Outcome placed = this->Export({ name + ".kds", name, "--origin", "13.05,47.8,430" });
+    EXPECT_EQ(placed.exitCode, 0);
+    EXPECT_EQ(placed.err.find(far) != std::string::npos, name == "far") << placed.err;
+  }
+  const Outcome plain = this->Export({ "far.kds", "plain" });
+  EXPECT_EQ(plain.exitCode, 0);
+  EXPECT_EQ(plain.err.find("--origin"), std::string::npos) << plain.err;
 }
 
 TEST_F(TestExportTiles, ALevelIsASmallFile)

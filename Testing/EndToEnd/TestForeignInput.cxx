@@ -102,9 +102,7 @@ TEST_F(TestForeignInput, WarningsArePassedOn)
   EXPECT_EQ(built.exitCode, 0);
   EXPECT_EQ(built.err,
     "kdstream-build: warning: in.obj: line 1: the materials 'a.mtl' are not there: they count as "
-    "white\nkdstream-build: warning: in.obj: not supported by this version and left out: materials "
-    "and their "
-    "textures\n");
+    "white\n");
   this->WriteText("in.xyz", "0 0 0\n1 0 0\nnan 1 0\n");
   EXPECT_EQ(this->Build({ "in.xyz", "-o", "m.kds", "--quiet" }).err,
     "kdstream-build: warning: in.xyz: 1 point is not finite and is dropped: line 3\n");

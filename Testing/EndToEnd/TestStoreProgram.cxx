@@ -151,6 +151,48 @@ TEST_F(StoreProgram, StlOfPointsIsRefused)
   EXPECT_EQ(this->Files(), (std::set<std::string>{ "in.ply", "m.kds" }));
 }
 
+TEST_F(StoreProgram, OutputsAreNamedAsTheyCanBe)
+{
+  this->Write("in.ply", Torus(40, 20));
+  ASSERT_EQ(this->Build({ "in.ply", "-o", "m.kds", "--quiet" }).exitCode, 0);
+  this->ExpectError(this->Store({ "extract", "m.kds", "--all", "-o", "x.xyz" }), 2,
+    "kdstream-store: error: x.xyz: the ending '.xyz' names no format that can be written (.ply, "
+    ".vtp, .stl, .obj, .wrl, .glb)");
+  for (const std::string format : { "files", "3dtiles" })
+  {
+    this->ExpectError(this->Store({ "export", "m.kds", "x.glb", "--format", format }), 2,
+      "kdstream-store: error: x.glb: ends in .glb, but --format " + format +
+        " makes a folder: use --format glb");
+  }
+  const Outcome plain = this->Store({ "extract", "m.kds", "--all", "-o", "x.glb" });
+  EXPECT_EQ(plain.exitCode, 0);
+  EXPECT_NE(plain.err.find("wrote x.glb: 1600 triangles, "), std::string::npos) << plain.err;
+  Mesh point;
+  point.points = { { 1, 2, 3 } };
+  this->Write("one.ply", point);
+  ASSERT_EQ(this->Build({ "one.ply", "-o", "one.kds", "--quiet" }).exitCode, 0);
+  const Outcome one = this->Store({ "extract", "one.kds", "--all", "-o", "x.ply" });
+  EXPECT_NE(one.err.find("wrote x.ply: 1 point, "), std::string::npos) << one.err;
+}
+
+TEST_F(StoreProgram, VrmlSaysWhatItLoses)
+{
+  Mesh mesh = Torus(40, 20);
+  mesh.scalarType = ScalarType::Float64;
+  for (const double offset : { 0., 432000. })
+  {
+    for (Vec3& point : mesh.points)
+    {
+      point[0] += offset;
+    }
+    this->Write("in.ply", mesh);
+    ASSERT_EQ(this->Build({ "in.ply", "-o", "m.kds", "--quiet" }).exitCode, 0);
+    const Outcome written = this->Store({ "extract", "m.kds", "--all", "-o", "x.wrl", "--quiet" });
+    EXPECT_EQ(written.exitCode, 0);
+    EXPECT_EQ(written.err.find("VRML has floats") != std::string::npos, offset > 0) << written.err;
+  }
+}
+
 TEST_F(StoreProgram, StlSaysWhatItLoses)
 {
   Mesh doubles = Torus(40, 20);

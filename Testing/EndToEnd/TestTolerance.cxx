@@ -406,7 +406,24 @@ TEST_F(TestTolerance, ColumnsOfAnXyzByTheirNames)
   EXPECT_EQ(turned.attributes.size(), 1U);
   EXPECT_EQ(ValuesOf(turned, "Intensity"), (std::vector<double>{ 4, 5 }));
   this->WriteText("words.csv", "name,x,y,z,class\nA1,1,2,3,ground\nA2,4,5,6,tree\n");
-  this->ExpectError("words.csv", "line 2: 'A1' (column 1) is not a number; --columns leaves out");
+  const Outcome named = this->Convert("words.csv");
+  EXPECT_EQ(named.exitCode, 0);
+  EXPECT_NE(named.err.find("words.csv: not carried: columns of words: 'name', 'classification'\n"),
+    std::string::npos)
+    << named.err;
+  EXPECT_EQ(this->Read("out.ply").points, (std::vector<Vec3>{ { 1, 2, 3 }, { 4, 5, 6 } }));
+  // Other columns keep their names, also where those of the coordinates are not known.
+  this->WriteText("units.csv", "X_m,Y_m,Z_m,T_degC\n1.5,2.5,3.5,21\n4.5,5.5,6.5,22\n");
+  this->WriteText("odd.csv", "Alpha,Beta,Gamma,T_degC\n1.5,2.5,3.5,21\n4.5,5.5,6.5,22\n");
+  for (const char* file : { "units.csv", "odd.csv" })
+  {
+    EXPECT_EQ(this->Convert(file).exitCode, 0);
+    EXPECT_EQ(ValuesOf(this->Read("out.ply"), "T_degC"), (std::vector<double>{ 21, 22 })) << file;
+  }
+  this->WriteText("later.csv", "x,y,z,height\n1,2,3,4\n4,5,6,tree\n");
+  this->ExpectError("later.csv", "line 3: 'tree' (column 4) is not a number");
+  this->WriteText("bare.csv", "A1,1,2,3,ground\nA2,4,5,6,tree\n");
+  this->ExpectError("bare.csv", "line 1: 'A1' (column 1) is not a number; --columns leaves out");
   const Outcome words = this->Convert("words.csv", { "--columns", "- x y z -" });
   EXPECT_EQ(words.exitCode, 0) << words.err;
   EXPECT_EQ(this->Read("out.ply").points, (std::vector<Vec3>{ { 1, 2, 3 }, { 4, 5, 6 } }));

@@ -470,6 +470,8 @@ export const cases = [
   one("a gzipped VRML of very many blanks", "a.wrl", gzipSync(wrl(cubeWrl()) + " ".repeat(30000000)), cube, { mustRefuse: true, refused: /gunzip/ }),
   one("a gzipped OBJ", "a.obj", gzipSync(cubeObj), cube, { mustRefuse: true, refused: /gunzip/ }),
   one("a gzipped PLY, as it is called then", "a.ply.gz", gzipSync(plyOf(corners, quads)), cube, { mustRefuse: true, refused: /gunzip/ }),
+  one("a mesh that lies in a .zip as it is", "a.obj", Buffer.concat([Buffer.from("PK\x03\x04\n"), Buffer.alloc(24, 10), Buffer.from("\na.obj\n"), Buffer.from(cubeObj)]), cube,
+    { mustRefuse: true, refused: /is compressed \(\.zip\).*unzip/ }),
   one("gzipped points", "a.xyz", gzipSync(rowsOf(" ")), cloud, { mustRefuse: true, refused: /gunzip/ }),
   one("an OBJ polygon of 200,000 corners", "a.obj", objOf(star(100000), [star(100000).map((_, i) => i)]), { triangles: 199998 }),
   one("an OBJ whose lines go on behind a blank", "a.obj", cubeObj.replace(/f (\d+) (\d+)/g, "f $1 $2 \\  \n\t"), cube, { isRead: false }),
@@ -505,6 +507,13 @@ export const cases = [
   one("points whose names are known in part, in another order", "a.csv", `what,Easting,Northing\n${rowsOf(",")}`, cloud,
     { mustRefuse: true, refused: /line 1 names column 2 as x, and by its order column 1 would be: name all columns with --columns/ }),
   one("points whose names are known in part, in the usual order", "a.csv", `Easting,Northing,what\n${rowsOf(",")}`, { ...cloud, box: boxOfCloud }, { says: /names that are not known: the columns are read by their order/, isRead: false }),
+  // Cells of several words: between commas, semicolons or tabs only these part the columns.
+  ...[[",", '"tree no 1"'], [",", '"house, old"'], [",", "tree no 1"], [";", "tree no 1"], ["\t", "tree no 1"], [";", '"house; old"']].map(([separator, words]) =>
+    one(`points with the words ${words} between ${JSON.stringify(separator)}`, "a.csv", `X${separator}Y${separator}Z${separator}Note\n${scatter(40).map((point, i) =>
+      [...point, i % 3 ? words : ""].join(separator)).join("\n")}\n`, { ...cloud, box: boxOfCloud }, { says: /not carried: columns of words: 'Note'/, isRead: false })),
+  one("points with names of two words first", "a.csv", `Name,X,Y,Z\n${scatter(40).map((point, i) => [`P ${i}`, ...point].join(",")).join("\n")}\n`,
+    { ...cloud, box: boxOfCloud }, { says: /not carried: columns of words: 'Name'/, isRead: false }),
+  one("points whose names have units behind a line", "a.csv", `X_m,Y_m,Z_m,T_degC\n${rowsOf(",", (i) => [21.5 + i])}`, { ...cloud, box: boxOfCloud }, { silent: /names/, isRead: false }),
   one("points with quotes, commas and decimal commas", "a.csv", rowsOf(",").replace(/[^,\n]+/g, (word) => `"${Number(word).toFixed(2).replace(".", ",")}"`), cloud,
     { says: /decimal commas/, isRead: false }),
   one("points with decimal commas between commas", "a.csv", `x,y,z\n${rowsOf(",").replace(/[^,\n]+/g, (word) => Number(word).toFixed(2).replace(".", ","))}`, cloud,

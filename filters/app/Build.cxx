@@ -26,12 +26,24 @@ constexpr const char* description =
 
 constexpr const char* footer =
   "INPUT is a .ply, .stl, .obj or .off file, which is read in chunks and may be larger than "
-  "memory; or a .vtp, .vtk, .wrl, .glb, .gltf, .json (3D Tiles), .pcd, .xyz or .las file, which "
-  "kdstream-convert "
-  "reads as a whole, in addition to --memory (see kdstream-convert --help). Files with textures "
+  "memory; or a .vtp, .vtk, .wrl, .wrz, .glb, .gltf, .json (3D Tiles), .pcd, .las, .laz, .xyz, "
+  ".txt, .csv, .pts, "
+  ".asc, "
+  ".xyzrgb or .xyzn file, which kdstream-convert reads as a whole, in addition to --memory (see "
+  "kdstream-convert --help). Files with textures "
   "are also read as a whole, unless --textures is off. A file without faces is a point cloud.\n\n"
   "Example:\n"
   "  kdstream-build dragon.ply -o dragon.kds --title \"Stanford dragon\" --unit mm";
+
+// A surface without its stray vertices would have holes: only points are looked for.
+void FindStray(BuildCommand& line, const std::filesystem::path& file,
+  const Result<BuildReport>& report, const Execution& execution)
+{
+  if (report && report->info.primitive == PrimitiveType::Points && LosesBits(*report))
+  {
+    line.stray = FindStrayPoint(file, execution);
+  }
+}
 
 // Builds from the input itself, or from what kdstream-convert makes of it.
 Result<BuildReport> BuildFrom(BuildCommand& line, const std::filesystem::path& store,
@@ -45,7 +57,10 @@ Result<BuildReport> BuildFrom(BuildCommand& line, const std::filesystem::path& s
   }
   if (!line.converts)
   {
-    return BuildStore(std::filesystem::path(line.input), store, line.build, execution);
+    Result<BuildReport> report =
+      BuildStore(std::filesystem::path(line.input), store, line.build, execution);
+    FindStray(line, line.input, report, execution);
+    return report;
   }
   const auto begin = std::chrono::steady_clock::now();
   const Result<ConvertedInput> converted = ConvertForBuild(line, folder, execution);
@@ -62,6 +77,7 @@ Result<BuildReport> BuildFrom(BuildCommand& line, const std::filesystem::path& s
   {
     return converted->Blame(report.GetError());
   }
+  FindStray(line, converted->File(), report, execution);
   if (textures)
   {
     line.tiled = textures->Counts();
@@ -104,7 +120,12 @@ int Build(const CLI::App& app, BuildCommand& line)
   }
   if (!line.stats.empty())
   {
-    const auto stats = CheckOutput(line.stats, OutputKind::Stream, { line.input, line.output });
+    Result<std::filesystem::path> stats =
+      CheckOutput(line.stats, OutputKind::Stream, { line.input });
+    if (stats && !CheckOutput(line.stats, OutputKind::Stream, { line.output }))
+    {
+      stats = Error{ ErrorCode::InvalidArgument, "--stats and --output name the same file" };
+    }
     if (!stats)
     {
       return PrintError(program, line.stats, stats.GetError());

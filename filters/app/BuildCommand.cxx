@@ -474,6 +474,7 @@ std::vector<std::string> ChooseReader(BuildCommand& line)
     return { *why };
   }
   line.converts = found && found->any;
+  line.plainMaterials = found && found->isPlain;
   return found ? std::move(found->warnings) : std::vector<std::string>{};
 }
 
@@ -565,12 +566,29 @@ std::string CoarseFloats(const BuildReport& report, const std::string& unit)
   return text.str();
 }
 
+std::string StrayText(const StrayPoint& stray)
+{
+  std::ostringstream text;
+  text.precision(10);
+  text << "point " << stray.number << " at (" << stray.place[0] << ", " << stray.place[1] << ", "
+       << stray.place[2] << ") is so far from all others that the grid is "
+       << std::llround(std::min(stray.shrinks, 1e15))
+       << " times as coarse with it; remove it from the input if it does not belong there, else "
+          "use more bits or --precision lossless";
+  return text.str();
+}
+
 // Why an option of pictures was given in vain.
 std::string NoPictures(const BuildCommand& line)
 {
   return line.baked ? "the original has no textures" : "no textures were read";
 }
 
+}
+
+bool LosesBits(const BuildReport& report)
+{
+  return report.mergedByGrid * 100 > report.info.vertices;
 }
 
 void PrintWarnings(std::string_view program, const BuildCommand& line, const BuildReport& report)
@@ -592,7 +610,8 @@ void PrintWarnings(std::string_view program, const BuildCommand& line, const Bui
   std::string names;
   for (const std::string& name : report.ignoredAttributes)
   {
-    const bool unwanted = line.textures == "off" && name == objMaterialsName;
+    const bool unwanted =
+      (line.textures == "off" || line.plainMaterials) && name == objMaterialsName;
     names += unwanted ? "" : (names.empty() ? "" : ", ") + name;
   }
   if (!names.empty())
@@ -613,12 +632,14 @@ void PrintWarnings(std::string_view program, const BuildCommand& line, const Bui
     std::cerr << program << ": warning: " << line.input << ": " << UnusedText(report.info)
               << ": kept in the original, not shown\n";
   }
-  if (report.mergedByGrid * 100 > report.info.vertices)
+  if (LosesBits(report))
   {
     std::cerr << program << ": warning: " << line.input << ": " << report.mergedByGrid << " of "
               << report.info.vertices << " vertices coincide with others on a grid of "
-              << line.precision
-              << " bits; use more bits or --precision lossless to keep them apart\n";
+              << line.precision << " bits"
+              << (line.stray ? ": " + StrayText(*line.stray)
+                             : "; use more bits or --precision lossless to keep them apart")
+              << "\n";
   }
 }
 

@@ -2,6 +2,7 @@
 // The command line of the programs that build stores: kdstream-build and kdstream-build-mpi.
 #pragma once
 
+#include "filters/app/StrayPoint.h"
 #include "filters/build/Builder.h"
 #include "filters/program/Program.h"
 #include "filters/texture/BakeTextures.h"
@@ -34,6 +35,8 @@ struct BuildCommand
 
   // Whether kdstream-convert reads the input: set by ChooseReader.
   bool converts = false;
+  bool plainMaterials = false;       // FoundTextures::isPlain, which ChooseReader sets
+  std::optional<StrayPoint> stray{}; // that costs bits, if LosesBits
   std::optional<BakeReport> baked{}; // what became of its pictures
   std::optional<TileCounts> tiled{}; // and of them in the original
 
@@ -68,6 +71,9 @@ Status CheckStoreName(const std::filesystem::path& store);
 
 // Says on stderr, before the work, that a store of this name is not served.
 void WarnOfEnding(std::string_view program, const BuildCommand& line);
+
+// Whether so many vertices fall together on the grid that a warning says so.
+bool LosesBits(const BuildReport& report);
 
 // What a build says on stderr beside errors.
 void PrintWarnings(std::string_view program, const BuildCommand& line, const BuildReport& report);

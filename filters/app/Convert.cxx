@@ -49,7 +49,7 @@ constexpr const char* footer =
   "  .json           a tileset of 3D Tiles (tileset.json): its finest tiles\n"
   "  .pcd            PCL point clouds\n"
   "  .las            laser scans; compressed ones (.laz) if built with LASzip\n"
-  "  .xyz .txt .csv .pts .asc\n"
+  "  .xyz .txt .csv .pts .asc .xyzrgb .xyzn\n"
   "                  lines of x y z, then any of intensity, r g b, nx ny nz; --columns names the "
   "columns\n\n"
   "Example:\n"
@@ -88,7 +88,7 @@ void CatchCrashes(const std::string& program, const std::string& file)
 {
   std::string line = program + ": error: " + file;
   line.resize(std::min(line.size(), crashLine.size() - 100));
-  line += ": the file is damaged: the reader of this format crashed\n";
+  line += ": the file is damaged: the reader of this format crashed: export it again\n";
   std::memcpy(crashLine.data(), line.data(), line.size());
   crashLength = line.size();
   if (sanitized)
@@ -252,18 +252,16 @@ int Convert(const CLI::App& app, const CommandLine& line)
   {
     return PrintError(program, "", columns.GetError());
   }
-  Result<OutputFolders> folders = OutputFolders::Make(line.output);
-  if (!folders)
-  {
-    return PrintError(program, line.output, folders.GetError());
-  }
-  const Result<std::filesystem::path> output =
-    CheckOutput(line.output, OutputKind::File, { line.input });
+  const Result<std::filesystem::path> output = CheckOutputAndFolders(line.output, line.input);
   if (!output)
   {
-    return PrintError(program, line.output, output.GetError());
+    return PrintError(program, line.output, output.GetError(), line.output);
   }
   CatchCrashes(program, line.input);
+  if (!line.progressLines) // else kdstream-build says it
+  {
+    EndAtInterrupts(program, line.output);
+  }
   const auto begin = std::chrono::steady_clock::now();
   Result<ForeignMesh> read = Error{};
   {
@@ -295,11 +293,14 @@ int Convert(const CLI::App& app, const CommandLine& line)
     std::cerr << program << ": warning: " << line.input
               << ": --texture-pixels has no effect: no textures were read\n";
   }
-  // The file has a temporary name until it is whole: interrupts wait.
+  // From here on there is something to remove.
   CatchInterrupts();
-  if (const Status written = WriteMesh(*output, read->mesh); !written)
+  Result<OutputFolders> folders = OutputFolders::Make(line.output);
+  const Status written =
+    folders ? WriteMesh(*output, read->mesh, UntilInterrupted()) : Status{ folders.GetError() };
+  if (!written)
   {
-    return PrintError(program, line.output, written.GetError());
+    return PrintError(program, line.output, written.GetError(), line.output);
   }
   folders->Keep();
   for (const std::string& loss : LossesOfFormat(*output, read->mesh))
@@ -323,7 +324,7 @@ try
   CLI::App app(description, "kdstream-convert");
   app.footer(footer);
   app.add_option("INPUT", line.input, "the mesh or point cloud")->required();
-  app.add_option("-o,--output", line.output, "the file to write: NAME.ply")
+  app.add_option("-o,--output", line.output, "the file to write: .ply, .vtp, .stl, .obj or .wrl")
     ->required()
     ->type_name("FILE");
   app

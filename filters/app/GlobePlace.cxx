@@ -43,6 +43,12 @@ std::optional<GlobePlace> ParseGlobePlace(const std::string& text)
   return GlobePlace{ numbers[0], numbers[1], numbers[2], numbers[3] };
 }
 
+bool MayHaveDecimalCommas(const std::string& text)
+{
+  return std::count(text.begin(), text.end(), ',') == 3 && text.find('.') == std::string::npos &&
+         ParseGlobePlace(text);
+}
+
 // By the ellipsoid of WGS 84: the frame of east, north and up at the place, turned by the heading.
 GlobeMatrix MatrixOfPlace(const GlobePlace& place)
 {

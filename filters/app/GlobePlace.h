@@ -21,6 +21,9 @@ struct GlobePlace
 // "LON,LAT,HEIGHT" or "LON,LAT,HEIGHT,HEADING": finite numbers, the first two of the globe.
 std::optional<GlobePlace> ParseGlobePlace(const std::string& text);
 
+// Whether that is four whole numbers: "13,05,47,8" may be 13.05 and 47.8.
+bool MayHaveDecimalCommas(const std::string& text);
+
 // Column by column, as 3D Tiles has it: from coordinates in metres whose x is right, y back and z
 // up to geocentric ones.
 using GlobeMatrix = std::array<double, 16>;

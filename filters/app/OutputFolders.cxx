@@ -3,12 +3,32 @@
 
 #include "filters/core/SystemReason.h"
 #include "filters/files/Folders.h"
+#include "filters/program/Program.h"
 
 #include <algorithm>
 #include <utility>
 
 namespace kdstream
 {
+
+Result<std::filesystem::path> CheckOutputAndFolders(
+  const std::string& file, const std::string& input)
+{
+  CatchInterrupts();
+  const auto check = [&]() -> Result<std::filesystem::path>
+  {
+    const Result<OutputFolders> folders = OutputFolders::Make(file);
+    KDSTREAM_TRY(folders);
+    return CheckOutput(file, OutputKind::File, { input });
+  };
+  Result<std::filesystem::path> output = check();
+  ReleaseInterrupts();
+  if (Interrupted())
+  {
+    return Error{ ErrorCode::Cancelled, "cancelled" };
+  }
+  return output;
+}
 
 Result<OutputFolders> OutputFolders::Make(const std::filesystem::path& file)
 {

@@ -5,10 +5,17 @@
 #include "filters/core/Result.h"
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 namespace kdstream
 {
+
+// As CheckOutput of a file, for one whose folders may be missing: they are made, and removed again.
+// Afterwards, until OutputFolders::Make, a program that ends has nothing to remove. Errors: those
+// of both; Cancelled after an interrupt.
+Result<std::filesystem::path> CheckOutputAndFolders(
+  const std::string& file, const std::string& input);
 
 // The folders that were made for an output. Empty ones are removed again, unless Keep is called: a
 // failed command leaves nothing.

@@ -17,6 +17,7 @@
 #include "filters/core/MeshDistance.h"
 #include "filters/core/VectorMath.h"
 #include "filters/core/tree/PieceDepth.h"
+#include "filters/files/NewFile.h"
 #include "filters/files/WriteWhole.h"
 #include "filters/meshio/FileEnding.h"
 #include "filters/meshio/MeshWriter.h"
@@ -29,6 +30,7 @@
 #include "filters/store/StoreMesh.h"
 #include "filters/store/StoreNotes.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <functional>
@@ -118,6 +120,12 @@ std::string AttributesWithoutPlace(const std::vector<AttributeInfo>& attributes)
   return names;
 }
 
+// "1 tile", "2 tiles".
+std::string CountOf(std::uint64_t number, const std::string& noun)
+{
+  return std::to_string(number) + " " + noun + (number == 1 ? "" : "s");
+}
+
 class Commands
 {
 public:
@@ -155,6 +163,7 @@ public:
     return this->WithStore(
       [this](const Store& store)
       {
+        EndAtInterrupts(this->Program, "");
         const std::vector<Error> damage = store.Verify();
         for (const Error& error : damage)
         {
@@ -189,12 +198,18 @@ public:
       return PrintError(this->Program, this->Line.output,
         { ErrorCode::InvalidArgument, "does not end in .glb, as a file of --format glb does" });
     }
+    if (this->Line.format != formatGlb && FileEnding(this->Line.output) == ".glb")
+    {
+      return PrintError(this->Program, this->Line.output,
+        { ErrorCode::InvalidArgument, "ends in .glb, but --format " + this->Line.format +
+                                        " makes a folder: use --format glb" });
+    }
     return this->WithStore(
       [this](const Store& store)
       {
         if (this->Line.format == formatGlb)
         {
-          return this->ExportGlb(store); // one file, as extract: a signal ends it at once
+          return this->ExportGlb(store);
         }
         CatchInterrupts();
         const int exitCode =
@@ -257,16 +272,12 @@ private:
   int Extract(const Store& store) const
   {
     const auto begin = std::chrono::steady_clock::now();
-    Result<OutputFolders> folders = OutputFolders::Make(this->Line.output);
-    if (!folders)
-    {
-      return PrintError(this->Program, this->Line.output, folders.GetError());
-    }
-    const auto output = CheckOutput(this->Line.output, OutputKind::File, { this->Line.store });
+    const auto output = CheckOutputAndFolders(this->Line.output, this->Line.store);
     if (!output)
     {
-      return PrintError(this->Program, this->Line.output, output.GetError());
+      return PrintError(this->Program, this->Line.output, output.GetError(), this->Line.output);
     }
+    EndAtInterrupts(this->Program, this->Line.output);
     const Result<WantedPartitions> original = store.Info().textures
                                                 ? PartitionsOf(store, this->Line.wanted)
                                                 : Result<WantedPartitions>(WantedPartitions{});
@@ -278,8 +289,8 @@ private:
     const std::vector<PieceId> textured = this->TexturedPieces(store.Info(), *original);
     const bool withPictures = !textured.empty() && (ending == ".obj" || ending == ".glb");
     const int exitCode = withPictures || ending == ".glb"
-                           ? this->ExtractTextured(store, *output, textured, *folders, begin)
-                           : this->ExtractPlain(store, *output, *folders, begin);
+                           ? this->ExtractTextured(store, *output, textured, begin)
+                           : this->ExtractPlain(store, *output, begin);
     if (exitCode == exitDone && (ending == ".stl" || ending == ".glb") &&
         HasUnused(store, this->Line.wanted))
     {
@@ -301,9 +312,32 @@ private:
     std::cerr << this->Program << ": warning: " << this->Line.output << ": " << loss << "\n";
   }
 
-  int ExtractPlain(const Store& store, const std::filesystem::path& output, OutputFolders& folders,
-    Moment begin) const
+  // Calls `write`, which gives a Status, in the folders of the output, which are made for it. An
+  // interrupt cancels it: from here on there is something to remove. Returns an exit code.
+  template <class Write>
+  int WriteOutput(const Write& write) const
   {
+    CatchInterrupts();
+    Result<OutputFolders> folders = OutputFolders::Make(this->Line.output);
+    const Status written = folders ? write() : Status{ folders.GetError() };
+    ReleaseInterrupts();
+    if (!written)
+    {
+      return PrintError(this->Program, this->Line.output, written.GetError(), this->Line.output);
+    }
+    folders->Keep();
+    return exitDone;
+  }
+
+  int ExtractPlain(const Store& store, const std::filesystem::path& output, Moment begin) const
+  {
+    if (!IsWritable(output))
+    {
+      return PrintError(this->Program, this->Line.output,
+        { ErrorCode::InvalidArgument, "the ending '" + FileEnding(output) +
+                                        "' names no format that can be written (.ply, .vtp, .stl, "
+                                        ".obj, .wrl, .glb)" });
+    }
     Result<Mesh> mesh = ExtractMesh(store, this->Line.wanted);
     const bool withUnused = FileEnding(output) != ".stl" && HasUnused(store, this->Line.wanted);
     const Status added = mesh && withUnused ? AddUnused(store, *mesh) : Status{};
@@ -311,18 +345,19 @@ private:
     {
       return PrintError(this->Program, this->Line.store, mesh ? added.GetError() : mesh.GetError());
     }
-    if (Status status = WriteMesh(output, *mesh); !status)
+    const int exitCode =
+      this->WriteOutput([&]() { return WriteMesh(output, *mesh, UntilInterrupted()); });
+    if (exitCode != exitDone)
     {
-      return PrintError(this->Program, this->Line.output, status.GetError());
+      return exitCode;
     }
-    folders.Keep();
     for (const std::string& loss : LossesOfFormat(output, *mesh))
     {
       this->WarnOfLoss(loss);
     }
     this->TellWritten(this->Line.output,
-      mesh->triangles.empty() ? std::to_string(mesh->points.size()) + " points"
-                              : std::to_string(mesh->triangles.size()) + " triangles",
+      mesh->triangles.empty() ? CountOf(mesh->points.size(), "point")
+                              : CountOf(mesh->triangles.size(), "triangle"),
       begin);
     return exitDone;
   }
@@ -352,7 +387,7 @@ private:
 
   // With the pictures of these pieces; without any a .glb without pictures.
   int ExtractTextured(const Store& store, const std::filesystem::path& output,
-    const std::vector<PieceId>& textured, OutputFolders& folders, Moment begin) const
+    const std::vector<PieceId>& textured, Moment begin) const
   {
     Result<TexturedMesh> mesh =
       textured.empty() ? this->MakePlain(store) : kdstream::ExtractTextured(store, textured);
@@ -363,22 +398,30 @@ private:
       return PrintError(this->Program, this->Line.store, mesh ? added.GetError() : mesh.GetError());
     }
     const Vec3 up = store.Info().homeView.value_or(HomeView{}).up;
-    const Status written =
-      FileEnding(output) == ".glb" ? WriteGlb(output, *mesh, up) : WriteTexturedObj(output, *mesh);
-    if (!written)
+    const double metres = MetresOfUnit(store.Info().unit).value_or(1);
+    const int exitCode = this->WriteOutput(
+      [&]()
+      {
+        return FileEnding(output) == ".glb"
+                 ? WriteGlb(output, *mesh, up, metres, UntilInterrupted())
+                 : WriteTexturedObj(output, *mesh, UntilInterrupted());
+      });
+    if (exitCode != exitDone)
     {
-      return PrintError(this->Program, this->Line.output, written.GetError());
+      return exitCode;
     }
-    folders.Keep();
     const std::string left = AttributesWithoutPlace(store.Info().attributes);
     if (!left.empty())
     {
       this->WarnOfLoss("this format cannot hold these attributes: " + left);
     }
+    if (FileEnding(output) == ".glb")
+    {
+      this->WarnOfUnit(store.Info());
+    }
     this->TellWritten(this->Line.output,
-      std::to_string(mesh->mesh.triangles.size()) + " triangles and " +
-        std::to_string(mesh->pictures.size()) +
-        (mesh->pictures.size() == 1 ? " picture" : " pictures"),
+      CountOf(mesh->mesh.triangles.size(), "triangle") +
+        (mesh->pictures.empty() ? "" : " and " + CountOf(mesh->pictures.size(), "picture")),
       begin);
     return exitDone;
   }
@@ -439,9 +482,9 @@ private:
     if (!this->Line.quiet)
     {
       const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
-      std::cerr << this->Program << ": wrote " << report->files << " files of " << options.model
-                << " to " << this->Line.output << ", " << report->bytes / 1000 << " kB in "
-                << std::round(seconds.count() * 10) / 10 << " s\n";
+      std::cerr << this->Program << ": wrote " << CountOf(report->files, "file") << " of "
+                << options.model << " to " << this->Line.output << ", " << report->bytes / 1000
+                << " kB in " << std::round(seconds.count() * 10) / 10 << " s\n";
     }
     return exitDone;
   }
@@ -471,11 +514,12 @@ private:
       return PrintError(this->Program, this->Line.store, report.GetError(), this->Line.output);
     }
     this->WarnOfTileLosses(store.Info());
+    this->WarnOfPlace(store.Info());
     if (!this->Line.quiet)
     {
       const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
-      std::cerr << this->Program << ": wrote " << report->tiles << " tiles to " << this->Line.output
-                << ", " << report->bytes / 1000 << " kB in "
+      std::cerr << this->Program << ": wrote " << CountOf(report->tiles, "tile") << " to "
+                << this->Line.output << ", " << report->bytes / 1000 << " kB in "
                 << std::round(seconds.count() * 10) / 10 << " s\n";
     }
     return exitDone;
@@ -516,6 +560,12 @@ private:
       this->WarnOfLoss(
         "this format cannot hold " + UnusedText(model) + "; .ply, .vtp, .obj and .wrl can");
     }
+    this->WarnOfUnit(model);
+  }
+
+  // glTF and 3D Tiles are in metres.
+  void WarnOfUnit(const ModelDescription& model) const
+  {
     if (!model.unit.empty() && !MetresOfUnit(model.unit))
     {
       this->WarnOfLoss(
@@ -549,20 +599,36 @@ private:
     return CutTileMesh(*piece, &*tile, options);
   }
 
+  // The place of --origin is that of (0, 0, 0), from which map coordinates are far away.
+  void WarnOfPlace(const ModelDescription& model) const
+  {
+    constexpr double far = 1e5, mostKilometres = 1e15;
+    Vec3 middle{};
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      middle[k] = model.box.lo[k] / 2 + model.box.hi[k] / 2;
+    }
+    const double metres = Length(middle) * MetresOfUnit(model.unit).value_or(1);
+    if (this->Line.tiles.origin && metres > far)
+    {
+      const auto kilometres = std::llround(std::min(metres / 1000, mostKilometres));
+      this->WarnOfLoss("the model lies " + std::to_string(kilometres) +
+                       " km from its point (0, 0, 0), which is put at --origin, as map coordinates "
+                       "(UTM) do: it stands as far from there; subtract the coordinates of that "
+                       "place from the input's");
+    }
+  }
+
   // All of one level, or of the original, as one small file.
   int ExportGlb(const Store& store) const
   {
     const auto begin = std::chrono::steady_clock::now();
-    Result<OutputFolders> folders = OutputFolders::Make(this->Line.output);
-    if (!folders)
-    {
-      return PrintError(this->Program, this->Line.output, folders.GetError());
-    }
-    const auto output = CheckOutput(this->Line.output, OutputKind::File, { this->Line.store });
+    const auto output = CheckOutputAndFolders(this->Line.output, this->Line.store);
     if (!output)
     {
-      return PrintError(this->Program, this->Line.output, output.GetError());
+      return PrintError(this->Program, this->Line.output, output.GetError(), this->Line.output);
     }
+    EndAtInterrupts(this->Program, this->Line.output);
     const TilesOptions options = this->WantedTiles();
     const Result<TileMesh> mesh = this->MakeSmallMesh(store, options.normals);
     if (!mesh)
@@ -582,12 +648,20 @@ private:
       frame.latticeOrigin = model.grid.origin;
     }
     const auto bytes = EncodeTileGlb(*mesh, frame, options.compression);
-    const Status written = bytes ? WriteWhole(*output, *bytes) : Status{ bytes.GetError() };
-    if (!written)
+    if (!bytes)
     {
-      return PrintError(this->Program, this->Line.output, written.GetError());
+      return PrintError(this->Program, this->Line.output, bytes.GetError());
     }
-    folders->Keep();
+    const int exitCode = this->WriteOutput(
+      [&]()
+      {
+        NewFile::RemoveLeftovers(*output);
+        return WriteWhole(*output, *bytes);
+      });
+    if (exitCode != exitDone)
+    {
+      return exitCode;
+    }
     this->WarnOfTileLosses(model);
     if (model.textures && model.textures->levels && level && mesh->picture.empty())
     {
@@ -600,8 +674,8 @@ private:
                        "OUT.glb has them");
     }
     this->TellWritten(this->Line.output,
-      mesh->triangles.empty() ? std::to_string(mesh->points.size()) + " points"
-                              : std::to_string(mesh->triangles.size()) + " triangles",
+      mesh->triangles.empty() ? CountOf(mesh->points.size(), "point")
+                              : CountOf(mesh->triangles.size(), "triangle"),
       begin);
     return exitDone;
   }
@@ -799,7 +873,11 @@ void AddExport(CLI::App& exported, CommandLine& line)
       ->check(
         [](const std::string& text) -> std::string
         {
-          return ParseGlobePlace(text)
+          return MayHaveDecimalCommas(text)
+                   ? "\"" + text +
+                       "\" may be two numbers with decimal commas: write decimal points, such "
+                       "as 13.05,47.8,430"
+                 : ParseGlobePlace(text)
                    ? ""
                    : "\"" + text +
                        "\" is not a place: give longitude (-180 to 180), "

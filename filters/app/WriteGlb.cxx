@@ -48,9 +48,10 @@ int WrapNumber(TextureWrap wrap)
 class GlbWriter
 {
 public:
-  GlbWriter(const TexturedMesh& textured, const Vec3& up)
+  GlbWriter(const TexturedMesh& textured, const Vec3& up, double metres)
     : Textured(textured)
     , Axes(AxesOf(up))
+    , Metres(metres)
     , Normals(FindRole(textured.mesh, AttributeRole::Normals))
     , Colors(textured.pictures.empty() ? FindRole(textured.mesh, AttributeRole::Colors) : nullptr)
   {
@@ -66,7 +67,7 @@ public:
     }
   }
 
-  Status Write(const std::filesystem::path& file)
+  Status Write(const std::filesystem::path& file, const Execution& execution)
   {
     this->AddPrimitives();
     for (const PictureSource& picture : this->Textured.pictures)
@@ -84,7 +85,7 @@ public:
           " bytes, more than a .glb can hold: extract a region, or write an .obj" };
     }
     OutputFile output;
-    KDSTREAM_TRY(output.Open(file));
+    KDSTREAM_TRY(output.Open(file, execution));
     output.Write("glTF");
     output.WriteLittleEndian(std::uint32_t{ 2 });
     output.WriteLittleEndian(static_cast<std::uint32_t>(all));
@@ -309,7 +310,7 @@ private:
     return json.Text();
   }
 
-  // Where the node stands, and how it is turned.
+  // Where the node stands, how it is turned, and its unit.
   void PutPlace(JsonWriter& json) const
   {
     if (this->Axes[1] != Vec3{ 0, 1, 0 })
@@ -319,15 +320,22 @@ private:
       {
         for (const Vec3& axis : this->Axes)
         {
-          json.Put((column < 3 ? axis[column] : Dot(axis, this->Origin)) + 0.0); // no -0
+          const double value = column < 3 ? axis[column] : Dot(axis, this->Origin);
+          json.Put(value * this->Metres + 0.0); // no -0
         }
         json.Put(column < 3 ? 0 : 1);
       }
       json.EndArray();
+      return;
     }
-    else if (this->Origin != Vec3{})
+    if (this->Origin != Vec3{})
     {
-      json.Member("translation", this->Origin);
+      const auto& [x, y, z] = this->Origin;
+      json.Member("translation", Vec3{ x * this->Metres, y * this->Metres, z * this->Metres });
+    }
+    if (this->Metres != 1)
+    {
+      json.Member("scale", Vec3{ this->Metres, this->Metres, this->Metres });
     }
   }
 
@@ -448,6 +456,7 @@ private:
 
   const TexturedMesh& Textured;
   const std::array<Vec3, 3> Axes;
+  const double Metres;
   const Attribute* const Normals;
   const Attribute* const Colors;
   Vec3 Origin{};
@@ -460,9 +469,10 @@ private:
 
 }
 
-Status WriteGlb(const std::filesystem::path& file, const TexturedMesh& textured, const Vec3& up)
+Status WriteGlb(const std::filesystem::path& file, const TexturedMesh& textured, const Vec3& up,
+  double metres, const Execution& execution)
 {
-  return GlbWriter(textured, up).Write(file);
+  return GlbWriter(textured, up, metres).Write(file, execution);
 }
 
 }

@@ -3,6 +3,7 @@
 // kdstream-store extract.
 #pragma once
 
+#include "filters/core/Execution.h"
 #include "filters/core/Result.h"
 #include "filters/texture/TexturedMesh.h"
 
@@ -19,17 +20,21 @@ namespace kdstream
 // is no texture. A picture's source holds PNG bytes, and its name becomes the file's name. Texture
 // coordinates are written with the material's transform applied, or without it where the format has
 // such a transform. Every file appears whole or not at all. Errors: LimitExceeded for more than the
-// format can number; InputOutput.
+// format can number; InputOutput; Cancelled.
 
 // NAME.obj, NAME.mtl and NAME-PICTURE.png. The coordinates of the mesh in its scalar type, as the
-// shortest decimals that read back to the same value. A corner without coordinates has none.
-Status WriteTexturedObj(const std::filesystem::path& file, const TexturedMesh& textured);
+// shortest decimals that read back to the same value. A corner without coordinates has none. After
+// an error no new file is left.
+Status WriteTexturedObj(
+  const std::filesystem::path& file, const TexturedMesh& textured, const Execution& execution = {});
 
 // Coordinates are floats. Doubles are written relative to the box's middle, which is the node's
 // translation. Vertices are split where texture coordinates of their corners differ. In glTF y is
 // up and +z is in front: the node rotates the mesh, whose own up direction is `up` (of length 1);
 // coordinates stay.
-Status WriteGlb(const std::filesystem::path& file, const TexturedMesh& textured, const Vec3& up);
+// metres: that a unit of the coordinates has: glTF is in metres, the node scales.
+Status WriteGlb(const std::filesystem::path& file, const TexturedMesh& textured, const Vec3& up,
+  double metres = 1, const Execution& execution = {});
 
 // u, v from the upper left, as the transform makes them.
 std::array<double, 2> PictureCoordinateOf(

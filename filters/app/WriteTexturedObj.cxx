@@ -77,15 +77,53 @@ std::string PictureFileOf(const std::filesystem::path& file, const PictureSource
   return file.stem().string() + "-" + picture.name + ".png";
 }
 
-Status WritePictures(const std::filesystem::path& file, const TexturedMesh& textured)
+// The files that were not there before. They are removed, unless Keep is called.
+class NewFiles
+{
+public:
+  NewFiles() = default;
+  NewFiles(const NewFiles&) = delete;
+  NewFiles& operator=(const NewFiles&) = delete;
+  ~NewFiles()
+  {
+    std::error_code ignored;
+    for (const std::filesystem::path& file : this->Made)
+    {
+      std::filesystem::remove(file, ignored);
+    }
+  }
+
+  Status Finish(const std::filesystem::path& file, OutputFile& output)
+  {
+    std::error_code status;
+    const bool isNew = !std::filesystem::exists(file, status);
+    if (isNew)
+    {
+      this->Made.push_back(file); // before: afterwards there may be no memory
+    }
+    const Status finished = output.Finish();
+    if (!finished && isNew)
+    {
+      this->Made.pop_back();
+    }
+    return finished;
+  }
+  void Keep() { this->Made.clear(); }
+
+private:
+  std::vector<std::filesystem::path> Made;
+};
+
+Status WritePictures(const std::filesystem::path& file, const TexturedMesh& textured,
+  const Execution& execution, NewFiles& files)
 {
   for (const PictureSource& picture : textured.pictures)
   {
     const std::filesystem::path name = file.parent_path() / PictureFileOf(file, picture);
     OutputFile output;
-    KDSTREAM_TRY(OfFile(name.string(), output.Open(name)));
+    KDSTREAM_TRY(OfFile(name.string(), output.Open(name, execution)));
     output.Write({ reinterpret_cast<const char*>(picture.bytes.data()), picture.bytes.size() });
-    KDSTREAM_TRY(OfFile(name.string(), output.Finish()));
+    KDSTREAM_TRY(OfFile(name.string(), files.Finish(name, output)));
   }
   return {};
 }
@@ -128,8 +166,8 @@ std::vector<bool> MaterialsThatLeave(const TexturedMesh& textured)
 }
 
 // Some readers take "-clamp on" as a part of the picture's name: it is written where it is seen.
-Status WriteMaterials(
-  const std::filesystem::path& file, const std::string& objName, const TexturedMesh& textured)
+Status WriteMaterials(const std::filesystem::path& file, const std::string& objName,
+  const TexturedMesh& textured, NewFiles& files)
 {
   const std::vector<bool> leave = MaterialsThatLeave(textured);
   OutputFile output;
@@ -157,7 +195,7 @@ Status WriteMaterials(
                    PictureFileOf(objName, textured.pictures[material.picture]) + "\n");
     }
   }
-  return OfFile(file.string(), output.Finish());
+  return OfFile(file.string(), files.Finish(file, output));
 }
 
 const Attribute* NormalsOf(const Mesh& mesh)
@@ -239,19 +277,23 @@ std::vector<std::size_t> TrianglesByMaterial(const TexturedMesh& textured)
   return order;
 }
 
-Status WriteTexturedObj(const std::filesystem::path& file, const TexturedMesh& textured)
+Status WriteTexturedObj(
+  const std::filesystem::path& file, const TexturedMesh& textured, const Execution& execution)
 {
-  KDSTREAM_TRY(WritePictures(file, textured));
+  NewFiles files;
+  KDSTREAM_TRY(WritePictures(file, textured, execution, files));
   std::filesystem::path library = file;
   library.replace_extension(".mtl");
-  KDSTREAM_TRY(WriteMaterials(library, file.filename().string(), textured));
+  KDSTREAM_TRY(WriteMaterials(library, file.filename().string(), textured, files));
   OutputFile output;
-  KDSTREAM_TRY(output.Open(file));
+  KDSTREAM_TRY(output.Open(file, execution));
   output.Write("mtllib " + library.filename().string() + "\n");
   const Attribute* const normals = NormalsOf(textured.mesh);
   WriteVertices(output, textured.mesh, normals);
   WriteFaces(output, textured, normals != nullptr);
-  return output.Finish();
+  KDSTREAM_TRY(output.Finish());
+  files.Keep();
+  return {};
 }
 
 }

@@ -71,9 +71,9 @@ Result<ForeignMesh> ReadOwn(
     Result<ForeignMesh> read = ReadInChunks(file, execution);
     if (read)
     {
-      // No warnings if no textures are wanted.
+      // No warnings if no textures are wanted, or nothing is lost.
       std::erase_if(read->warnings, [&](const std::string& warning)
-        { return !textures.bake && warning == notCarried + objMaterialsName; });
+        { return (!textures.bake || found->isPlain) && warning == notCarried + objMaterialsName; });
       read->warnings.insert(read->warnings.begin(), found->warnings.begin(), found->warnings.end());
     }
     return read;

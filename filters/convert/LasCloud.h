@@ -43,9 +43,11 @@ public:
 
   void Add(const LasPoint& point)
   {
+    ++this->Added;
     if (point.withheld)
     {
-      ++this->Withheld;
+      this->Output.tolerance.Count(
+        Lapse::PointWithheld, 1, "point " + std::to_string(this->Added - 1));
       return;
     }
     Vec3& place = this->Points.emplace_back();
@@ -92,13 +94,6 @@ public:
       result.tolerance.Tell("each point has " + std::to_string(this->Header.extraBytes) +
                             " bytes that its format does not have (extra dimensions): they are "
                             "not carried");
-    }
-    if (this->Withheld > 0)
-    {
-      result.warnings.push_back(
-        std::to_string(this->Withheld) + (this->Withheld == 1
-                                             ? " point is marked as withheld and was dropped"
-                                             : " points are marked as withheld and were dropped"));
     }
     return result;
   }
@@ -158,7 +153,7 @@ private:
   std::vector<std::array<std::uint16_t, 3>> Colors;
   ForeignMesh Output;
   std::uint64_t DimChannels = 0, BrightChannels = 0; // to 255, and above
-  std::uint64_t Withheld = 0;
+  std::uint64_t Added = 0;
 };
 
 }

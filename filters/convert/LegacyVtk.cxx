@@ -468,9 +468,12 @@ private:
         }
         if (value < 0 || value >= static_cast<double>(this->Points))
         {
+          // VTK crashes on what its numbers of points cannot be.
+          constexpr double mostPoints = 2147483648.;
           return this->Damaged("has a cell " + std::to_string(cell) + " " + this->Here() +
-                               " that names point " + QuotedText(this->Taken) + ", but there are " +
-                               std::to_string(this->Points));
+                                 " that names point " + QuotedText(this->Taken) +
+                                 ", but there are " + std::to_string(this->Points),
+            !(std::abs(value) < mostPoints));
         }
       }
     }

@@ -651,13 +651,15 @@ private:
       const VrmlUrl& url = (*this->Current.urls)[number];
       const std::filesystem::path file = this->FileOf(url.url);
       this->Named.insert(this->Named.end(), file);
-      const std::string inlined = "the Inline " + QuotedText(file.filename().string());
-      const std::string named = "line " + std::to_string(url.line) + ": " + inlined;
+      const std::string named =
+        "line " + std::to_string(url.line) + ": the Inline " + QuotedText(file.filename().string());
       std::error_code failure;
       if (!std::filesystem::is_regular_file(file, failure))
       {
         lineOfMissing = missing.empty() ? url.line : lineOfMissing;
-        missing = missing.empty() ? inlined + ", which is not there" : missing;
+        missing = missing.empty()
+                    ? "the Inline " + QuotedText(url.url) + ", which " + WhyMissing(url.url)
+                    : missing;
         continue;
       }
       if (this->Inlines.count(file) > 0 || this->Inlines.size() >= deepestInlines ||

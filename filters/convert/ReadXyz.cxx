@@ -17,6 +17,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
 
 namespace kdstream
 {
@@ -153,9 +154,9 @@ private:
     {
       KDSTREAM_TRY(this->SetColumns());
     }
-    if (this->Words.size() < this->ColumnCount)
+    if (this->Words.size() != this->ColumnCount)
     {
-      this->FillEmptyCells(this->ColumnCount);
+      this->SplitCells(this->ColumnCount);
     }
     if (this->Words.size() != this->ColumnCount)
     {
@@ -216,6 +217,7 @@ private:
     {
       this->OtherNames = this->Lines.Number();
       this->NameAxes = AxesOfNames(this->Words);
+      this->OtherWords.assign(this->Words.begin(), this->Words.end());
       return true;
     }
     return false;
@@ -268,13 +270,13 @@ private:
 
   Status SplitLine(std::string_view line)
   {
+    this->Cells = line;
     if (line.find('"') != std::string_view::npos)
     {
       this->Unquoted = line;
       std::replace(this->Unquoted.begin(), this->Unquoted.end(), '"', ' ');
       line = this->Unquoted;
     }
-    this->SplitText = line;
     if (line.find(',') == std::string_view::npos)
     {
       this->PointSeen = this->PointSeen || line.find('.') != std::string_view::npos;
@@ -307,7 +309,6 @@ private:
         Remedy::InMessage);
     }
     this->Text = line;
-    this->SplitText = this->Text;
     SplitWords(this->Text, separatorsButCommas, this->Words);
     for (std::string_view& word : this->Words)
     {
@@ -318,35 +319,52 @@ private:
     return {};
   }
 
-  // "1,,3": what has no value between commas or semicolons is no number, if the line has as many
-  // columns then.
-  void FillEmptyCells(std::size_t columns)
+  // Splits at commas, semicolons or tabs only, if the line has as many columns then: a cell may
+  // hold several words, in quotes also a separator; "nan" is put into an empty one.
+  void SplitCells(std::size_t columns)
   {
-    const bool isCommas =
-      this->Comma == Commas::Separators && this->SplitText.find(',') != std::string_view::npos;
-    std::vector<std::string_view> cells;
-    for (std::string_view rest = this->SplitText; cells.size() <= columns;)
+    this->CellText = this->Cells;
+    if (this->Comma == Commas::Decimal)
     {
-      const std::size_t end = rest.find(isCommas ? ',' : ';');
-      const std::string_view cell = Trimmed(rest.substr(0, end), " \t\r\v\f");
-      cells.push_back(cell.empty() ? "nan" : cell);
-      if (end == std::string_view::npos)
+      std::replace(this->CellText.begin(), this->CellText.end(), ',', '.');
+    }
+    for (const char separator : { ',', ';', '\t' })
+    {
+      std::vector<std::string_view> cells = CellsOf(this->CellText, separator, columns);
+      if (cells.size() == columns)
       {
-        break;
+        this->Words = std::move(cells);
+        return;
       }
-      rest.remove_prefix(end + 1);
     }
-    if (cells.size() == columns)
+  }
+
+  // At most `most` and one more.
+  static std::vector<std::string_view> CellsOf(
+    std::string_view line, char separator, std::size_t most)
+  {
+    constexpr std::string_view blanks = " \t\r\v\f";
+    std::vector<std::string_view> cells;
+    bool quoted = false;
+    for (std::size_t begin = 0, at = 0; at <= line.size() && cells.size() <= most; ++at)
     {
-      this->Words = std::move(cells);
+      quoted = at < line.size() && quoted != (line[at] == '"');
+      if (at == line.size() || (!quoted && line[at] == separator))
+      {
+        const std::string_view cell =
+          Trimmed(Trimmed(Trimmed(line.substr(begin, at - begin), blanks), "\""), blanks);
+        cells.push_back(cell.empty() ? "nan" : cell);
+        begin = at + 1;
+      }
     }
+    return cells;
   }
 
   Status SetColumns()
   {
-    if (this->Layout && this->NamesInFile > 0 && this->Words.size() < this->NamedColumns)
+    if (this->Layout && this->Words.size() != this->NamedColumns)
     {
-      this->FillEmptyCells(this->NamedColumns);
+      this->SplitCells(this->NamedColumns);
     }
     this->ColumnCount = this->Words.size();
     if (this->Words[0].size() == 5 &&
@@ -405,6 +423,7 @@ private:
   void FindLeftOut(const XyzLayout& layout)
   {
     this->LeftOut.assign(this->ColumnCount, true);
+    this->HasNumbers.assign(this->ColumnCount, false);
     for (const std::size_t place : layout.coordinates)
     {
       this->LeftOut[place] = false;
@@ -416,6 +435,27 @@ private:
         this->LeftOut[column] = false;
       }
     }
+  }
+
+  // A column that the file names, and that holds words and has had no number yet, is left out.
+  bool LeaveOutWords(std::size_t column)
+  {
+    if (!this->Layout || this->NamesInFile == 0 || this->HasNumbers[column])
+    {
+      return false;
+    }
+    const auto isOfWords = [&](const XyzLayout::Block& block)
+    { return block.kind == XyzLayout::Kind::Number && block.columns[0] == column; };
+    std::vector<XyzLayout::Block>& numbers = this->Layout->blocks;
+    const auto found = std::find_if(numbers.begin(), numbers.end(), isOfWords);
+    if (found == numbers.end())
+    {
+      return false;
+    }
+    this->WordColumns += (this->WordColumns.empty() ? "" : ", ") + QuotedText(found->name);
+    numbers.erase(found);
+    this->LeftOut[column] = true;
+    return true;
   }
 
   Status AddPoint()
@@ -438,7 +478,16 @@ private:
         static_cast<std::size_t>(std::find(places.begin(), places.end(), i) - places.begin());
       const NumberTextError error =
         place < 3 ? ParseNumber(word, point[place]) : ParseNumber(word, rest[extra++]);
-      if (error != NumberTextError::None)
+      const bool isNumber = error == NumberTextError::None;
+      if (place == 3 && error == NumberTextError::NotANumber && this->LeaveOutWords(i))
+      {
+        continue;
+      }
+      if (place == 3 && isNumber && i < this->HasNumbers.size())
+      {
+        this->HasNumbers[i] = this->HasNumbers[i] || std::isfinite(double(rest[extra - 1]));
+      }
+      if (!isNumber)
       {
         const bool mayBeLeftOut = !this->Layout || place == 3;
         return this->Lines.Wrong(
@@ -499,9 +548,10 @@ private:
     std::vector<std::string> readings;
     this->TellCommas(readings);
     this->TellNames(readings);
-    const Result<XyzLayout> layout =
+    Result<XyzLayout> layout =
       this->Layout ? Result<XyzLayout>(*this->Layout) : this->ChooseLayout(readings);
     KDSTREAM_TRY(layout);
+    this->NameNumbers(*layout);
     KDSTREAM_TRY(this->CheckNames(*layout));
     mesh.scalarType = this->Precision.FloatsSuffice() ? ScalarType::Float32 : ScalarType::Float64;
     for (const XyzLayout::Block& block : layout->blocks)
@@ -648,10 +698,33 @@ private:
                          " are degrees, which are taken for lengths as they are: project them to "
                          "metres first if lengths are to be right");
     }
+    if (!this->WordColumns.empty())
+    {
+      readings.push_back("not carried: columns of words: " + this->WordColumns);
+    }
     if (this->Layout && !this->PartNames.empty())
     {
       readings.push_back("line " + std::to_string(this->NamesInFile) + " names " + this->PartNames +
                          " without the other two: kept as numbers");
+    }
+  }
+
+  // Of a layout that is guessed, by a line that names each column.
+  void NameNumbers(XyzLayout& layout) const
+  {
+    if (this->Layout || this->OtherWords.size() != this->ColumnCount)
+    {
+      return;
+    }
+    std::set<std::string> taken{ "RGB", "Normals", "number" };
+    for (XyzLayout::Block& block : layout.blocks)
+    {
+      const std::string name(Trimmed(this->OtherWords[block.columns[0]], " \"'"));
+      if (block.kind == XyzLayout::Kind::Number && IsAttributeName(name) &&
+          taken.insert(name).second)
+      {
+        block.name = name;
+      }
     }
   }
 
@@ -741,19 +814,22 @@ private:
   std::uint64_t NamesInFile = 0;   // the line; 0: none
   bool NamesAlone = false;         // it is not a comment
   std::vector<std::string_view> Words;
-  std::string_view SplitText; // what Words are of
+  std::string_view Cells;     // the line, with its quotes
+  std::string CellText;       // the same with decimal points
   std::string Text, Unquoted; // of a line with decimal commas, or with quotes
   Commas Comma = Commas::Unknown;
   std::uint64_t CommaLine = 0;
   bool AlsoDecimal = false; // nothing but commas part the columns
   bool PointSeen = false;   // a decimal point
   std::size_t ColumnCount = 0;
-  std::vector<bool> LeftOut;                 // of each column, where the layout is known
+  std::vector<bool> LeftOut, HasNumbers;     // of each column, where the layout is known
+  std::string WordColumns;                   // names of columns of words, for a message
   std::optional<XyzColumns> Columns;         // once there is a point
   std::uint64_t CountLine = 0;               // of the last count; 0: none
   std::uint64_t Counted = 0, SinceCount = 0; // points, by it, and after it
   std::uint64_t OtherNames = 0;              // the line of names that name no columns; 0: none
   std::vector<std::optional<std::size_t>> NameAxes; // of the columns that the line of names names
+  std::vector<std::string> OtherWords;              // that line's
   std::string Degrees;      // longitudes and latitudes that names name, as messages quote them
   std::string PartNames;    // of r g b or nx ny nz a part, which names numbers
   std::vector<float> Extra; // the columns but for the coordinates

@@ -46,6 +46,18 @@ std::string_view WithoutUnit(std::string_view name)
                                         : name.substr(0, name.find_last_not_of(' ', unit - 1) + 1);
 }
 
+// "x" of "x_m".
+std::string_view WithoutUnitAtEnd(std::string_view name)
+{
+  constexpr std::array<std::string_view, 11> units{ "m", "km", "dm", "cm", "mm", "ft", "in", "feet",
+    "meters", "metres", "deg" };
+  const std::size_t gap = name.find_last_of("_ -.");
+  const bool isUnit =
+    gap != name.npos && gap > 0 &&
+    std::find(units.begin(), units.end(), LowercaseText(name.substr(gap + 1))) != units.end();
+  return isUnit ? name.substr(0, gap) : name;
+}
+
 // The short name of what is known by several.
 std::string PlainName(std::string_view name)
 {
@@ -135,7 +147,7 @@ constexpr std::array<std::string_view, 3> axisNames{ "x", "y", "z" };
 // The place in coordinateNames of a name, without its unit; nothing for all others.
 std::optional<std::size_t> FindCoordinateName(std::string_view name)
 {
-  const std::string bare = BareName(WithoutUnit(NameWithoutQuotes(name)));
+  const std::string bare = BareName(WithoutUnitAtEnd(WithoutUnit(NameWithoutQuotes(name))));
   const bool isNumbered = LowercaseText(name).find("point") != std::string::npos;
   const auto* const found = std::find_if(coordinateNames.begin(), coordinateNames.end(),
     [&](const CoordinateName& known)

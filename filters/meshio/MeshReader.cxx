@@ -69,7 +69,9 @@ Result<std::unique_ptr<MeshReader>> OpenFinite(const std::filesystem::path& file
     OfInput(OfFile(file.string(), OpenByEnding(ending, std::move(*source), execution, scratch)));
   const bool unreadable =
     reader ? (*reader)->Info().vertices == 0 : reader.GetError().code == ErrorCode::InvalidInput;
-  if (!hint.empty() && unreadable)
+  // An archive may hold a mesh that is not compressed, and be read as one.
+  const bool isPacked = hint.starts_with("is compressed (.zip)");
+  if (!hint.empty() && (unreadable || isPacked))
   {
     return OfFile(file.string(), Status(BadInput(hint, Remedy::InMessage))).GetError();
   }

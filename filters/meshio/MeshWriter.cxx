@@ -7,6 +7,7 @@
 #include "filters/meshio/OutputFile.h"
 #include "filters/meshio/ply/PlyArrays.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -501,9 +502,27 @@ Status CheckMesh(const Mesh& mesh, bool isStl)
   return {};
 }
 
+// Whether floats would be coarse: their step is more than a hundred thousandth of the longest side.
+bool IsFarFromZero(const Mesh& mesh)
+{
+  constexpr double stepOfFloats = 1. / (1 << 23), coarse = 1e-5;
+  Box box;
+  for (const Vec3& point : mesh.points)
+  {
+    box.Add(point);
+  }
+  double farthest = 0, longest = 0;
+  for (std::size_t k = 0; k < 3 && !box.Empty(); ++k)
+  {
+    farthest = std::max({ farthest, std::abs(box.lo[k]), std::abs(box.hi[k]) });
+    longest = std::max(longest, box.hi[k] - box.lo[k]);
+  }
+  return farthest * stepOfFloats > coarse * longest && longest > 0;
 }
 
-Status WriteMesh(const std::filesystem::path& file, const Mesh& mesh)
+}
+
+Status WriteMesh(const std::filesystem::path& file, const Mesh& mesh, const Execution& execution)
 {
   const std::string ending = FileEnding(file);
   const WriteFormat write = FormatOf(ending);
@@ -515,9 +534,14 @@ Status WriteMesh(const std::filesystem::path& file, const Mesh& mesh)
   }
   KDSTREAM_TRY(CheckMesh(mesh, ending == ".stl"));
   OutputFile output;
-  KDSTREAM_TRY(output.Open(file));
+  KDSTREAM_TRY(output.Open(file, execution));
   write(output, mesh);
   return output.Finish();
+}
+
+bool IsWritable(const std::filesystem::path& file)
+{
+  return FormatOf(FileEnding(file)) != nullptr;
 }
 
 std::vector<std::string> AttributesLeftOut(const std::filesystem::path& file, const Mesh& mesh)
@@ -554,6 +578,11 @@ std::vector<std::string> LossesOfFormat(const std::filesystem::path& file, const
   if (stl && mesh.scalarType == ScalarType::Float64)
   {
     losses.push_back("STL holds floats; the coordinates were doubles and are rounded");
+  }
+  if (FileEnding(file) == ".wrl" && mesh.scalarType == ScalarType::Float64 && IsFarFromZero(mesh))
+  {
+    losses.push_back("VRML has floats: readers round these coordinates, which are doubles far from "
+                     "0; subtract an offset, or use .ply or .vtp");
   }
   return losses;
 }

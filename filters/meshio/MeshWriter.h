@@ -2,6 +2,7 @@
 // Writing a mesh: .ply (binary, little endian), .stl (binary), .obj, .vtp and .wrl.
 #pragma once
 
+#include "filters/core/Execution.h"
 #include "filters/core/Result.h"
 #include "filters/core/Types.h"
 
@@ -29,8 +30,12 @@ namespace kdstream
 // triangles in STL; InvalidInput for a triangle whose index is out of range, and for attributes
 // that CheckAttributes or IsAttributeName refuses; LimitExceeded for more than 2^31 points (the
 // formats' indices are signed), or more than 2^32 - 1 triangles in STL; InputOutput with the
-// system's reason.
-Status WriteMesh(const std::filesystem::path& file, const Mesh& mesh);
+// system's reason; Cancelled.
+Status WriteMesh(
+  const std::filesystem::path& file, const Mesh& mesh, const Execution& execution = {});
+
+// Whether WriteMesh knows the file's extension.
+bool IsWritable(const std::filesystem::path& file);
 
 // The names of the attributes that WriteMesh leaves out of that file.
 std::vector<std::string> AttributesLeftOut(const std::filesystem::path& file, const Mesh& mesh);

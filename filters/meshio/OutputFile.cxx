@@ -7,9 +7,11 @@
 namespace kdstream
 {
 
-Status OutputFile::Open(const std::filesystem::path& file)
+Status OutputFile::Open(const std::filesystem::path& file, const Execution& execution)
 {
   assert(!this->File);
+  this->Runs = execution;
+  NewFile::RemoveLeftovers(file);
   Result<NewFile> made = NewFile::Create(file);
   if (!made)
   {
@@ -22,6 +24,10 @@ Status OutputFile::Open(const std::filesystem::path& file)
 
 void OutputFile::Flush()
 {
+  if (this->FirstError)
+  {
+    this->FirstError = this->Runs.Report("write", 0);
+  }
   if (this->FirstError)
   {
     this->FirstError = this->File->Write(this->Buffer);

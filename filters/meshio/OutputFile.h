@@ -3,6 +3,7 @@
 // the writers.
 #pragma once
 
+#include "filters/core/Execution.h"
 #include "filters/core/Result.h"
 #include "filters/files/NewFile.h"
 
@@ -29,9 +30,10 @@ public:
   OutputFile& operator=(const OutputFile&) = delete;
   ~OutputFile() = default;
 
-  // Errors: InputOutput with the system's reason, or for a name of something other than a regular
-  // file.
-  Status Open(const std::filesystem::path& file);
+  // Files that killed programs have left of this one are removed. `execution` is asked before each
+  // block, as step "write". Errors: InputOutput with the system's reason, or for a name of
+  // something other than a regular file; Cancelled from Finish.
+  Status Open(const std::filesystem::path& file, const Execution& execution = {});
 
   void Write(std::string_view bytes)
   {
@@ -73,6 +75,7 @@ private:
   void Flush();
 
   std::optional<NewFile> File;
+  Execution Runs;
   std::string Buffer;
   Status FirstError;
 };

@@ -25,6 +25,8 @@ constexpr std::array<LapseText, lapseKinds> texts{ {
     "faces of them dropped" },
   { "faces_too_small", "face has fewer than three corners and is dropped",
     "faces have fewer than three corners and are dropped", "face too small", "faces too small" },
+  { "points_withheld", "point is marked as withheld and is dropped",
+    "points are marked as withheld and are dropped", "point withheld", "points withheld" },
   { "faces_without_attribute",
     "face names a texture coordinate, normal or colour that does not exist: it is read without it",
     "faces name texture coordinates, normals or colours that do not exist: they are read without "

@@ -23,6 +23,7 @@ enum class Lapse : std::uint8_t
   PointNotFinite,     // a point with a NaN or an infinity
   FaceOfDroppedPoint, // a face that names such a point
   FaceTooSmall,       // a face of fewer than three corners
+  PointWithheld,      // a point that the file itself marks as not to be used
   AttributeMissing,   // a face names a texture coordinate, normal or colour that does not exist: it
                       // is read without it
 
@@ -37,7 +38,7 @@ enum class Lapse : std::uint8_t
   NodeLeftOut,    // a node of a scene that its format does not have, or that lies in a file that is
                   // not there, or whose sizes make no shape
 };
-inline constexpr std::size_t lapseKinds = 12;
+inline constexpr std::size_t lapseKinds = 13;
 
 // Counts of a file, and which of two readings were taken. Without memory to speak of.
 class Tolerance

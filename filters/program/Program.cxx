@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cerrno>
 #include <csignal>
@@ -32,6 +33,23 @@ extern "C" void OnInterrupt(int signal)
 {
   interrupted = true;
   std::signal(signal, SIG_DFL); // a second one ends the process
+}
+
+// What EndAtInterrupts prints: prepared, because a signal handler may do very little.
+std::array<char, 8192> interruptLine{};
+std::size_t interruptLength = 0;
+
+extern "C" void EndAtInterrupt(int)
+{
+  [[maybe_unused]] const auto written =
+    ::write(STDERR_FILENO, interruptLine.data(), interruptLength);
+  ::_exit(exitFailed);
+}
+
+std::string InterruptLine(std::string_view program, const std::string& output)
+{
+  return std::string(program) + ": error: interrupted" +
+         (output.empty() ? "" : ": " + output + " is not written") + "\n";
 }
 
 // Whether the file begins like a store: an SQLite database of the application "KDS1"
@@ -120,8 +138,7 @@ int PrintError(
 {
   if (error.code == ErrorCode::Cancelled) // no file is at fault
   {
-    std::cerr << program << ": error: interrupted"
-              << (output.empty() ? "" : ": " + output + " is not written") << "\n";
+    std::cerr << InterruptLine(program, output);
     return exitFailed;
   }
   const std::string& named = error.file.empty() ? file : error.file;
@@ -287,6 +304,20 @@ void CatchInterrupts()
   std::signal(SIGXFSZ, SIG_IGN);
 }
 
+void EndAtInterrupts(std::string_view program, const std::string& output)
+{
+  ReleaseInterrupts();
+  // On a terminal progress may stand in the line.
+  const std::string line =
+    (::isatty(STDERR_FILENO) == 1 ? "\n" : "") + InterruptLine(program, output);
+  interruptLength = std::min(line.size(), interruptLine.size());
+  std::copy_n(line.begin(), interruptLength, interruptLine.begin());
+  for (const int signal : { SIGINT, SIGTERM, SIGHUP })
+  {
+    std::signal(signal, EndAtInterrupt);
+  }
+}
+
 void ReleaseInterrupts()
 {
   for (const int signal : { SIGINT, SIGTERM, SIGHUP })
@@ -298,6 +329,13 @@ void ReleaseInterrupts()
 bool Interrupted()
 {
   return interrupted;
+}
+
+Execution UntilInterrupted()
+{
+  Execution execution;
+  execution.progress = [](std::string_view, double) { return !Interrupted(); };
+  return execution;
 }
 
 }

@@ -76,8 +76,14 @@ CLI::Option* CheckText(CLI::Option* option);
 // ends the process. Writing to a file that may not grow any more (SIGXFSZ) becomes an error, like a
 // full disk.
 void CatchInterrupts();
-// Signals end the process again.
+// From now on these signals end the process at once: with the error line of an interruption, of
+// which `output` is as in PrintError, and exitFailed. For work that has nothing to remove yet, and
+// for libraries that do not stop when asked.
+void EndAtInterrupts(std::string_view program, const std::string& output);
+// Signals end the process again, without a line.
 void ReleaseInterrupts();
 bool Interrupted();
+// Serial, without progress: cancelled once the process is interrupted.
+Execution UntilInterrupted();
 
 }

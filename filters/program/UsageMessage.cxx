@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <iterator>
 #include <numeric>
+#include <regex>
+#include <sstream>
 
 namespace kdstream
 {
@@ -207,6 +209,59 @@ std::optional<std::string> UnknownOption(const CLI::App& app)
   return {};
 }
 
+// "a,b,,c" of CLI11, where what has no group is empty.
+std::vector<std::string> ListOf(const std::string& text)
+{
+  std::vector<std::string> names;
+  std::string name;
+  for (std::istringstream words(text); std::getline(words, name, ',');)
+  {
+    if (!name.empty())
+    {
+      names.push_back(name);
+    }
+  }
+  return names;
+}
+
+// A message of CLI11 in plain words; others stay.
+std::string PlainMessage(const std::string& message)
+{
+  constexpr std::size_t longest = 2000; // std::regex needs stack for each letter
+  if (message.size() > longest)
+  {
+    return message;
+  }
+  std::smatch part;
+  const auto is = [&](const char* form)
+  { return std::regex_match(message, part, std::regex(form)); };
+  if (is("Exactly 1 option from \\[(.*)\\] is required and (\\d+) were given"))
+  {
+    return "give only one of " + AnyOf(ListOf(part[1])) + ", not " + part[2].str();
+  }
+  if (is("Exactly 1 option from \\[(.*)\\] is required"))
+  {
+    return "one of " + AnyOf(ListOf(part[1])) + " is missing";
+  }
+  if (is("At least 1 option from \\[(.*)\\] is required"))
+  {
+    return "at least one of " + AnyOf(ListOf(part[1])) + " is missing";
+  }
+  if (is("(\\S+): 1 required .* missing"))
+  {
+    return part[1].str() + ": a value is missing after it";
+  }
+  if (is("Could not convert: (\\S+) = ([\\s\\S]*)"))
+  {
+    return part[1].str() + ": " + Quoted(part[2]) + " is not a value that it can have";
+  }
+  if (is("(\\S+): ([\\s\\S]*) not in \\{(.*)\\}"))
+  {
+    return part[1].str() + ": " + Quoted(part[2]) + " is not one of " + AnyOf(ListOf(part[3]));
+  }
+  return message;
+}
+
 }
 
 std::vector<std::string> NamesMeant(const std::string& word, const std::vector<std::string>& names)
@@ -253,7 +308,7 @@ std::string UsageMessage(const CLI::App& app, const CLI::ParseError& error)
       return *found;
     }
   }
-  return LacksCommand(app) ? MissingCommand(app) : error.what();
+  return LacksCommand(app) ? MissingCommand(app) : PlainMessage(error.what());
 }
 
 }

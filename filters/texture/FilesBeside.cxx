@@ -4,6 +4,7 @@
 
 #include "filters/core/Texts.h"
 #include "filters/files/Folders.h"
+#include "filters/meshio/QuotedText.h"
 
 #include <algorithm>
 #include <array>
@@ -69,6 +70,13 @@ std::string FromLatin(std::string_view name)
   return utf8;
 }
 
+std::filesystem::path PlainPath(std::string_view written)
+{
+  std::string name(written);
+  std::replace(name.begin(), name.end(), '\\', '/');
+  return std::filesystem::path(name).lexically_normal();
+}
+
 bool IsBlankOfName(char c)
 {
   return blanksOfNames.find(c) != std::string_view::npos;
@@ -76,17 +84,48 @@ bool IsBlankOfName(char c)
 
 }
 
+bool LeadsOutside(std::string_view written)
+{
+  const bool drive = written.size() > 1 && written[1] == ':';
+  const std::filesystem::path relative = PlainPath(written);
+  return drive || relative.is_absolute() || (!relative.empty() && *relative.begin() == "..");
+}
+
 std::filesystem::path FileBeside(const std::filesystem::path& base, std::string_view written)
 {
-  std::string name(written);
-  std::replace(name.begin(), name.end(), '\\', '/');
-  const bool drive = name.size() > 1 && name[1] == ':';
-  std::filesystem::path relative = std::filesystem::path(name).lexically_normal();
-  if (drive || relative.is_absolute() || (!relative.empty() && *relative.begin() == ".."))
+  std::filesystem::path relative = PlainPath(written);
+  if (LeadsOutside(written))
   {
     relative = relative.filename() == ".." ? "" : relative.filename();
   }
   return base.parent_path() / relative;
+}
+
+std::string WhyMissing(std::string_view written, bool isPlural)
+{
+  constexpr std::string_view scheme = "file:";
+  std::string_view name = WithoutQuotes(written);
+  name.remove_prefix(name.starts_with(scheme) ? scheme.size() : 0);
+  const bool isAddress = name.find("://") != std::string_view::npos;
+  if (!isAddress && !LeadsOutside(WithoutEscapes(name)))
+  {
+    return isPlural ? "are not there" : "is not there";
+  }
+  return std::string(isPlural ? "lie" : "lies") +
+         (isAddress ? " on the web, from which nothing is read"
+                    : " outside the mesh's folder, where nothing is read");
+}
+
+PictureSource PictureBeside(const std::filesystem::path& file, std::string_view written,
+  const std::string& before, const std::string& after)
+{
+  PictureSource picture;
+  picture.file = file;
+  const bool isElsewhere = LeadsOutside(WithoutEscapes(WithoutQuotes(written))) && !IsFile(file);
+  picture.wrong = isElsewhere ? "it " + WhyMissing(written) : "";
+  picture.name =
+    before + QuotedText(isElsewhere ? std::string(written) : file.filename().string()) + after;
+  return picture;
 }
 
 std::string_view WithoutQuotes(std::string_view name)

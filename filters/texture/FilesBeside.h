@@ -3,6 +3,8 @@
 // other programs and other systems. Part of step "read" of the pipeline picture.
 #pragma once
 
+#include "filters/texture/TexturedMesh.h"
+
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -17,6 +19,18 @@ namespace kdstream
 // last part is used, in the folder itself. So a mesh reads no file outside its folder, except
 // through links in it. Backslashes are slashes.
 std::filesystem::path FileBeside(const std::filesystem::path& base, std::string_view written);
+
+// Whether a name is such a one.
+bool LeadsOutside(std::string_view written);
+
+// The end of a sentence on a file that is not found: "is not there"; or where it lies, if the name
+// leads outside the folder or into the web. isPlural: "are not there".
+std::string WhyMissing(std::string_view written, bool isPlural = false);
+
+// The picture that a mesh names, whose file was found or is where it should be. Its name has
+// `before` and `after` around the file's, or around the whole name where that leads outside.
+PictureSource PictureBeside(const std::filesystem::path& file, std::string_view written,
+  const std::string& before, const std::string& after);
 
 // What lies around names of files and materials, where a statement has them.
 inline constexpr std::string_view blanksOfNames = " \t\r";

@@ -11,6 +11,7 @@
 #include "filters/texture/TexturedPly.h"
 
 #include <algorithm>
+#include <map>
 #include <optional>
 #include <string_view>
 
@@ -83,6 +84,16 @@ bool HasColors(const std::vector<ObjMaterial>& materials)
   return colors.Count();
 }
 
+MaterialNames NamesOfMaterials(const std::vector<ObjMaterial>& materials)
+{
+  MaterialNames names;
+  for (std::size_t i = 0; i < materials.size(); ++i)
+  {
+    names.Add(materials[i].name, static_cast<std::uint32_t>(i));
+  }
+  return names;
+}
+
 // The textures of an .obj, reading only as many statements as needed to find out.
 struct TexturesOfObj
 {
@@ -97,11 +108,7 @@ struct TexturesOfObj
 Result<TexturesOfObj> FindTexturesOfObj(ObjStatements& statements,
   const std::vector<ObjMaterial>& materials, const std::vector<bool>& pictures)
 {
-  MaterialNames names;
-  for (std::size_t i = 0; i < materials.size(); ++i)
-  {
-    names.Add(materials[i].name, static_cast<std::uint32_t>(i));
-  }
+  const MaterialNames names = NamesOfMaterials(materials);
   UsedColors colors;
   TexturesOfObj textures;
   std::optional<std::uint32_t> used;
@@ -156,10 +163,51 @@ void TellMissing(const std::vector<ObjMaterial>& materials, const std::vector<bo
     if (!materials[i].picture.empty() && !pictures[i])
     {
       warnings.push_back("the picture " + QuotedText(materials[i].picture) + " (" +
-                         materials[i].place + ") is not there: colours of vertices are taken");
+                         materials[i].place + ") " + WhyMissing(materials[i].picture) +
+                         ": colours of vertices are taken");
     }
   }
 }
+
+// The names of usemtl, with the line of the first of each.
+class UsedMaterialNames
+{
+public:
+  void Add(std::string_view name, std::uint64_t line)
+  {
+    constexpr std::size_t most = 1000;
+    if (this->Lines.size() < most)
+    {
+      this->Lines.try_emplace(std::string(Trimmed(name, blanksOfNames)), line);
+    }
+  }
+
+  // A sentence for each of the first of those that are in no library.
+  void TellUnknown(const std::vector<ObjMaterial>& materials, std::vector<std::string>& warnings)
+  {
+    constexpr std::size_t most = 10;
+    const MaterialNames names = NamesOfMaterials(materials);
+    std::map<std::uint64_t, std::string> unknown;
+    for (const auto& [name, line] : this->Lines)
+    {
+      if (!names.Find(name))
+      {
+        unknown.emplace(line, name);
+      }
+    }
+    for (const auto& [line, name] : unknown)
+    {
+      if (warnings.size() < most)
+      {
+        warnings.push_back("line " + std::to_string(line) + ": the material " + QuotedText(name) +
+                           " is in no library: it counts as white");
+      }
+    }
+  }
+
+private:
+  std::map<std::string, std::uint64_t> Lines;
+};
 
 Result<FoundTextures> FindInObj(const std::filesystem::path& file)
 {
@@ -184,6 +232,7 @@ Result<FoundTextures> FindInObj(const std::filesystem::path& file)
   source->Seek(0);
   ObjStatements statements(std::move(*source));
   ObjLibraries libraries(file);
+  UsedMaterialNames used;
   for (;;)
   {
     const Result<bool> more = statements.Next();
@@ -199,6 +248,10 @@ Result<FoundTextures> FindInObj(const std::filesystem::path& file)
     {
       libraries.Add(statements.Rest(), statements.GetLines().Number());
     }
+    else if (statements.Name() == "usemtl")
+    {
+      used.Add(statements.Rest(), statements.GetLines().Number());
+    }
   }
   libraries.AddOwn();
   ObjMaterials found = libraries.Take();
@@ -212,7 +265,11 @@ Result<FoundTextures> FindInObj(const std::filesystem::path& file)
   }
   if (!any && !HasColors(found.materials))
   {
-    return FoundTextures{ false, false, std::move(found.warnings) };
+    if (found.warnings.empty())
+    {
+      used.TellUnknown(found.materials, found.warnings);
+    }
+    return FoundTextures{ false, false, std::move(found.warnings), true };
   }
   const Result<TexturesOfObj> textures = FindTexturesOfObj(statements, found.materials, pictures);
   KDSTREAM_TRY(textures);
@@ -226,7 +283,7 @@ Result<FoundTextures> FindInObj(const std::filesystem::path& file)
     return FoundTextures{ true, true };
   }
   TellMissing(found.materials, pictures, found.warnings);
-  return FoundTextures{ false, false, std::move(found.warnings) };
+  return FoundTextures{ false, false, std::move(found.warnings), !any && !textures->colors };
 }
 
 // Pictures of a .ply that are not there count as none where vertices have colours.
@@ -244,8 +301,8 @@ FoundTextures FindInPly(const std::filesystem::path& file, const PlyHeader& head
     {
       return { true };
     }
-    found.warnings.push_back("the picture " + QuotedText(name) +
-                             " (TextureFile) is not there: colours of vertices are taken");
+    found.warnings.push_back("the picture " + QuotedText(name) + " (TextureFile) " +
+                             WhyMissing(name) + ": colours of vertices are taken");
   }
   found.any = !HasColorsOfVertices(header);
   found.warnings.resize(found.any ? 0 : found.warnings.size());

@@ -20,6 +20,9 @@ struct FoundTextures
   bool colors = false; // any, but no picture: materials of several colours, or one that is not grey
   // What the user should know where there are none: materials that are not there.
   std::vector<std::string> warnings{};
+  // None, and besides what `warnings` say nothing that could be seen is lost: the materials that
+  // are used are all of one shade of grey.
+  bool isPlain = false;
 };
 
 // For .obj, whose materials are read, and .ply (HasPictures); other formats have none here. Reads

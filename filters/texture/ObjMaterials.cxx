@@ -256,7 +256,7 @@ void ObjLibraries::Add(std::string_view names, std::uint64_t line)
   }
   for (const std::string_view word : words)
   {
-    this->Read(this->Files.Find(word), line);
+    this->Read(this->Files.Find(word), WithoutQuotes(word), line);
   }
 }
 
@@ -281,14 +281,15 @@ void ObjLibraries::AddOwn()
                                  ? "names materials but no library: "
                                  : "the libraries of materials that it names are not there: ") +
                              QuotedText(own.filename().string()) + " is taken" };
-    this->Read(own, 0);
+    this->Read(own, own.filename().string(), 0);
   }
 }
 
-void ObjLibraries::Read(const std::filesystem::path& file, std::uint64_t line)
+void ObjLibraries::Read(
+  const std::filesystem::path& file, std::string_view written, std::uint64_t line)
 {
   const std::string named =
-    "line " + std::to_string(line) + ": the materials " + QuotedText(file.filename().string());
+    "line " + std::to_string(line) + ": the materials " + QuotedText(written);
   if (std::find(this->Seen.begin(), this->Seen.end(), file) != this->Seen.end())
   {
     return;
@@ -304,7 +305,7 @@ void ObjLibraries::Read(const std::filesystem::path& file, std::uint64_t line)
   {
     const std::string why = source ? "are more than 64 MiB"
                             : source.GetError().code == ErrorCode::NotFound
-                              ? "are not there"
+                              ? WhyMissing(written, true)
                               : source.GetError().message;
     this->Found.warnings.push_back(named + " " + why + ": they count as white");
     return;

@@ -160,8 +160,7 @@ private:
         if (added)
         {
           textured.pictures.push_back(
-            { "the picture " + QuotedText(file.filename().string()) + " (" + read.place + ")",
-              file });
+            PictureBeside(file, read.picture, "the picture ", " (" + read.place + ")"));
         }
         material.picture = at->second;
       }

@@ -216,9 +216,8 @@ private:
       TexturedMaterial material;
       material.picture = static_cast<std::uint32_t>(textured.pictures.size());
       material.transform = upsideDown;
-      const std::filesystem::path file = files.Find(name);
       textured.pictures.push_back(
-        { "the picture " + QuotedText(file.filename().string()) + " (TextureFile)", file });
+        PictureBeside(files.Find(name), name, "the picture ", " (TextureFile)"));
       textured.materials.push_back(material);
     }
     textured.materials.push_back({});

@@ -186,6 +186,41 @@ TEST_F(TestExtractedGlb, StandsOnItsFeetWhateverIsUp)
   }
 }
 
+// glTF is in metres: the node scales, the coordinates stay.
+TEST_F(TestExtractedGlb, AKnownUnitBecomesMetres)
+{
+  const Mesh mesh = AsFloats(DisplacedSphere(4));
+  for (const std::string up : { "0,1,0", "0,0,1" })
+  {
+    SCOPED_TRACE(up);
+    this->BuildAndExtract(mesh, up, { "--all" });
+    const GlbFile plain = this->ReadGlb("out.glb");
+    ASSERT_EQ(this->Store({ "edit", "m.kds", "--unit", "mm", "--quiet" }).exitCode, 0);
+    ASSERT_EQ(this->Store({ "extract", "m.kds", "--all", "-o", "out.glb", "--quiet" }).exitCode, 0);
+    EXPECT_EQ(this->ReadGlb("out.glb").points, plain.points);
+    for (const std::string file : { "out.glb", "small.glb" })
+    {
+      ASSERT_EQ(this
+                  ->Store({ "export", "m.kds", "small.glb", "--format", "glb", "--compression",
+                    "none", "--quiet" })
+                  .exitCode,
+        0);
+      ASSERT_EQ(RunTool(this->Folder, "convert", { file, "-o", "back.ply" }).exitCode, 0);
+      Box box, metres;
+      for (const Vec3& point : mesh.points)
+      {
+        box.Add(point);
+      }
+      for (const Vec3& point : this->Read("back.ply").points)
+      {
+        metres.Add(point);
+      }
+      EXPECT_NEAR(Length(Minus(metres.hi, metres.lo)), Length(Minus(box.hi, box.lo)) / 1000, 1e-6)
+        << file;
+    }
+  }
+}
+
 TEST_F(TestExtractedGlb, LevelsAndRegionsStandSoToo)
 {
   const Mesh mesh = AsFloats(DisplacedSphere(4));

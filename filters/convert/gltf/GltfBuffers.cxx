@@ -29,13 +29,6 @@ bool IsData(const std::string& uri)
   return uri.starts_with("data:");
 }
 
-// Whether it may be read: nothing outside the folder is, but through links that lie in it.
-bool LiesBelow(const std::string& name)
-{
-  const std::filesystem::path place = std::filesystem::path(name).lexically_normal();
-  return !place.empty() && !place.is_absolute() && *place.begin() != "..";
-}
-
 // The file of a URI. Tries: the URI with %HH decoded; the exact name; and, as for pictures, the
 // name as other systems write it.
 Result<std::filesystem::path> PlaceOf(const std::string& uri, FilesBeside& files)
@@ -51,10 +44,8 @@ Result<std::filesystem::path> PlaceOf(const std::string& uri, FilesBeside& files
       return found;
     }
   }
-  return BadInput(
-    "the file " + QuotedText(uri) + ", in which its geometry is, " +
-      (LiesBelow(decoded) ? "is not there" : "lies outside its folder, where nothing is read") +
-      ": put it into the folder of the glTF, under this name",
+  return BadInput("the file " + QuotedText(uri) + ", in which its geometry is, " + WhyMissing(uri) +
+                    ": put it into the folder of the glTF, under this name",
     Remedy::InMessage);
 }
 

@@ -43,7 +43,6 @@ public:
     if (uri.is_string())
     {
       this->Locate(uri.get<std::string>(), source);
-      source.name += source.file.empty() ? "" : " " + QuotedText(source.file.filename().string());
       return source;
     }
     const Json& views = Member(this->Source.json, "bufferViews");
@@ -208,7 +207,8 @@ private:
     }
     else
     {
-      source.file = this->Files.Find(PercentDecoded(uri).value_or(uri));
+      source = PictureBeside(
+        this->Files.Find(PercentDecoded(uri).value_or(uri)), uri, source.name + " ", "");
     }
   }
 

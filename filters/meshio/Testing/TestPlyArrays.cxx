@@ -141,6 +141,43 @@ TEST(PlyArrays, NamesThatAreNoneAreNamed)
     { "Normals:float32:3", "ab:int32:1" }, { "vertex.Normals", "vertex.ab" });
 }
 
+TEST(PlyArrays, NamesAreEscapedOnlyWhereNoOthersAreLeft)
+{
+  const auto properties = [](const std::vector<AttributeInfo>& infos)
+  {
+    std::vector<Attribute> arrays;
+    for (const AttributeInfo& info : infos)
+    {
+      arrays.push_back({ info, {} });
+    }
+    std::vector<const Attribute*> pointers;
+    for (const Attribute& array : arrays)
+    {
+      pointers.push_back(&array);
+    }
+    PlyElement element;
+    AddPlyProperties(pointers, element);
+    Names names;
+    for (const PlyProperty& property : element.properties)
+    {
+      names.push_back(property.name);
+    }
+    return names;
+  };
+  const auto number = [](const char* name) {
+    return AttributeInfo{ name, AttributeType::Float32, AttributeAssociation::Point, 1 };
+  };
+  const AttributeInfo colors{ "RGB", AttributeType::UInt8, AttributeAssociation::Point, 3 };
+  EXPECT_EQ(properties({ colors }), (Names{ "red", "green", "blue" }));
+  EXPECT_EQ(properties({ number("red"), number("green"), number("blue"), colors }),
+    (Names{ "red", "green", "blue", "diffuse_red", "diffuse_green", "diffuse_blue" }));
+  EXPECT_EQ(properties({ number("red"), number("diffuse_green"), colors }),
+    (Names{ "red", "diffuse_green", "r", "g", "b" }));
+  EXPECT_EQ(properties({ number("red"), number("diffuse_red"), number("r"), colors }),
+    (Names{ "red", "diffuse_red", "r", "%52G%42_0", "%52G%42_1", "%52G%42_2" }));
+  EXPECT_EQ(properties({ number("Dist (mm)") }), (Names{ "Dist%20(mm)" }));
+}
+
 TEST(PlyArrays, AtMost255AreRead)
 {
   Names properties, arrays, ignored;

@@ -291,21 +291,38 @@ private:
   std::vector<PlyArray> Arrays;
 };
 
-// The names of the properties of one array.
-std::vector<std::string> PropertyNames(const AttributeInfo& array, bool guarded)
+// The groups that are read as such an array, the most usual one first.
+std::vector<const KnownGroup*> GroupsOf(const AttributeInfo& array)
 {
   const PropertyKind kind = KindOf(array.type);
+  std::vector<const KnownGroup*> groups;
   for (const KnownGroup& group : knownGroups)
   {
     const bool alpha = group.color && array.name == "RGBA" && array.components == 4;
     const bool same = alpha || (array.name == group.name && array.components == group.components);
     const bool type =
       group.color ? kind.type == PlyType::UInt8 : kind.number == 1 && !IsInteger(kind.type);
-    if (!guarded && same && type)
+    if (same && type)
     {
-      return { group.properties.begin(), group.properties.begin() + array.components };
+      groups.push_back(&group);
     }
   }
+  return groups;
+}
+
+// The names of the properties of one array: of each of its groups, or, where there is none, its
+// plain name; as the last choice its guarded name.
+std::vector<std::string> PropertyNames(const AttributeInfo& array, std::size_t choice, bool& isLast)
+{
+  const PropertyKind kind = KindOf(array.type);
+  const std::vector<const KnownGroup*> groups = GroupsOf(array);
+  isLast = choice >= std::max<std::size_t>(groups.size(), 1);
+  if (choice < groups.size())
+  {
+    const auto& names = groups[choice]->properties;
+    return { names.begin(), names.begin() + array.components };
+  }
+  const bool guarded = isLast;
   std::string base = Escape(array.name, guarded);
   if (array.components == 1 && kind.number == 1)
   {
@@ -339,10 +356,10 @@ void AddPlyProperties(std::span<const Attribute* const> arrays, PlyElement& elem
   {
     taken[p] = p;
   }
-  // An array whose properties would be read as something else gets guarded names. Guarding one name
-  // can expose another, so this is repeated until all are read back correctly; if all are guarded,
-  // they are.
-  std::vector<bool> guarded(arrays.size(), false);
+  // An array whose properties would be read as something else gets its next names, the last of
+  // which are guarded. This can expose another array, so it is repeated until all are read back
+  // correctly; if all are guarded, they are.
+  std::vector<std::size_t> choice(arrays.size(), 0);
   for (bool again = true; again;)
   {
     again = false;
@@ -353,11 +370,14 @@ void AddPlyProperties(std::span<const Attribute* const> arrays, PlyElement& elem
     {
       names.insert(property.name);
     }
-    std::vector<bool> repeated(arrays.size(), false);
+    std::vector<bool> repeated(arrays.size(), false), isLast(arrays.size(), false);
     for (std::size_t k = 0; k < arrays.size(); ++k)
     {
       begins.push_back(element.properties.size());
-      for (const std::string& name : PropertyNames(*arrays[k], guarded[k]))
+      bool last = false;
+      const std::vector<std::string> properties = PropertyNames(*arrays[k], choice[k], last);
+      isLast[k] = last;
+      for (const std::string& name : properties)
       {
         repeated[k] = !names.insert(name).second || repeated[k];
         element.properties.push_back({ name, KindOf(arrays[k]->type).type });
@@ -372,9 +392,10 @@ void AddPlyProperties(std::span<const Attribute* const> arrays, PlyElement& elem
         [&](const PlyArray& array) { return array.properties[0] == begins[k]; });
       const bool same = back != found.end() && back->info == arrays[k]->Info() &&
                         back->properties.size() == begins[k + 1] - begins[k];
-      if (!guarded[k] && (repeated[k] || !same))
+      if (!isLast[k] && (repeated[k] || !same))
       {
-        guarded[k] = again = true;
+        ++choice[k];
+        again = true;
       }
     }
   }

@@ -131,6 +131,16 @@ TEST(UsageMessage, CommandsToo)
     "there is no option --lvel; did you mean --level?");
 }
 
+TEST(UsageMessage, MessagesOfCli11AreInPlainWords)
+{
+  EXPECT_EQ(MessageWith({ "--weld", "ON" }), "--weld: \"ON\" is not one of on or off");
+  EXPECT_EQ(MessageWith({ "--port=-1" }), "--port: \"-1\" is not a value that it can have");
+  EXPECT_EQ(MessageWith({ "--title" }), "--title: a value is missing after it");
+  EXPECT_EQ(MessageOfCommand({ "extract", "m.kds" }), "one of --level or --partition is missing");
+  EXPECT_EQ(MessageOfCommand({ "extract", "m.kds", "--level", "1", "--partition", "2" }),
+    "give only one of --level or --partition, not 2");
+}
+
 // The option is named, and what would be right, whatever the words are.
 TEST(UsageMessage, OtherErrorsAreThoseOfCli11)
 {

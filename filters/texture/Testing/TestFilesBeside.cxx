@@ -46,6 +46,35 @@ TEST(FilesBeside, FindsFilesHoweverTheyAreNamed)
   EXPECT_EQ(find("../../etc/passwd"), "passwd");
 }
 
+TEST(FilesBeside, SaysWhyNothingIsFound)
+{
+  for (const std::string written : { "t.png", "maps/../t.png", "\"a b.png\"", "file:t.png" })
+  {
+    EXPECT_EQ(WhyMissing(written), "is not there") << written;
+  }
+  for (const std::string written : { "../t.png", "maps/../../t.png", "..\\t.png", "C:\\t.png",
+         "/t.png", "'../t.png'", "%2e%2e/t.png", "file:///t.png" })
+  {
+    EXPECT_EQ(WhyMissing(written), "lies outside the mesh's folder, where nothing is read")
+      << written;
+  }
+  EXPECT_EQ(WhyMissing("http://a.example/t.png"), "lies on the web, from which nothing is read");
+  EXPECT_EQ(WhyMissing("t.mtl", true), "are not there");
+  EXPECT_EQ(WhyMissing("../t.mtl", true), "lie outside the mesh's folder, where nothing is read");
+}
+
+TEST(FilesBeside, PicturesElsewhereAreNamedAsTheyAreWritten)
+{
+  const ScratchFolder folder;
+  folder.Write("t.png", "x");
+  const PictureSource near = PictureBeside(folder.File("t.png"), "../maps/t.png", "<", ">");
+  EXPECT_EQ(near.name, "<'t.png'>");
+  EXPECT_EQ(near.wrong, "");
+  const PictureSource far = PictureBeside(folder.File("u.png"), "../maps/u.png", "<", ">");
+  EXPECT_EQ(far.name, "<'../maps/u.png'>");
+  EXPECT_EQ(far.wrong, "it lies outside the mesh's folder, where nothing is read");
+}
+
 TEST(MaterialNames, AreFoundAsTheyAreWrittenOrElseIfOneFits)
 {
   MaterialNames names;
