@@ -286,10 +286,10 @@ void ObjLibraries::AddOwn()
 }
 
 void ObjLibraries::Read(
-  const std::filesystem::path& file, std::string_view written, std::uint64_t line)
+  const std::filesystem::path& file, std::string_view asNamed, std::uint64_t line)
 {
   const std::string named =
-    "line " + std::to_string(line) + ": the materials " + QuotedText(written);
+    "line " + std::to_string(line) + ": the materials " + QuotedText(asNamed);
   if (std::find(this->Seen.begin(), this->Seen.end(), file) != this->Seen.end())
   {
     return;
@@ -305,7 +305,7 @@ void ObjLibraries::Read(
   {
     const std::string why = source ? "are more than 64 MiB"
                             : source.GetError().code == ErrorCode::NotFound
-                              ? WhyMissing(written, true)
+                              ? WhyMissing(asNamed, true)
                               : source.GetError().message;
     this->Found.warnings.push_back(named + " " + why + ": they count as white");
     return;
