@@ -79,7 +79,7 @@ private:
   void TellTooMany(const std::string& what);
   void TellDifferent(const ObjMaterial& first, const ObjMaterial& other);
   // written: its name in that line.
-  void Read(const std::filesystem::path& file, std::string_view written, std::uint64_t line);
+  void Read(const std::filesystem::path& file, std::string_view asNamed, std::uint64_t line);
 
   FilesBeside Files;
   std::set<std::string, std::less<>> Statements; // what they name, as it is written
