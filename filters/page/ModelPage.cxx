@@ -185,8 +185,8 @@ std::string BodyOf(const ModelDescription& model, const ModelTexts& texts, const
   {
     // Of this very page's server: other addresses than its own the page may not load.
     const PagePlace near{ {}, place.up, place.isFolder };
-    body += "<p><img src=\"" + HtmlEscaped(near.Picture(model.id)) + "\" alt=\"\" width=\"600\" " +
-            "height=\"315\"></p>\n";
+    body += "<p><img src=\"" + HtmlEscaped(near.Picture(model.id)) + "\" alt=\"\" width=\"320\" " +
+            "height=\"168\"></p>\n";
   }
   body += Paragraph(model.credit);
   body += IsWebAddress(model.license)
