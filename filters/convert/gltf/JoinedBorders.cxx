@@ -19,7 +19,7 @@ namespace kdstream
 namespace
 {
 
-constexpr double reachOfSide = 0x1p-15; // two steps of 16 bits: both places may be rounded
+constexpr double reachOfSide = 0x1p-14; // steps of 16 bits, up to twice as wide, of both places
 // More of them in a cell are looked at by nobody: so near are no vertices but those of spoilt
 // files.
 constexpr std::size_t mostInCell = 64;
