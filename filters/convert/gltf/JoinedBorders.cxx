@@ -3,6 +3,7 @@
 // reach; each vertex looks into those around its own  3. without a near one it is one itself.
 #include "filters/convert/gltf/JoinedBorders.h"
 
+#include "filters/core/Attribute.h"
 #include "filters/core/SeededHash.h"
 #include "filters/core/VectorMath.h"
 #include "filters/meshio/DroppedPoints.h"
@@ -18,7 +19,7 @@ namespace kdstream
 namespace
 {
 
-constexpr double reachOfSide = 0x1p-15; // two steps of 16 bits: both places may be rounded
+constexpr double reachOfSide = 0x1p-14; // steps of 16 bits, up to twice as wide, of both places
 // More of them in a cell are looked at by nobody: so near are no vertices but those of spoilt
 // files.
 constexpr std::size_t mostInCell = 64;
@@ -28,6 +29,28 @@ struct CellHash
   std::uint64_t seed = 0;
   std::size_t operator()(const Vec3& cell) const { return HashOfPlace(cell, this->seed); }
 };
+
+// One normal for both, where they differ no more than tiles round them: other arrays are welded
+// only if they are equal.
+void JoinNormals(Mesh& mesh, VertexId from, VertexId to)
+{
+  constexpr double nearlyEqual = 0.999; // 2.5 degrees; a byte each rounds half a degree
+  const auto normals = std::find_if(mesh.attributes.begin(), mesh.attributes.end(),
+    [](const Attribute& array) { return RoleOf(array) == AttributeRole::Normals; });
+  if (normals == mesh.attributes.end())
+  {
+    return;
+  }
+  double cosine = 0;
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    cosine += normals->Get(from, k) * normals->Get(to, k);
+  }
+  for (std::size_t k = 0; k < 3 && cosine > nearlyEqual; ++k)
+  {
+    normals->Set(to, k, normals->Get(from, k));
+  }
+}
 
 Vec3 CellOf(const Vec3& point, double side)
 {
@@ -95,7 +118,7 @@ void JoinedBorders::Close(Mesh& mesh) const
       continue;
     }
     const Vec3 own = CellOf(point, cell);
-    std::optional<std::pair<double, Vec3>> nearest;
+    std::optional<std::pair<double, VertexId>> nearest;
     for (int around = 0; around < 27; ++around)
     {
       const Vec3 looked{ own[0] + around % 3 - 1, own[1] + around / 3 % 3 - 1,
@@ -110,13 +133,14 @@ void JoinedBorders::Close(Mesh& mesh) const
         if (other.tile != vertex.tile && distance <= reach * reach &&
             (!nearest || distance < nearest->first))
         {
-          nearest.emplace(distance, place);
+          nearest.emplace(distance, other.number);
         }
       }
     }
     if (nearest)
     {
-      point = nearest->second;
+      point = mesh.points[nearest->second];
+      JoinNormals(mesh, nearest->second, vertex.number);
       continue;
     }
     std::vector<const Vertex*>& here = cells[own];

@@ -19,9 +19,9 @@ public:
   // tile: whose they are. box: of these triangles. Time and memory: O(n log n) of them.
   void Add(const Mesh& mesh, std::size_t first, std::uint32_t tile, const Box& box);
 
-  // Moves each of them to the nearest one of an earlier tile, if that is not farther than 2^-15 of
-  // the longest side of one of the two: as far as tiles are rounded. What is farther apart stays.
-  // Expected time: O(n).
+  // Moves each of them to the nearest one of an earlier tile, if that is not farther than 2^-14 of
+  // the longest side of one of the two: as far as tiles are rounded. Their normals become one if
+  // they nearly are. What is farther apart stays. Expected time: O(n).
   void Close(Mesh& mesh) const;
 
 private:

@@ -27,7 +27,7 @@ namespace
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
-constexpr std::size_t mostTiles = std::size_t{ 1 } << 22, mostTilesOfSubtree = mostTiles;
+constexpr std::size_t mostTiles = std::size_t{ 1 } << 20, mostTilesOfSubtree = mostTiles;
 constexpr std::size_t mostTileDepth = 512;
 constexpr std::uint64_t mostTilesetBytes = std::uint64_t{ 1 } << 30;
 constexpr unsigned mostImplicitLevels = 32;
@@ -270,7 +270,10 @@ private:
       return Error{ ErrorCode::LimitExceeded,
         "has more than " + std::to_string(mostTiles) + " tiles, which is as many as are read" };
     }
-    return this->Runs.Report("read", 0);
+    constexpr std::size_t often = 1024;
+    const bool isDue = this->Tiles >= this->Told + often;
+    this->Told = isDue ? this->Tiles : this->Told;
+    return isDue ? this->Runs.Report("read", 0) : Status{};
   }
 
   Result<bool> Tile(const Json& tile, const TileAround& above)
@@ -540,7 +543,7 @@ private:
   FinestTiles Found;
   std::vector<fs::path> Open;       // tilesets, from the root to the one that is walked
   std::vector<std::size_t> Numbers; // of children, from its root to the tile
-  std::size_t Tiles = 0, Depth = 0, LargerErrors = 0;
+  std::size_t Tiles = 0, Told = 0, Depth = 0, LargerErrors = 0;
 };
 
 }

@@ -31,7 +31,7 @@ struct FinestTiles
 // quadtrees and octrees, also as the extension of version 1.0.
 //
 // Only files in the tileset's folder are read, and the contents themselves are not looked into.
-// Limits: 2^22 tiles, 512 tiles one in the other, 2^30 bytes a tileset, 2^22 tiles a subtree, 32
+// Limits: 2^20 tiles, 512 tiles one in the other, 2^30 bytes a tileset, 2^20 tiles a subtree, 32
 // levels of implicit tiling.
 // Memory: the tilesets from the root to one of them, and some 300 bytes a content. Errors:
 // InvalidInput, naming the tileset and the tile ("root/0/3": its children's numbers): for a URI
