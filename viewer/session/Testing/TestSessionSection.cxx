@@ -420,7 +420,8 @@ TEST(TestSessionSection, FilesTellOfBoth)
   EXPECT_NEAR(session.GetSection().Depth(), 0.75, 1e-9);
   for (const auto& [wrong, what] : std::vector<std::pair<std::string, std::string>>{
          { "{\"section\":\"w\"}",
-           "line 1: 'section' must be one of 'x', 'y', 'z', 'view', 'flip', 'off'" },
+           "line 1: 'section' must be one of 'front', 'side', 'above', 'x', 'y', 'z', 'view', "
+           "'flip', 'off'" },
          { "{\"depth\":1.5}", "line 1: 'depth' must be a number from 0 to 1" },
          { "{\"depth\":\"x\"}", "line 1: 'depth' must be a number from 0 to 1" },
          { "{\"depth\":1,\"x\":1}", "line 1: unknown key 'x'" },
