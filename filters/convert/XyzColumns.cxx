@@ -560,9 +560,9 @@ XyzLayout XyzColumns::Guess(std::vector<std::string>& readings) const
   const XyzLayout layout = this->LayoutOf(candidates[chosen]);
   if (candidates.size() > 1)
   {
-    constexpr std::size_t mostTold = 8;
+    constexpr std::size_t mostNamed = 8;
     std::string others;
-    for (std::size_t i = 0; i < std::min(candidates.size(), mostTold); ++i)
+    for (std::size_t i = 0; i < std::min(candidates.size(), mostNamed); ++i)
     {
       const std::string names = NamesOfLayout(this->LayoutOf(candidates[i]));
       others += i == chosen ? "" : (others.empty() ? "\"" : ", \"") + names + "\"";
