@@ -103,7 +103,8 @@ TEST_F(TestTexturedGltf, WhatAGltfLosesIsNamed)
   EXPECT_EQ(WarningsOf("m.glb"),
     "pictures of materials that are not carried: normalTexture, emissiveTexture, "
     "metallicRoughnessTexture\n"
-    "image 0 'gone.png' is not there: the material's colour is taken\n");
+    "image 0 '../gone.png': it lies outside the mesh's folder, where nothing is read: the "
+    "material's colour is taken\n");
   EXPECT_EQ(ColorsOf(this->Read("out.ply")), (std::vector{ green, green }));
   const Outcome off = this->Convert("m.glb", { "--textures", "off" });
   EXPECT_NE(off.err.find("pictures are left out\n"), std::string::npos) << off.err;
