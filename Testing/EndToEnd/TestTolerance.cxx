@@ -406,11 +406,11 @@ TEST_F(TestTolerance, ColumnsOfAnXyzByTheirNames)
   EXPECT_EQ(turned.attributes.size(), 1U);
   EXPECT_EQ(ValuesOf(turned, "Intensity"), (std::vector<double>{ 4, 5 }));
   this->WriteText("words.csv", "name,x,y,z,class\nA1,1,2,3,ground\nA2,4,5,6,tree\n");
-  const Outcome words = this->Convert("words.csv");
-  EXPECT_EQ(words.exitCode, 0);
-  EXPECT_NE(words.err.find("words.csv: not carried: columns of words: 'name', 'classification'\n"),
+  const Outcome ofWords = this->Convert("words.csv");
+  EXPECT_EQ(ofWords.exitCode, 0);
+  EXPECT_NE(ofWords.err.find("words.csv: not carried: columns of words: 'name', 'classification'\n"),
     std::string::npos)
-    << words.err;
+    << ofWords.err;
   EXPECT_EQ(this->Read("out.ply").points, (std::vector<Vec3>{ { 1, 2, 3 }, { 4, 5, 6 } }));
   // Other columns keep their names, also where those of the coordinates are not known.
   this->WriteText("units.csv", "X_m,Y_m,Z_m,T_degC\n1.5,2.5,3.5,21\n4.5,5.5,6.5,22\n");
