@@ -481,8 +481,15 @@ private:
     encoder.SetAttributeQuantization(draco::GeometryAttribute::NORMAL, normalBits);
     encoder.SetAttributeQuantization(draco::GeometryAttribute::TEX_COORD, placeBits);
     draco::EncoderBuffer buffer;
-    const draco::Status encoded = encoder.EncodeMeshToBuffer(packing.mesh, &buffer);
-    if (!encoded.ok() || encoder.num_encoded_faces() != corners.size() / 3)
+    const auto encode = [&](draco::MeshEncoderMethod method)
+    {
+      buffer.Clear();
+      encoder.SetEncodingMethod(method);
+      return encoder.EncodeMeshToBuffer(packing.mesh, &buffer).ok() &&
+             encoder.num_encoded_faces() == corners.size() / 3;
+    };
+    // The first one loses triangles that name a vertex twice.
+    if (!encode(draco::MESH_EDGEBREAKER_ENCODING) && !encode(draco::MESH_SEQUENTIAL_ENCODING))
     {
       return Error{ ErrorCode::Unsupported,
         "libdraco does not compress a tile: use --compression none or meshopt", {}, {},
