@@ -418,7 +418,7 @@ TEST_F(TestConvert, TextIsRefusedWithItsLine)
   } cases[] = {
     { "a.xyz", "1 2 3\n4 5\n", "line 2: has 2 columns; those before have 3" },
     { "b.xyz", "1 2 x\n", "line 1: 'x' (column 3) is not a number" },
-    { "c.xyz", "1 2 3\n1e999 2 3\n", "line 2: '1e999' is too large a number" },
+    { "c.xyz", "1 2 3\n1e999 2 3\n", "line 2: '1e999' (column 1) is too large a number" },
     { "f.xyz", "nan nan nan\n", "holds no points; 1 point is not finite" },
     { "g.xyz", "", "is empty" },
     { "a.obj", "v 1 2 3\nf 1 1 2\n", "face 0 (line 2) names vertex 2, but there is only 1" },

@@ -89,12 +89,17 @@ std::string Warning(const std::string& what)
   return "kdstream-convert: warning: in.las: " + what + "\n";
 }
 
-// Of what MakeLas puts behind the points.
+// Of what MakeLas puts behind the points, and at the end of each.
 std::string Behind(unsigned format, std::size_t extraBytes = 3)
 {
   const std::size_t begin = (format >= 6 ? 375 : 227) + 54;
   return Warning("11 bytes after the end are not read; the first: byte " +
-                 std::to_string(begin + points * (leastPointBytes[format] + extraBytes)));
+                 std::to_string(begin + points * (leastPointBytes[format] + extraBytes))) +
+         (extraBytes > 0
+             ? Warning("each point has " + std::to_string(extraBytes) +
+                       " bytes that its format does not have (extra dimensions): they are not "
+                       "carried")
+             : "");
 }
 
 }

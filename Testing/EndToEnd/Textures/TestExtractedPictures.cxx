@@ -83,9 +83,10 @@ TEST_F(TestExtractedPictures, MixesWithLevelsAreSaid)
     this->ExpectExtracted({ "--resolutions", "mix.json" }, output, noMix);
     this->WriteResolutions("8", "8");
     this->ExpectExtracted({ "--resolutions", "mix.json" }, output, "");
-    this->ExpectExtracted({ "--level", "4" }, output, "");
   }
   EXPECT_FALSE(this->GlbHasPictures("mix.glb"));
+  this->ExpectExtracted({ "--level", "4" }, "level.glb", "");
+  EXPECT_TRUE(this->GlbHasPictures("level.glb")) << "a level has textures of its own";
 }
 
 TEST_F(TestExtractedPictures, AMixOfTheOriginalAloneHasThem)

@@ -22,7 +22,7 @@ struct LevelTileOptions
 {
   unsigned quality = 90; // of WebP, 1-100
   // Texels of the surface for each vertex of the piece, unless the finer texels are farther apart.
-  double texelsPerVertex = 64;
+  double texelsPerVertex = 36;
   // Of a side of a tile: texels are farther apart where it would be longer.
   std::int64_t mostSide = 1024;
   // Of the image: texels are farther apart where it would have more. 0: any number.

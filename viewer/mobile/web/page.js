@@ -48,6 +48,11 @@ import { answerEmbedder, listenToBrowser, listenToButtons } from "./controls.js"
 import { show } from "./status.js";
 import { canvas, coarse, find, fingers, isEmbedded, line, shareLine, shareViewer, viewer } from "./shared.js";
 
+// The address may become that of a model's page, below this one's: what the head names stays where it is.
+for (const link of document.querySelectorAll("head link:not([rel=stylesheet])")) {
+  link.href += "";
+}
+
 /* global viewerBytes: of the WebAssembly's first part, by MakePage.cmake */
 
 // New vertices morph to their places, and a released model continues to turn for a moment, except for users who prefer reduced
