@@ -271,8 +271,8 @@ private:
         "has more than " + std::to_string(mostTiles) + " tiles, which is as many as are read" };
     }
     constexpr std::size_t often = 1024;
-    const bool isDue = this->Tiles >= this->Told + often;
-    this->Told = isDue ? this->Tiles : this->Told;
+    const bool isDue = this->Tiles >= this->Reported + often;
+    this->Reported = isDue ? this->Tiles : this->Reported;
     return isDue ? this->Runs.Report("read", 0) : Status{};
   }
 
@@ -543,7 +543,7 @@ private:
   FinestTiles Found;
   std::vector<fs::path> Open;       // tilesets, from the root to the one that is walked
   std::vector<std::size_t> Numbers; // of children, from its root to the tile
-  std::size_t Tiles = 0, Told = 0, Depth = 0, LargerErrors = 0;
+  std::size_t Tiles = 0, Reported = 0, Depth = 0, LargerErrors = 0;
 };
 
 }
