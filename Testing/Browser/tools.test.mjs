@@ -269,7 +269,7 @@ test("a link shows the same elsewhere", async () => {
   const seen = await mine.around(middle, 380);
   await turnPanel(mine);
   const link = await mine.copied("#copy-link");
-  assert.match(link, /^http:\/\/127\.0\.0\.1:\d+\/#model=pebble&digest=[0-9a-f]{8}&view=[\w-]{47}&colours=partition$/);
+  assert.match(link, /^http:\/\/127\.0\.0\.1:\d+\/m\/pebble#model=pebble&digest=[0-9a-f]{8}&view=[\w-]{47}&colours=partition$/);
   await mine.close();
 
   const theirs = await Visit.phone(browser);
