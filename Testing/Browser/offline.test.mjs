@@ -370,7 +370,7 @@ test("keep offline: progress, pause, going on, and the original without the serv
   assert.ok(all.paths.some((path) => path.includes("/partitions/")));
 
   await proxy.stop();
-  await visit.page.evaluate(() => history.replaceState(null, ""));
+  await visit.page.evaluate(() => history.replaceState(null, "", new URL("/", location)));
   await visit.page.reload();
   await openFullScreen("pebble");
   for (let pinches = 0; !(await visit.status()).original; ++pinches) {
