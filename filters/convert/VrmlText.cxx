@@ -74,8 +74,9 @@ bool IsTooLargeWholeNumber(std::string_view word)
   word.remove_prefix(word.starts_with('+') ? 1 : 0);
   if (word.starts_with("0x") || word.starts_with("0X"))
   {
-    return word.find_first_not_of('0', 2) + 8 < word.size() &&
-           word.find_first_not_of('0', 2) != word.npos;
+    constexpr std::size_t digits = 8; // of 32 bits
+    const std::size_t first = word.find_first_not_of('0', 2);
+    return first != word.npos && word.size() - first > digits;
   }
   const auto read = std::from_chars(word.data(), word.data() + word.size(), value);
   return read.ec == std::errc::result_out_of_range;
