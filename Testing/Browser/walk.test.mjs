@@ -4,7 +4,7 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { Visit, landscape, makeModels, portrait, sharpScreen, startForTests } from "./harness.mjs";
+import { Visit, landscape, makeModels, portrait, startForTests } from "./harness.mjs";
 import { difference } from "./pixels.mjs";
 
 let server, browser;
@@ -142,7 +142,7 @@ async function walk(name, viewport, elsewhere, detail, screen = {}) {
   await visit.close();
 }
 
-test("portrait", () => walk("portrait", portrait, { x: 60, y: -60 }, 0, sharpScreen));
+test("portrait", () => walk("portrait", portrait, { x: 60, y: -60 }, 0));
 test("landscape", () => walk("landscape", landscape, { x: 110, y: -40 }, 1));
 
 test("the page comes compressed", async () => {

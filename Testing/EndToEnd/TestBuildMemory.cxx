@@ -105,7 +105,12 @@ TEST_F(BuildMemory, StaysBelowTheMemoryLimit)
   {
     this->Write("in.ply", make());
     ::malloc_trim(0);
-    for (const char* cell : { "8", "1" })
+    std::vector<const char*> cells{ "8" };
+    if (name == std::string_view("torus") || name == std::string_view("soup"))
+    {
+      cells.push_back("1"); // the most nodes
+    }
+    for (const char* cell : cells)
     {
       SCOPED_TRACE(std::string(name) + ", cells of " + cell);
       unsigned inFiles = 0, refused = 0;

@@ -28,7 +28,7 @@ protected:
     fs::create_directory(this->Folder / "spill");
     this->WritePng(255);
     this->WriteText("m.mtl", "newmtl a\nmap_Kd a.png\n");
-    constexpr int side = 450; // too many for 64M: built out of core
+    constexpr int side = 220; // too many for 64M: built out of core
     std::string text = "mtllib m.mtl\nusemtl a\n";
     char line[200];
     for (int i = 0; i < side * side; ++i)
@@ -169,7 +169,7 @@ TEST_F(TestTexturedResume, AnotherPictureOrLibraryIsRefusedByName)
   EXPECT_EQ(this->Store({ "verify", "m.kds" }).exitCode, 0);
 }
 
-// 202,500 vertices: out of core at 64M, in memory at 1G.
+// 48,400 vertices: out of core at 64M, in memory at 1G.
 TEST_F(TestTexturedResume, OutOfCoreOrResumedTheStoreIsThatOfMemory)
 {
   Picture picture{ 512, 512, 3, {} };
