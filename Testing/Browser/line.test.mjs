@@ -9,7 +9,7 @@ import { Proxy } from "./proxy.mjs";
 let models, server, browser;
 
 before(async () => {
-  models = makeModels();
+  models = makeModels({ whole: true });
   server = await Server.start(models);
   browser = await launchBrowser();
 });

@@ -412,7 +412,7 @@ const untilRegion = () => visit.until("a region",
 let dragon = null;
 async function serveTheDragon() {
   await server.stop();
-  dragon ??= makeModels();
+  dragon ??= makeModels({ whole: true });
   server = await Server.start(dragon);
 }
 

@@ -15,7 +15,7 @@ import { difference } from "./pixels.mjs";
 import { PointFinder, allTiles, readObj, readTile, readTileset } from "./tileset.mjs";
 import { PNG } from "pngjs";
 
-const models = makeModels({ vase: true });
+const models = makeModels({ whole: true, vase: true });
 const out = temporaryFolder();
 
 function exportTiles(model, name, ...options) {

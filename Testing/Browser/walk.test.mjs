@@ -9,7 +9,7 @@ import { difference } from "./pixels.mjs";
 
 let server, browser;
 
-startForTests(makeModels, async (started) => {
+startForTests(() => makeModels({ whole: true }), async (started) => {
   ({ server, browser } = started);
 });
 

@@ -23,7 +23,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <optional>
 #include <queue>
 #include <utility>
@@ -70,8 +69,12 @@ public:
   {
     const std::size_t count = this->Part.triangles.empty() ? std::size_t{ this->Part.ownVertices }
                                                            : this->Part.triangles.size();
-    this->Order.resize(count);
-    std::iota(this->Order.begin(), this->Order.end(), 0U);
+    this->Order.reserve(count);
+    for (std::uint32_t i = 0; i < count; ++i)
+    {
+      const auto [a, b, c] = this->CornersOf(i);
+      this->Order.push_back({ Plus(Plus(a, b), c), i });
+    }
     while ((std::size_t{ trianglesOfBall } << this->Depth) < count)
     {
       ++this->Depth;
@@ -91,11 +94,17 @@ public:
     const auto [begin, end] = this->RangeOf(node, this->Depth);
     for (std::uint32_t i = begin; i < end; ++i)
     {
-      visit(this->CornersOf(this->Order[i]));
+      visit(this->CornersOf(this->Order[i].triangle));
     }
   }
 
 private:
+  struct Entry
+  {
+    Vec3 middle; // three times
+    std::uint32_t triangle;
+  };
+
   Corners CornersOf(std::uint32_t i) const
   {
     const std::vector<Vec3>& at = this->Part.positions;
@@ -105,13 +114,6 @@ private:
     }
     const Triangle& t = this->Part.triangles[i];
     return { at[t[0]], at[t[1]], at[t[2]] };
-  }
-
-  // Three times the middle, along one axis.
-  double MiddleOf(std::uint32_t i, std::size_t axis) const
-  {
-    const Corners corners = this->CornersOf(i);
-    return corners[0][axis] + corners[1][axis] + corners[2][axis];
   }
 
   std::pair<std::uint32_t, std::uint32_t> RangeOf(std::size_t node, unsigned depth) const
@@ -126,16 +128,16 @@ private:
     const auto [begin, end] = this->RangeOf(node, depth);
     const auto first = this->Order.begin() + begin, last = this->Order.begin() + end;
     Box middles;
-    std::for_each(first, last,
-      [&](std::uint32_t i) {
-        middles.Add(Vec3{ this->MiddleOf(i, 0), this->MiddleOf(i, 1), this->MiddleOf(i, 2) });
-      });
+    std::for_each(first, last, [&](const Entry& entry) { middles.Add(entry.middle); });
     const Vec3 sides = Minus(middles.hi, middles.lo);
     const auto axis =
       static_cast<std::size_t>(std::max_element(sides.begin(), sides.end()) - sides.begin());
     std::nth_element(first, this->Order.begin() + this->RangeOf(2 * node, depth + 1).second, last,
-      [&](std::uint32_t i, std::uint32_t k)
-      { return std::pair(this->MiddleOf(i, axis), i) < std::pair(this->MiddleOf(k, axis), k); });
+      [&](const Entry& one, const Entry& other)
+      {
+        return std::pair(one.middle[axis], one.triangle) <
+               std::pair(other.middle[axis], other.triangle);
+      });
   }
 
   Box Build(std::size_t node, unsigned depth)
@@ -170,9 +172,9 @@ private:
   }
 
   Piece Part;
-  std::vector<std::uint32_t> Order; // of the triangles: those of a node are together
-  unsigned Depth = 0;               // of the leaves
-  std::vector<Ball> Balls;          // heap order; the first entry is unused
+  std::vector<Entry> Order; // those of a node are together
+  unsigned Depth = 0;       // of the leaves
+  std::vector<Ball> Balls;  // heap order; the first entry is unused
 };
 
 // The search structure of a level: triangles in a tree of boxes. Triangles are in the order of
