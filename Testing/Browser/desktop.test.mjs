@@ -221,7 +221,7 @@ test("turning freely", async () => {
   await visit.close();
 });
 
-// The colours that a model came with, stone, and the colours of partitions: the menu offers what there is.
+// A model's own colours, stone, and the colours of partitions: the menu offers what there is.
 test("a coloured model", async () => {
   const visit = await Visit.desktop(browser);
   const { page } = visit;
@@ -265,18 +265,18 @@ test("a coloured model", async () => {
 // in seconds.
 const geomorphRest = 10.5;
 
-// New vertices glide to their places, and arrive; not where a person wants nothing to move by itself.
+// New vertices morph to their places, and arrive; not where a person wants nothing to move by itself.
 test("new vertices morph", async () => {
   const geomorphsSeen = async (reducedMotion) => {
     const visit = await Visit.desktop(browser, { reducedMotion, viewport: { width: 640, height: 400 } });
     const { page } = visit;
     await visit.open(server.url);
     await visit.untilIdle();
-    const framesGliding = await visit.countFrames("gliding");
+    const framesMorphing = await visit.countFrames("gliding");
     const middle = await visit.centre();
     await page.mouse.click(middle.x, middle.y);
     await visit.until("full screen", ({ mode, idle }) => mode === "full screen" && idle);
-    if (reducedMotion === "no-preference" && await framesGliding() === 0) {
+    if (reducedMotion === "no-preference" && await framesMorphing() === 0) {
       await page.waitForTimeout(1000 * geomorphRest);
     }
     for (let i = 0; i < 8; ++i) {
@@ -284,7 +284,7 @@ test("new vertices morph", async () => {
       const { gliding } = await visit.untilIdle();
       assert.equal(gliding, false);
     }
-    const seen = await framesGliding();
+    const seen = await framesMorphing();
     const picture = await visit.around(middle);
     visit.assertClean(server.url);
     await visit.close();

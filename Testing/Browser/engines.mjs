@@ -82,9 +82,9 @@ export async function useTools(name, visit) {
     await visit.untilIdle();
   }
   await turnPanel(visit);
-  const told = await visit.page.evaluate(() => document.querySelector("#measurements li span").textContent);
-  const [, distance] = told.match(/^([\d.]+)(?: ± \S+)?, height -?[\d.]+, across [\d.]+$/) ?? assert.fail(told);
-  assert.ok(Number(distance) > 0.05 && Number(distance) < 2.2, told);
+  const text = await visit.page.evaluate(() => document.querySelector("#measurements li span").textContent);
+  const [, distance] = text.match(/^([\d.]+)(?: ± \S+)?, height -?[\d.]+, across [\d.]+$/) ?? assert.fail(text);
+  assert.ok(Number(distance) > 0.05 && Number(distance) < 2.2, text);
   await visit.picture(`${name}-5-distance`);
   await visit.press("Remove");
 

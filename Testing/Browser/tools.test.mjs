@@ -184,14 +184,14 @@ test("two taps measure, on the original", async () => {
   const visit = await Visit.phone(browser);
   await measurePebble(visit);
   await turnPanel(visit);
-  const told = await visit.page.locator("#measurements li span").textContent();
-  const [, distance, height] = told.match(/^([\d.]+)(?: ± \S+)?, height (-?[\d.]+), across [\d.]+$/) ?? assert.fail(told);
-  assert.ok(Number(distance) > 0.1 && Number(distance) < 2.2 && distance.length > 4 && Math.abs(Number(height)) < Number(distance), told);
+  const text = await visit.page.locator("#measurements li span").textContent();
+  const [, distance, height] = text.match(/^([\d.]+)(?: ± \S+)?, height (-?[\d.]+), across [\d.]+$/) ?? assert.fail(text);
+  assert.ok(Number(distance) > 0.1 && Number(distance) < 2.2 && distance.length > 4 && Math.abs(Number(height)) < Number(distance), text);
   assert.equal(await visit.page.locator("#overlay line").count(), 1);
   await visit.page.locator("#measurements input").fill("the width");
   await visit.page.locator("#measurements input").press("Tab");
   await visit.picture("tools-2-distance");
-  assert.equal(await visit.copied("#copy-measurements"), `the width: ${told}`);
+  assert.equal(await visit.copied("#copy-measurements"), `the width: ${text}`);
   await press(visit, "Remove");
   await visit.page.locator("#measurements li").waitFor({ state: "detached" });
   assert.equal(await visit.page.locator("#overlay line").count(), 0);

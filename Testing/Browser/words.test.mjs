@@ -31,7 +31,7 @@ function firstArgument(code, begin) {
   return "";
 }
 
-// What takes a text, and as which of its arguments: t, and what gives it to t (elements.js, tools.js, looks.js).
+// What takes a text, and as which of its arguments: t, and what gives it to t (elements.js, tools.js, sectionAndLight.js).
 const takers = { t: 0, makeButton: 0, group: 0, "this.#note": 0, along: 0, toggle: 1, step: 1, makeSlider: 1 };
 
 // Of a script: what is given to them.

@@ -34,7 +34,7 @@
     static observedAttributes = ["src", "model", "view", "turn", "theme", "scroll", "poster", "autoplay", "logo"];
     #frame = null;
     #link = ""; // of what was seen last
-    #waiting = new Map(); // deeds that have no answer yet
+    #waiting = new Map(); // commands that have no answer yet
     #commands = 0;
     #ready = false;
     #isSeen = false;
@@ -223,7 +223,7 @@
       }
     }
 
-    #do(deed, value) {
+    #do(command, value) {
       return new Promise((resolve, reject) => {
         if (!this.#ready) {
           reject(new Error("The viewer is not ready."));
@@ -231,7 +231,7 @@
         }
         const id = ++this.#commands;
         this.#waiting.set(id, { resolve, reject });
-        this.#frame.contentWindow.postMessage({ kdstream: 1, id, deed, value }, this.#address().origin);
+        this.#frame.contentWindow.postMessage({ kdstream: 1, id, deed: command, value }, this.#address().origin);
       });
     }
 

@@ -10,7 +10,7 @@ export class Fingers {
   #viewer;
   #changed;
   #down = new Map(); // by pointer: { x, y, isPair } in points of the window
-  #moved = 0; // time of the last move that the viewer has not been told
+  #moved = 0; // time of the last move that the viewer has not got yet
   #outside = null; // the finger's pointerdown that is down where one finger scrolls
   #scale = 1; // of the last event of a trackpad's pinch
 

@@ -198,10 +198,10 @@ async function showOffline() {
   changed();
 }
 
-// Options of the open model. told: a function called whenever the stored data have changed.
-export async function openOfflineOptions(id, told) {
-  if (changed !== told) {
-    changed = told;
+// Options of the open model. listener: a function called whenever the stored data have changed.
+export async function openOfflineOptions(id, listener) {
+  if (changed !== listener) {
+    changed = listener;
     listenToOfflineOptions();
   }
   find("offline").hidden = !mayKeep();

@@ -171,9 +171,9 @@ class Viewer {
     return this.#text();
   }
 
-  // Intensities of the lamps, 0-2, and the relief, 0-1.
-  dim(lightSource, secondLight, relief) {
-    this.#call("Dim", lightSource, secondLight, relief);
+  // Intensities of the two lights, 0-2, and the relief, 0-1.
+  dim(light, secondLight, relief) {
+    this.#call("Dim", light, secondLight, relief);
   }
 
   setStandardLight() {
@@ -287,7 +287,7 @@ class Viewer {
 
   // ---- the line to the server
 
-  // The list of models as it came. Returns why it is none, or "".
+  // The list of models as the server sent it. Returns why it is not a list, or "".
   setModels(bytes) {
     if (!this.#put(bytes)) {
       return "it is too long";
