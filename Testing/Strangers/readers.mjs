@@ -154,7 +154,7 @@ function readVtp(bytes) {
     faces: offsets.slice(0, count("NumberOfPolys")).map((end, i) => corners.slice(offsets[i - 1] ?? 0, end)) };
 }
 
-// Columns are apart by blanks or semicolons, else by commas; lines of names and of counts are none.
+// Columns are apart by blanks or semicolons, else by commas; lines of names and of counts are not points.
 function readXyz(bytes) {
   const rows = linesOf(bytes).map((line) => line.trim()).filter((line) => /^"?[-+.\d]/.test(line) && !/^\d+$/.test(line))
     .map((line) => line.replaceAll('"', "")).map((line) => line.split(/[\s;]/.test(line.trim()) ? /[\s;]+/ : /,/).map((word) => Number(word.replace(",", "."))));

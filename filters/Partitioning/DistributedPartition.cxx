@@ -56,7 +56,7 @@ std::vector<bool> MarksOf(vtkDataSetAttributes& data, vtkIdType count, unsigned 
   return marked;
 }
 
-// Global ids of an input's points or cells; null where they are none that can be used.
+// Global ids of an input's points or cells; null if they cannot be used.
 vtkDataArray* IdsOf(vtkDataSetAttributes& data, vtkIdType count)
 {
   vtkDataArray* const ids = data.GetGlobalIds();

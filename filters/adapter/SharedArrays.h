@@ -34,7 +34,7 @@ struct SharedArray
   bool Is(int attribute) const;
 };
 
-// The array vtkGhostType; null where there is none that can be used. Usable is a
+// The array vtkGhostType; null if there is no usable one. Usable is a
 // vtkUnsignedCharArray with one value for each point or cell.
 vtkUnsignedCharArray* FindGhosts(const PartData& part);
 

@@ -607,7 +607,7 @@ Result<ExportReport> ExportStore(const Store& store, const fs::path& folder,
   KDSTREAM_TRY(PutBlobs(store, options.model, writer));
   KDSTREAM_TRY(PutPreview(store, reported, writer));
   const bool isNewModel = part.Name().filename() == options.model;
-  if (isNewModel) // else it is told of once the digest is up
+  if (isNewModel) // else it is listed once the new digest is complete
   {
     KDSTREAM_TRY(PutTexts(reported, *notes, writer));
   }

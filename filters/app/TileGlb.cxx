@@ -32,7 +32,7 @@ namespace
 
 constexpr std::uint64_t mostGlbBytes = std::numeric_limits<std::uint32_t>::max();
 constexpr double mostShort = 65535;
-// Of 16-bit indices the largest one is no index.
+// The largest 16-bit number is not an index.
 constexpr std::size_t mostShortVertices = 65535;
 
 enum TileComponent

@@ -31,7 +31,7 @@ constexpr std::uint64_t bytesPerBlockVertex = 600;
 // For each triangle that it has beyond two a vertex, as surfaces have.
 constexpr std::uint64_t bytesPerBlockTriangle = 100;
 
-// Of a piece that is cut and encoded in memory, beyond what a batch of small ones takes (measured).
+// Measured: memory of one large piece while it is cut and encoded, beyond a batch of small ones.
 constexpr std::uint64_t bytesPerPieceVertex = 400;
 constexpr std::uint64_t bytesPerPieceTriangle = 50; // beyond two a vertex
 

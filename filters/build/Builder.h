@@ -85,7 +85,7 @@ struct BuildReport
 // Builds `store` from `input`. The store appears whole or not at all.
 // In memory where that keeps options.memory for certain (CheckInputMemory), which is decided before
 // a point is read; else out of core. Complexity O(n log n + t log t); peak memory: MostBuildMemory.
-// The content depends on input and options alone. Errors: those of MeshReader and ComputeDepths; a
+// The content depends only on input and options. Errors: those of MeshReader and ComputeDepths; a
 // mesh without vertices or with attributes that no store can hold (PrepareMesh); with
 // options.strict what Tolerance::Check refuses; LimitExceeded; InputOutput; Cancelled; with
 // options.resume those of BuildFolder::Open. The message does not name the file.

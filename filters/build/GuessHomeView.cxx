@@ -19,7 +19,7 @@ namespace
 constexpr double flatPart = 0.2;      // of the next longer side: this flat things lie
 constexpr double slabPart = 0.02;     // of the diagonal: as near to the floor touches it
 constexpr double leastLead = 0.1;     // of the best axis before the next
-constexpr double unequalEnds = 0.5;   // for an axis across which the shape is no mirror image
+constexpr double unequalEnds = 0.5;   // for an axis across which the shape is not symmetric
 constexpr double detailAhead = 0.3;   // for y, if all detail is towards +z
 constexpr double unlikelyAxis = 0.1;  // less for x, which few files have up
 constexpr double usualAxis = 0.1;     // more for y in formats that mostly have it up

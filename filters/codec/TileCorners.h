@@ -206,7 +206,7 @@ private:
     const auto number = [](std::int64_t bits)
     { return double(FloatOfOrderedBits(static_cast<std::uint32_t>(bits))); };
     const double closed = number(a) + number(b) - number(c);
-    // What is not a number differs between machines; neither does a number that is none help.
+    // NaNs have different bits on different machines, and help no prediction.
     return std::abs(closed) < 1e30 ? std::int64_t{ OrderedBits(static_cast<float>(closed)) } : a;
   }
 

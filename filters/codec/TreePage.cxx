@@ -18,7 +18,7 @@ namespace
 {
 
 constexpr std::string_view treeMagic = "KDT";
-constexpr unsigned boxSteps = 16; // sides of a box lie on so many equal steps of its parent's
+constexpr unsigned boxSteps = 16; // equal steps of the parent's box, on which sides of a box lie
 enum TreeContext : std::size_t
 {
   treeEmpty, // a choice

@@ -982,7 +982,7 @@ private:
     static bool IsLight(const SbColor& c) { return c[0] > 0 || c[1] > 0 || c[2] > 0; }
   };
 
-  // Of the first of several materials where there is none of that number.
+  // The first material's where none has that number.
   static Look LookOf(SoCallbackAction& action, int index = 0)
   {
     SbColor ambient, specular;
@@ -1516,7 +1516,7 @@ private:
   bool IsClockwise = false; // what Coin makes triangles of
   std::uint64_t ExtrusionCorners = 0, MostExtrusionCorners = mostExtrusionCorners;
   const SoNode* LastMaterial = nullptr;
-  std::size_t Materials = 0; // without names, that were told of
+  std::size_t Materials = 0; // without names, that were reported
   LostLooks Lost;
   double Largest = 0;         // coordinate that was read
   bool LosesDecimals = false; // floats do

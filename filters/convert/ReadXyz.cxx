@@ -841,7 +841,7 @@ private:
   std::vector<double> Fourth; // column of the points
   DecimalPrecision ShiftedPrecision;
   bool IsShifted = false;
-  bool IsShiftedUsual = false; // the number of columns is usual only if the first is none of x y z
+  bool IsShiftedUsual = false; // the number of columns is usual only without the first one
   ForeignMesh Out;
 };
 

@@ -1062,13 +1062,13 @@ private:
   std::map<std::string, NamedProto, std::less<>> ProtoNames;
   std::vector<std::vector<std::pair<std::string, NamedProto>>> Hidden{ 1 };
   std::uint64_t ProtosNamed = 0;
-  bool HasProtoTwice = false; // that was told
+  bool HasProtoTwice = false; // that was reported
   std::size_t DefinedNodes = 0;
-  bool HasNodesWithoutField = false; // that was told
+  bool HasNodesWithoutField = false; // that was reported
   std::map<std::string, std::map<std::string, ProtoField, std::less<>>, std::less<>> ProtoFields;
   bool IsEvent = false;                                  // the word before the next type
   std::size_t CommasEnd = 0;                             // of numbers with decimal commas
-  bool HasDecimalCommas = false, HasOtherCommas = false; // that was told
+  bool HasDecimalCommas = false, HasOtherCommas = false; // reported
 };
 
 }

@@ -36,7 +36,7 @@ using VrmlNodesLeftOut = std::map<std::string, VrmlLeftOut>;
 // than coordinates may be.
 inline constexpr const char* vrmlNotFinite = "-3.4028230607370965e38";
 
-// No file can have a name that begins so.
+// The beginning of names that no file can have.
 inline constexpr const char* vrmlUrlBegin = "/dev/null/";
 
 struct VrmlText

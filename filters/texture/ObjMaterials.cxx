@@ -29,7 +29,7 @@ public:
   {
   }
 
-  // False for numbers that are none.
+  // False for NaN and infinity.
   bool Understand(ObjMaterial& material)
   {
     for (std::string_view option; !(option = this->PeekWord()).empty() && option[0] == '-';)

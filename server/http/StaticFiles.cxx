@@ -117,7 +117,7 @@ struct StaticFiles::Kept
   using Key = std::pair<std::string, bool>;
   Report report;
   std::mutex mutex;                            // for what follows
-  std::map<std::string, std::string> reported; // by the path in the folder: what was told last
+  std::map<std::string, std::string> reported; // by the path in the folder: the last report
   std::map<Key, std::shared_ptr<const StaticFile>> files;
   std::uintmax_t bytes = 0;
   std::uint64_t forgotten = 0; // times

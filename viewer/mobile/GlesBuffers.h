@@ -27,9 +27,9 @@ public:
   {
     DrawnSurface::Part drawn;         // nothing of a cloud, whose splats depend on all of it
     const Surface* surface = nullptr; // while it is uploaded,
-    std::span<const float> radii;     // and so long of a cloud
+    std::span<const float> radii;     // the same of a cloud
     Box bounds;                       // relative to the placement's center, not scaled
-    std::shared_ptr<const TextureTile> tile{}; // that paints it; or null
+    std::shared_ptr<const TextureTile> tile{}; // its texture, or null
     GLuint texture = 0;                        // of its picture
     std::vector<GlesChunk> chunks;
   };

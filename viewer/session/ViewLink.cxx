@@ -243,7 +243,7 @@ bool IsOneOf(std::string_view text, std::initializer_list<std::string_view> word
   return std::find(words.begin(), words.end(), text) != words.end();
 }
 
-// False where the value is none that the key can have.
+// False if the key cannot have the value.
 bool TakeEntry(ViewLink& link, std::string_view key, std::string_view value)
 {
   if (key == "model")

@@ -113,7 +113,7 @@ double FigureIn(const std::string& text, const std::string& name)
   return std::atof(text.c_str() + at + name.size());
 }
 
-// Asks for so long.
+// Requests blobs for this time.
 void Load(const path& wrk, Host& host, const std::string& target, const std::string& time,
   const path& folder)
 {

@@ -24,8 +24,8 @@ namespace kdstream
 namespace
 {
 
-constexpr std::size_t sampled = 8;    // of so many parts, one is for the estimate of the threshold
-constexpr double beyond = 1.5;        // the others collapse up to so many times the estimate
+constexpr std::size_t sampled = 8;    // one part of this number estimates the threshold
+constexpr double beyond = 1.5;        // the others collapse up to this multiple of the estimate
 constexpr std::size_t mostExtra = 32; // clusters of coarse levels; measured
 // Levels coarser than S are made in parts from this level on, and where there are more clusters
 // than such a level has because edges cannot collapse (thousands of small bodies, soups): these may

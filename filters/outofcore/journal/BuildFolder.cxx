@@ -388,7 +388,7 @@ Status BuildFolder::WriteJournal(const PhaseJournal& journal)
       file->Describe() + " cannot be renamed", errno, this->Folder.Path().parent_path());
   }
   file->Kept = true;
-  this->Folder.Ledger->onDisk -= bytes.size(); // the journal is no spill file
+  this->Folder.Ledger->onDisk -= bytes.size(); // the journal is not a spill file
   this->Folder.Ledger->Note(FileOperation::Sync);
   return SyncBuildFolder(this->Folder.Path());
 }

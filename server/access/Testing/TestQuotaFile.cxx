@@ -397,7 +397,7 @@ TEST_F(QuotaFile, PermissionsThatAreTakenAndGivenBack)
   ASSERT_EQ(::chmod(this->place.c_str(), 0), 0);
   EXPECT_NE(WhyNot(*book, 2), "");
   ASSERT_EQ(::chmod(this->place.c_str(), 0700), 0);
-  ASSERT_EQ(::chmod(this->file.c_str(), 0400), 0); // read alone
+  ASSERT_EQ(::chmod(this->file.c_str(), 0400), 0); // read only
   EXPECT_NE(WhyNot(*book, 2), "");
   EXPECT_NE(WhyNot(*book, 2), "");
   ASSERT_EQ(::chmod(this->file.c_str(), 0600), 0);

@@ -125,7 +125,7 @@ struct FinalizeStatement
 using Connection = std::unique_ptr<sqlite3, CloseConnection>;
 using Query = std::unique_ptr<sqlite3_stmt, FinalizeStatement>;
 
-// The bytes as a database in memory; null where they are none.
+// The bytes as a database in memory; null if they are not a database.
 Connection Deserialized(const std::uint8_t* data, std::size_t size)
 {
   sqlite3* raw = nullptr;

@@ -97,8 +97,8 @@ private:
   NotesBook Book;
   std::string LastComplaint, Note, Texts;
   int Code = exitDone;
-  bool WantsColors = true; // nobody has looked yet whether the first model has what was asked for
-  bool IsTouched = false;  // a gesture goes on, in which nobody waits
+  bool WantsColors = true; // the first model's arrays are not compared with the options yet
+  bool IsTouched = false;  // a finger is down: nothing waits for idleness
 };
 
 }

@@ -413,7 +413,7 @@ extern "C"
 
   // ---- the line to the server
 
-  // The inbox is the list of models. False where it is none; the text says why.
+  // The inbox is the list of models. False if it is not a list; the text says why.
   EMSCRIPTEN_KEEPALIVE bool ViewerSetModels(WebViewer* viewer)
   {
     const kdstream::Status status = viewer->page.SetModels(viewer->inbox);

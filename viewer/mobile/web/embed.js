@@ -155,7 +155,7 @@
       const { poster, logo } = Object.fromEntries(["poster", "logo"].map((name) => [name, this.getAttribute(name)]));
       if (poster && !this.#ready) {
         const name = this.title || "3D model";
-        const waits = this.#waits(); // else it is no button; aria-disabled, as what is disabled loses the focus
+        const waits = this.#waits(); // else it is not a button; aria-disabled, because a disabled element loses the focus
         this.#poster = make("button", "poster", { type: "button", ariaLabel: name, ariaDisabled: !waits, tabIndex: waits ? 0 : -1 });
         this.#poster.append(make("img", "poster-picture", { src: poster, alt: "" }));
         this.#poster.addEventListener("click", () => {

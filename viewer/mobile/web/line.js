@@ -65,7 +65,7 @@ export function forgetToken() {
   unlessDenied(() => localStorage.removeItem(rememberedKey));
 }
 
-// One that somebody has entered: itself, or the whole link. False if it is none.
+// A token that somebody has entered: itself, or the whole link. False if it is not a token.
 export function enterToken(given) {
   const text = given.trim();
   const found = text.match(tokenInLink)?.[2] ?? text.match(tokenAlone)?.[0];

@@ -190,7 +190,7 @@ class Viewer {
     this.#call("SetMarks");
   }
 
-  // By their order [x, y, isSeen], in pixels of the canvas; null where there is none to be had.
+  // By their order [x, y, isSeen], in pixels of the canvas; null if there are none.
   marks() {
     return this.#describe("Marks", "[]");
   }

@@ -190,7 +190,7 @@ TEST(TestViewerSession, AColoredModelIsShownFiner)
   EXPECT_EQ(levelOf(), 11u);
   kdstream::testing::AddVertexColors(torus);
   EXPECT_GT(levelOf(), 11u);
-  torus.attributes.erase(torus.attributes.begin()); // normals alone
+  torus.attributes.erase(torus.attributes.begin()); // only normals
   EXPECT_EQ(levelOf(), 11u);
 }
 

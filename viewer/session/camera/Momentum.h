@@ -24,7 +24,7 @@ public:
     double x = 0, y = 0, dx = 0, dy = 0;
   };
 
-  // One finger is down. Nothing where it was already.
+  // One finger is down. Does nothing if it was down already.
   void Touch(double time);
   // It has turned the model, by this number of pixels.
   void Follow(double time, double dx, double dy);

@@ -36,7 +36,7 @@ struct ColorLegend
   static constexpr std::size_t mostClasses = 20;
 };
 
-// Nothing where the coloring is none by an attribute. scalars: of the model.
+// Nothing if the coloring is not by an attribute. scalars: of the model.
 ColorLegend LegendOf(const Coloring& coloring, const ScalarDescriptions& scalars);
 
 // Whether it is among the ColorLegend::mostClasses most frequent. O(all).

@@ -219,7 +219,7 @@ void MeasureTool::FollowSurface(double slack)
       const MeasuredPoint before = this->PointOf(end);
       auto hit =
         end.isOfLink ? this->EndAt(end.ray.origin, before.error) : this->EndOn(end.ray, slack);
-      // The intended surface may now be behind another one, or beside the ray.
+      // The surface that was meant may now be behind another one, or beside the ray.
       const double tolerance = 2 * before.error + 1e-3 * Length(before.point - end.ray.origin);
       if (!end.isOfLink && (!hit || Length(hit->point - before.point) > tolerance))
       {

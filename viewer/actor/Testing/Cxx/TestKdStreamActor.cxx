@@ -172,7 +172,7 @@ TEST_F(TestKdStreamActor, IdleTimeRefinesUntilAllIsThere)
     void Make(vtkObject*, unsigned long, void* id) { this->ids.push_back(*static_cast<int*>(id)); }
   } clock;
   interactor->AddObserver(vtkCommand::CreateTimerEvent, &clock, &Clock::Make);
-  this->Actor->SetNumberOfTriangles(30000); // so this is no small model, and has no need of all
+  this->Actor->SetNumberOfTriangles(30000); // not a small model, shown as the original
   this->Actor->SetTolerance(0.3);
   this->Actor->SetSecondsPerFrame(0);
   this->Renderer->ResetCamera();

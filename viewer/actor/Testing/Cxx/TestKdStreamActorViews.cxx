@@ -381,7 +381,7 @@ TEST_F(TestKdStreamActorViews, TilesOfAPictureShowTheSameAndAreAsFineAsItsPixels
     0.02 * double(*drawn.begin()));
 }
 
-// Draws for the renderer's camera, then for another, as passes for shadows do for lights.
+// Draws for the renderer's camera, then for another camera: a shadow pass does so for a light.
 class LightPass : public vtkRenderPass
 {
 public:
