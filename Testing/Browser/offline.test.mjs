@@ -408,7 +408,7 @@ async function pinchToTheOriginal() {
 const untilRegion = () => visit.until("a region",
   ({ idle, region }) => idle && region !== null && region.partitions > 0 && region.shown === region.partitions);
 
-// Of which there is more than one sees at first.
+// A model with more data than the first view needs.
 let dragon = null;
 async function serveTheDragon() {
   await server.stop();

@@ -81,7 +81,7 @@ std::string Warning(const std::string& what)
   return "kdstream-convert: warning: in.wrl: " + what + "\n";
 }
 
-// Of one node.
+// The warning for one node.
 std::string LeftOut(const std::string& which)
 {
   return Warning("1 node cannot be read and is left out: " + which);

@@ -12,7 +12,7 @@
 namespace kdstream::fixtures
 {
 
-// Of one level.
+// The fold-overs of one level.
 struct FoldOverCount
 {
   std::size_t triangles = 0;

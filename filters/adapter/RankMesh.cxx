@@ -813,7 +813,7 @@ private:
       }
     }
   }
-  // As they were moved, from the second column on.
+  // Adds the arrays of the moved columns, from the second one on.
   void PutAttributes(AttributeAssociation association, std::vector<Column>& columns)
   {
     std::size_t next = 1;

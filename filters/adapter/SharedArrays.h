@@ -55,7 +55,7 @@ std::int64_t IdOf(const SharedArray& ids, TupleOfPart tuple);
 void RemoveUnusableArrays(
   const PartData& part, const std::string& kind, std::vector<std::string>& leftOut);
 
-// Of the values of numeric arrays, bit by bit.
+// Hashes the values of numeric arrays, bit by bit.
 std::uint64_t HashOfTuple(std::span<const SharedArray> arrays, TupleOfPart tuple);
 
 // Adds the arrays, each with these tuples, to `output`. O(tuples).

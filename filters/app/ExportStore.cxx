@@ -313,7 +313,7 @@ public:
   {
     const auto file = this->PlaceOf(path);
     KDSTREAM_TRY(file);
-    // What is not up is waited for all at once.
+    // Waits for the blobs that are not on the disk yet, for all at once.
     KDSTREAM_TRY(About(
       this->NameOf(path), this->GoesUp(path) ? WriteAnew(*file, bytes) : WriteWhole(*file, bytes)));
     ++this->Report.files;

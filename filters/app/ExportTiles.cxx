@@ -557,7 +557,7 @@ private:
 
   double ErrorOf(const Tile& tile) const { return tile.error * this->Frame.scale; }
 
-  // Of the whole, in metres: what is wrong where nothing is shown, at least what the root tells.
+  // The diagonal of the model in metres: the error while nothing is shown, at least the root's.
   double Diagonal() const
   {
     const Tile& root = this->Steps[0].tiles[0];

@@ -279,7 +279,7 @@ private:
     return this->Views.size() - 1;
   }
 
-  // Of the bytes of what it is once it is decompressed.
+  // Adds a compressed bufferView; bytes: as they are once decompressed.
   std::size_t AddCompressed(std::string_view bytes, std::size_t count, std::size_t stride,
     int target, const char* mode, const char* filter)
   {
@@ -350,7 +350,7 @@ private:
   // ---- by Draco
 
 #ifdef KDSTREAM_HAS_DRACO
-  // Of the vertices of a primitive, in the order of their use.
+  // The vertices of a primitive, in the order of their use.
   struct Packing
   {
     draco::Mesh mesh;

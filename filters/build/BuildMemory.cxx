@@ -22,7 +22,7 @@ std::uint64_t BytesPerCluster(const MeshSize& size)
   return bytesPerCluster + size.sumBytes * 3 / 2;
 }
 
-// Of a limit: for libraries, threads and SQLite.
+// The part of a limit that is kept for libraries, threads and SQLite.
 constexpr std::uint64_t mostKeptFromSteps = std::uint64_t{ 96 } << 20;
 
 // The maximum number of bytes of a block in any step, for each of its vertices: measured on

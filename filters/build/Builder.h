@@ -75,7 +75,7 @@ struct BuildReport
   Tolerance tolerance;                        // the same
   // Over all vertices: reading the input, and out of core the tree's.
   std::uint64_t passes = 1;
-  // Of the files out of core: the most bytes at any time, and all bytes read and written.
+  // Temporary files: the most bytes at any time, and all bytes read and written.
   std::uint64_t temporaryBytes = 0, bytesRead = 0, bytesWritten = 0;
   std::uint64_t resumedPhases = 0; // that were taken over from an interrupted build
   std::vector<std::pair<std::string, double>>

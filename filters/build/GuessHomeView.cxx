@@ -168,7 +168,7 @@ public:
   // surface.
   double MirroredAcross(std::size_t axis) const;
 
-  // Of what faces an eye in that direction: the bends of its edges, by their length, for its area.
+  // Of the triangles that face this direction: the bends of edges, times their length, by area.
   double ReliefTowards(const Vec3& direction) const;
 
 private:
@@ -244,7 +244,7 @@ private:
 std::vector<Shape::Sample> Shape::Samples() const
 {
   const double cell = this->LongestSide() / mirrorCells;
-  // Of a triangle; a bound for meshes of many long ones.
+  // For one triangle; a bound for meshes with many long triangles.
   const double mostRows =
     std::sqrt(mostMirrorSamples / std::max(1.0, static_cast<double>(this->Triangles.size())));
   std::vector<Sample> samples;
@@ -448,7 +448,7 @@ std::size_t LongestComponent(const Vec3& direction)
   return longest;
 }
 
-// Of two horizontal axes the one along which the shape is seen.
+// Which of the two horizontal axes the shape is seen along.
 struct SeenAlong
 {
   std::size_t axis = 0;

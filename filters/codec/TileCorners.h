@@ -99,7 +99,7 @@ protected:
     return newPair;
   }
 
-  // Of a new corner k; known: which corners of the triangle are stored.
+  // Predicts the new corner k. known: which corners of the triangle are stored.
   Prediction Predict(std::size_t t, std::size_t k, const std::array<bool, 3>& known) const
   {
     const std::size_t next = (k + 1) % 3, previous = (k + 2) % 3;
@@ -224,7 +224,7 @@ public:
   {
   }
 
-  // Of an exact tile, before the triangle's corners.
+  // Only for exact tiles, before the triangle's corners.
   void Chart(std::size_t t, std::uint32_t chart)
   {
     unsigned symbol = 0;

@@ -240,7 +240,7 @@ bool IsFiniteOrEmpty(const Box& box)
   return finite || box.Empty();
 }
 
-// Of a page: that of its own node, the others empty.
+// The boxes of a page before it is read: only that of its own node is known.
 std::vector<Box> EmptyBoxes(NodeId page, const Box& around, const TreeDepths& depths)
 {
   std::vector<Box> boxes(std::size_t{ 2 } << DepthsOfTreePage(page, depths));

@@ -271,7 +271,7 @@ const std::map<std::string, std::size_t>& FieldsOfCoin(const std::string& type, 
   return fields;
 }
 
-// Of what it cannot make it says nothing: it has all.
+// For types that Coin cannot make: true.
 bool IsFieldOfCoin(const std::string& type, const std::string& field, bool isFirst)
 {
   const auto& fields = FieldsOfCoin(type, isFirst);
@@ -321,7 +321,7 @@ struct Transform
     return this->axes == none.axes && this->origin == none.origin;
   }
   double Determinant() const { return Dot(this->axes[0], Cross(this->axes[1], this->axes[2])); }
-  // Of normals: the inverse's transpose, times the determinant.
+  // Normals turn by the transpose of the inverse, times the determinant.
   Vec3 TurnNormal(const Vec3& n) const
   {
     const auto& [x, y, z] = this->axes;
@@ -893,7 +893,7 @@ private:
            As<SoSphere>(node) || As<SoCone>(node) || As<SoCylinder>(node);
   }
 
-  // Of shapes that Coin makes triangles of.
+  // For shapes that Coin makes triangles of.
   static bool IsSound(const SoNode& node)
   {
     if (const auto* const box = As<SoVRMLBox>(node))
@@ -1248,7 +1248,7 @@ private:
     return materials;
   }
 
-  // Of each corner its number among the corners.
+  // Each corner's number among the corners.
   static std::vector<std::int32_t> NumbersInOrder(std::span<const std::int32_t> index)
   {
     std::vector<std::int32_t> numbers(index.begin(), index.end());
@@ -1322,7 +1322,7 @@ private:
     self.Collected->Triangles.push_back(triangle);
   }
 
-  // Of the last shape that Coin made triangles of.
+  // For the last shape that Coin made triangles of.
   void FinishTriangles()
   {
     if (this->Collected)

@@ -709,7 +709,7 @@ private:
     }
   }
 
-  // Of a layout that is guessed, by a line that names each column.
+  // Names the numbers of a guessed layout by a line that names each column.
   void NameNumbers(XyzLayout& layout) const
   {
     if (this->Layout || this->OtherWords.size() != this->ColumnCount)

@@ -201,7 +201,7 @@ Result<std::shared_ptr<const StaticFile>> StaticFiles::Read(
   return file;
 }
 
-// Of a file that is there.
+// Reports an error of an existing file.
 void StaticFiles::Tell(const std::string& relative, const Error& error) const
 {
   if (error.file.empty() || !this->Memory->report)

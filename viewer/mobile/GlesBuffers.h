@@ -104,7 +104,7 @@ private:
   std::vector<GlesChunk> CapChunks;
   CapPlace CapHere;             // of what is in CapChunks
   std::optional<Content> Tried; // the last that was to be uploaded
-  // Of all parts, which are in the graphics memory as this makes them.
+  // The common placement, by which all parts are in graphics memory.
   Placement Place;
   TreeDepths Depths;
   std::uint64_t Colored = 0; // ColorsVersion

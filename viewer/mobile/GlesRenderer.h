@@ -67,7 +67,7 @@ public:
   // there is another surface. After Forget also the errors of Make.
   Status Draw(const ViewerScene& scene, const Viewport& viewport);
 
-  // Of all buffers and textures that it holds now. O(parts).
+  // The bytes of all buffers and textures that it holds now. O(parts).
   std::size_t GraphicsBytes() const;
 
 private:

@@ -55,7 +55,7 @@ public:
   void Aim(const Sight& sight);
 
   bool Empty() const { return this->Entries.empty(); }
-  // Of what is drawn, relative to Center().
+  // The box of what is drawn, relative to Center().
   const Box& Bounds() const { return this->Extent; }
   const Vec3& Center() const { return this->Middle; }
   const TreeDepths& Depths() const { return this->Tree; }

@@ -9,7 +9,7 @@
 namespace kdstream
 {
 
-// Of a model's tree, where nothing else is said.
+// The memory of a model's tree by default.
 constexpr std::size_t standardTreeBytes = std::size_t{ 16 } << 20;
 
 // What a session may hold (SessionOptions::TakeShares).

@@ -60,7 +60,7 @@ class ViewerSession
 {
 public:
   explicit ViewerSession(SessionOptions options = {});
-  // Of `other` nothing is left but to destroy it, or to assign another one.
+  // Afterwards `other` can only be destroyed, or assigned another one.
   ViewerSession(ViewerSession&& other) noexcept;
   ViewerSession& operator=(ViewerSession&& other) noexcept;
   ~ViewerSession();
@@ -180,13 +180,13 @@ public:
   DetailMode GetDetail() const;
   ViewerStatus GetStatus() const;
   const std::vector<ModelSummary>& Models() const;
-  // Of the newest blobs (SessionOptions::mostStatistics), oldest first.
+  // Statistics of the newest blobs (SessionOptions::mostStatistics), oldest first.
   const std::deque<BlobStatistics>& Statistics() const;
   // Whether nothing is outstanding that is wanted now, and all that came has been drawn.
   bool IsIdle() const;
   // The boxes of the region's partitions, that of the picked one first; none without a region.
   std::vector<Box> RegionBoxes() const;
-  // Of all models so far.
+  // The traffic of all models so far.
   const SessionTraffic& GetTraffic() const;
 
   // What it is made of, for this project's own viewers and tests (SessionParts.h).

@@ -133,7 +133,7 @@ double Median(std::vector<double> values)
   return values[values.size() / 2];
 }
 
-// Of requests a second, round by round.
+// The median over the rounds of the ratio of requests a second.
 double MedianRatio(const Host& host, const Host& other)
 {
   std::vector<double> ratios;

@@ -37,7 +37,7 @@ protected:
     return texts;
   }
 
-  // Of a triangle of the first of these materials, which all have the picture.
+  // The warnings for a triangle with the first of these materials, which all have the picture.
   std::string WarningsOfMtl(const std::vector<std::string>& materials)
   {
     std::string text;

@@ -38,7 +38,7 @@ public:
   static Result<GltfAccessor> Open(
     const GltfDocument& document, GltfBuffers& buffers, std::size_t number);
 
-  // Of elements that lie one after the other, with the lower bytes first.
+  // elements: one after the other, little-endian.
   GltfAccessor(std::vector<std::uint8_t> elements, GltfComponent type, std::size_t components,
     bool normalized);
 

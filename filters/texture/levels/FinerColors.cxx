@@ -215,7 +215,7 @@ void FinerColors::MakeGrid()
   }
 }
 
-// Of an edge with more than two triangles none beyond the first two.
+// An edge with more than two triangles joins only the first two.
 void FinerColors::FindNeighbours()
 {
   struct EdgeSide

@@ -352,7 +352,7 @@ TEST_F(QuotaFile, AFileThatIsNoneForAWhile)
   spoil(std::string(10'000, 'x'));
   EXPECT_TRUE(May(*book, 1));
   {
-    // Of the right kind, and cut off.
+    // A quota file that is cut off.
     const auto bytes = fixtures::ReadWhole(this->file);
     spoil(bytes.substr(0, bytes.size() / 2 + 100));
   }

@@ -194,7 +194,7 @@ TEST_F(Faulty, ADiskThatCannotBeRead)
            std::to_string(partition) + ": cannot be read or written: Input/output error";
   };
 
-  // Of what was read before SQLite has pages in memory: each is another partition.
+  // SQLite keeps pages in memory, so each request is for another partition.
   this->faults->reading = EIO;
   for (std::uint32_t partition = 0; partition < 3; ++partition)
   {

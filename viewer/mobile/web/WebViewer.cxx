@@ -64,7 +64,7 @@ int HexOf(const Color& color)
   return color[0] << 16 | color[1] << 8 | color[2];
 }
 
-// Of the resolutions that are shown, the finest first.
+// A legend of the shown resolutions, the finest first.
 std::string LegendOfDetail(const ViewerScene& scene)
 {
   std::set<Resolution> shown;

@@ -75,7 +75,7 @@ export class Fingers {
     this.#changed();
   }
 
-  // Of the canvas, from points of the window.
+  // The canvas's pixel at a point of the window.
   #pixel(x, y) {
     const box = this.#canvas.getBoundingClientRect();
     return {

@@ -43,7 +43,7 @@ function textAt(begin) {
   return new TextDecoder().decode(all.slice(0, all.indexOf(0)));
 }
 
-// Of at most `most` bytes with the 0 at its end.
+// Writes a text of at most `most` bytes, its final 0 included.
 function putText(text, most, begin) {
   const { written } = new TextEncoder().encodeInto(text ?? "", bytesAt(begin, most - 1));
   bytesAt(begin, most)[written] = 0;

@@ -278,7 +278,7 @@ export class Notes {
     text && this.remark.scrollIntoView({ block: "nearest" });
   }
 
-  // Of what stands in the fields, whether it would be lost.
+  // Whether the fields hold something that would be lost.
   #isBegun() {
     const { title = "", text = "" } = this.#notes[this.edited] ?? {};
     return !this.editor.hidden && (this.title.value !== title || this.text.value !== text);

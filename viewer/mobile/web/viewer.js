@@ -15,7 +15,7 @@ export async function loadViewer(heard) {
   return new Viewer(functions);
 }
 
-// Of the same WebAssembly, once that is loaded: a session and a canvas of its own.
+// The functions of the WebAssembly, once it is loaded. A viewer has its own session and canvas.
 let functions = null;
 export const anotherViewer = () => new Viewer(functions);
 
@@ -240,7 +240,7 @@ class Viewer {
     this.#call("SetBackground", bottom, top);
   }
 
-  // Of WebAssembly and graphics together, at most; what is shown follows.
+  // The limit of WebAssembly's and graphics memory together; what is shown adapts to it.
   setMemory(bytes) {
     this.#call("SetMemory", bytes);
   }

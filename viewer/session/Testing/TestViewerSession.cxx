@@ -299,7 +299,7 @@ TEST(TestViewerSession, TheSameWindowShowsTheSameView)
   expectTheSame("undone");
 }
 
-// Of a preview that was turned as much is seen in full screen, from where it was turned to.
+// A turned preview opens in full screen from the same side, equally large.
 TEST(TestViewerSession, AnotherWindowShowsWhatWasSeenOfATurnedModel)
 {
   Fingers fingers;

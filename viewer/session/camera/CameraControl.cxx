@@ -11,7 +11,7 @@ namespace kdstream
 {
 namespace
 {
-constexpr double pointOfCloud = 2; // points of the screen that a cloud's point stops the eye by
+constexpr double pointOfCloud = 2; // points of the screen: a cloud's point stops the eye this near
 
 // From the model towards the eye. Nothing for a side that there is not.
 std::optional<Vec3> DirectionOfSide(std::string_view side, const Vec3& up, const Vec3& front)

@@ -43,7 +43,7 @@ public:
   // The drags that are due by that time; none if the model does not turn. Turning ends when it has
   // become slow, or when the clock has changed.
   std::vector<Drag> Advance(double time, double pixelRatio);
-  // Of spinning, since the last call. REQUIRES: IsSpinning(), a finite time.
+  // The spin since the last call. REQUIRES: IsSpinning(), a finite time.
   Drag Spin(double time, const Viewport& window);
 
 private:

@@ -35,7 +35,7 @@ public:
 
   // ---- what is wanted
   void Open(const std::string& model);
-  // Of the model that was open nothing is wanted any more: all is cancelled.
+  // Cancels all requests for the model that was open.
   void CloseModel();
   // Replaces the list by these blobs, most urgent first. Blobs in flight are not requested again;
   // requests with no wanted blob are cancelled. If nothing is missing, prefetching continues.

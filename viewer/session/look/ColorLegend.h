@@ -24,7 +24,7 @@ struct ColorLegend
   };
   std::vector<Color> colors{};
   std::vector<Tick> ticks{};
-  // Of classes: the mostClasses most frequent, ascending.
+  // For classes: the mostClasses most frequent, ascending.
   struct Class
   {
     double value = 0;

@@ -22,7 +22,7 @@ namespace kdstream
 class FailedBlobs
 {
 public:
-  // Of the model with this id, in messages.
+  // Messages name this model from now on.
   void SetModel(const std::string& model) { this->Model = model; }
 
   // Forgets all, so that it is asked for again.

@@ -173,7 +173,7 @@ void LodSelection::FollowLevel(const Camera& camera)
   }
 }
 
-// Of the surface that is drawn.
+// Chooses the tiles of the surface that is drawn.
 void LodSelection::FollowTiles(const View& view)
 {
   std::set<NodeId> tapped;

@@ -128,7 +128,7 @@ std::size_t ViewRefinement::StepOf(Resolution resolution) const
            : resolution.Depth() - std::size_t{ this->Steps.front().resolution.Depth() };
 }
 
-// Of a piece, model units: how far it may be seen to be wrong.
+// A piece's error in model units: geometric, and of interpolation between vertices.
 std::optional<double> ViewRefinement::GeometricErrorOf(
   std::size_t step, NodeId node, KnownTree& tree) const
 {
@@ -304,7 +304,7 @@ void ViewRefinement::FindWhatIsMissed(Walk& walk)
   }
 }
 
-// Of the pieces that were refined those that something is shown of.
+// Wants those refined pieces of which something is shown.
 void ViewRefinement::WantWhatIsLeft(const Walk& walk)
 {
   for (const PieceId piece : this->Refined)

@@ -19,7 +19,7 @@ namespace kdstream
 class ShownSection
 {
 public:
-  // Of another model; the plane is gone.
+  // Another model: removes the plane.
   void Reset(const Box& box);
 
   const std::optional<SectionPlane>& Plane() const { return this->Cut; }

@@ -150,7 +150,7 @@ TEST_F(TestKdStreamActor, RefinesByTheViewWithinItsBudget)
   this->Actor->SetNumberOfTriangles(2000000);
   ASSERT_TRUE(this->Actor->Refine(this->Renderer, deadline));
   EXPECT_GT(double(this->Actor->GetNumberOfDrawnTriangles()), 1.5 * double(whole));
-  // Of a model that is far away little is needed.
+  // A model that is far away needs few triangles.
   this->Renderer->GetActiveCamera()->Dolly(0.02);
   ASSERT_TRUE(this->Actor->Refine(this->Renderer, deadline));
   EXPECT_LT(this->Actor->GetNumberOfDrawnTriangles(), whole);

@@ -560,7 +560,7 @@ TEST_F(TestKdStreamActorViews, ACopyOpensTheModelItself)
   this->Renderer->AddActor(this->Actor);
   EXPECT_LE(Differing(before, this->Picture()), 2);
   EXPECT_EQ(copy->GetParts()->GetNumberOfItems(), parts);
-  // Of another assembly only the place.
+  // Of another assembly only the place counts.
   vtkNew<vtkAssembly> other;
   other->AddPart(copy);
   other->SetPosition(1, 2, 3);
