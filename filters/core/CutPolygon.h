@@ -34,7 +34,7 @@ private:
     double u = 0, v = 0;
     bool operator==(const Point&) const = default;
   };
-  // Of a node of the tree of dents: the box of its corners, and how many of them still are dents.
+  // A node of the tree of dents: the box of its corners, and how many of them still are dents.
   struct Node
   {
     Point lo, hi;

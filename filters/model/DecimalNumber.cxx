@@ -220,7 +220,7 @@ struct Interval
       mantissa >>= 1;
     }
     this->hasEnds = mantissa % 2 == 0;
-    // Of the lowest number of a power of two the neighbour below is half as far.
+    // Below the lowest number of a power of two the next number is half as far.
     const bool isLowest = mantissa == std::uint64_t{ 1 } << 52 && exponent > -1074;
     const int half = isLowest ? 2 : 1; // in halves or quarters of a step
     this->value = Natural(static_cast<std::uint32_t>(mantissa >> 32));

@@ -446,7 +446,7 @@ ObjMaterials ObjLibraries::Take()
     this->Found.warnings.push_back("pictures of materials that are not carried: " + names);
   }
   this->Found.libraries = std::move(this->Seen);
-  // Of one name the first.
+  // Of materials with one name the first stays.
   std::vector<ObjMaterial>& all = this->Found.materials;
   std::stable_sort(all.begin(), all.end(),
     [](const ObjMaterial& a, const ObjMaterial& b) { return a.name < b.name; });

@@ -37,7 +37,7 @@ struct TexturedTriangles
   std::vector<std::uint32_t> materialOf;
 };
 
-// Of a coordinate, in texels of its picture.
+// The most of a coordinate, in texels of its picture.
 inline constexpr double mostChartTexels = 1 << 30;
 
 inline constexpr std::uint32_t noChartBox = std::numeric_limits<std::uint32_t>::max();

@@ -123,7 +123,7 @@ std::vector<std::filesystem::path> GltfSource::Named() const
 
 std::vector<std::string> GltfSource::MaterialNotes() const
 {
-  // Of a file without pictures looks are not reported one by one.
+  // Without pictures, lost properties of materials are not reported one by one.
   return Member(this->Document.json, "images").is_null() &&
              Member(this->Document.json, "textures").is_null()
            ? std::vector<std::string>()

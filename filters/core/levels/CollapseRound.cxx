@@ -281,10 +281,10 @@ Status CollapseRound::TakeMoreOfNode(
   return {};
 }
 
-// Of nodes that hold too many clusters still, the clusters are grouped by cells.
+// Groups by cells the clusters of nodes that still hold too many.
 Status CollapseRound::GroupFullNodes()
 {
-  // Of each node, how often it is full; after them, whether any is. Numbers, to be summed up.
+  // For each node 1 if it is full; then 1 if any is. Numbers, so that ranks can add them.
   std::vector<std::uint64_t> full(this->NodeCount() + 1, 0);
   KDSTREAM_TRY(this->ForEachBlockHere(
     [&](std::size_t block) -> Status

@@ -32,7 +32,7 @@ struct ListSummary
 class PartLists
 {
 public:
-  // Of the merge lists of a block's parts.
+  // Called with the merge lists of a block's parts.
   using UseLists = std::function<Status(std::size_t block, std::vector<MergeList>& lists)>;
   using PartFilter = std::function<bool(std::size_t part)>;
 

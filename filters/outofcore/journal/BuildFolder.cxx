@@ -135,7 +135,7 @@ Status MakeFolder(const fs::path& path)
   return {};
 }
 
-// Of the last change to its bytes, in nanoseconds.
+// The time of the last change to a file's bytes, in nanoseconds.
 std::int64_t TimeOf(const struct stat& state)
 {
   return std::int64_t{ state.st_mtim.tv_sec } * 1000000000 + state.st_mtim.tv_nsec;
