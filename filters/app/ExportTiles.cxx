@@ -174,9 +174,9 @@ struct Step
   NodeId First() const { return NodeId{ 1 } << this->depth; }
 };
 
-// How far light and colours of a piece may be wrong, since they are interpolated between its
-// vertices: of clouds and coloured surfaces all of the distance between these. Textures of levels
-// show colours between vertices.
+// Light and colours are interpolated between vertices: the part of their distance that counts as an
+// error. For clouds and coloured surfaces all of it; but textures of levels have the colours between
+// vertices.
 double TilePartOfSpacing(const ModelDescription& model)
 {
   const bool colored = std::any_of(model.attributes.begin(), model.attributes.end(),

@@ -68,7 +68,7 @@ public:
     return lit;
   }
 
-  // Makes a row of texels (RGBA) linear.
+  // Applies the material's factor and alpha to a row of texels, RGBA.
   void Light(std::uint8_t* rgba, std::int64_t texels) const
   {
     if (this->Plain && this->Opaque)

@@ -25,7 +25,7 @@ class GlesBuffers
 public:
   struct Part
   {
-    DrawnSurface::Part drawn;         // nothing of a cloud, whose splats depend on all of it
+    DrawnSurface::Part drawn;         // empty for a cloud: each splat depends on all points
     const Surface* surface = nullptr; // while it is uploaded,
     std::span<const float> radii;     // the same of a cloud
     Box bounds;                       // relative to the placement's center, not scaled

@@ -239,7 +239,7 @@ void JoinedScenes::Begin()
   this->IsTextured = this->Textures.bake && !this->Pictures.empty();
   for (const auto& [info, count] : this->Claims.arrays)
   {
-    // Where pictures paint, their coordinates are used up.
+    // Texture coordinates are not carried where pictures become colours or tiles.
     if (this->LeftOut.contains(info.name) ||
         (this->IsTextured && RoleOf(info) == AttributeRole::TextureCoordinates))
     {
