@@ -16,18 +16,18 @@ namespace
 
 using namespace kdstream;
 
+bool IsJavaScript(const std::string& path)
+{
+  return (path.ends_with(".js") || path.ends_with(".mjs")) &&
+         !path.starts_with("viewer/mobile/web/words/"); // translations
+}
+
 bool IsProductCode(const std::string& path)
 {
   return (path.starts_with("filters/") || path.starts_with("server/") ||
            path.starts_with("viewer/")) &&
          path.find("/Testing/") == std::string::npos &&
-         (path.ends_with(".h") || path.ends_with(".cxx"));
-}
-
-bool IsJavaScript(const std::string& path)
-{
-  return (path.ends_with(".js") || path.ends_with(".mjs")) &&
-         !path.starts_with("viewer/mobile/web/words/"); // languages: only texts
+         (path.ends_with(".h") || path.ends_with(".cxx") || IsJavaScript(path));
 }
 
 bool IsOfName(char c)
@@ -142,7 +142,10 @@ const char* const terms[] = { "frustum", "level of detail", "screen-space error"
   "geometric error", "geomorph", "fold-over", "ambient occlusion", "occlusion", "prefetch",
   "in flight", "outstanding", "backoff", "rate limit", "stall timeout", "cancel", "hysteresis",
   "connection slot", "rank group", "collective", "scatter", "dependency", "visibility",
-  "mixed-resolution", "home view", "immutable", "no-store" };
+  "mixed-resolution", "home view", "immutable", "no-store", "view-dependent refinement",
+  "memory budget", "bandwidth", "thread pool", "graceful shutdown", "path traversal",
+  "non-manifold", "texture atlas", "anti-aliased", "localization", "clipping plane",
+  "quadric error", "checkpoint" };
 
 std::regex ExpressionOf(const std::string& term)
 {

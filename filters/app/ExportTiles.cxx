@@ -175,8 +175,8 @@ struct Step
 };
 
 // Light and colours are interpolated between vertices: the part of their distance that counts as an
-// error. For clouds and coloured surfaces all of it; but textures of levels have the colours between
-// vertices.
+// error. For clouds and coloured surfaces all of it; but textures of levels have the colours
+// between vertices.
 double TilePartOfSpacing(const ModelDescription& model)
 {
   const bool colored = std::any_of(model.attributes.begin(), model.attributes.end(),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Finds which parts of which pictures the triangles of a partition need. Part of step "encode" of
-// the pipeline picture: texture tiles.
+// Finds which parts of which pictures the triangles of a partition need, and packs them as charts
+// of a texture atlas (tile). Part of step "encode" of the pipeline picture: texture tiles.
 #pragma once
 
 #include "filters/core/Types.h"

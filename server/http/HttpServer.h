@@ -137,7 +137,7 @@ public:
   void BeginDrain();
   // Waits until that is finished, at most this time. Whether it is.
   bool WaitUntilDrained(std::chrono::milliseconds time);
-  // Drains for at most drainTimeout, then takes no more connections and ends the threads.
+  // Graceful shutdown: drains for at most drainTimeout, then closes connections, ends the threads.
   void Stop();
   // Stops at once, and waits for disks at most this time. False if a disk still holds a thread: to
   // end without waiting for it, the process must use _exit.

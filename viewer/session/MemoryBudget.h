@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How much memory a viewer may take, and how it is shared. Between steps "choose" and "keep" of the
+// The memory budget of a viewer, and how it is shared. Between steps "choose" and "keep" of the
 // pipeline picture.
 #pragma once
 

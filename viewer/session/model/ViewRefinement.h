@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Chooses which pieces a view needs: the model is refined where its screen-space error is worst.
+// View-dependent refinement: chooses the pieces of a view, the largest screen-space error first.
 // Step "choose" of the pipeline picture; described in doc/viewing.md.
 #pragma once
 
