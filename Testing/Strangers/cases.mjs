@@ -695,8 +695,8 @@ export const cases = [
   one("a glTF with texture coordinates and a normal that are not there", "a.glb", glb([{ mesh: 0 }], { primitive: { attributes: { POSITION: 0, NORMAL: 77, TEXCOORD_0: 8 } } }), cube,
     { says: /12 faces name .* 'NORMAL' names accessor 77, but there are 2/ }),
   one("a .vtp of a type that is not known", "a.vtp", vtp(8, 6).replace("Float32", "Quad"), cube, { mustRefuse: true, refused: /'Quad', which is not known/ }),
-  one("a .vtp with painted colours", "a.vtp", vtp(8, 6).replace("<Polys>", `<PointData><DataArray type="UInt8" Name="PaintedColor" NumberOfComponents="3" format="ascii">${corners.map(() => "255 128 0").join(" ")}</DataArray></PointData><Polys>`), cube,
-    { says: /PaintedColor/, isRead: false }),
+  one("a .vtp with colours of another name", "a.vtp", vtp(8, 6).replace("<Polys>", `<PointData><DataArray type="UInt8" Name="SurfaceColor" NumberOfComponents="3" format="ascii">${corners.map(() => "255 128 0").join(" ")}</DataArray></PointData><Polys>`), cube,
+    { says: /SurfaceColor/, isRead: false }),
   one("a .vtk with colours of cells", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons, "CELL_DATA 6", "COLOR_SCALARS c 3", ...quads.map(() => "1 0.5 0")]), cube, { says: /triangle colours are kept/ }),
   one("a .vtp without its polygons' ends", "a.vtp", vtp(8, 6).replace('"offsets"', '"ends"'), cube, { mustRefuse: true, refused: /<Polys>.*'offsets'/ }),
 ];
