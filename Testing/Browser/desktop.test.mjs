@@ -281,8 +281,8 @@ test("new vertices morph", async () => {
     }
     for (let i = 0; i < 8; ++i) {
       await page.mouse.wheel(0, -100);
-      const { gliding } = await visit.untilIdle();
-      assert.equal(gliding, false);
+      const { gliding: isMorphing } = await visit.untilIdle();
+      assert.equal(isMorphing, false);
     }
     const seen = await framesMorphing();
     const picture = await visit.around(middle);

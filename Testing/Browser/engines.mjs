@@ -101,7 +101,7 @@ export async function useTools(name, visit) {
   await turnPanel(visit);
   const standard = await visit.around(middle, 300);
   await visit.drag(middle, -120, 20);
-  await visit.until("there is a lamp", ({ lamp, idle }) => lamp !== undefined && idle);
+  await visit.until("there is a lamp", ({ lamp: light, idle }) => light !== undefined && idle);
   assert.ok(difference(standard, await visit.around(middle, 300)) > 0.1, "light from the side");
   await visit.picture(`${name}-7-light`);
   assert.deepEqual(await visit.messages(), []);

@@ -127,7 +127,7 @@ test("light comes from the finger, until one tap brings back the standard light"
   await press(visit, "Light from the finger");
   await turnPanel(visit);
   await visit.drag(where, -120, 20);
-  await visit.until("there is a lamp", ({ lamp, idle }) => lamp !== undefined && idle);
+  await visit.until("there is a lamp", ({ lamp: light, idle }) => light !== undefined && idle);
   const low = await visit.around(where, 300);
   assert.ok(difference(standard, low) > 0.1);
   await turnPanel(visit);
@@ -136,7 +136,7 @@ test("light comes from the finger, until one tap brings back the standard light"
   assert.ok(difference(low, await visit.around(where, 300)) > 0.01, "ridges are lighter");
   await visit.picture("tools-6-light");
   await press(visit, "Standard light");
-  await visit.until("as before", ({ lamp, idle }) => lamp === undefined && idle);
+  await visit.until("as before", ({ lamp: light, idle }) => light === undefined && idle);
   await press(visit, "Light from the finger"); // is put away
   await visit.until("no tool", ({ tool }) => tool === 0);
   await turnPanel(visit);

@@ -85,11 +85,11 @@ std::string CodeOf(const std::string& text)
 }
 
 // JavaScript without the keys that stay, of JSON, of messages and of the page's status: after a
-// point, before a colon, or in the braces that take a status apart.
+// point or before a colon.
 std::string WithoutKeys(const std::string& code)
 {
   static const std::regex keys(
-    R"re(\.(deed|gliding)\b|\b(deed|lamp|secondLamp|gliding)\s*:|\{ (lamp, idle|gliding) \})re");
+    R"re(\.(deed|lamp|gliding)\b|\b(deed|lamp|secondLamp|gliding)\s*:)re");
   return std::regex_replace(code, keys, " ");
 }
 
