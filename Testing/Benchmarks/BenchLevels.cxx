@@ -281,7 +281,7 @@ private:
     }
   }
 
-  // By components a cell has several vertices; then fewer cells are asked for.
+  // With components a cell has several vertices, so fewer cells are made.
   ClusterLevel OctreeLevel(std::size_t mostVertices, const ClusterOptions& options) const
   {
     std::size_t wanted = mostVertices;

@@ -217,7 +217,7 @@ async function openArticle() {
     return ask(visit, "a", "link");
   };
   const isEntered = () => frame.evaluate(() => document.body.hasAttribute("data-entered"));
-  // By one finger; whether that has turned the model, and scrolled the page.
+  // Drags one finger; returns whether that has turned the model, and scrolled the page.
   const drag = async (dx, dy) => {
     const [seen, top] = [await link(), await scrolled()];
     await visit.dragSlowly(await middle(), dx, dy);

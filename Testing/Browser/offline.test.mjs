@@ -286,7 +286,7 @@ function figuresOf(text) {
   return { done: Number(done), all: Number(all), bytes: Number(bytes) * (unit === "M" ? 1000 : 1) };
 }
 
-// As another tab does it.
+// Empties the storage, as another tab would.
 const emptyStorage = () => visit.page.evaluate(() => new Promise((resolve) => {
   const request = indexedDB.open("kdstream", 1);
   request.onsuccess = () => {

@@ -308,7 +308,7 @@ TEST_F(TestTolerance, DecimalCommas)
   EXPECT_EQ(read("0 0 0\n-3,25 0,75 1,5\n").points.size(), 2U) << "after a line without commas";
   const Mesh colored = read("1,5 2,5 3,5 255 0 7\n1,5 2,5 3 255 0 7\n");
   EXPECT_EQ(ValuesOf(colored, "RGB"), (std::vector<double>{ 255, 0, 7, 255, 0, 7 }));
-  // As separators, as ever.
+  // Commas are separators here.
   const auto separated = [this](const std::string& text)
   {
     this->WriteText("in.xyz", text);

@@ -27,7 +27,7 @@ void AddTo(Vec3& sum, const Vec3& vector)
   sum = Plus(sum, vector);
 }
 
-// Where each triangle of a level would look.
+// The direction that each triangle of a level should face.
 class References
 {
 public:

@@ -141,7 +141,7 @@ Status TakeOptionsOfFirst(
   return {};
 }
 
-// By all ranks: the store of what they have.
+// Called by all ranks: builds one store of all their data.
 Status BuildCollectively(MpiGroup& ranks, vtkKdStoreWriter& writer, const Status& ready,
   std::string store, BuildOptions options, const Execution& execution,
   std::vector<std::string>& leftOut)

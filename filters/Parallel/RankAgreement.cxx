@@ -68,7 +68,7 @@ Difference Compare(const std::vector<std::vector<std::string>>& ranks)
   return { "its request", first[0], ranks.back()[0], {}, {} };
 }
 
-// By all ranks. None where all have the same values.
+// Collective. None if all ranks have the same values.
 Result<std::optional<Difference>> FindDifference(MpiGroup& group, const NamedValues& values)
 {
   const std::string mine = Join({}, values);

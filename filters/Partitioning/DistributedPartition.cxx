@@ -160,7 +160,7 @@ std::vector<unsigned char> TuplesOf(vtkDataArray& array, const std::vector<Index
   return bytes;
 }
 
-// What has come from one rank.
+// The data received from one rank.
 struct Shipment
 {
   std::vector<VertexId> numbers;
@@ -194,7 +194,7 @@ public:
   const std::vector<std::uint32_t>& PartitionOf() const { return this->Partitions; }
 
 private:
-  // Where something is among the shipments.
+  // The place of a thing among the shipments.
   template <class Key>
   struct Origin
   {

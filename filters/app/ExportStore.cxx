@@ -38,7 +38,7 @@ namespace
 
 namespace fs = std::filesystem;
 
-// Where a text has @, what pages may load.
+// Replaces @ in a text by the policy of what pages may load.
 std::string WithPolicy(std::string text)
 {
   for (auto at = text.find('@'); at != text.npos; at = text.find('@'))
@@ -355,7 +355,7 @@ public:
     return {};
   }
 
-  // As the user calls it.
+  // The path as the user wrote it.
   std::string NameOf(const std::string& path) const { return this->Folder.NameOf(path.substr(1)); }
 
   // Errors: NotFound; InputOutput, also for a link.
@@ -472,7 +472,7 @@ Status PutBlobs(const Store& store, const std::string& model, Writer& writer)
   return {};
 }
 
-// As a server makes it: for viewers of glTF, and for augmented reality.
+// Writes the preview that a server makes: for viewers of glTF, and for augmented reality.
 Status PutPreview(const Store& store, const ModelDescription& model, Writer& writer)
 {
   if (!HasPreviewGlb(model))

@@ -185,7 +185,7 @@ double TilePartOfSpacing(const ModelDescription& model)
   return colored || texturedOriginal || model.primitive == PrimitiveType::Points ? 1 : 1.0 / 3;
 }
 
-// With the places that vertices may be rounded to: skirts hang beside the lattice.
+// The box of the points and of the places that they may be rounded to: skirts are off the lattice.
 Box BoundsOfTile(const std::vector<Vec3>& points, double latticeStep)
 {
   Box box;

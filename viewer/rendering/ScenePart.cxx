@@ -107,7 +107,7 @@ void FaceNormalsToTheEye(vtkActor& actor)
   RaiseReliefOf(actor, 0, 0);
 }
 
-// By the texture as by a colour: VTK would multiply all light by it, highlights too.
+// The texture replaces the colour before lighting: VTK would multiply highlights by it, too.
 void TextureBeforeLight(vtkActor& actor)
 {
   vtkShaderProperty* shader = actor.GetShaderProperty();

@@ -34,7 +34,7 @@ public:
   SurfaceActors(const SurfaceActors&) = delete;
   SurfaceActors& operator=(const SurfaceActors&) = delete;
 
-  // As SurfaceScene has them.
+  // As SurfaceScene's.
   Status Update(const Surface& surface, const TreeDepths& depths, const Vec3& center);
   Status Update(const DrawnSurface& surface, const TreeDepths& depths, const Vec3& center,
     const std::shared_ptr<const TileList>& tiles = nullptr);

@@ -129,7 +129,7 @@ public:
   // The time is `time` by the clock of HandleTouches: the model continues to turn after a release,
   // or by itself. Call this before each frame.
   void Advance(double time);
-  // For this region and the next ones. Clamped to 1-3.
+  // The rings of this region and the next ones. Clamped to 1-3.
   void SetRings(unsigned rings);
   void SetDetail(DetailMode detail);
   // From now on shows at most about this number of triangles, and takes this number of bytes
@@ -189,7 +189,7 @@ public:
   // The traffic of all models so far.
   const SessionTraffic& GetTraffic() const;
 
-  // What it is made of, for this project's own viewers and tests (SessionParts.h).
+  // The session's parts, for this project's own viewers and tests (SessionParts.h).
   const SessionParts& Parts() const { return *this->Own; }
 
 private:

@@ -277,7 +277,7 @@ extern "C"
   {
     viewer->page.Session().SetSectionDepth(depth);
   }
-  // As SVG, as the text.
+  // The text is the section's outline as SVG.
   EMSCRIPTEN_KEEPALIVE void ViewerSectionOutline(WebViewer* viewer)
   {
     viewer->outbox = viewer->page.Session().SectionOutline();

@@ -175,7 +175,7 @@ export class Fingers {
     this.#changed();
   }
 
-  // In the middle, for users without a pointer. times: 2 for a double tap.
+  // Taps the middle, for users without a pointer. times: 2 for a double tap.
   tap(times) {
     this.#down.size || this.#viewer.byKey("Tap", times, performance.now() / 1000);
   }

@@ -33,7 +33,7 @@ function unlessDenied(act) {
   }
 }
 
-// From the address, of which the rest stays, or what was kept. True if there was one in the address.
+// Takes the token from the address, whose rest stays, or the kept one. True if the address had one.
 export function takeToken() {
   const [, before, found, after = ""] = location.hash.match(tokenInLink) ?? [];
   if (found) {
@@ -230,7 +230,7 @@ function learnKept(begin) {
 
 export const addKept = (path) => kept.get(beginOf(path))?.add(path);
 
-// As `get`, but what is kept of texts is all there is where the server cannot be reached.
+// As `get`, but a stored text is used if the server cannot be reached.
 export async function getOrFind(path, mostBytes, cache = "default", keeps = true) {
   try {
     const answer = await get(path, mostBytes, cache);

@@ -22,7 +22,7 @@ function* nodesOf(depth) {
   }
 }
 
-// Those of all that is coarser than `goal`, and of it: a level, or "original".
+// The blobs of `goal` (a level, or "original") and of all that is coarser.
 function* blobsUpTo(goal, { partition_depth: depth, levels, textures }) {
   yield "tree/1";
   for (let page = depth - 5; depth >= 10 && page >= 5; page -= 5) {

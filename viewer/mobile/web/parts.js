@@ -41,7 +41,7 @@ async function read(name, heard) {
   return new Blob(parts).arrayBuffer();
 }
 
-// By their place in the table.
+// Stubs by their place in the table.
 const stubs = new Proxy({}, {
   get: (_, place) => (...values) => {
     console.error(`function ${place} is not there yet`); // it lacks a guard: later.txt

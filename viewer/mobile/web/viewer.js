@@ -76,7 +76,7 @@ class Viewer {
     return toText.decode(bytesAt(begin, this.#call("TextBytes")));
   }
 
-  // What it describes as JSON; `otherwise` where the viewer has stopped.
+  // The viewer's JSON of this name; `otherwise` if the viewer has stopped.
   #describe(name, otherwise) {
     this.#call(name);
     return JSON.parse(this.#text() || otherwise);
@@ -190,7 +190,7 @@ class Viewer {
     this.#call("SetMarks");
   }
 
-  // By their order [x, y, isSeen], in pixels of the canvas; null if there are none.
+  // [x, y, isSeen] of each mark in order, in pixels of the canvas; null without marks.
   marks() {
     return this.#describe("Marks", "[]");
   }
@@ -228,7 +228,7 @@ class Viewer {
     this.#call("SetRings", rings);
   }
 
-  // As links have it: own, partition, resolution, none, or by:NAME[:MAP[:LOW:HIGH]].
+  // Colours as links have them: own, partition, resolution, none, or by:NAME[:MAP[:LOW:HIGH]].
   setColors(colors) {
     const [by, , map, low, high] = colors.split(":");
     this.#putText(arrayOf(colors));

@@ -77,7 +77,7 @@ bool IsShort(const Run& run)
 
 using RunsOfResolutions = std::map<Resolution, std::vector<Run>>;
 
-// In the order of the points.
+// The runs, in the order of the points.
 RunsOfResolutions FindRuns(const Surface& cloud)
 {
   RunsOfResolutions all;

@@ -69,7 +69,7 @@ struct ShownModel
   void Add(Piece piece);
   // The bytes of all held pieces, and of textures as they arrived.
   std::size_t Bytes() const { return this->pieces.Bytes() + this->tiles.Bytes(); }
-  // What has failed may be asked for again.
+  // Allows failed blobs to be requested again.
   void Retry();
 
   const DrawnSurface& Drawn() const { return *this->surface.GetSurface(); }

@@ -38,7 +38,7 @@ double VertexSpacing(const Box& box, double vertices)
   return std::sqrt(area / std::max(vertices, 1.0));
 }
 
-// What has been found of a piece that is refined.
+// What is known below a piece that is refined.
 struct FoundBelow
 {
   double urgency = 0;

@@ -87,7 +87,7 @@ bool MeasureTool::MeasureAt(const Ray& ray, double slack)
   return true;
 }
 
-// Where a ray puts an end.
+// The end of a distance that a ray gives.
 std::optional<SurfaceHit> MeasureTool::EndOn(const Ray& ray, double slack) const
 {
   constexpr double near = 0.5; // of a finger: on the outline is meant
