@@ -449,7 +449,7 @@ test("a notch: nothing lies under it", async () => {
   await visit.open(server.url);
   await visit.untilIdle();
   if (await page.evaluate(() => getComputedStyle(document.documentElement).getPropertyValue("--left").trim()) !== "47px") {
-    // A browser that cannot pretend to have one.
+    // The test's browser has none, and cannot pretend to.
     await page.evaluate(() => {
       for (const [side, points] of Object.entries({ top: 20, left: 47, right: 47, bottom: 21 })) {
         document.documentElement.style.setProperty(`--${side}`, `${points}px`);

@@ -14,7 +14,7 @@ namespace kdstream::fixtures
 namespace
 {
 
-constexpr double leastAgreement = 0.25; // of a cluster's area, what its area vectors add up to
+constexpr double leastAgreement = 0.25; // of the sum of its area vectors, over its area
 
 // Area vector × 2.
 Vec3 NormalOf(const std::vector<Vec3>& points, const Triangle& t)

@@ -53,7 +53,7 @@ namespace
 
 using namespace kdstream;
 
-// Set by a member of three; none where it is (0, 0, 0).
+// The direction that a member of three numbers sets; none for (0, 0, 0).
 Result<std::optional<Vec3>> DirectionOfMember(const char* name, const double* member)
 {
   const Vec3 vector{ member[0], member[1], member[2] };

@@ -123,7 +123,7 @@ std::uint64_t StepMemory(std::uint64_t limit)
 
 std::uint64_t KeptMemory(std::uint64_t stepMemory)
 {
-  // What one thread has freed is not always where another looks: so it is bounded.
+  // Memory that one thread has freed is not always reused by another: its amount is bounded.
   return std::min(stepMemory, std::uint64_t{ 192 } << 20);
 }
 

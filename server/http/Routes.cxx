@@ -500,7 +500,7 @@ std::optional<HttpResponse> Routes::ReadBlob(
   {
     return this->Forbidden(*ended);
   }
-  // Where no byte of it is sent none is read. A part is read as a whole: so is its checksum.
+  // Nothing is read for an answer without bytes. A range is read as a whole blob, for its checksum.
   if (asked.isKnown || !request.range.empty())
   {
     const auto size = asked.model->BlobSize(asked.id);

@@ -424,7 +424,7 @@ void JoinedScenes::AppendColors(const GltfPart& part)
   }
 }
 
-// What pictures paint: coordinates and material of each triangle, and colours that multiply it.
+// For textures: coordinates and material of each triangle, and colours that multiply them.
 void JoinedScenes::AppendTextured(const GltfPart& part, std::size_t first)
 {
   const std::size_t material = part.material < this->Source->Materials.materials.size()

@@ -161,7 +161,7 @@ private:
   std::vector<Vec3> Positions;
   std::vector<Quadric> Quadrics;
   std::vector<Vec3> Normals;
-  bool FoldsOverAfter = false; // whether one would around the merged vertex
+  bool FoldsOverAfter = false; // the same of one around the merged vertex
   std::vector<std::uint8_t> Fixed;
   std::size_t Components;
   std::vector<float> Attributes;

@@ -67,7 +67,7 @@ public:
   }
   std::size_t Total() const { return this->All; }
 
-  // Each reader says once that it has what it reads from: its connection, its opened model.
+  // Each reader calls this once, when it has its connection and its opened model.
   void Begin() { ++this->Begun; }
   unsigned Readers() const { return this->Begun; }
 

@@ -335,8 +335,8 @@ void ViewRefinement::Want(PieceId piece, double urgency)
   }
 }
 
-// Until a piece finer than S arrives, wants: what is loaded below it; and the finest loaded piece
-// above it, or a piece in between that is worth fetching first.
+// Until a wanted piece finer than S arrives, also wants what is loaded below it, and the finest
+// piece above it, or a piece in between that is worth fetching first.
 void ViewRefinement::WantIntermediate(
   PieceId piece, const View& view, const std::set<PieceId>& failed)
 {
