@@ -302,7 +302,7 @@ bool MutateContent(sqlite3* database, std::uint64_t choice)
   return done;
 }
 
-// Whatever of them a later mutation of a row runs comes to an end.
+// If a later mutation of a row runs one of these, it ends by itself.
 constexpr std::array schemaChanges{
   "ALTER TABLE metadata RENAME TO m; CREATE VIEW metadata AS SELECT * FROM m",
   "ALTER TABLE pieces RENAME TO p; CREATE VIEW pieces AS SELECT * FROM p",
