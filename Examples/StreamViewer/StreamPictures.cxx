@@ -36,7 +36,7 @@ int main(int argc, char* argv[])
   actor->SetSource(argv[1]);
   if (!actor->Open())
   {
-    return 1; // VTK has told why
+    return 1; // VTK has reported why
   }
   vtkNew<vtkRenderer> renderer;
   renderer->SetBackground(1, 1, 1);

@@ -192,7 +192,7 @@ public:
   }
 
 private:
-  // As the session does inside its frame, but without the rest of the frame.
+  // Does what the session does inside its frame, without the rest of the frame.
   double DrawParts(const Cut& cut, const PieceLookup& lookup)
   {
     return SecondsOf(

@@ -77,7 +77,7 @@ struct Figure
   unsigned level = 0; // of ours that it stands beside
   std::size_t vertices = 0, triangles = 0;
   double rmsTo = 0, rmsFrom = 0, hausdorff = 0;
-  double seconds = 0; // 0 = not measured alone
+  double seconds = 0; // 0: not measured by itself
   double Rms() const { return std::max(this->rmsTo, this->rmsFrom); }
 };
 
@@ -281,7 +281,7 @@ private:
     }
   }
 
-  // By components a cell has several vertices; then fewer cells are asked for.
+  // With components a cell has several vertices, so fewer cells are made.
   ClusterLevel OctreeLevel(std::size_t mostVertices, const ClusterOptions& options) const
   {
     std::size_t wanted = mostVertices;

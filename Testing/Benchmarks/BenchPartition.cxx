@@ -43,7 +43,7 @@ using namespace kdstream::bench;
 
 constexpr std::uint32_t partitionCounts[] = { 16, 64, 256 };
 constexpr std::uint32_t mainCount = 64; // of Fig. 5; the paper does not tell that of Table 2
-constexpr int repeats = 5;              // the least time of so many
+constexpr int repeats = 5;              // of which the shortest time counts
 
 // A failed step ends the program: there is nothing to measure then.
 template <class T>

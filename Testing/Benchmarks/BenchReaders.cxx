@@ -251,7 +251,7 @@ public:
                  1);
     }
   }
-  // The next number of a text, past anything that is none.
+  // The next number of a text; skips everything else.
   template <class T>
   T Number()
   {

@@ -234,7 +234,7 @@ Row RunTree(const NamedPoints& named, const Settings& settings, std::uint64_t me
   TimedExecution timed;
   const Clock::time_point begin = Clock::now();
   SpillFile file = Spill(folder, named.points);
-  timed.SurveyEnd = Clock::now(); // where all fits the memory there is none
+  timed.SurveyEnd = Clock::now(); // no survey where all fits the memory
   const TreeDepths depths =
     Need(ComputeDepths(named.points.size(), { 2000, PartitionsOf(named.points.size()), 0 }));
   const ExternalTree tree =

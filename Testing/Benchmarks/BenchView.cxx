@@ -34,7 +34,7 @@ using namespace kdstream::bench;
 namespace
 {
 
-// Of models of so many triangles and more: what a view costs, before pictures of it.
+// Models with at least this number of triangles: the cost of a view, before pictures of it.
 constexpr std::uint64_t large = 10'000'000;
 
 [[noreturn]] void Fail(const std::string& what)
@@ -68,7 +68,7 @@ std::string Text(double value, double unit)
   return value == never ? "not reached" : text;
 }
 
-// All looks of a kind.
+// All views of one kind.
 struct Column
 {
   std::vector<std::vector<Sample>> samples;
@@ -101,7 +101,7 @@ struct Column
   }
 };
 
-// Of a column's looks the median of what is wrong, over bytes.
+// The median share of wrong pixels of a column's views, over bytes.
 ErrorCurve CurveOf(const std::string& name, const Column& column)
 {
   constexpr double step = 1.1;

@@ -124,7 +124,7 @@ std::vector<FlatPicture> FlatPainter::DrawAll(
   return pictures;
 }
 
-// To x and y in samples, and how near it is.
+// Projects each point to x and y in samples, and its nearness.
 std::vector<Vec3> FlatPainter::Project(std::size_t camera, std::span<const Vec3> points) const
 {
   constexpr std::size_t around = 8;

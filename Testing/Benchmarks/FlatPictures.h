@@ -17,7 +17,7 @@ namespace kdstream::bench
 struct FlatPicture
 {
   std::vector<std::array<float, 3>>
-    colors;                  // of each pixel, 0-255, from the lower left; grey behind
+    colors;                  // of each pixel, 0-255, from the lower left; grey background
   std::vector<bool> covered; // whether some of the surface is seen there
 };
 

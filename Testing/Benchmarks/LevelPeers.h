@@ -18,7 +18,7 @@ struct PeerMesh
 {
   std::string method;
   Mesh mesh;
-  double seconds = 0; // of the simplification that made it, alone
+  double seconds = 0; // of only the simplification that made it
 };
 
 // Simplifies one mesh by the peers.

@@ -116,7 +116,7 @@ vtkSmartPointer<vtkCamera> MakeCamera(const vtkBoundingBox& box, const PictureOp
   return camera;
 }
 
-// Of all meshes together.
+// The box around all meshes.
 vtkBoundingBox BoxOf(const std::vector<std::vector<PictureCell>>& rows)
 {
   vtkBoundingBox box;

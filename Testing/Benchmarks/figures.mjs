@@ -17,7 +17,7 @@ import { fileURLToPath } from "node:url";
 const root = path.resolve(path.dirname(fileURLToPath(import.meta.url)), "../..");
 const folder = path.join(root, "Testing/Benchmarks/Figures");
 
-// Of each section: the beginning of its files' names, its heading, and what it measures.
+// For each section: the beginning of its files' names, its heading, and what it measures.
 const sections = [
   ["large-build", "Large builds", "A closed mesh of fine relief, built with 1 GiB. With `--memory 256M` the digest is the same, the peak 276 MB."],
   ["speed", "Building in memory and out of core", "The floor (`BenchFloor.cxx`) reads, builds a k-d tree, puts triangles into partitions and writes one file."],

@@ -101,8 +101,8 @@ test("classes have colours and names of their own; the list shows the model as i
   const visit = await Visit.phone(browser);
   await openModel(visit, "hill", "&colours=by:classification");
   await visit.page.locator("#legend li").nth(2).waitFor();
-  const told = await visit.page.locator("#legend li").allInnerTexts();
-  assert.deepEqual(told.map((each) => each.trim()), ["2 ground", "6 building", "7 low point (noise)"]);
+  const legend = await visit.page.locator("#legend li").allInnerTexts();
+  assert.deepEqual(legend.map((each) => each.trim()), ["2 ground", "6 building", "7 low point (noise)"]);
   await visit.picture("arrays-3-classes");
   await visit.back();
   assert.equal(await visit.page.locator("#legend").isVisible(), false);
@@ -114,13 +114,13 @@ test("a saved picture tells what its colours mean", async () => {
     const visit = await Visit.phone(browser, portrait, sharpScreen);
     await openModel(visit, "hill", `&colours=${colours}`);
     await visit.page.locator("#legend li").first().waitFor();
-    const told = await visit.page.locator("#legend rect").evaluateAll((all) => all.map((rect) => rect.getAttribute("fill")));
+    const legend = await visit.page.locator("#legend rect").evaluateAll((all) => all.map((rect) => rect.getAttribute("fill")));
     const { height } = await visit.page.locator("#view").boundingBox();
     await visit.page.locator("#tools-button").click();
     const [download] = await Promise.all([visit.page.waitForEvent("download"), visit.page.locator("#save-picture").click()]);
     await download.saveAs(`${process.env.KDSTREAM_PICTURES}/arrays-4-saved-${colours.replace(/\W/g, "-")}.png`);
     const saved = readFileSync(await download.path());
-    for (const color of [told.at(0), told.at(-1)]) {
+    for (const color of [legend.at(0), legend.at(-1)]) {
       const channels = [1, 3, 5].map((at) => parseInt(color.slice(at, at + 2), 16));
       assert.ok(countPixels(saved, channels, Math.ceil(sharpScreen.deviceScaleFactor * height)) > 100, `${colours}: ${color} below the picture`);
     }

@@ -221,7 +221,7 @@ test("turning freely", async () => {
   await visit.close();
 });
 
-// The colours that a model came with, stone, and the colours of partitions: the menu offers what there is.
+// A model's own colours, stone, and the colours of partitions: the menu offers what there is.
 test("a coloured model", async () => {
   const visit = await Visit.desktop(browser);
   const { page } = visit;

@@ -53,27 +53,27 @@ async function openHost(elements, isPhone = false, script = `<script src="${serv
     ${script}${elements}`;
   const visit = await (isPhone ? Visit.phone(browser, undefined, options) : Visit.desktop(browser, options));
   await visit.page.addInitScript(() => {
-    window.told = [];
+    window.events = [];
     for (const name of ["ready", "viewchange", "error", "sleep"]) {
       addEventListener(name, (event) => event.target.localName === "kdstream-viewer"
-        && window.told.push([name, event.target.id, event.detail ?? ""]), true);
+        && window.events.push([name, event.target.id, event.detail ?? ""]), true);
     }
   });
   await visit.open(host.url);
   return visit;
 }
 
-const untilTold = (visit, what, name, id, detail = () => true) =>
-  eventually(what, () => visit.page.evaluate(() => window.told),
-    (told) => told.some((each) => each[0] === name && each[1] === id && detail(each[2])));
+const untilEvent = (visit, what, name, id, detail = () => true) =>
+  eventually(what, () => visit.page.evaluate(() => window.events),
+    (events) => events.some((each) => each[0] === name && each[1] === id && detail(each[2])));
 
 const ask = (visit, id, command, ...values) => visit.page.evaluate(([element, name, given]) =>
   document.getElementById(element)[name](...given), [id, command, values]);
 
 test("three lines show a model, and a page may ask and tell", async () => {
   const visit = await openHost('<kdstream-viewer id="a" model="pebble"></kdstream-viewer>');
-  await untilTold(visit, "a picture", "ready", "a");
-  await untilTold(visit, "a view", "viewchange", "a", (link) => link.startsWith("model=pebble&digest="));
+  await untilEvent(visit, "a picture", "ready", "a");
+  await untilEvent(visit, "a view", "viewchange", "a", (link) => link.startsWith("model=pebble&digest="));
   const status = await ask(visit, "a", "status");
   assert.equal(status.mode, "full screen");
   assert.equal(status.model, "pebble");
@@ -95,12 +95,12 @@ test("three lines show a model, and a page may ask and tell", async () => {
   const bytes = await visit.page.evaluate(async () => (await document.getElementById("a").picture()).size);
   assert.ok(bytes > 2000, `a picture of ${bytes} bytes`);
   await visit.page.evaluate(() => document.getElementById("a").setAttribute("model", "shell"));
-  await untilTold(visit, "the other model", "viewchange", "a", (link) => link.startsWith("model=shell&"));
+  await untilEvent(visit, "the other model", "viewchange", "a", (link) => link.startsWith("model=shell&"));
   assert.equal(await frame.locator("#back").isVisible(), false, "there is no list to go back to");
   assert.equal(await frame.locator("#browser").isVisible(), false);
   await frame.locator("#home").click();
   await visit.page.evaluate(() => document.getElementById("a").setAttribute("model", "nothing"));
-  await untilTold(visit, "what is wrong", "error", "a", (text) => /nothing/.test(text));
+  await untilEvent(visit, "what is wrong", "error", "a", (text) => /nothing/.test(text));
   await assert.rejects(visit.page.evaluate(() => document.createElement("kdstream-viewer").home()), /not ready/);
   assert.deepEqual(visit.errors, [], "no policy is broken");
   await visit.picture("embed-1");
@@ -112,7 +112,7 @@ test("as a module of another origin, and imported by one", async () => {
     [`<script type="module" src="data:text/javascript,import '${server.url}/embed.js'"></script>`, " data:"]]) {
     host.scripts = from;
     const visit = await openHost('<kdstream-viewer id="a" model="pebble"></kdstream-viewer>', false, script);
-    await untilTold(visit, "a picture", "ready", "a");
+    await untilEvent(visit, "a picture", "ready", "a");
     assert.deepEqual(visit.errors, []);
     await visit.close();
   }
@@ -131,7 +131,7 @@ test("a poster waits to be pressed, and a logo stays", async () => {
   assert.equal(await poster.getAttribute("aria-label"), "A pebble");
   await visit.picture("embed-5-poster");
   await poster.click();
-  await untilTold(visit, "a picture", "ready", "a");
+  await untilEvent(visit, "a picture", "ready", "a");
   assert.equal(await poster.count(), 0);
   assert.ok(await visit.page.locator("#a [part=logo]").isVisible());
   assert.deepEqual(visit.errors, [], "no policy is broken");
@@ -141,7 +141,7 @@ test("a poster waits to be pressed, and a logo stays", async () => {
 test("it turns by itself, on a light ground, and fingers turn it at once", async () => {
   const visit = await openHost('<kdstream-viewer id="a" model="pebble" turn theme="light" scroll="off"></kdstream-viewer>', true, undefined,
     { reducedMotion: "no-preference" });
-  await untilTold(visit, "a picture", "ready", "a");
+  await untilEvent(visit, "a picture", "ready", "a");
   await eventually("it turns", () => ask(visit, "a", "status"), ({ spinning }) => spinning);
   const frame = visit.page.frames()[1];
   assert.equal(await frame.evaluate(() => document.body.hasAttribute("data-entered")), true);
@@ -160,23 +160,23 @@ test("it turns by itself, on a light ground, and fingers turn it at once", async
 test("what is not seen sleeps, and comes back where it was", async () => {
   const more = [1, 2, 3, 4, 5].map((i) => `<kdstream-viewer id="v${i}" class="far" model="pebble"></kdstream-viewer>`).join("");
   const visit = await openHost(`<kdstream-viewer id="a" model="shell"></kdstream-viewer>${more}`);
-  await untilTold(visit, "a picture", "ready", "a");
+  await untilEvent(visit, "a picture", "ready", "a");
   assert.equal(visit.page.frames().length, 2, "what is far below has no frame");
   await ask(visit, "a", "lookFrom", "left");
   const left = await eventually("a view", () => ask(visit, "a", "link"));
-  await untilTold(visit, "that it was seen", "viewchange", "a", (link) => link === left);
+  await untilEvent(visit, "that it was seen", "viewchange", "a", (link) => link === left);
   for (const i of [1, 2, 3, 4, 5]) {
     await visit.page.evaluate((id) => document.getElementById(id).scrollIntoView(), `v${i}`);
-    await untilTold(visit, `picture ${i}`, "ready", `v${i}`);
+    await untilEvent(visit, `picture ${i}`, "ready", `v${i}`);
     assert.ok(visit.page.frames().length <= 5, "the page and four frames");
   }
-  await untilTold(visit, "that it sleeps", "sleep", "a");
+  await untilEvent(visit, "that it sleeps", "sleep", "a");
   assert.equal(await visit.page.evaluate(() => document.getElementById("a").asleep), true);
   await visit.page.evaluate(() => {
-    window.told = [];
+    window.events = [];
     document.getElementById("a").scrollIntoView();
   });
-  await untilTold(visit, "its picture again", "ready", "a");
+  await untilEvent(visit, "its picture again", "ready", "a");
   assert.equal(await eventually("its view again", () => ask(visit, "a", "link"), (link) => link === left), left);
   assert.deepEqual(visit.errors, []);
   await visit.close();
@@ -189,7 +189,7 @@ test("a model that is named later is shown then", async () => {
     new IntersectionObserver(() => seen(viewer.asleep)).observe(viewer); // after its own
   })), true);
   await visit.page.evaluate(() => document.getElementById("a").setAttribute("model", "pebble"));
-  await untilTold(visit, "a picture", "ready", "a");
+  await untilEvent(visit, "a picture", "ready", "a");
   await visit.close();
 });
 
@@ -198,7 +198,7 @@ async function openArticle() {
   const visit = await openHost(`<p class="tall">before</p><kdstream-viewer id="a" model="pebble"></kdstream-viewer>
     <p class="tall">after</p><p class="far">the end</p>`, true);
   await visit.page.evaluate(() => document.getElementById("a").scrollIntoView({ block: "center" }));
-  await untilTold(visit, "a picture", "ready", "a");
+  await untilEvent(visit, "a picture", "ready", "a");
   const frame = visit.page.frames()[1];
   const middle = async () => {
     const { x, y, width, height } = await visit.page.locator("#a").boundingBox();
@@ -217,7 +217,7 @@ async function openArticle() {
     return ask(visit, "a", "link");
   };
   const isEntered = () => frame.evaluate(() => document.body.hasAttribute("data-entered"));
-  // By one finger; whether that has turned the model, and scrolled the page.
+  // Drags one finger; returns whether that has turned the model, and scrolled the page.
   const drag = async (dx, dy) => {
     const [seen, top] = [await link(), await scrolled()];
     await visit.dragSlowly(await middle(), dx, dy);
@@ -270,7 +270,7 @@ test("one finger scrolls the page around a viewer, until one has entered that", 
 
 test("a mouse turns an embedded model at once", async () => {
   const visit = await openHost('<kdstream-viewer id="a" model="pebble"></kdstream-viewer>');
-  await untilTold(visit, "a view", "viewchange", "a");
+  await untilEvent(visit, "a view", "viewchange", "a");
   const seen = await ask(visit, "a", "link");
   const { x, y, width, height } = await visit.page.locator("#a").boundingBox();
   await visit.page.mouse.move(x + width / 2, y + height / 2);
@@ -311,7 +311,7 @@ test("where no frame may fill the screen, the viewer has a tab of its own", asyn
   await visit.close();
 });
 
-test("nothing is told to strangers of what a token guards", async () => {
+test("strangers get no details of what a token guards", async () => {
   const folder = makeModels({ dragon: false });
   const keys = `${temporaryFolder()}/keys.json`;
   writeFileSync(keys, JSON.stringify({ secret: "0123456789abcdef0123456789abcdef" }), { mode: 0o600 });
@@ -325,11 +325,11 @@ test("nothing is told to strangers of what a token guards", async () => {
     await frame.locator("#message-action").click();
     await frame.locator("#token").fill(token);
     await frame.locator("#token").press("Enter");
-    await untilTold(visit, "a picture", "ready", "a");
+    await untilEvent(visit, "a picture", "ready", "a");
     for (const command of ["link", "picture", "status"]) {
       await assert.rejects(ask(visit, "a", command), /need a token/, command);
     }
-    assert.deepEqual((await visit.page.evaluate(() => window.told)).filter(([name]) => name === "viewchange"), []);
+    assert.deepEqual((await visit.page.evaluate(() => window.events)).filter(([name]) => name === "viewchange"), []);
     await visit.close();
   } finally {
     server = open;

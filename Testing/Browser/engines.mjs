@@ -82,9 +82,9 @@ export async function useTools(name, visit) {
     await visit.untilIdle();
   }
   await turnPanel(visit);
-  const told = await visit.page.evaluate(() => document.querySelector("#measurements li span").textContent);
-  const [, distance] = told.match(/^([\d.]+)(?: ± \S+)?, height -?[\d.]+, across [\d.]+$/) ?? assert.fail(told);
-  assert.ok(Number(distance) > 0.05 && Number(distance) < 2.2, told);
+  const text = await visit.page.evaluate(() => document.querySelector("#measurements li span").textContent);
+  const [, distance] = text.match(/^([\d.]+)(?: ± \S+)?, height -?[\d.]+, across [\d.]+$/) ?? assert.fail(text);
+  assert.ok(Number(distance) > 0.05 && Number(distance) < 2.2, text);
   await visit.picture(`${name}-5-distance`);
   await visit.press("Remove");
 
@@ -101,7 +101,7 @@ export async function useTools(name, visit) {
   await turnPanel(visit);
   const standard = await visit.around(middle, 300);
   await visit.drag(middle, -120, 20);
-  await visit.until("there is a lamp", ({ lamp, idle }) => lamp !== undefined && idle);
+  await visit.until("there is a lamp", ({ lamp: light, idle }) => light !== undefined && idle);
   assert.ok(difference(standard, await visit.around(middle, 300)) > 0.1, "light from the side");
   await visit.picture(`${name}-7-light`);
   assert.deepEqual(await visit.messages(), []);

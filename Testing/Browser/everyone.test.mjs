@@ -133,7 +133,7 @@ test("all of it by keyboard", async () => {
   assert.equal(await outline(page), "solid", "where the focus is shows");
   await page.keyboard.press("Enter");
   await visit.until("the shell's preview", ({ model, idle }) => model === "shell" && idle);
-  await eventually("it is told", () => page.locator("#live").textContent(), (text) => text === "Preview of A shell");
+  await eventually("it is announced", () => page.locator("#live").textContent(), (text) => text === "Preview of A shell");
   await page.keyboard.press("Shift+Tab");
   assert.equal(await focused(page), "pebble");
   await page.keyboard.press("Enter");
@@ -153,7 +153,7 @@ test("all of it by keyboard", async () => {
   await page.keyboard.press("Enter");
   await fullScreen(visit);
   assert.equal(await focused(page), "view", "the focus goes with what is shown");
-  await eventually("it is told", () => page.locator("#live").textContent(), (text) => text === "A pebble: full screen");
+  await eventually("it is announced", () => page.locator("#live").textContent(), (text) => text === "A pebble: full screen");
   assert.match(await page.locator("#keys").textContent(), /Arrow keys turn/);
   assert.equal(await page.getAttribute("#view", "aria-describedby"), "keys");
 
@@ -180,7 +180,7 @@ test("all of it by keyboard", async () => {
   await visit.untilIdle();
   await page.keyboard.press("Enter");
   await visit.until("the original in the middle", ({ region, idle }) => idle && region?.partitions > 0 && region.shown === region.partitions);
-  await eventually("it is told", () => page.locator("#live").textContent(), (text) => text === "A pebble: original detail is shown");
+  await eventually("it is announced", () => page.locator("#live").textContent(), (text) => text === "A pebble: original detail is shown");
 
   await tabTo(page, "tools-button");
   await page.keyboard.press("Enter");
@@ -377,7 +377,7 @@ test("hints are read whole at 240 points", async () => {
   await visit.close();
 });
 
-test("nobody is told how to see the original where it is shown", async () => {
+test("no hint at the original where it is shown", async () => {
   const visit = await Visit.phone(browser);
   await visit.open(server.url);
   await visit.untilIdle();
@@ -449,7 +449,7 @@ test("a notch: nothing lies under it", async () => {
   await visit.open(server.url);
   await visit.untilIdle();
   if (await page.evaluate(() => getComputedStyle(document.documentElement).getPropertyValue("--left").trim()) !== "47px") {
-    // A browser that cannot pretend to have one.
+    // The test's browser has none, and cannot pretend to.
     await page.evaluate(() => {
       for (const [side, points] of Object.entries({ top: 20, left: 47, right: 47, bottom: 21 })) {
         document.documentElement.style.setProperty(`--${side}`, `${points}px`);

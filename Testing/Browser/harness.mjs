@@ -253,7 +253,7 @@ export class Visit extends PageVisit {
     await this.page.context().close();
   }
 
-  // As by the menu, wherever the page stands, once it works.
+  // Sets what the menu sets, wherever the page is, as soon as it works.
   async presetDetail(detail) {
     await this.page.locator("#models [data-model]").first().waitFor({ state: "attached" });
     await this.page.evaluate((value) => {
@@ -263,7 +263,7 @@ export class Visit extends PageVisit {
     }, detail);
   }
 
-  // By the menu: 0 by the view, 1 one level for the whole model.
+  // Uses the menu: 0 refines by the view, 1 shows one level for the whole model.
   async setDetail(detail) {
     await this.page.locator("#menu-button").click();
     await this.page.locator(`[name=detail][value="${detail}"]`).check({ force: true });

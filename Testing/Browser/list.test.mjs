@@ -317,7 +317,7 @@ test("titles with markup, very long, from right to left, and none", () => {
   });
 });
 
-test("a list with a title of 10,000 characters is told, and what is there goes on", () => withServer(models, async (visit, server) => {
+test("a list with a title of 10,000 characters is reported, and the models there stay usable", () => withServer(models, async (visit, server) => {
   await visit.open(server.url);
   await visit.untilIdle();
   await visit.page.route("**/api/models.json", async (route) => {

@@ -98,7 +98,7 @@ async function viewManyTimes(url, model, megabytes, views) {
   const { error, triangles } = await visit.untilIdle();
   assert.equal(error, "");
   assert.ok(triangles > 10_000, "and there is something to see");
-  // What comes meanwhile depends on how quick the machine is.
+  // What arrives meanwhile depends on the machine's speed.
   assert.ok(heaps.at(-1) <= 1.1 * heaps[views / 2], `the heap is flat: ${heaps[views / 2]} bytes, then ${heaps.at(-1)}`);
   return { most, cut };
 }
@@ -182,7 +182,7 @@ async function linkToView() {
   return new URL(link).hash;
 }
 
-// As a browser does with a hidden tab: it sends the event, and asks for no frame.
+// Does what a browser does with a hidden tab: sends the event, and requests no frame.
 async function hide(hidden) {
   await visit.page.evaluate(async (hides) => {
     Object.defineProperty(document, "hidden", { configurable: true, get: () => hides });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// New vertices glide to their places on a desktop. It waits for a quick machine, so it is one of the slow tests.
+// New vertices morph to their places on a desktop. It waits for a quick machine, so it is one of the slow tests.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -16,26 +16,26 @@ startForTests(makeModels, async (started) => {
 // in seconds.
 const geomorphRest = 10.5;
 
-// New vertices glide to their places, and arrive; not where a person wants nothing to move by itself.
+// New vertices morph to their places, and arrive; not where a person wants nothing to move by itself.
 test("new vertices morph", async () => {
   const geomorphsSeen = async (reducedMotion) => {
     const visit = await Visit.desktop(browser, { reducedMotion, viewport: { width: 640, height: 400 } });
     const { page } = visit;
     await visit.open(server.url);
     await visit.untilIdle();
-    const framesGliding = await visit.countFrames("gliding");
+    const framesMorphing = await visit.countFrames("gliding");
     const middle = await visit.centre();
     await page.mouse.click(middle.x, middle.y);
     await visit.until("full screen", ({ mode, idle }) => mode === "full screen" && idle);
-    if (reducedMotion === "no-preference" && await framesGliding() === 0) {
+    if (reducedMotion === "no-preference" && await framesMorphing() === 0) {
       await page.waitForTimeout(1000 * geomorphRest);
     }
     for (let i = 0; i < 8; ++i) {
       await page.mouse.wheel(0, -100);
-      const { gliding } = await visit.untilIdle();
-      assert.equal(gliding, false);
+      const { gliding: isMorphing } = await visit.untilIdle();
+      assert.equal(isMorphing, false);
     }
-    const seen = await framesGliding();
+    const seen = await framesMorphing();
     const picture = await visit.around(middle);
     visit.assertClean(server.url);
     await visit.close();

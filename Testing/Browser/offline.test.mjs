@@ -37,20 +37,20 @@ const workerIsActive = () => eventually("the service worker", () => visit.page.e
 const stored = (page = visit.page) => page.evaluate(() => new Promise((resolve) => {
   const request = indexedDB.open("kdstream", 1);
   request.onupgradeneeded = () => request.transaction.abort(); // there is none, and making it is not our affair
-  request.onerror = () => resolve({ paths: [], entries: 0, told: 0, bytes: 0 });
+  request.onerror = () => resolve({ paths: [], entries: 0, sum: 0, bytes: 0 });
   request.onsuccess = () => {
     const transaction = request.result.transaction(["blobs", "entries", "texts"]);
     const [paths, all, entries, bytes] = [transaction.objectStore("blobs").getAllKeys(), transaction.objectStore("blobs").getAll(),
       transaction.objectStore("entries").getAll(), transaction.objectStore("texts").get("bytes")];
     transaction.oncomplete = () => {
       request.result.close();
-      resolve({ paths: paths.result, entries: entries.result.length, told: bytes.result ?? 0,
+      resolve({ paths: paths.result, entries: entries.result.length, sum: bytes.result ?? 0,
         bytes: all.result.reduce((sum, blob) => sum + blob.byteLength, 0) });
     };
   };
 }));
 
-// What came last is kept.
+// The last blobs are kept.
 async function untilStored() {
   let before_ = -1;
   await eventually("what is kept rests", async () => {
@@ -162,9 +162,9 @@ test("what is kept is not fetched again while the server is there, but what is k
   }));
   frames = [];
   await visit.page.goto("about:blank");
-  const mended = await look();
+  const repaired = await look();
   assert.equal(blobs(), fetched, "each was fetched");
-  assert.ok(difference(first, mended, 0) < 0.001, "the same picture");
+  assert.ok(difference(first, repaired, 0) < 0.001, "the same picture");
   assert.deepEqual(await visit.messages(), []);
 });
 
@@ -286,7 +286,7 @@ function figuresOf(text) {
   return { done: Number(done), all: Number(all), bytes: Number(bytes) * (unit === "M" ? 1000 : 1) };
 }
 
-// As another tab does it.
+// Empties the storage, as another tab would.
 const emptyStorage = () => visit.page.evaluate(() => new Promise((resolve) => {
   const request = indexedDB.open("kdstream", 1);
   request.onsuccess = () => {
@@ -297,7 +297,7 @@ const emptyStorage = () => visit.page.evaluate(() => new Promise((resolve) => {
   };
 }));
 
-test("what is removed while a model is being kept is told, and fetched again", async () => {
+test("what is removed while a model is being kept is reported, and fetched again", async () => {
   const proxy = await Proxy.start(server.port);
   await visit.open(proxy.url);
   await openFullScreen("pebble");
@@ -328,9 +328,9 @@ test("what is removed while a model is being kept is told, and fetched again", a
   const some = (await stored()).paths.length;
   await button.click();
   await eventually("the end", said, (text) => text === "Stored: it opens offline.");
-  const { paths, told, bytes } = await stored();
+  const { paths, sum, bytes } = await stored();
   assert.ok(paths.length > some && paths.some((path) => path.endsWith("/tree/1")), `${paths.length} ${some}`);
-  assert.equal(told, bytes);
+  assert.equal(sum, bytes);
 
   await emptyStorage();
   await visit.page.locator("#menu-button").click();
@@ -366,7 +366,7 @@ test("keep offline: progress, pause, going on, and the original without the serv
   await eventually("the end", said, (text) => text === "Stored: it opens offline.");
   const all = await stored();
   assert.ok(all.paths.length > paths.length);
-  assert.equal(all.told, all.bytes, "the sum is that of the blobs");
+  assert.equal(all.sum, all.bytes, "the sum is that of the blobs");
   assert.ok(all.paths.some((path) => path.includes("/partitions/")));
 
   await proxy.stop();
@@ -408,7 +408,7 @@ async function pinchToTheOriginal() {
 const untilRegion = () => visit.until("a region",
   ({ idle, region }) => idle && region !== null && region.partitions > 0 && region.shown === region.partitions);
 
-// Of which there is more than one sees at first.
+// A model with more data than the first view needs.
 let dragon = null;
 async function serveTheDragon() {
   await server.stop();
@@ -484,17 +484,17 @@ test("what is not kept keeps nothing waiting without the server, and comes once 
 test("it is shown what is kept, limited, and emptied", async () => {
   await visit.open(server.url);
   await openFullScreen("pebble");
-  const { bytes, told } = await untilStored();
+  const { bytes, sum } = await untilStored();
   assert.ok(bytes > 0);
-  assert.equal(told, bytes);
+  assert.equal(sum, bytes);
   await visit.page.locator("#menu-button").click();
   await eventually("how much", () => visit.page.locator("#stored").textContent(),
     (text) => text === `${Math.ceil(bytes / 1000)}\u00a0kB of 200\u00a0MB are used.`);
   await visit.page.locator("#limit").selectOption("50000000");
   await eventually("the limit", () => visit.page.locator("#stored").textContent(), (text) => text.endsWith("of 50\u00a0MB are used."));
   await visit.page.locator("#empty-storage").click();
-  await eventually("nothing", () => stored(), ({ paths, entries, told: sum }) => !paths.length && !entries && !sum);
-  await eventually("that it is told", () => visit.page.locator("#stored").textContent(), (text) => text.startsWith("0\u00a0kB of"));
+  await eventually("nothing", () => stored(), ({ paths, entries, sum }) => !paths.length && !entries && !sum);
+  await eventually("the sum is shown", () => visit.page.locator("#stored").textContent(), (text) => text.startsWith("0\u00a0kB of"));
   visit.assertClean(server.url);
 });
 
@@ -527,7 +527,7 @@ for (const [name, harm] of [
   ["refused", () => (IDBFactory.prototype.open = () => { throw new DOMException("no", "UnknownError"); })],
   ["full", () => (IDBObjectStore.prototype.put = () => { throw new DOMException("full", "QuotaExceededError"); })],
 ]) {
-  test(`storage that is ${name} harms nothing, and is told in the options`, async () => {
+  test(`storage that is ${name} harms nothing, and is reported in the options`, async () => {
     await visit.page.addInitScript(harm);
     await visit.open(server.url);
     await openFullScreen("pebble");
@@ -556,8 +556,8 @@ test("storage that is cleared in between, and two tabs", async () => {
   await eventually("the other tab", () => other.evaluate(() => window.kdstream?.status().idle));
   await Promise.all([other.locator('[data-model="shell"]').click(), visit.choose("pebble")]);
   await eventually("the other tab", () => other.evaluate(() => window.kdstream.status().idle));
-  const { told, bytes } = await untilStored();
-  assert.equal(told, bytes, "two tabs keep one sum");
+  const { sum, bytes } = await untilStored();
+  assert.equal(sum, bytes, "two tabs keep one sum");
   assert.deepEqual(await visit.messages(), []);
 });
 

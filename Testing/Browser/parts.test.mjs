@@ -47,7 +47,7 @@ const loading = () => visit.page.evaluate(() => {
 
 const untilWaiting = () => eventually("it tells what it waits for", loading, (text) => text.startsWith("Loading the viewer"));
 
-// Of the model whose preview is there at first.
+// Opens the model whose preview is shown first.
 async function openFullScreen(good = () => true) {
   await visit.untilIdle();
   await visit.tap(await visit.centre());

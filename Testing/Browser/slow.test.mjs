@@ -41,17 +41,17 @@ test("at 10 kB/s it tells how much has come, and raises no alarm", async () => {
     await settled(0.05); // before its style has come, the browser shows nothing
   }
   const begin = Date.now();
-  const told = new Set();
+  const texts = new Set();
   while (!(await visit.page.evaluate(() => window.kdstream))) {
-    told.add(await loading());
+    texts.add(await loading());
     assert.equal(await visit.messageShown(), "", "no alarm while it loads");
-    if (told.size === 30) {
+    if (texts.size === 30) {
       await visit.picture("slow-1-loading");
     }
     await settled(0.1);
   }
   assert.ok(Date.now() - begin > 8000, "it took long");
-  const parts = [...told].map((text) => Number(/(\d+)\u00a0%/.exec(text)?.[1])).filter((part) => part >= 0);
+  const parts = [...texts].map((text) => Number(/(\d+)\u00a0%/.exec(text)?.[1])).filter((part) => part >= 0);
   assert.ok(parts.length > 20 && parts.every((part, i) => !i || part > parts[i - 1]), `it grows: ${parts}`);
   await visit.untilIdle();
   assert.equal(await loading(), "");
@@ -71,7 +71,7 @@ test("where nothing comes for long, it says so, and goes on with what comes then
   await visit.untilQuiet();
 });
 
-test("a viewer that is not there is told at once", async () => {
+test("a viewer that is not there is reported at once", async () => {
   visit = await Visit.phone(browser);
   await visit.page.route("**/kdstream.wasm", (route) => route.fulfill({ status: 404, body: "" }));
   await visit.page.goto(proxy.url);
@@ -128,11 +128,11 @@ test("a legend of the colours of detail, which the list does not keep", async ()
   await visit.page.locator("#menu-button").click();
   await visit.untilIdle();
   await visit.page.locator("#legend li").first().waitFor();
-  const told = await visit.page.locator("#legend li").allInnerTexts();
+  const legend = await visit.page.locator("#legend li").allInnerTexts();
   const { shownLevel, original } = await visit.status();
-  assert.equal(told[0].trim(), original ? "Original" : `Level\u00a0${shownLevel}`);
+  assert.equal(legend[0].trim(), original ? "Original" : `Level\u00a0${shownLevel}`);
   const colours = await visit.page.locator("#legend rect").evaluateAll((all) => all.map((one) => getComputedStyle(one).fill));
-  assert.equal(new Set(colours).size, told.length, "a colour each");
+  assert.equal(new Set(colours).size, legend.length, "a colour each");
   await visit.picture("slow-5-legend");
   await visit.back();
   assert.equal(await visit.page.locator("#legend").isVisible(), false);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The pictures of a textured model: they come after what they paint, and the browser decodes them.
+// The pictures of a textured model: they arrive after the triangles that they texture, and the browser decodes them.
 
 import assert from "node:assert/strict";
 import { join } from "node:path";

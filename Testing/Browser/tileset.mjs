@@ -42,7 +42,7 @@ async function loadDraco() {
   draco ??= await script(createRequire(import.meta.url), dirname(file))();
 }
 
-// What a primitive holds: by accessor, and its indices.
+// Decodes a primitive: the values of each accessor, and the indices.
 function unpackDraco(bytes, { attributes }, primitive, gltf) {
   const decoder = new draco.Decoder();
   const mesh = new draco.Mesh();

@@ -127,7 +127,7 @@ test("light comes from the finger, until one tap brings back the standard light"
   await press(visit, "Light from the finger");
   await turnPanel(visit);
   await visit.drag(where, -120, 20);
-  await visit.until("there is a lamp", ({ lamp, idle }) => lamp !== undefined && idle);
+  await visit.until("there is a lamp", ({ lamp: light, idle }) => light !== undefined && idle);
   const low = await visit.around(where, 300);
   assert.ok(difference(standard, low) > 0.1);
   await turnPanel(visit);
@@ -136,7 +136,7 @@ test("light comes from the finger, until one tap brings back the standard light"
   assert.ok(difference(low, await visit.around(where, 300)) > 0.01, "ridges are lighter");
   await visit.picture("tools-6-light");
   await press(visit, "Standard light");
-  await visit.until("as before", ({ lamp, idle }) => lamp === undefined && idle);
+  await visit.until("as before", ({ lamp: light, idle }) => light === undefined && idle);
   await press(visit, "Light from the finger"); // is put away
   await visit.until("no tool", ({ tool }) => tool === 0);
   await turnPanel(visit);
@@ -184,14 +184,14 @@ test("two taps measure, on the original", async () => {
   const visit = await Visit.phone(browser);
   await measurePebble(visit);
   await turnPanel(visit);
-  const told = await visit.page.locator("#measurements li span").textContent();
-  const [, distance, height] = told.match(/^([\d.]+)(?: ± \S+)?, height (-?[\d.]+), across [\d.]+$/) ?? assert.fail(told);
-  assert.ok(Number(distance) > 0.1 && Number(distance) < 2.2 && distance.length > 4 && Math.abs(Number(height)) < Number(distance), told);
+  const text = await visit.page.locator("#measurements li span").textContent();
+  const [, distance, height] = text.match(/^([\d.]+)(?: ± \S+)?, height (-?[\d.]+), across [\d.]+$/) ?? assert.fail(text);
+  assert.ok(Number(distance) > 0.1 && Number(distance) < 2.2 && distance.length > 4 && Math.abs(Number(height)) < Number(distance), text);
   assert.equal(await visit.page.locator("#overlay line").count(), 1);
   await visit.page.locator("#measurements input").fill("the width");
   await visit.page.locator("#measurements input").press("Tab");
   await visit.picture("tools-2-distance");
-  assert.equal(await visit.copied("#copy-measurements"), `the width: ${told}`);
+  assert.equal(await visit.copied("#copy-measurements"), `the width: ${text}`);
   await press(visit, "Remove");
   await visit.page.locator("#measurements li").waitFor({ state: "detached" });
   assert.equal(await visit.page.locator("#overlay line").count(), 0);

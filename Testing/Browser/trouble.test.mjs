@@ -195,8 +195,8 @@ const untilPictures = () => eventually("the list's pictures", () => visit.page.e
 const isThere = ({ mode, model, idle, shownLevel }, wanted) =>
   mode === "full screen" && model === wanted && idle && shownLevel !== null;
 
-test("a link with a wrong value is told, and its model opens all the same", async () => {
-  for (const [value, told] of [
+test("a link with a wrong value is reported, and its model opens all the same", async () => {
+  for (const [value, message] of [
     ["view=zzz", /^This link to a view has an invalid value for view\.$/],
     [`view=${"A".repeat(3000)}`, /^This link to a view is too long\.$/],
     ["region=1.9&colours=%zz", /value for region\.$/],
@@ -204,7 +204,7 @@ test("a link with a wrong value is told, and its model opens all the same", asyn
     await visit.open("about:blank");
     await visit.open(`${server.url}/#model=shell&${value}`);
     await visit.until(value, (status) => isThere(status, "shell"));
-    await visit.untilSaid(told);
+    await visit.untilSaid(message);
     await visit.page.click("#dismiss");
     assert.equal(await visit.page.locator("#loading").isVisible(), false, "nothing loads for ever");
   }
@@ -213,7 +213,7 @@ test("a link with a wrong value is told, and its model opens all the same", asyn
   await untilPictures();
 });
 
-test("a link to a model that is not there is told, and the list is of use", async () => {
+test("a link to a model that is not there is reported, and the list can be used", async () => {
   for (const model of ["nowhere", "", "%F0%9F%8F%BA"]) {
     await visit.open("about:blank");
     await visit.open(`${server.url}/#model=${model}`);
@@ -250,7 +250,7 @@ function anyFragment(number) {
   return [...(number() < 0.6 ? [`model=${pick(["shell", "pebble"])}`] : []), ...Array.from({ length: Math.floor(number() * 5) }, entry)].join("&");
 }
 
-test("whatever stands behind the # there is a picture, and nothing loads for ever", async () => {
+test("whatever follows the # there is a picture, and nothing loads for ever", async () => {
   const number = numbersFrom(18);
   const isOfUse = ({ mode, idle, shownLevel }) => mode !== "no model" && idle && shownLevel !== null;
   for (let i = 0; i < 30; ++i) {

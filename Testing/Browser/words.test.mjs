@@ -31,10 +31,10 @@ function firstArgument(code, begin) {
   return "";
 }
 
-// What takes a text, and as which of its arguments: t, and what gives it to t (elements.js, tools.js, looks.js).
+// What takes a text, and as which of its arguments: t, and what gives it to t (elements.js, tools.js, sectionAndLight.js).
 const takers = { t: 0, makeButton: 0, group: 0, "this.#note": 0, along: 0, toggle: 1, step: 1, makeSlider: 1 };
 
-// Of a script: what is given to them.
+// The texts that a script passes to these functions.
 function textsOfScript(code) {
   const names = Object.keys(takers).map((name) => name.replace(".", "\\.")).join("|");
   const calls = [...code.matchAll(new RegExp(`(?<![\\w.])(${names})\\(`, "g"))];
@@ -46,7 +46,7 @@ function textsOfScript(code) {
   return found.filter((each) => /\p{L}/u.test(each));
 }
 
-// Of index.html: what stands between tags, and what is said of elements.
+// The texts of index.html: between tags, and in attributes that people read or hear.
 function textsOfPage(text) {
   const body = text.slice(text.indexOf("<body")).replace(/<svg.*?<\/svg>/gs, "");
   const between = [...body.matchAll(/>([^<]+)</g)].map(([, each]) => each);

@@ -238,16 +238,16 @@ function walk(symbols, own, ghosts, count, stepCount) {
 }
 
 // "Positions", predicted by planes: the differences along x, y, z.
-function offPlane(vertex, positions, told) {
+function offPlane(vertex, positions, coded) {
   const [i, j, h] = vertex.gate.map((w) => positions[w]);
   const u = j.map((value, axis) => value - i[axis]), v = h.map((value, axis) => value - i[axis]);
   const normal = [1, 2, 0].map((p, axis) => u[p] * v[(axis + 2) % 3] - u[(axis + 2) % 3] * v[p]);
   const sizes = normal.map(Math.abs), k = sizes.indexOf(Math.max(...sizes)), [p, q] = [(k + 1) % 3, (k + 2) % 3];
-  const [s, t] = [Number(told[0]), Number(told[1])];
+  const [s, t] = [Number(coded[0]), Number(coded[1])];
   const rise = normal[k] === 0 ? 0 : -((normal[p] * s + normal[q] * t) / normal[k]);
   const below = Math.floor(rise), nearest = rise - below > 0.5 || (rise - below === 0.5 && below % 2 !== 0) ? below + 1 : below;
   const differences = [];
-  [differences[p], differences[q], differences[k]] = [told[0], told[1], told[2] + BigInt(nearest)];
+  [differences[p], differences[q], differences[k]] = [coded[0], coded[1], coded[2] + BigInt(nearest)];
   return differences;
 }
 
@@ -261,8 +261,8 @@ function readPositions(symbols, vertices, grid) {
   vertices.forEach((vertex, v) => {
     positions[v] = [0, 0, 0];
     const contexts = !vertex.guided ? [0, 0, 0].fill(context.unguided) : [[0, 0, 0], [0, 1, 2], [0, 0, 1]][mode].map((c) => context.position + c);
-    const told = contexts.map((c) => symbols.bigSigned(c));
-    const differences = mode === 2 && vertex.guided ? offPlane(vertex, positions, told) : told;
+    const coded = contexts.map((c) => symbols.bigSigned(c));
+    const differences = mode === 2 && vertex.guided ? offPlane(vertex, positions, coded) : coded;
     for (let axis = 0; axis < 3; ++axis) {
       let foretold = v === 0 ? 0 : positions[vertex.gate[0]][axis];
       if (vertex.guided) {

@@ -28,9 +28,9 @@ function checkTree(sample) {
     const page = decodeTreePage(bytes, sample, sample.node, { lo, hi });
     return { boxes: page.boxes.slice(1), facts: page.facts };
   };
-  const told = decode(blob);
-  same(flat(told.boxes), doubles(sample.boxes), where);
-  same(told.facts.flatMap((fact) => [fact.most99, fact.most, fact.bytes]), doubles(sample.facts), where);
+  const decoded = decode(blob);
+  same(flat(decoded.boxes), doubles(sample.boxes), where);
+  same(decoded.facts.flatMap((fact) => [fact.most99, fact.most, fact.bytes]), doubles(sample.facts), where);
   const cut = new Uint8Array(blob.length - 1 - (pages % (blob.length - 12)));
   cut.set(blob.subarray(0, cut.length));
   assert.throws(() => decode(cut), where);
@@ -40,11 +40,11 @@ function checkTree(sample) {
 function checkTexture(sample) {
   const blob = new Uint8Array(Buffer.from(sample.blob, "hex"));
   const where = `texture ${textures}`;
-  const told = decodeTexture(blob, sample.triangles);
-  assert.deepEqual([told.width, told.height, told.format], [sample.width, sample.height, sample.format], where);
-  assert.equal(Buffer.from(told.image).toString("hex"), sample.image, where);
-  same(told.places, doubles(sample.places), where);
-  same(told.given, doubles(sample.given), where);
+  const decoded = decodeTexture(blob, sample.triangles);
+  assert.deepEqual([decoded.width, decoded.height, decoded.format], [sample.width, sample.height, sample.format], where);
+  assert.equal(Buffer.from(decoded.image).toString("hex"), sample.image, where);
+  same(decoded.places, doubles(sample.places), where);
+  same(decoded.given, doubles(sample.given), where);
   const cut = blob.slice(0, blob.length - 1 - (37 * textures % (blob.length - 12)));
   assert.throws(() => decodeTexture(cut, sample.triangles), where);
   ++textures;

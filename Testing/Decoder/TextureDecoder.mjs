@@ -89,12 +89,12 @@ export function decodeTexture(blob, triangles) {
       chartOf.push(which < 3 ? chartOf[other] : (t === 0 ? 0 : chartOf[t - 1]) + symbols.signed(context.chart));
       need(tables.charts[chartOf[t]], "no such chart");
     }
-    const told = triangle.map((vertex, k) => {
+    const coded = triangle.map((vertex, k) => {
       const symbol = symbols.symbol(context.corner + k);
       return recent.get(vertex)?.[symbol];
     });
-    pairs.push(told.map((pair) => pair ?? [0n, 0n]));
-    const known = told.map((pair) => pair !== undefined);
+    pairs.push(coded.map((pair) => pair ?? [0n, 0n]));
+    const known = coded.map((pair) => pair !== undefined);
     for (let k = 0; k < 3; ++k) {
       if (known[k]) continue;
       const [under, near] = predict(t, k, known);

@@ -114,7 +114,7 @@ struct RunningText
   }
 };
 
-// Of a line of a source what is comment: all of it, or what stands behind the code.
+// The comment in a line of a source: all of it, or what follows the code.
 std::string_view CommentOf(std::string_view line, std::string_view mark)
 {
   const std::string_view begin = TrimLeft(line);
@@ -492,7 +492,7 @@ SourceTree ReadSourceTree(const fs::path& root)
 std::string AnchorOfHeading(const std::string& heading)
 {
   std::string text = heading;
-  // Of a link its words stay.
+  // Of a link only the text stays.
   BlankBetween(text, "](", ")");
   std::string anchor;
   for (const char c : text.substr(0, text.find_last_not_of(' ') + 1))

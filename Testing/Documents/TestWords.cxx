@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The field's words: a search of the product code for a term of the field finds the code for it,
-// and no identifier uses a word that was replaced by such a term (doc/design.md#words).
+// and no identifier uses a word that was replaced by such a term (doc/design.md#words), neither in
+// C++ nor in JavaScript; the JavaScript of tests is read, too.
 #include "Testing/Documents/References.h"
 
 #include <gtest/gtest.h>
@@ -15,12 +16,18 @@ namespace
 
 using namespace kdstream;
 
+bool IsJavaScript(const std::string& path)
+{
+  return (path.ends_with(".js") || path.ends_with(".mjs")) &&
+         !path.starts_with("viewer/mobile/web/words/"); // translations
+}
+
 bool IsProductCode(const std::string& path)
 {
   return (path.starts_with("filters/") || path.starts_with("server/") ||
            path.starts_with("viewer/")) &&
          path.find("/Testing/") == std::string::npos &&
-         (path.ends_with(".h") || path.ends_with(".cxx"));
+         (path.ends_with(".h") || path.ends_with(".cxx") || IsJavaScript(path));
 }
 
 bool IsOfName(char c)
@@ -28,7 +35,8 @@ bool IsOfName(char c)
   return std::isalnum(static_cast<unsigned char>(c)) || c == '_';
 }
 
-// The end of a string or character that begins at `at`; of a raw one, after its closing mark.
+// The end of a string, character or template that begins at `at`; of a raw string, after its
+// closing mark. Only templates go on over lines.
 std::size_t EndOfQuoted(const std::string& text, std::size_t at)
 {
   const char mark = text[at];
@@ -39,14 +47,14 @@ std::size_t EndOfQuoted(const std::string& text, std::size_t at)
     const std::size_t end = text.find(close, open);
     return end == std::string::npos ? text.size() : end + close.size();
   }
-  for (++at; at < text.size() && text[at] != mark && text[at] != '\n'; ++at)
+  for (++at; at < text.size() && text[at] != mark && (mark == '`' || text[at] != '\n'); ++at)
   {
     at += text[at] == '\\' ? 1 : 0;
   }
   return std::min(at + 1, text.size());
 }
 
-// A source without its comments, strings and characters.
+// A source without its comments, strings, characters and templates.
 std::string CodeOf(const std::string& text)
 {
   std::string code;
@@ -62,7 +70,8 @@ std::string CodeOf(const std::string& text)
       at = end == std::string::npos ? text.size() : end + 2;
       code += ' ';
     }
-    else if (text[at] == '"' || (text[at] == '\'' && (at == 0 || !IsOfName(text[at - 1]))))
+    else if (text[at] == '"' || text[at] == '`' ||
+             (text[at] == '\'' && (at == 0 || !IsOfName(text[at - 1]))))
     {
       at = EndOfQuoted(text, at);
       code += ' ';
@@ -73,6 +82,15 @@ std::string CodeOf(const std::string& text)
     }
   }
   return code;
+}
+
+// JavaScript without the keys that stay, of JSON, of messages and of the page's status: after a
+// point or before a colon.
+std::string WithoutKeys(const std::string& code)
+{
+  static const std::regex keys(
+    R"re(\.(deed|lamp|gliding)\b|\b(deed|lamp|secondLamp|gliding)\s*:)re");
+  return std::regex_replace(code, keys, " ");
 }
 
 // The words of all identifiers, in small letters: of "SetPrefetchBytes", set, prefetch, bytes.
@@ -124,7 +142,10 @@ const char* const terms[] = { "frustum", "level of detail", "screen-space error"
   "geometric error", "geomorph", "fold-over", "ambient occlusion", "occlusion", "prefetch",
   "in flight", "outstanding", "backoff", "rate limit", "stall timeout", "cancel", "hysteresis",
   "connection slot", "rank group", "collective", "scatter", "dependency", "visibility",
-  "mixed-resolution", "home view", "immutable", "no-store" };
+  "mixed-resolution", "home view", "immutable", "no-store", "view-dependent refinement",
+  "memory budget", "bandwidth", "thread pool", "graceful shutdown", "path traversal",
+  "non-manifold", "texture atlas", "anti-aliased", "localization", "clipping plane",
+  "quadric error", "checkpoint" };
 
 std::regex ExpressionOf(const std::string& term)
 {
@@ -140,6 +161,13 @@ TEST(Words, AreThoseOfIdentifiers)
       "int", "set", "seat", "of", "x", "const", "char", "a", "auto", "b", "r", "is", "told" }));
 }
 
+TEST(Words, AreThoseOfJavaScriptButForKeys)
+{
+  EXPECT_EQ(WordsOf(WithoutKeys(
+              CodeOf("const team = `told\n${debt}` + data.deed; f({ lamp: x, deed }); // seat"))),
+    (std::set<std::string>{ "const", "team", "data", "f", "x", "deed" }));
+}
+
 TEST(Words, TermsMayBePartedByLines)
 {
   EXPECT_TRUE(std::regex_search("// a stall\n  // timeout", ExpressionOf("stall timeout")));
@@ -147,15 +175,17 @@ TEST(Words, TermsMayBePartedByLines)
   EXPECT_FALSE(std::regex_search("a stalled timeout", ExpressionOf("stall timeout")));
 }
 
-TEST(Words, ThatWereReplacedAreInNoIdentifierOfProductCode)
+TEST(Words, ThatWereReplacedAreInNoIdentifier)
 {
-  std::size_t sources = 0;
+  std::size_t sources = 0, scripts = 0;
   for (const auto& [path, text] : ReadSourceTree(KDSTREAM_SOURCE_TREE).texts)
   {
-    if (IsProductCode(path))
+    const bool isScript = IsJavaScript(path);
+    if (isScript || IsProductCode(path))
     {
-      ++sources;
-      const std::set<std::string> words = WordsOf(CodeOf(text));
+      ++(isScript ? scripts : sources);
+      const std::string code = CodeOf(text);
+      const std::set<std::string> words = WordsOf(isScript ? WithoutKeys(code) : code);
       for (const auto& [old, now] : retired)
       {
         EXPECT_FALSE(words.contains(old))
@@ -164,6 +194,7 @@ TEST(Words, ThatWereReplacedAreInNoIdentifierOfProductCode)
     }
   }
   EXPECT_GT(sources, 500U) << "not the tree of this project";
+  EXPECT_GT(scripts, 80U) << "not the tree of this project";
 }
 
 TEST(Words, OfTheFieldAreFoundInProductCode)

@@ -47,7 +47,7 @@ inline vtkSmartPointer<vtkPolyData> ToPolyData(const Mesh& mesh)
   return output;
 }
 
-// As PLY, STL, VRML and others hold it.
+// The mesh in floats, as PLY, STL, VRML and others hold it.
 inline Mesh AsFloats(Mesh mesh)
 {
   for (Vec3& p : mesh.points)

@@ -385,7 +385,7 @@ TEST_F(TestConvert, XyzKnowsItsColumns)
   EXPECT_EQ(plain.points, (std::vector<Vec3>{ { 1, 2, 3 }, { 4.5, 5, 6 }, { -1000, 0.25, 0.5 } }));
   EXPECT_EQ(plain.scalarType, ScalarType::Float32);
   EXPECT_TRUE(plain.attributes.empty());
-  // As a float is written with nine digits, and what no float is.
+  // Floats written with nine digits stay floats; other numbers become doubles.
   EXPECT_EQ(read("0.100000001 16777216 1.5e-7\n").scalarType, ScalarType::Float32);
   EXPECT_EQ(read("0.123456789 0 0\n").scalarType, ScalarType::Float64);
   EXPECT_EQ(read("16777217 0 0\n").scalarType, ScalarType::Float64);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // kdstream-convert on truncated or changed files: never a visible crash, never memory for what a
-// header claims, never anything left behind.
+// header claims, and no file is left.
 #include "Testing/EndToEnd/ConvertTools.h"
 #include "Testing/EndToEnd/GltfFile.h"
 #include "Testing/Fixtures/Meshes.h"

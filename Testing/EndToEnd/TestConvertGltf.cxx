@@ -82,7 +82,7 @@ protected:
     return "\"attributes\":{\"POSITION\":" + std::to_string(places) + more +
            "},\"indices\":" + std::to_string(corners);
   }
-  // Of cubes at these nodes.
+  // A glTF with cubes at these nodes.
   std::string Cubes(const std::string& nodes, const std::string& roots = "0")
   {
     GltfBuffer buffer;

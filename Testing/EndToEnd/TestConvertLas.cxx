@@ -98,7 +98,7 @@ std::string Warning(const std::string& what)
   return "kdstream-convert: warning: in.las: " + what + "\n";
 }
 
-// Of what MakeLas puts behind the points.
+// Of the bytes that MakeLas appends to the points.
 std::string Behind(unsigned format, std::size_t extraBytes = 3)
 {
   const std::size_t begin = (format >= 6 ? 375 : 227) + 54;
@@ -196,7 +196,7 @@ TEST_F(TestConvertLas, PointsThatTheHeaderDoesNotCountAreRead)
                          "first: point 10"));
     EXPECT_EQ(read.points.size(), points - 1);
     EXPECT_EQ(read.points.back(), (Vec3{ 39 * 0.01 + 1e6, 39 * -0.01 + 2e6, 39 * 0.5 }));
-    // What comes behind by the header's own words is none of them.
+    // What follows them, by the header's own fields, does not count as points.
     if (format >= 6)
     {
       Put(las, 235, std::uint64_t{ 375 + 54 + 20 * 39 });

@@ -81,7 +81,7 @@ std::string Warning(const std::string& what)
   return "kdstream-convert: warning: in.wrl: " + what + "\n";
 }
 
-// Of one node.
+// The warning for one node.
 std::string LeftOut(const std::string& which)
 {
   return Warning("1 node cannot be read and is left out: " + which);
@@ -312,7 +312,7 @@ TEST_F(TestConvertVrml, TheLaterOfTwoProtosCounts)
   EXPECT_NEAR(VolumeOf(this->Scene(
                 outer + proto("1 1 1") + "A { }\n" + Transformed("translation 5 0 0", "B { }"))),
     1 + 8, 1e-9);
-  // Without another of its name it is none outside.
+  // Outside of that PROTO the name is unknown, unless another PROTO has it.
   EXPECT_NEAR(VolumeOf(this->Scene(outer + "B { }\n" + Transformed("translation 9 0 0", "A { }"),
                 LeftOut("'A', which is a PROTO only within the body of another (line 5)"))),
     8, 1e-9);

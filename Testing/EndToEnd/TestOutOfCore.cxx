@@ -361,7 +361,7 @@ TEST_F(OutOfCore, AKilledBuildIsResumedAndAnInterruptedOneLeavesNothing)
     if (this->BuildAndSignal(build, SIGKILL, time))
     {
       ++ended;
-      // Killed while it cleans up behind the store, which is then whole; never half a one.
+      // Killed while it cleans up after the store: the store is whole then, never half of one.
       const fs::path left = this->Folder / "m.kds";
       EXPECT_TRUE(!fs::exists(left) || ReadWhole(left) == expected);
     }

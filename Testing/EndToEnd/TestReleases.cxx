@@ -69,7 +69,7 @@ fs::path FolderOf(const Release& release)
   return fs::path(KDSTREAM_RELEASED) / release.version;
 }
 
-// Of the places of all triangles' corners, bit for bit, in whatever order they come (FNV-1a).
+// A hash (FNV-1a) of the corners of all triangles, bit for bit, whatever their order.
 std::uint64_t HashOfSurface(const Mesh& mesh)
 {
   std::vector<std::array<double, 9>> triangles;
@@ -153,7 +153,7 @@ std::vector<json> AnswersToday(const Catalog& catalog, const std::vector<std::st
   return stream;
 }
 
-// Of each kind one, and what is refused.
+// One request of each kind, and some that are refused.
 const std::vector<std::string> recordedRequests{
   R"({"type":"open","request":1,"model":"nothing"})",
   R"({"type":"open","request":2,"model":"statue"})",

@@ -308,7 +308,7 @@ TEST_F(TestTolerance, DecimalCommas)
   EXPECT_EQ(read("0 0 0\n-3,25 0,75 1,5\n").points.size(), 2U) << "after a line without commas";
   const Mesh colored = read("1,5 2,5 3,5 255 0 7\n1,5 2,5 3 255 0 7\n");
   EXPECT_EQ(ValuesOf(colored, "RGB"), (std::vector<double>{ 255, 0, 7, 255, 0, 7 }));
-  // As separators, as ever.
+  // Commas are separators here.
   const auto separated = [this](const std::string& text)
   {
     this->WriteText("in.xyz", text);
@@ -333,14 +333,14 @@ TEST_F(TestTolerance, ColumnsOfAnXyzByTheirValues)
 {
   struct Case
   {
-    std::vector<std::string> columns; // behind x y z, line by line
-    std::string names;                // that are told; empty: nothing is to be told
+    std::vector<std::string> columns; // after x y z, line by line
+    std::string names;                // that are reported; empty: no report expected
     std::vector<double> rgb;          // of the first point
     std::string number;               // an array, and its first value
     double value = 0;
   };
   const Case cases[] = {
-    // A class behind colours, which could be an intensity before others.
+    // A class after colours: before them it could be an intensity.
     { { "255 0 0 3", "255 0 0 1" }, "x y z r g b column7", { 255, 0, 0 }, "column7", 3 },
     { { "200 90 80 2", "100 40 50 31" }, "x y z r g b column7", { 200, 90, 80 }, "column7", 2 },
     { { "17 200 90 80", "3 100 40 50" }, "x y z intensity r g b", { 200, 90, 80 }, "Intensity",
@@ -508,7 +508,7 @@ TEST_F(TestTolerance, TheFirstColumnOfPointsMayBeANumberOrATime)
   this->WriteText("in.xyz", lines([](int i) { return 5 * ((7 * i) % 31); }, ""));
   EXPECT_NE(this->Built("in.xyz", { { "columns_guessed", 1 } })[0].find("has no number twice"),
     std::string::npos);
-  // A way along x, there and back, is not in such an order.
+  // A path along x, there and back, is not in that order.
   this->WriteText("in.xyz", lines([](int i) { return i < 15 ? 2 * i : 59 - 2 * i; }, ""));
   {
     const Outcome way = this->Convert("in.xyz");
@@ -659,7 +659,7 @@ TEST_F(TestTolerance, VrmlOfOtherPrograms)
   EXPECT_EQ(this->Built("in.wrl", { { "fields_not_known", 3 } }).size(), 1U);
   this->WriteText("in.wrl", second + "Shape { glow 1 geometry Box { solid2 TRUE } }\n");
   EXPECT_EQ(this->Built("in.wrl", { { "fields_not_known", 2 } }).size(), 1U);
-  // A misspelt node, a PROTO that is not there, a file that is not, a shape that is none.
+  // A misspelt node, a missing PROTO, a missing file, a node that is not a shape.
   const std::string box = "Shape { geometry Box { } }";
   for (const std::string& node :
     { std::string("Transfrom { translation 5 0 0 children [ " + box + " ] }"),

@@ -91,7 +91,7 @@ private:
   Process Process_;
 };
 
-// What one client has got.
+// What one client has received.
 struct Viewed
 {
   std::set<BlobId> blobs;

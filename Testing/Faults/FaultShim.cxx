@@ -232,7 +232,7 @@ void Record(FileAction action, std::uint64_t inode, std::uint64_t offset, const 
   errno = before;
 }
 
-// Where the file stands; -1 where it is none that is written down.
+// The offset of the next byte to write; -1 for a file that is not recorded.
 off_t PlaceOf(int file, struct stat& state)
 {
   if (record < 0 || file <= STDERR_FILENO || !StateOf(file, state) || !S_ISREG(state.st_mode))
@@ -271,7 +271,7 @@ void RecordCopied(int file, off_t place, const struct stat& state, ssize_t bytes
       SYS_pread64, file, block, std::min(sizeof(block), static_cast<std::size_t>(bytes)), place);
     if (got <= 0)
     {
-      std::abort(); // a file that was opened for writing alone: no test has one
+      std::abort(); // a file opened only for writing: no test has one
     }
     RecordWrite(place, state, block, got);
     place += got;
@@ -507,7 +507,7 @@ extern "C"
     struct stat state = {};
     const off_t place = PlaceOf(to, state);
     const ssize_t copied = real(to, from, offset, bytes);
-    if (place >= 0 && copied > 0) // it may have been opened for writing alone
+    if (place >= 0 && copied > 0) // it may have been opened only for writing
     {
       char link[64];
       std::snprintf(link, sizeof(link), "/proc/self/fd/%d", to);

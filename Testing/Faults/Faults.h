@@ -32,7 +32,7 @@ struct Fault
 {
   std::atomic<std::uint64_t> calls{ 0 }; // so far
   std::atomic<int> reason{ 0 };          // the errno of those that fail; 0: none does
-  // Of the calls, from 1, those between these two fail, or only every so manieth of them.
+  // Calls are numbered from 1: those from first to last fail, or of these only each 'every'-th.
   std::atomic<std::uint64_t> first{ 1 }, last{ ~std::uint64_t{ 0 } }, every{ 1 };
 
   void operator=(int why) { this->Fail(why, 1, ~std::uint64_t{ 0 }); } // from now on

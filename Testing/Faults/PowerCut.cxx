@@ -62,7 +62,7 @@ struct Coin
 struct Disk
 {
   std::map<std::uint64_t, Shared> byInode;
-  std::map<std::string, Shared> byPath; // as the program sees it; relative, without a '/' behind
+  std::map<std::string, Shared> byPath; // as the program sees it; relative, no '/' at the end
   std::vector<NameChange> names;
   Shared root = std::make_shared<Node>();
 

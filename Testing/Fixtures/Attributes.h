@@ -28,7 +28,7 @@ struct MeshContent
 };
 MeshContent ContentOf(const Mesh& mesh);
 
-// Of an array's values those of one tuple.
+// The bytes of one tuple of an array.
 std::vector<std::uint8_t> TupleOf(const Attribute& attribute, std::size_t tuple);
 
 }

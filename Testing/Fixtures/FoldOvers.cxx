@@ -14,7 +14,7 @@ namespace kdstream::fixtures
 namespace
 {
 
-constexpr double leastAgreement = 0.25; // of a cluster's area, what its area vectors add up to
+constexpr double leastAgreement = 0.25; // of the sum of its area vectors, over its area
 
 // Area vector × 2.
 Vec3 NormalOf(const std::vector<Vec3>& points, const Triangle& t)
@@ -27,7 +27,7 @@ void AddTo(Vec3& sum, const Vec3& vector)
   sum = Plus(sum, vector);
 }
 
-// Where each triangle of a level would look.
+// The direction that each triangle of a level should face.
 class References
 {
 public:

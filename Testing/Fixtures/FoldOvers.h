@@ -12,7 +12,7 @@
 namespace kdstream::fixtures
 {
 
-// Of one level.
+// The fold-overs of one level.
 struct FoldOverCount
 {
   std::size_t triangles = 0;
@@ -30,7 +30,7 @@ struct FoldOverCount
   std::size_t opposedNearest = 0;
 };
 
-// For each level, [depth]; levels that there are none of are left at 0.
+// For each level, [depth]; 0 for levels that do not exist.
 std::vector<FoldOverCount> CountFoldOvers(const Mesh& mesh, const ClusterLevels& levels);
 
 }

@@ -160,7 +160,7 @@ function png(color) {
     chunk("IDAT", deflateSync(Buffer.concat([row, row]))), chunk("IEND", Buffer.alloc(0))]);
 }
 
-// The cube that a picture paints, which its library names as `line` says.
+// The cube with a texture, which its library names as `line` says.
 const texturedBy = (line, picture) => ({ "a.mtl": `newmtl m\n${line}\n`, [picture]: png([250, 20, 20]),
   "a.obj": ["mtllib a.mtl", objOf(corners, []), "vt 0 0", "vt 1 0", "vt 1 1", "vt 0 1", "usemtl m",
     ...quads.map((quad) => `f ${quad.map((index, k) => `${index + 1}/${k + 1}`).join(" ")}`), ""].join("\n") });
@@ -177,7 +177,7 @@ const h = Math.SQRT1_2;
 
 // ---- LAS 1.2, points of format 2
 
-function las({ told = 300, held = 300, color = () => [200, 100, 50] } = {}) {
+function las({ counted = 300, held = 300, color = () => [200, 100, 50] } = {}) {
   const bytes = Buffer.alloc(227 + 26 * held);
   bytes.write("LASF");
   bytes.writeUInt8(1, 24);
@@ -186,7 +186,7 @@ function las({ told = 300, held = 300, color = () => [200, 100, 50] } = {}) {
   bytes.writeUInt32LE(227, 96);
   bytes.writeUInt8(2, 104);
   bytes.writeUInt16LE(26, 105);
-  bytes.writeUInt32LE(told, 107);
+  bytes.writeUInt32LE(counted, 107);
   [0.001, 0.001, 0.001, 10, 20, 30].forEach((value, i) => bytes.writeDoubleLE(value, 131 + 8 * i));
   const points = scatter(held);
   [0, 1, 2].forEach((k) => {
@@ -326,7 +326,7 @@ export const cases = [
     { says: /most/, colors: [[204, 102, 51], [255, 102, 51]] }),
   one("an OBJ with colours of 16 bits", "a.obj", coloredObj(() => [65535, 32768, 0]), cube, { colors: [[255, 128, 0]] }),
   one("an OBJ with a weight before the colours", "a.obj", coloredObj(() => [1, 0.8, 0.4, 0.2]), cube, { says: /seven/, colors: [[204, 102, 51]] }),
-  one("an OBJ with normals behind the coordinates", "a.obj", coloredObj((i) => corners[i].map((value) => value * Math.sqrt(1 / 3))), cube,
+  one("an OBJ with normals after the coordinates", "a.obj", coloredObj((i) => corners[i].map((value) => value * Math.sqrt(1 / 3))), cube,
     { says: /normals/, colors: [] }),
   one("an OBJ of old faces", "a.obj", cubeObj.replaceAll("f ", "fo "), cube),
   one("an OBJ with colours in comments, as ZBrush writes them", "a.obj", cubeObj.replace("f ", `#MRGB ${"ffc86432".repeat(8)}\nf `), cube, { says: /#MRGB/ }),
@@ -350,7 +350,7 @@ export const cases = [
   one("a binary STL that counts none", "a.stl", (() => { const bytes = stlBytes(); bytes.writeUInt32LE(0, 80); return bytes; })(), cube, { says: /not counted/ }),
   one("a binary STL with colours", "a.stl", (() => { const bytes = stlBytes(); bytes.writeUInt16LE(0xfc00, 132); return bytes; })(), cube, { says: /attribute/ }),
   one("an XYZ with an opacity", "a.xyz", scatter(40).map((p) => `${p.join(" ")} 200 100 50 255`).join("\n"), { triangles: 0 }, { says: /column7/, colors: [[200, 100, 50]] }),
-  one("an XYZ with two numbers behind the colour", "a.xyz", rowsOf(" ", (i) => [255, 0, 0, i % 4, 1000 + 7 * i]), { ...cloud, box: boxOfCloud }, { says: /read as "x y z r g b column7 column8"; they could be/, colors: [[255, 0, 0]] }),
+  one("an XYZ with two numbers after the colour", "a.xyz", rowsOf(" ", (i) => [255, 0, 0, i % 4, 1000 + 7 * i]), { ...cloud, box: boxOfCloud }, { says: /read as "x y z r g b column7 column8"; they could be/, colors: [[255, 0, 0]] }),
   one("an XYZ with two numbers", "a.xyz", rowsOf(" ", (i) => [1000 + 7 * i, 0.5 * i]), { ...cloud, box: boxOfCloud }, { says: /kept as numbers are column4, column5/, colors: [] }),
   one("an XYZ with one colour brighter than white", "a.xyz", `//X Y Z Rf Gf Bf\n${scatter(40).map((p, i) => `${p.join(" ")} ${i ? 0.8 : 1.01} 0.4 0.2`).join("\n")}`,
     { triangles: 0 }, { says: /most/, colors: [[204, 102, 51], [255, 102, 51]] }),
@@ -366,9 +366,9 @@ export const cases = [
     triangles.map((t) => t.map((i) => i + 1))), { ...cube, unused: 1 }, { says: /no triangle uses/ }),
   one("a text STL with \"end loop\"", "a.stl", stlText("end loop"), cube),
   one("a text STL that ends in Ctrl-Z", "a.stl", `${stlText()}\x1a`, cube),
-  one("a binary STL with bytes behind it", "a.stl", Buffer.concat([stlBytes(), Buffer.from("..")]), cube, { says: /after/ }),
+  one("a binary STL with bytes after it", "a.stl", Buffer.concat([stlBytes(), Buffer.from("..")]), cube, { says: /after/ }),
   one("an XYZ with decimal commas", "a.xyz", scatter(40).map((p) => p.map((v) => v.toFixed(2).replace(".", ",")).join(" ")).join("\n"), { triangles: 0 }),
-  one("an XYZ with a class behind the colour", "a.xyz", scatter(40).map((p, i) => `${p.join(" ")} 255 0 0 ${i % 4}`).join("\n"), { triangles: 0 },
+  one("an XYZ with a class after the colour", "a.xyz", scatter(40).map((p, i) => `${p.join(" ")} 255 0 0 ${i % 4}`).join("\n"), { triangles: 0 },
     { says: /column/, colors: [[255, 0, 0]] }),
   one("a PCD with CR alone", "a.pcd", (pcd("FIELDS x y z", "ascii") + scatter(40).map((p) => p.join(" ")).join("\n")).replaceAll("\n", "\r"), { ...cloud, box: boxOfCloud },
     { isRead: false }),
@@ -377,13 +377,13 @@ export const cases = [
   one("a PCD in upper case", "a.pcd", pcd("FIELDS X Y Z", "ascii") + scatter(40).map((p) => p.join(" ")).join("\n"), { triangles: 0 }),
   one("a PCD filled up with zeros", "a.pcd", Buffer.concat([Buffer.from(pcd("FIELDS x y z", "binary")), floats(scatter(40)), Buffer.alloc(1000)]),
     { triangles: 0 }, { says: /after/ }),
-  one("a LAS that counts fewer points than it has", "a.las", las({ told: 100 }), { triangles: 0 }, { says: /100/ }),
+  one("a LAS that counts fewer points than it has", "a.las", las({ counted: 100 }), { triangles: 0 }, { says: /100/ }),
   one("a LAS of 8 bits but for one value", "a.las", las({ color: (i) => (i ? [200, 100, 50] : [256, 100, 50]) }), { triangles: 0 },
     { colors: [[200, 100, 50], [255, 100, 50]] }),
-  one("a LAS that counts none", "a.las", las({ told: 0 }), { triangles: 0 }, { mustRefuse: true, refused: /counts no points.*300/ }),
+  one("a LAS that counts none", "a.las", las({ counted: 0 }), { triangles: 0 }, { mustRefuse: true, refused: /counts no points.*300/ }),
   { name: "materials with # in their names", file: "a.obj", files: { "a.obj": twoMaterials("a#1", "a#2"), "a.mtl": mtl("a#1", "a#2") }, right: twoCubes, colors: twoColors },
   { name: "a picture in quotes", files: texturedBy('map_Kd "my picture.png"', "my picture.png"), ...texturedCube },
-  { name: "a picture in another case, behind a folder that is not there", files: texturedBy("map_Kd Textures\\T.PNG", "t.png"), ...texturedCube },
+  { name: "a picture in another case, after a folder that is not there", files: texturedBy("map_Kd Textures\\T.PNG", "t.png"), ...texturedCube },
   { name: "two libraries with blanks in their names", file: "a.obj", right: twoCubes, colors: twoColors,
     files: { "a.obj": twoMaterials("p", "q").replace("a.mtl", "my p.mtl my q.mtl"), "my p.mtl": mtl("p", "r"), "my q.mtl": "newmtl q\nKd 0 0 1\n" } },
   { name: "a picture beside its library, in another folder", ...texturedCube, files: (() => {
@@ -393,7 +393,7 @@ export const cases = [
   { name: "a library with a byte order mark", file: "a.obj", files: { "a.obj": twoMaterials("p", "q"), "a.mtl": `\ufeff${mtl("p", "q")}` }, right: twoCubes, colors: twoColors },
   { name: "names with blanks and quotes", file: "a.obj", files: { "a.obj": twoMaterials("red paint", "blue paint").replace("a.mtl", '"my colours.mtl"'),
     "my colours.mtl": mtl("red paint", "blue paint") }, right: twoCubes, colors: twoColors },
-  { name: "a library in another case, behind a backslash", file: "a.obj", files: { "a.obj": twoMaterials("p", "q").replace("a.mtl", "C:\\work\\A.MTL"),
+  { name: "a library in another case, after a backslash", file: "a.obj", files: { "a.obj": twoMaterials("p", "q").replace("a.mtl", "C:\\work\\A.MTL"),
     "a.mtl": mtl("p", "q") }, right: twoCubes, colors: twoColors },
   one("a glTF whose node mirrors", "a.glb", glb([{ mesh: 0, scale: [-1, 1, 1], translation: [4, 0, 0] }, { mesh: 0 }]), { volume: 16 }),
   one("a glTF with nodes in nodes, far away", "a.glb",
@@ -463,7 +463,7 @@ export const cases = [
   one("a gzipped VRML in two parts, by its other name", "a.wrz", Buffer.concat([wrl(cubeWrl()).slice(0, 99), wrl(cubeWrl()).slice(99)].map((part) => gzipSync(part))), cube),
   { name: "a gzipped VRML that an Inline names", file: "a.wrl", right: cube, isRead: false,
     files: { "a.wrl": wrl('Inline { url "b.wrl" }'), "b.wrl": gzipSync(wrl(cubeWrl())) } },
-  one("a gzipped VRML with bytes behind it", "a.wrl", Buffer.concat([gzipSync(wrl(cubeWrl())), Buffer.from("more")]), cube, { says: /after/, isRead: false }),
+  one("a gzipped VRML with bytes after it", "a.wrl", Buffer.concat([gzipSync(wrl(cubeWrl())), Buffer.from("more")]), cube, { says: /after/, isRead: false }),
   one("a gzipped VRML that is cut off", "a.wrl", gzipSync(wrl(cubeWrl())).subarray(0, 150), cube, { mustRefuse: true, refused: /truncated/ }),
   one("a gzipped VRML that is damaged", "a.wrl", (() => { const bytes = gzipSync(wrl(cubeWrl())); bytes.fill(0xff, 40, 60); return bytes; })(), cube,
     { mustRefuse: true, refused: /damaged/ }),
@@ -474,7 +474,7 @@ export const cases = [
     { mustRefuse: true, refused: /is compressed \(\.zip\).*unzip/ }),
   one("gzipped points", "a.xyz", gzipSync(rowsOf(" ")), cloud, { mustRefuse: true, refused: /gunzip/ }),
   one("an OBJ polygon of 200,000 corners", "a.obj", objOf(star(100000), [star(100000).map((_, i) => i)]), { triangles: 199998 }),
-  one("an OBJ whose lines go on behind a blank", "a.obj", cubeObj.replace(/f (\d+) (\d+)/g, "f $1 $2 \\  \n\t"), cube, { isRead: false }),
+  one("an OBJ whose lines go on after a blank", "a.obj", cubeObj.replace(/f (\d+) (\d+)/g, "f $1 $2 \\  \n\t"), cube, { isRead: false }),
   one("an OBJ with a texture coordinate that is too large", "a.obj", `${cubeObj}vt 1e40 0\nvt 0 0\nf 1/1 2/2 3/2\n`, { triangles: 13 }),
   one("a PLY with vertex_indexes", "a.ply", plyWith([["vertex_indices", "vertex_indexes"]]), cube),
   one("a PLY whose only list has another name", "a.ply", plyWith([["vertex_indices", "loop"]]), cube, { says: /'loop'/ }),
@@ -513,7 +513,7 @@ export const cases = [
       [...point, i % 3 ? words : ""].join(separator)).join("\n")}\n`, { ...cloud, box: boxOfCloud }, { says: /not carried: columns of words: 'Note'/, isRead: false })),
   one("points with names of two words first", "a.csv", `Name,X,Y,Z\n${scatter(40).map((point, i) => [`P ${i}`, ...point].join(",")).join("\n")}\n`,
     { ...cloud, box: boxOfCloud }, { says: /not carried: columns of words: 'Name'/, isRead: false }),
-  one("points whose names have units behind a line", "a.csv", `X_m,Y_m,Z_m,T_degC\n${rowsOf(",", (i) => [21.5 + i])}`, { ...cloud, box: boxOfCloud }, { silent: /names/, isRead: false }),
+  one("points whose names have units after a line", "a.csv", `X_m,Y_m,Z_m,T_degC\n${rowsOf(",", (i) => [21.5 + i])}`, { ...cloud, box: boxOfCloud }, { silent: /names/, isRead: false }),
   one("points with quotes, commas and decimal commas", "a.csv", rowsOf(",").replace(/[^,\n]+/g, (word) => `"${Number(word).toFixed(2).replace(".", ",")}"`), cloud,
     { says: /decimal commas/, isRead: false }),
   one("points with decimal commas between commas", "a.csv", `x,y,z\n${rowsOf(",").replace(/[^,\n]+/g, (word) => Number(word).toFixed(2).replace(".", ","))}`, cloud,
@@ -534,14 +534,14 @@ export const cases = [
   one("a .vtp", "a.vtp", vtp(8, 6), cube),
   one("a .vtp that counts too few polygons", "a.vtp", vtp(8, 5), { triangles: 10 }, { says: /1 point or face is in the file but not counted/ }),
   one("a .vtp that counts too many points", "a.vtp", vtp(9, 6), cube, { mustRefuse: true, refused: /a\.vtp: is damaged/ }),
-  one("a .vtp with zeros behind it", "a.vtp", `${vtp(8, 6)}${"\0".repeat(100)}`, cube, { says: /100 zeros after the end/ }),
-  one("a .vtk with CR alone, behind a byte order mark, before Ctrl-Z", "a.vtk", `\ufeff${vtk("POLYDATA", [vtkPoints, vtkPolygons]).replaceAll("\n", "\r")}\x1a`, cube, { isRead: false }),
+  one("a .vtp with zeros after it", "a.vtp", `${vtp(8, 6)}${"\0".repeat(100)}`, cube, { says: /100 zeros after the end/ }),
+  one("a .vtk with only CR, after a byte order mark, before Ctrl-Z", "a.vtk", `\ufeff${vtk("POLYDATA", [vtkPoints, vtkPolygons]).replaceAll("\n", "\r")}\x1a`, cube, { isRead: false }),
   one("a .vtk with a point that is not finite", "a.vtk", vtk("POLYDATA", [vtkPoints.replace("8 float", "9 float"), "nan 0 0", vtkPolygons.replace("6 30", "7 34"), "3 0 1 8"]), cube,
     { says: /1 point is not finite/, isRead: false }),
   one("a .vtk of polygons", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons]), cube),
   ...["METADATA\n", `METADATA\nINFORMATION 1\nNAME L2_NORM_RANGE LOCATION vtkDataArray\nDATA 2 1.7 1.8\n`, "METADATA\nCOMPONENT_NAMES\nx\ny\nz\n"].flatMap((block) => [
     one(`a .vtk with ${block.split("\n")[1] || "empty"} METADATA before its DATASET`, "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons]).replace("DATASET", `${block}\nDATASET`), cube, { isRead: false }),
-    one(`a .vtk with ${block.split("\n")[1] || "empty"} METADATA behind its points`, "a.vtk", vtk("POLYDATA", [vtkPoints, block, vtkPolygons]), cube, { isRead: false })]),
+    one(`a .vtk with ${block.split("\n")[1] || "empty"} METADATA after its points`, "a.vtk", vtk("POLYDATA", [vtkPoints, block, vtkPolygons]), cube, { isRead: false })]),
   one("a .vtk whose polygons name a point that is not there", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons.replace("4 3 0 4 7", "4 3 0 4 8")]), cube,
     { mustRefuse: true, refused: /a\.vtk: POLYGONS: cell 5 uses point 8, but there are 8/ }),
   one("a grid of .vtk that names a point that is not there", "a.vtk", vtk("UNSTRUCTURED_GRID", [vtkPoints, "CELLS 1 9\n8 0 1 2 3 4 5 6 8\nCELL_TYPES 1\n12"]), cube,
@@ -567,10 +567,10 @@ export const cases = [
   one("a text STL that is cut in a facet", "a.stl", stlText().replace(/endloop\nendfacet\nendsolid[^]*$/, ""), cube, { mustRefuse: true, refused: /truncated: facet 11/ }),
   one("a text STL with colours between its facets", "a.stl", stlText().replaceAll("\nfacet", "\ncolor 1 0.5 0\nfacet"), cube, { says: /'color'/ }),
   one("a text STL in one line", "a.stl", stlText().replaceAll("\n", " "), cube),
-  one("two solids in a text STL, in capitals, behind a byte order mark", "a.stl", `\ufeff\n${stlText().toUpperCase()}${stlText().toUpperCase().replace(/VERTEX (-?1)/g, (_, x) => `VERTEX ${Number(x) + 5}`)}`,
+  one("two solids in a text STL, in capitals, after a byte order mark", "a.stl", `\ufeff\n${stlText().toUpperCase()}${stlText().toUpperCase().replace(/VERTEX (-?1)/g, (_, x) => `VERTEX ${Number(x) + 5}`)}`,
     { triangles: 24, volume: 16 }),
   one("an OFF", "a.off", offOf(), cube),
-  one("an OFF with its counts behind the first word, remarks and empty lines", "a.off", offOf("# made by hand\nOFF ").replaceAll("\n4 ", " # corner\n\n4 "), cube),
+  one("an OFF with its counts after the first word, remarks and empty lines", "a.off", offOf("# made by hand\nOFF ").replaceAll("\n4 ", " # corner\n\n4 "), cube),
   one("an OFF whose counts follow without a blank", "a.off", offOf("OFF"), cube),
   one("an OFF with colours of vertices", "a.off", offOf("COFF\n", { row: () => "255 128 0 255" }), cube, { colors: [[255, 128, 0]] }),
   one("an OFF with colours of vertices as floats", "a.off", offOf("COFF\n", { row: () => "1 0.5 0" }), cube, { colors: [[255, 128, 0]] }),
@@ -680,23 +680,23 @@ export const cases = [
     files: { "a.obj": twoMaterials("p", "q"), "a.mtl": `\ufeff${mtl("p", "r")}\ufeffnewmtl q\nKd 0 0 1\n` } },
   one("points with a byte order mark in their middle", "a.xyz", rowsOf(" ").replace(/\n(?=[^\n]*$)/, "\n\ufeff"), { ...cloud, box: boxOfCloud }, { isRead: false }),
   one("two text STL that were joined, with byte order marks", "a.stl", `\ufeff${stlText()}\ufeff${stlText().replace(/vertex (-?1)/g, (_, x) => `vertex ${Number(x) + 5}`)}`, { triangles: 24, volume: 16 }),
-  one("a text STL with bytes behind a Ctrl-Z", "a.stl", `${stlText()}\x1arubbish`, cube, { says: /8 bytes after the end .* a Ctrl-Z/ }),
+  one("a text STL with bytes after a Ctrl-Z", "a.stl", `${stlText()}\x1arubbish`, cube, { says: /8 bytes after the end .* a Ctrl-Z/ }),
   one("a text PLY whose lines end with CR CR LF", "a.ply", plyOf(corners, quads).replaceAll("\n", "\r\r\n"), cube, { isRead: false }),
   one("a .vtk with a polygon of two corners", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons.replace("6 30", "7 33"), "2 0 1"]), cube, { says: /1 face has fewer than three corners and is dropped: POLYGONS: cell 6/ }),
   one("a .vtp with a polygon of two corners", "a.vtp", vtp(8, 7).replace("3 0 4 7</D", "3 0 4 7 0 1</D").replace("24</D", "24 26</D"), cube, { says: /1 face has fewer than three corners/ }),
   one("a .vtk that counts too few polygons", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons.replace("6 30", "5 30")]), cube, { says: /1 point or face is in the file but not counted by its header: POLYGONS \(line 14\) counts 5 cells/ }),
   one("a .vtk that counts too many polygons", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons.replace("6 30", "7 30")]), cube, { mustRefuse: true, refused: /POLYGONS \(line 14\) counts 7 cells, and has 6/ }),
-  one("a .vtk with METADATA behind its polygons", "a.vtk", `${vtk("POLYDATA", [vtkPoints, vtkPolygons])}METADATA\nINFORMATION 0\n\n`, cube, { isRead: false }),
+  one("a .vtk with METADATA after its polygons", "a.vtk", `${vtk("POLYDATA", [vtkPoints, vtkPolygons])}METADATA\nINFORMATION 0\n\n`, cube, { isRead: false }),
   one("a .vtk with values for other points", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons, "POINT_DATA 5", "SCALARS q float", "LOOKUP_TABLE default", "1 2 3 4 5"]), cube,
     { mustRefuse: true, refused: /POINT_DATA \(line 21\) has values for 5 points, but there are 8/ }),
   one("a binary .vtk", "a.vtk", vtkBytes(), cube, { isRead: false }),
-  one("a binary .vtk with zeros behind it", "a.vtk", Buffer.concat([vtkBytes(), Buffer.alloc(300)]), cube, { says: /300 zeros after the end/, isRead: false }),
-  one("a binary .vtk with bytes behind it", "a.vtk", Buffer.concat([vtkBytes(), Buffer.from("..")]), cube, { says: /2 bytes after the end/, isRead: false }),
+  one("a binary .vtk with zeros after it", "a.vtk", Buffer.concat([vtkBytes(), Buffer.alloc(300)]), cube, { says: /300 zeros after the end/, isRead: false }),
+  one("a binary .vtk with bytes after it", "a.vtk", Buffer.concat([vtkBytes(), Buffer.from("..")]), cube, { says: /2 bytes after the end/, isRead: false }),
   one("a glTF with texture coordinates and a normal that are not there", "a.glb", glb([{ mesh: 0 }], { primitive: { attributes: { POSITION: 0, NORMAL: 77, TEXCOORD_0: 8 } } }), cube,
     { says: /12 faces name .* 'NORMAL' names accessor 77, but there are 2/ }),
   one("a .vtp of a type that is not known", "a.vtp", vtp(8, 6).replace("Float32", "Quad"), cube, { mustRefuse: true, refused: /'Quad', which is not known/ }),
-  one("a .vtp with painted colours", "a.vtp", vtp(8, 6).replace("<Polys>", `<PointData><DataArray type="UInt8" Name="PaintedColor" NumberOfComponents="3" format="ascii">${corners.map(() => "255 128 0").join(" ")}</DataArray></PointData><Polys>`), cube,
-    { says: /PaintedColor/, isRead: false }),
+  one("a .vtp with colours of another name", "a.vtp", vtp(8, 6).replace("<Polys>", `<PointData><DataArray type="UInt8" Name="SurfaceColor" NumberOfComponents="3" format="ascii">${corners.map(() => "255 128 0").join(" ")}</DataArray></PointData><Polys>`), cube,
+    { says: /SurfaceColor/, isRead: false }),
   one("a .vtk with colours of cells", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons, "CELL_DATA 6", "COLOR_SCALARS c 3", ...quads.map(() => "1 0.5 0")]), cube, { says: /triangle colours are kept/ }),
   one("a .vtp without its polygons' ends", "a.vtp", vtp(8, 6).replace('"offsets"', '"ends"'), cube, { mustRefuse: true, refused: /<Polys>.*'offsets'/ }),
 ];

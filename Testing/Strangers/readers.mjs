@@ -103,8 +103,8 @@ function readPly(bytes) {
 
 function readStl(bytes) {
   const points = [], faces = [];
-  const told = bytes.length >= 84 ? bytes.readUInt32LE(80) : 0;
-  const count = told && told !== 0xffffffff ? told : Math.floor((bytes.length - 84) / 50);
+  const counted = bytes.length >= 84 ? bytes.readUInt32LE(80) : 0;
+  const count = counted && counted !== 0xffffffff ? counted : Math.floor((bytes.length - 84) / 50);
   if (/^\s*solid/i.test(textOf(bytes.subarray(0, 80))) && /\bfacet\b/i.test(bytes.toString("latin1", 0, 1000))) {
     for (const [, x, y, z] of textOf(bytes).matchAll(/vertex\s+(\S+)\s+(\S+)\s+(\S+)/gi)) {
       points.push([x, y, z].map(Number));
@@ -121,11 +121,11 @@ function readStl(bytes) {
   return { points, faces, colors: [] };
 }
 
-// A line a vertex, a line a face; colours behind the places of a COFF.
+// A line a vertex, a line a face; colours after the places of a COFF.
 function readOff(bytes) {
   const rows = linesOf(bytes).map((line) => line.replace(/#.*/, "").trim()).filter(Boolean);
-  const [, kind, behind] = /^(\w*)OFF\s*(.*)$/i.exec(rows.shift());
-  const counts = (behind || rows.shift()).split(/\s+/).map(Number);
+  const [, kind, rest] = /^(\w*)OFF\s*(.*)$/i.exec(rows.shift());
+  const counts = (rest || rows.shift()).split(/\s+/).map(Number);
   const numbers = rows.map((row) => row.split(/\s+/).map(Number));
   const vertices = numbers.slice(0, counts[0]);
   const colors = kind === "C" ? vertices.map((row) => row.slice(3, 6)) : [];
@@ -154,7 +154,7 @@ function readVtp(bytes) {
     faces: offsets.slice(0, count("NumberOfPolys")).map((end, i) => corners.slice(offsets[i - 1] ?? 0, end)) };
 }
 
-// Columns are apart by blanks or semicolons, else by commas; lines of names and of counts are none.
+// Columns are apart by blanks or semicolons, else by commas; lines of names and of counts are not points.
 function readXyz(bytes) {
   const rows = linesOf(bytes).map((line) => line.trim()).filter((line) => /^"?[-+.\d]/.test(line) && !/^\d+$/.test(line))
     .map((line) => line.replaceAll('"', "")).map((line) => line.split(/[\s;]/.test(line.trim()) ? /[\s;]+/ : /,/).map((word) => Number(word.replace(",", "."))));

@@ -53,7 +53,7 @@ namespace
 
 using namespace kdstream;
 
-// Set by a member of three; none where it is (0, 0, 0).
+// The direction that a member of three numbers sets; none for (0, 0, 0).
 Result<std::optional<Vec3>> DirectionOfMember(const char* name, const double* member)
 {
   const Vec3 vector{ member[0], member[1], member[2] };
@@ -141,7 +141,7 @@ Status TakeOptionsOfFirst(
   return {};
 }
 
-// By all ranks: the store of what they have.
+// Called by all ranks: builds one store of all their data.
 Status BuildCollectively(MpiGroup& ranks, vtkKdStoreWriter& writer, const Status& ready,
   std::string store, BuildOptions options, const Execution& execution,
   std::vector<std::string>& leftOut)

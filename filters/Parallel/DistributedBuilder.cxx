@@ -283,7 +283,7 @@ private:
     KDSTREAM_TRY(this->SetUnusedAside(info));
     const Result<bool> negative = AnyNegativeZero(this->Vertices.kept);
     KDSTREAM_TRY(negative);
-    // Of all ranks: triangles, ranks with a coordinate that no float holds, and with a -0.0.
+    // Over all ranks: triangles, ranks with a coordinate that no float holds, ranks with a -0.0.
     std::uint64_t sums[] = { this->Share.triangleCount, this->Share.fitFloats ? 0U : 1U,
       *negative ? 1U : 0U };
     KDSTREAM_TRY(this->Group.Sum(sums));

@@ -78,7 +78,7 @@ private:
     VertexId vertex, rank;
   };
 
-  // To where the vertices are numbered.
+  // Sends the vertices to the ranks that number them.
   template <class Scalar>
   Status SendPlaces()
   {
@@ -236,7 +236,7 @@ private:
     return rank;
   }
 
-  // Those of at most `count` vertices from `first` on, each after its vertex's rank.
+  // Reads the tuples of at most `count` vertices from `first` on, each after its vertex's rank.
   Status ReadTuples(std::uint64_t first, std::size_t count, RankLists<std::byte>& out) const
   {
     const VertexFiles& kept = this->Vertices.kept;

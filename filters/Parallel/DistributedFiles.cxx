@@ -105,7 +105,7 @@ Status MoveElements(MpiGroup& group, SpillFile& file, std::size_t elementBytes,
   std::span<const std::uint64_t> before, std::span<const std::uint64_t> after)
 {
   const std::size_t here = group.Rank(), ranks = group.Count();
-  // Where in the file what goes from one rank to another begins, and its bytes.
+  // For data from one rank to another: where it begins in the file, and its bytes.
   const auto common = [&](std::size_t from, std::size_t to)
   {
     const std::uint64_t begin = std::max(before[from], after[to]);

@@ -19,7 +19,7 @@
 namespace kdstream
 {
 
-// By all ranks at the same time. Errors of all functions: InputOutput; MpiGroup's.
+// Collective: all ranks call it together. Errors of all functions: InputOutput; MpiGroup's.
 class DistributedLevelFiles
 {
 public:

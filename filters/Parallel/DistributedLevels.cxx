@@ -56,7 +56,7 @@ public:
     {
       KDSTREAM_TRY(this->BuildCoarser(--depth));
     }
-    // Of the last one the parents are still to come.
+    // The last level's parents are not known yet.
     LevelFile& last = this->FileOf(depth);
     KDSTREAM_TRY(this->Files.MoveToFirst(last, this->States, this->Links));
     this->Output.firstInFiles = depth;

@@ -97,7 +97,7 @@ Status DistributedPieces::Finish(
                                  : this->Writer->FinishResolution(resolution, triangles, execution);
 }
 
-// Writes pieces of another rank; there are none but on rank 0.
+// Writes pieces of other ranks; only rank 0 has any.
 Status DistributedPieces::Write(std::span<const std::byte> bytes, Resolution resolution)
 {
   while (!bytes.empty())

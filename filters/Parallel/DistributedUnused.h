@@ -14,7 +14,7 @@
 namespace kdstream
 {
 
-// Of all ranks; files only on rank 0, in the order of the file that was read.
+// The counts of all ranks; files only on rank 0, in the order of the input.
 struct DistributedUnused
 {
   std::uint64_t count = 0;

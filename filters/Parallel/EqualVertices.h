@@ -20,7 +20,7 @@ struct WeldedVertex
   VertexId vertex, lowest;
 };
 
-// Those that a rank has found, in no order.
+// The equal vertices that a rank has found, in no order.
 struct WeldedVertexFile
 {
   SpillFile file; // WeldedVertex

@@ -47,7 +47,7 @@ public:
   Status Fetch(SpillFile& file, std::size_t elementBytes, std::span<const VertexId> begin,
     unsigned depth, std::span<const VertexId> wanted) override;
 
-  // Equally many bytes for each block of a depth: gets those of other ranks' blocks.
+  // Fetches the bytes of other ranks' blocks of a depth: the same number for each block.
   Status Share(std::span<std::byte> blocks, unsigned depth);
   // One sum of what all ranks add to it, rank after rank.
   Result<double> AddInOrder(const std::function<Status(double& sum)>& add);

@@ -12,7 +12,7 @@ namespace kdstream
 namespace
 {
 
-// What has begun and is not yet known to have ended.
+// Messages that have begun and may not have ended.
 using Requests = std::vector<vtkMPICommunicator::Request>;
 
 // MPI waits by asking all the time.

@@ -18,7 +18,7 @@ namespace kdstream
 namespace
 {
 
-// Of the exchanges in this file and of MpiGroup's messages: to be changed with them.
+// Identifies the messages of this file and of MpiGroup: change it whenever they change.
 constexpr std::uint64_t layoutOfMessages = 0x6b647374726d0001;
 
 struct Difference
@@ -68,7 +68,7 @@ Difference Compare(const std::vector<std::vector<std::string>>& ranks)
   return { "its request", first[0], ranks.back()[0], {}, {} };
 }
 
-// By all ranks. None where all have the same values.
+// Collective. None if all ranks have the same values.
 Result<std::optional<Difference>> FindDifference(MpiGroup& group, const NamedValues& values)
 {
   const std::string mine = Join({}, values);
@@ -113,7 +113,7 @@ Status CheckSameFile(MpiGroup& group, const NamedValues& values)
                                  ", and " + ValueText(other.value) + " on " + other.where });
 }
 
-// Of 18 places at most, the first and the last of which are the file's ends.
+// The hash of at most 18 places in the file; the first and the last are its ends.
 Result<std::uint64_t> HashOfPlaces(ByteSource& file)
 {
   constexpr std::uint64_t steps = 17;

@@ -34,7 +34,7 @@ Status AgreeOnOptions(MpiGroup& group, const BuildOptions& options, const NamedV
 // ByteSource on any rank.
 Status AgreeOnInput(MpiGroup& group, const std::filesystem::path& input);
 
-// By all ranks: what the reader has found before it reads elements. Errors: InvalidInput as above.
+// Collective: compares the header that each rank has read. Errors: InvalidInput as above.
 Status AgreeOnHeader(MpiGroup& group, const MeshFileInfo& info);
 
 }

@@ -10,7 +10,7 @@ namespace kdstream
 namespace
 {
 
-// What one rank has, at rank 0.
+// Adds one rank's data, at rank 0.
 Status AddOf(
   std::size_t rank, std::span<const std::byte> values, MpiGroup& group, ByteDigest& digest)
 {

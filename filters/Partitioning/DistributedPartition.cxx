@@ -56,7 +56,7 @@ std::vector<bool> MarksOf(vtkDataSetAttributes& data, vtkIdType count, unsigned 
   return marked;
 }
 
-// Global ids of an input's points or cells; null where they are none that can be used.
+// Global ids of an input's points or cells; null if they cannot be used.
 vtkDataArray* IdsOf(vtkDataSetAttributes& data, vtkIdType count)
 {
   vtkDataArray* const ids = data.GetGlobalIds();
@@ -160,7 +160,7 @@ std::vector<unsigned char> TuplesOf(vtkDataArray& array, const std::vector<Index
   return bytes;
 }
 
-// What has come from one rank.
+// The data received from one rank.
 struct Shipment
 {
   std::vector<VertexId> numbers;
@@ -194,7 +194,7 @@ public:
   const std::vector<std::uint32_t>& PartitionOf() const { return this->Partitions; }
 
 private:
-  // Where something is among the shipments.
+  // The place of a thing among the shipments.
   template <class Key>
   struct Origin
   {
@@ -377,7 +377,7 @@ private:
     return {};
   }
 
-  // Whether each rank has read the same file, and nothing says that points are the same.
+  // Whether all ranks have the same points, as of one file, without ids that identify them.
   Result<bool> AreSame() const
   {
     std::uint64_t hash = this->Points.size();
@@ -629,7 +629,7 @@ private:
     std::vector<SharedArray> arrays;
   };
 
-  // The arrays of all ranks that count, as the first of them has them; and the points' type.
+  // Agrees on arrays and type of points: those of the first rank that has points or cells.
   Status AgreeOnArrays(std::vector<std::string>& skipped)
   {
     ReportedArrays own{ !this->Points.empty(), this->Input.GetNumberOfCells() > 0, VTK_FLOAT,
@@ -829,7 +829,7 @@ private:
       own.push_back({ places[i], { this->Number[t[0]], this->Number[t[1]], this->Number[t[2]] },
         static_cast<std::uint32_t>(this->Ranks.Rank()) });
     }
-    // First only this rank's: else what has one id, however many, would come to one rank.
+    // First checks this rank's ids: cells that share one id would all be sent to one rank.
     Result<bool> believed = this->Ranks.AllHave(AreCells({ own }));
     if (!believed || !*believed)
     {

@@ -142,7 +142,7 @@ private:
     return std::adjacent_find(all.begin(), all.end()) == all.end();
   }
 
-  // By id, or in the given order if there are no ids.
+  // The cells' order: by id, or as given if there are no ids.
   static std::vector<std::size_t> OrderOf(const KeptCells& kept, const SharedArray* ids)
   {
     std::vector<std::size_t> order(kept.from.size());

@@ -171,7 +171,7 @@ private:
     std::size_t part = 0, next = 0;
   };
 
-  // Those of its arrays, and the signs of zeros: a copy has them, too.
+  // A hash of a point's arrays and of its zeros' signs: equal for a copy.
   std::uint64_t Values(VertexId v) const
   {
     std::uint64_t signs = 0;

@@ -115,7 +115,7 @@ struct RankArrays
   }
 };
 
-// Where something is in the order of the mesh of all: by kind, then by number.
+// The place of a thing in the whole mesh: by kind, then by number.
 struct OrderOfAll
 {
   std::uint32_t kind;
@@ -394,7 +394,7 @@ private:
              }) == sorted.end();
   }
 
-  // By ids: sets ByIds, and changes nothing where they are not believed.
+  // Asks by ids: sets ByIds; changes nothing if the ids are not consistent.
   Status AskForTargets(bool byIds)
   {
     Box all = BoxOfPoints(this->Input.points.places);
@@ -585,7 +585,7 @@ private:
     return {};
   }
 
-  // Those of points that are other points.
+  // Asks for the numbers of points that are copies of other points.
   Status AskForNumbers()
   {
     std::vector<std::vector<VertexId>> wanted(this->Ranks.Count());
@@ -813,7 +813,7 @@ private:
       }
     }
   }
-  // As they were moved, from the second column on.
+  // Adds the arrays of the moved columns, from the second one on.
   void PutAttributes(AttributeAssociation association, std::vector<Column>& columns)
   {
     std::size_t next = 1;

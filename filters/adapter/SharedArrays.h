@@ -34,7 +34,7 @@ struct SharedArray
   bool Is(int attribute) const;
 };
 
-// The array vtkGhostType; null where there is none that can be used. Usable is a
+// The array vtkGhostType; null if there is no usable one. Usable is a
 // vtkUnsignedCharArray with one value for each point or cell.
 vtkUnsignedCharArray* FindGhosts(const PartData& part);
 
@@ -55,7 +55,7 @@ std::int64_t IdOf(const SharedArray& ids, TupleOfPart tuple);
 void RemoveUnusableArrays(
   const PartData& part, const std::string& kind, std::vector<std::string>& leftOut);
 
-// Of the values of numeric arrays, bit by bit.
+// Hashes the values of numeric arrays, bit by bit.
 std::uint64_t HashOfTuple(std::span<const SharedArray> arrays, TupleOfPart tuple);
 
 // Adds the arrays, each with these tuples, to `output`. O(tuples).

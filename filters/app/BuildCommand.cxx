@@ -268,7 +268,7 @@ Status CheckTextureOptions(const CLI::App& app, BuildCommand& line)
   return CheckTexturePixels(app, line.textures);
 }
 
-// Of --temp-dir, which may be empty.
+// Checks --temp-dir, which may be empty.
 Status CheckFolder(const std::filesystem::path& folder)
 {
   std::error_code status;

@@ -72,7 +72,7 @@ Status CheckStoreName(const std::filesystem::path& store);
 // Says on stderr, before the work, that a store of this name is not served.
 void WarnOfEnding(std::string_view program, const BuildCommand& line);
 
-// Whether so many vertices fall together on the grid that a warning says so.
+// Whether enough vertices fall together on the grid to warn of it.
 bool LosesBits(const BuildReport& report);
 
 // What a build says on stderr beside errors.

@@ -134,7 +134,7 @@ Status PrepareOutputs(
   return {};
 }
 
-// Of the outputs only rank 0 looks whether they can be written, but all end if they cannot.
+// Only rank 0 checks whether the outputs can be written; all ranks end if they cannot.
 Status PrepareOutputs(
   MpiGroup& group, const BuildCommand& line, OutputFolders& folders, std::filesystem::path& store)
 {

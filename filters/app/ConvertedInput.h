@@ -27,7 +27,7 @@ inline const std::string convertProgressMark = "progress ";
 // TEXELS TEXELS_PER_VERTEX LOSS".
 inline const std::string convertTexturesMark = "textures ";
 
-// With this begins its line of a file that the input names, whose path follows.
+// kdstream-convert's line about a file that the input names begins with this; the path follows.
 inline const std::string convertNamedMark = "named ";
 
 // Whether the file's ending is one of those.

@@ -38,7 +38,7 @@ namespace
 
 namespace fs = std::filesystem;
 
-// Where a text has @, what pages may load.
+// Replaces @ in a text by the policy of what pages may load.
 std::string WithPolicy(std::string text)
 {
   for (auto at = text.find('@'); at != text.npos; at = text.find('@'))
@@ -313,7 +313,7 @@ public:
   {
     const auto file = this->PlaceOf(path);
     KDSTREAM_TRY(file);
-    // What is not up is waited for all at once.
+    // Waits for the blobs that are not on the disk yet, for all at once.
     KDSTREAM_TRY(About(
       this->NameOf(path), this->GoesUp(path) ? WriteAnew(*file, bytes) : WriteWhole(*file, bytes)));
     ++this->Report.files;
@@ -355,7 +355,7 @@ public:
     return {};
   }
 
-  // As the user calls it.
+  // The path as the user wrote it.
   std::string NameOf(const std::string& path) const { return this->Folder.NameOf(path.substr(1)); }
 
   // Errors: NotFound; InputOutput, also for a link.
@@ -472,7 +472,7 @@ Status PutBlobs(const Store& store, const std::string& model, Writer& writer)
   return {};
 }
 
-// As a server makes it: for viewers of glTF, and for augmented reality.
+// Writes the preview that a server makes: for viewers of glTF, and for augmented reality.
 Status PutPreview(const Store& store, const ModelDescription& model, Writer& writer)
 {
   if (!HasPreviewGlb(model))
@@ -607,7 +607,7 @@ Result<ExportReport> ExportStore(const Store& store, const fs::path& folder,
   KDSTREAM_TRY(PutBlobs(store, options.model, writer));
   KDSTREAM_TRY(PutPreview(store, reported, writer));
   const bool isNewModel = part.Name().filename() == options.model;
-  if (isNewModel) // else it is told of once the digest is up
+  if (isNewModel) // else it is listed once the new digest is complete
   {
     KDSTREAM_TRY(PutTexts(reported, *notes, writer));
   }

@@ -174,9 +174,9 @@ struct Step
   NodeId First() const { return NodeId{ 1 } << this->depth; }
 };
 
-// How far light and colours of a piece may be wrong, since they are interpolated between its
-// vertices: of clouds and coloured surfaces all of the distance between these. Textures of levels
-// show colours between vertices.
+// Light and colours are interpolated between vertices: the part of their distance that counts as an
+// error. For clouds and coloured surfaces all of it; but textures of levels have the colours
+// between vertices.
 double TilePartOfSpacing(const ModelDescription& model)
 {
   const bool colored = std::any_of(model.attributes.begin(), model.attributes.end(),
@@ -185,7 +185,7 @@ double TilePartOfSpacing(const ModelDescription& model)
   return colored || texturedOriginal || model.primitive == PrimitiveType::Points ? 1 : 1.0 / 3;
 }
 
-// With the places that vertices may be rounded to: skirts hang beside the lattice.
+// The box of the points and of the places that they may be rounded to: skirts are off the lattice.
 Box BoundsOfTile(const std::vector<Vec3>& points, double latticeStep)
 {
   Box box;
@@ -557,7 +557,7 @@ private:
 
   double ErrorOf(const Tile& tile) const { return tile.error * this->Frame.scale; }
 
-  // Of the whole, in metres: what is wrong where nothing is shown, at least what the root tells.
+  // The diagonal of the model in metres: the error while nothing is shown, at least the root's.
   double Diagonal() const
   {
     const Tile& root = this->Steps[0].tiles[0];

@@ -41,7 +41,7 @@ struct WantedPartitions
   bool alone = false;                    // nothing else is in the mesh
 };
 
-// None for a level. Errors: as above.
+// The partitions that are wanted; none for a level. Errors: as above.
 Result<WantedPartitions> PartitionsOf(const Store& store, const WantedMesh& wanted);
 
 }

@@ -22,7 +22,7 @@ public:
 
   // Makes the folder, hidden in `parent`. Errors: InputOutput.
   Status Make(const std::filesystem::path& parent, const std::filesystem::path& name);
-  // Where its files belong. REQUIRES: Make.
+  // The folder for its files. REQUIRES: Make.
   const std::filesystem::path& Place() const { return this->Files; }
   // Gives it its name, when the disk has all that is in it. Errors: InputOutput; it stays hidden.
   Status Appear(const std::filesystem::path& as) const;

@@ -221,7 +221,7 @@ public:
 
   int Edit()
   {
-    // Where a link leads to, not the link, is replaced.
+    // Replaces the target of a link, not the link.
     const auto store = CheckOutput(this->Line.store, OutputKind::File, {});
     if (!store)
     {
@@ -385,7 +385,7 @@ private:
     return pieces;
   }
 
-  // With the pictures of these pieces; without any a .glb without pictures.
+  // Writes the pictures of these pieces, too; without pieces a .glb without pictures.
   int ExtractTextured(const Store& store, const std::filesystem::path& output,
     const std::vector<PieceId>& textured, Moment begin) const
   {
@@ -573,7 +573,7 @@ private:
     }
   }
 
-  // With the texture of a level that is one piece, if there is one.
+  // Makes the mesh, with the texture of a level that is one piece, if it has one.
   Result<TileMesh> MakeSmallMesh(const Store& store, bool normals) const
   {
     const ModelDescription& model = store.Info();

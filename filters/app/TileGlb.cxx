@@ -32,7 +32,7 @@ namespace
 
 constexpr std::uint64_t mostGlbBytes = std::numeric_limits<std::uint32_t>::max();
 constexpr double mostShort = 65535;
-// Of 16-bit indices the largest one is no index.
+// The largest 16-bit number is not an index.
 constexpr std::size_t mostShortVertices = 65535;
 
 enum TileComponent
@@ -223,7 +223,7 @@ private:
     }
   }
 
-  // Those of a cloud: near ones together.
+  // Orders the points of a cloud: near ones follow each other.
   void OrderPoints()
   {
     const std::size_t count = this->From.points.size();
@@ -279,7 +279,7 @@ private:
     return this->Views.size() - 1;
   }
 
-  // Of the bytes of what it is once it is decompressed.
+  // Adds a compressed bufferView; bytes: as they are once decompressed.
   std::size_t AddCompressed(std::string_view bytes, std::size_t count, std::size_t stride,
     int target, const char* mode, const char* filter)
   {
@@ -350,7 +350,7 @@ private:
   // ---- by Draco
 
 #ifdef KDSTREAM_HAS_DRACO
-  // Of the vertices of a primitive, in the order of their use.
+  // The vertices of a primitive, in the order of their use.
   struct Packing
   {
     draco::Mesh mesh;
@@ -563,7 +563,7 @@ private:
     return this->Small || this->IsDraco;
   }
 
-  // Where the numbers of positions begin, and how far apart they are.
+  // Chooses origin and step of the lattice of positions.
   void ChooseLattice()
   {
     const Box box = this->BoundsOfUsed();
@@ -594,7 +594,7 @@ private:
     }
   }
 
-  // As the file has it: whole numbers of steps, or a float.
+  // The point as the file has it: whole numbers of steps, or floats.
   Vec3 OnLattice(const Vec3& point) const
   {
     Vec3 place = Minus(point, this->Begin);
@@ -1084,7 +1084,7 @@ Result<std::string> EncodeTileGlb(
       Remedy::InMessage };
   }
 #ifdef KDSTREAM_HAS_MESHOPTIMIZER
-  // Those of the extension, for all threads.
+  // Sets the encoder's versions to the extension's, for all threads.
   static const bool isSet = (meshopt_encodeVertexVersion(0), meshopt_encodeIndexVersion(1), true);
   static_cast<void>(isSet);
 #endif

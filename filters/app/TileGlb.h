@@ -38,7 +38,7 @@ struct TileFrame
   // The points that coordinates lie on: whole steps from one of them. 0: anywhere.
   double latticeStep = 0;
   Vec3 latticeOrigin{};
-  std::string copyright; // empty: none is told
+  std::string copyright; // empty: none is written
 };
 
 // Triangles and skirts are primitives of their own; the second has "extras": { "skirt": true }.

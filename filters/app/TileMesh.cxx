@@ -28,7 +28,7 @@ const Attribute* FindTileArray(std::span<const Attribute> attributes, AttributeR
   return found == attributes.end() ? nullptr : &*found;
 }
 
-// Of length 1; 0 where there is none.
+// The vector of length 1; 0 for a zero vector.
 Vec3 UnitOrZero(const Vec3& vector)
 {
   const double length = std::hypot(vector[0], vector[1], vector[2]);
@@ -132,7 +132,7 @@ private:
   const double Depth;
 };
 
-// Of each vertex of a piece the sum of the area vectors around it; nothing of a cloud.
+// For each vertex of a piece the sum of the area vectors around it; empty for a cloud.
 std::vector<Vec3> SumsOf(const Piece& piece, std::span<const BorderNormal> borders)
 {
   if (piece.triangles.empty())

@@ -55,7 +55,7 @@ struct BorderNormal
   VertexKey key = 0;
   std::array<float, 3> normal{}; // of length 1, or 0
 };
-// Those of a piece's own vertices. O(size).
+// The border normals of a piece's own vertices. O(size).
 std::vector<BorderNormal> BorderNormalsOf(const Piece& piece);
 
 struct TileMeshOptions

@@ -12,7 +12,7 @@ namespace kdstream
 namespace
 {
 
-// Of the texture of a level that is one piece: what is seen first comes at once.
+// For the texture of a level that is one piece: small, because it is seen first.
 constexpr std::size_t mostBytesOfOnePiece = 40000;
 
 }

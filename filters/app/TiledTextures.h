@@ -47,7 +47,7 @@ public:
   Result<EncodedTexture> Make(Piece& piece) const override;
   Result<EncodedTexture> MakeOfLevel(const Piece& piece, const FinerPieces& finer) const override;
 
-  // Of the original's that were made, so far.
+  // The counts of the original's tiles that were made so far.
   TileCounts Counts() const;
   // What the user should know of them, a sentence each.
   std::vector<std::string> Warnings() const;

@@ -249,7 +249,7 @@ private:
                { box.hi.begin(), box.hi.end() } });
   }
 
-  // Of length 1, as the format wants them.
+  // With length 1, as the format requires.
   std::size_t AddNormals(const std::vector<VertexId>& vertices)
   {
     std::string bytes;

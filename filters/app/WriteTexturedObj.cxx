@@ -146,7 +146,7 @@ void WriteNumbers(OutputFile& output, std::string_view before, const double* beg
   output.Write("\n");
 }
 
-// Of each material whether a coordinate lies beyond the edge of its picture.
+// For each material whether a coordinate lies beyond the edge of its picture.
 std::vector<bool> MaterialsThatLeave(const TexturedMesh& textured)
 {
   std::vector<bool> leave(textured.materials.size());

@@ -17,7 +17,7 @@ namespace kdstream
 namespace
 {
 
-// Where compactness is not defined, or beyond measure.
+// The compactness where it is not defined, or very large.
 constexpr double worstCompactness = 100;
 
 double Distance(const Vec3& a, const Vec3& b)

@@ -167,7 +167,7 @@ private:
     }
   };
 
-  // Of all clusters, nearest first.
+  // The corners of all clusters, nearest first.
   std::vector<Corner> CornersByDistance(
     std::span<const Triangle> triangles, const FaceClustering& faces) const
   {

@@ -22,7 +22,7 @@ std::uint64_t BytesPerCluster(const MeshSize& size)
   return bytesPerCluster + size.sumBytes * 3 / 2;
 }
 
-// Of a limit: for libraries, threads and SQLite.
+// The part of a limit that is kept for libraries, threads and SQLite.
 constexpr std::uint64_t mostKeptFromSteps = std::uint64_t{ 96 } << 20;
 
 // The maximum number of bytes of a block in any step, for each of its vertices: measured on
@@ -31,7 +31,7 @@ constexpr std::uint64_t bytesPerBlockVertex = 600;
 // For each triangle that it has beyond two a vertex, as surfaces have.
 constexpr std::uint64_t bytesPerBlockTriangle = 100;
 
-// Of a piece that is cut and encoded in memory, beyond what a batch of small ones takes (measured).
+// Measured: memory of one large piece while it is cut and encoded, beyond a batch of small ones.
 constexpr std::uint64_t bytesPerPieceVertex = 400;
 constexpr std::uint64_t bytesPerPieceTriangle = 50; // beyond two a vertex
 
@@ -123,7 +123,7 @@ std::uint64_t StepMemory(std::uint64_t limit)
 
 std::uint64_t KeptMemory(std::uint64_t stepMemory)
 {
-  // What one thread has freed is not always where another looks: so it is bounded.
+  // Memory that one thread has freed is not always reused by another: its amount is bounded.
   return std::min(stepMemory, std::uint64_t{ 192 } << 20);
 }
 

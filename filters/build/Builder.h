@@ -75,7 +75,7 @@ struct BuildReport
   Tolerance tolerance;                        // the same
   // Over all vertices: reading the input, and out of core the tree's.
   std::uint64_t passes = 1;
-  // Of the files out of core: the most bytes at any time, and all bytes read and written.
+  // Temporary files: the most bytes at any time, and all bytes read and written.
   std::uint64_t temporaryBytes = 0, bytesRead = 0, bytesWritten = 0;
   std::uint64_t resumedPhases = 0; // that were taken over from an interrupted build
   std::vector<std::pair<std::string, double>>
@@ -85,7 +85,7 @@ struct BuildReport
 // Builds `store` from `input`. The store appears whole or not at all.
 // In memory where that keeps options.memory for certain (CheckInputMemory), which is decided before
 // a point is read; else out of core. Complexity O(n log n + t log t); peak memory: MostBuildMemory.
-// The content depends on input and options alone. Errors: those of MeshReader and ComputeDepths; a
+// The content depends only on input and options. Errors: those of MeshReader and ComputeDepths; a
 // mesh without vertices or with attributes that no store can hold (PrepareMesh); with
 // options.strict what Tolerance::Check refuses; LimitExceeded; InputOutput; Cancelled; with
 // options.resume those of BuildFolder::Open. The message does not name the file.

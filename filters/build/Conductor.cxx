@@ -57,7 +57,7 @@ Status WriteParts(BuildBackEnd& backEnd, const ModelDescription& model, StoreWri
     const std::size_t all = resolution.IsOriginal()
                               ? static_cast<std::size_t>(build.Facts.partitions)
                               : std::size_t{ 1 } << PieceDepth(resolution, build.Facts.depths);
-    // Of a baseline's tree the last leaves are empty, and no pieces.
+    // The last leaves of a baseline's tree are empty: they have no pieces.
     const std::size_t count = std::min(cutter.PieceCount(), all - part.firstPiece);
     KDSTREAM_TRY(backEnd.TakePieces(cutter, count, encoding, writer,
       [&](std::size_t written)

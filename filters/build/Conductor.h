@@ -66,7 +66,7 @@ public:
   virtual Status WriteUnusedList(StoreWriter& writer) = 0;
   virtual SpillCounts Costs() { return {}; }
 
-  // Of ranks, which share the pieces. Whether this one writes the store:
+  // For ranks, which share the pieces: whether this one writes the store.
   virtual bool WritesStore() const { return true; }
   // writer: null where !WritesStore().
   virtual Status TakePieces(const PieceCutter& cutter, std::size_t count,

@@ -19,7 +19,7 @@ namespace
 constexpr double flatPart = 0.2;      // of the next longer side: this flat things lie
 constexpr double slabPart = 0.02;     // of the diagonal: as near to the floor touches it
 constexpr double leastLead = 0.1;     // of the best axis before the next
-constexpr double unequalEnds = 0.5;   // for an axis across which the shape is no mirror image
+constexpr double unequalEnds = 0.5;   // for an axis across which the shape is not symmetric
 constexpr double detailAhead = 0.3;   // for y, if all detail is towards +z
 constexpr double unlikelyAxis = 0.1;  // less for x, which few files have up
 constexpr double usualAxis = 0.1;     // more for y in formats that mostly have it up
@@ -168,7 +168,7 @@ public:
   // surface.
   double MirroredAcross(std::size_t axis) const;
 
-  // Of what faces an eye in that direction: the bends of its edges, by their length, for its area.
+  // Of the triangles that face this direction: the bends of edges, times their length, by area.
   double ReliefTowards(const Vec3& direction) const;
 
 private:
@@ -244,7 +244,7 @@ private:
 std::vector<Shape::Sample> Shape::Samples() const
 {
   const double cell = this->LongestSide() / mirrorCells;
-  // Of a triangle; a bound for meshes of many long ones.
+  // For one triangle; a bound for meshes with many long triangles.
   const double mostRows =
     std::sqrt(mostMirrorSamples / std::max(1.0, static_cast<double>(this->Triangles.size())));
   std::vector<Sample> samples;
@@ -448,7 +448,7 @@ std::size_t LongestComponent(const Vec3& direction)
   return longest;
 }
 
-// Of two horizontal axes the one along which the shape is seen.
+// Which of the two horizontal axes the shape is seen along.
 struct SeenAlong
 {
   std::size_t axis = 0;

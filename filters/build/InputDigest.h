@@ -75,7 +75,7 @@ Status ForEachDigested(
   const Mesh& mesh, const std::function<Status(std::span<const std::byte> head,
                       std::span<const std::byte> values, std::size_t elementBytes)>& visit);
 
-// Of a mesh that comes from no file.
+// The digest of a mesh that does not come from a file.
 std::string InputDigestOf(const Mesh& mesh);
 
 }

@@ -87,7 +87,7 @@ private:
     return FinerPiece{ std::move(*piece), std::move(*texture) };
   }
 
-  // Of nodes of that depth below `node`, ascending.
+  // Finds the places of the nodes of that depth below `node`, ascending.
   void FindPlaces(
     NodeId node, unsigned depth, const Box& around, NodeId piece, FinerPieces& pieces) const
   {

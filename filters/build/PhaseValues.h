@@ -16,7 +16,7 @@
 namespace kdstream
 {
 
-// Of the mesh, after welding.
+// Facts of the mesh after welding.
 struct MeshFacts
 {
   std::uint32_t vertices = 0, triangles = 0; // without unused vertices

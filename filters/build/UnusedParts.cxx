@@ -31,7 +31,7 @@ std::vector<Attribute> PointArraysOf(std::span<const AttributeInfo> attributes)
   return arrays;
 }
 
-// Of vertices in the order of the input; in the part they come by their places, which codes best.
+// vertices: in the order of the input. The part has them by their places, which codes best.
 Piece PartOf(const Mesh& vertices)
 {
   std::vector<VertexId> order(vertices.points.size());

@@ -27,7 +27,7 @@
 namespace kdstream
 {
 
-// Of each entry of a level those before it that share an edge with it. May name one twice.
+// For each entry of a level, the entries before it that share an edge with it. May name one twice.
 class EarlierNeighbours
 {
 public:

@@ -35,7 +35,7 @@ public:
   {
   }
 
-  // The group of own vertex v. False: what is read is none.
+  // The group of own vertex v. False: what is read is not a group.
   KDSTREAM_IN_LOOPS bool Read(std::size_t v)
   {
     std::uint32_t* groups = this->Groups.data();

@@ -27,7 +27,7 @@ struct CodecContext
   // For each level, the spacing of its coordinates in steps of the grid (SpacingFor). Empty: 1 for
   // all levels.
   std::vector<std::uint32_t> spacings{};
-  // Of each level, how many clusters it has: no rank is above. Empty: that is not known.
+  // The number of clusters of each level: ranks are below it. Empty: not known.
   std::vector<std::uint64_t> clusters{};
 
   CoordinateGrid GridOf(Resolution resolution) const

@@ -48,7 +48,7 @@ struct GateGroups
     return firstOwn != noVertex ? firstOwn : last;
   }
 };
-// The symbol for a group that is none of the three, for which 0, 1 and 2 stand.
+// The symbol for a group other than the three that 0, 1 and 2 stand for.
 inline constexpr unsigned otherGroup = 3;
 
 // The key from which that of ghost v is predicted: the key of the first vertex of its gate that is

@@ -259,7 +259,7 @@ bool PieceReader::ReadParents(bool ofVertices, const AncestorTable& table,
   return true;
 }
 
-// A parent's rank. False: what is read is none.
+// A parent's rank. False: what is read is not a rank.
 bool PieceReader::ReadRank(std::size_t context, RecentRanks& recent, std::uint32_t& parent)
 {
   const unsigned symbol = this->Symbols.Choice(context);

@@ -18,7 +18,7 @@
 namespace kdstream
 {
 
-// Of pieces and tree pages alike; raised when the layout of either changes.
+// For pieces, tree pages and textures; raised when the layout of any changes.
 inline constexpr std::uint8_t codecVersion = 8;
 inline constexpr std::size_t magicSize = 3;
 inline constexpr std::size_t blobHeadSize = magicSize + 1; // magic, version

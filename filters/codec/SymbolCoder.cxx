@@ -316,7 +316,7 @@ void SymbolReader::ReadTable(std::size_t context, unsigned bits)
   {
     classes[count++] = static_cast<std::uint8_t>(this->RawBits(classBits));
   }
-  // A table that is cut off is none: it was not counted among those that the bits may hold.
+  // A table that is cut off does not count among those that the bits may hold.
   if (this->Failure || !FrequenciesOf({ classes.data(), count }, bits, frequencies))
   {
     this->Failure = true;

@@ -39,7 +39,7 @@ inline constexpr unsigned tileSteps = 256, coarseTileSteps = 8;
 
 inline constexpr std::uint32_t noTileSource = std::numeric_limits<std::uint32_t>::max();
 
-// Of an exact tile: a picture of the input as a material uses it.
+// In an exact tile: a picture of the input as a material uses it.
 struct TileSource
 {
   // The number of a picture of the input. Numbers from their count on: the same pictures with
@@ -53,7 +53,7 @@ struct TileSource
   bool operator==(const TileSource&) const = default;
 };
 
-// Of an exact tile: a part of a source, moved by whole texels, or a patch of one colour.
+// In an exact tile: a part of a source, moved by whole texels, or a patch of one colour.
 struct TileChart
 {
   std::uint32_t source = noTileSource; // noTileSource: a patch, whose corners are all at (x, y)

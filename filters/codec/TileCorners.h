@@ -99,7 +99,7 @@ protected:
     return newPair;
   }
 
-  // Of a new corner k; known: which corners of the triangle are stored.
+  // Predicts the new corner k. known: which corners of the triangle are stored.
   Prediction Predict(std::size_t t, std::size_t k, const std::array<bool, 3>& known) const
   {
     const std::size_t next = (k + 1) % 3, previous = (k + 2) % 3;
@@ -206,7 +206,7 @@ private:
     const auto number = [](std::int64_t bits)
     { return double(FloatOfOrderedBits(static_cast<std::uint32_t>(bits))); };
     const double closed = number(a) + number(b) - number(c);
-    // What is not a number differs between machines; neither does a number that is none help.
+    // NaNs have different bits on different machines, and help no prediction.
     return std::abs(closed) < 1e30 ? std::int64_t{ OrderedBits(static_cast<float>(closed)) } : a;
   }
 
@@ -224,7 +224,7 @@ public:
   {
   }
 
-  // Of an exact tile, before the triangle's corners.
+  // Only for exact tiles, before the triangle's corners.
   void Chart(std::size_t t, std::uint32_t chart)
   {
     unsigned symbol = 0;

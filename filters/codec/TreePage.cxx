@@ -18,7 +18,7 @@ namespace
 {
 
 constexpr std::string_view treeMagic = "KDT";
-constexpr unsigned boxSteps = 16; // sides of a box lie on so many equal steps of its parent's
+constexpr unsigned boxSteps = 16; // equal steps of the parent's box, on which sides of a box lie
 enum TreeContext : std::size_t
 {
   treeEmpty, // a choice
@@ -240,7 +240,7 @@ bool IsFiniteOrEmpty(const Box& box)
   return finite || box.Empty();
 }
 
-// Of a page: that of its own node, the others empty.
+// The boxes of a page before it is read: only that of its own node is known.
 std::vector<Box> EmptyBoxes(NodeId page, const Box& around, const TreeDepths& depths)
 {
   std::vector<Box> boxes(std::size_t{ 2 } << DepthsOfTreePage(page, depths));

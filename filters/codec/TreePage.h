@@ -50,7 +50,7 @@ struct PieceFacts
 // bytes by at most an 8th. Idempotent.
 PieceFacts RoundedUp(const PieceFacts& facts);
 
-// Of all pieces of a model: of the levels 0 … L, where it has levels, and of the partitions.
+// All pieces of a model: of the levels 0 … L, if it has levels, and of the partitions.
 class PieceTable
 {
 public:

@@ -189,7 +189,7 @@ Result<ForeignMesh> ReadForeignMesh(const std::filesystem::path& file,
              ? result
              : BadInput(hint, Remedy::InMessage);
   }
-  // Of formats whose readers give points as they are.
+  // For formats whose readers pass on points that are not finite.
   const Result<std::vector<bool>> finite = DropNotFinite(result->mesh, {}, result->tolerance);
   KDSTREAM_TRY(finite);
   if (result->mesh.points.empty() && !hint.empty())

@@ -705,7 +705,7 @@ private:
     }
     if (IsOneOf(keyword, otherKeywords))
     {
-      return false; // what follows is none of a list of cells
+      return false; // what follows is not a list of cells
     }
     this->Part = QuotedText(keyword) + " " + at;
     this->Damaged("is not the name of a part");

@@ -33,7 +33,7 @@ inline Attribute MakePointAttribute(
   return attribute;
 }
 
-// Of three columns after the coordinates ("RGB", uint8) for each point.
+// The array "RGB" (uint8) for three columns after the coordinates of each point.
 inline Attribute MakeColors(std::size_t tuples, bool alpha = false)
 {
   return MakePointAttribute(alpha ? "RGBA" : "RGB", AttributeType::UInt8,

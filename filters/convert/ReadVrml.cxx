@@ -271,7 +271,7 @@ const std::map<std::string, std::size_t>& FieldsOfCoin(const std::string& type, 
   return fields;
 }
 
-// Of what it cannot make it says nothing: it has all.
+// For types that Coin cannot make: true.
 bool IsFieldOfCoin(const std::string& type, const std::string& field, bool isFirst)
 {
   const auto& fields = FieldsOfCoin(type, isFirst);
@@ -321,7 +321,7 @@ struct Transform
     return this->axes == none.axes && this->origin == none.origin;
   }
   double Determinant() const { return Dot(this->axes[0], Cross(this->axes[1], this->axes[2])); }
-  // Of normals: the inverse's transpose, times the determinant.
+  // Normals turn by the transpose of the inverse, times the determinant.
   Vec3 TurnNormal(const Vec3& n) const
   {
     const auto& [x, y, z] = this->axes;
@@ -893,7 +893,7 @@ private:
            As<SoSphere>(node) || As<SoCone>(node) || As<SoCylinder>(node);
   }
 
-  // Of shapes that Coin makes triangles of.
+  // For shapes that Coin makes triangles of.
   static bool IsSound(const SoNode& node)
   {
     if (const auto* const box = As<SoVRMLBox>(node))
@@ -982,7 +982,7 @@ private:
     static bool IsLight(const SbColor& c) { return c[0] > 0 || c[1] > 0 || c[2] > 0; }
   };
 
-  // Of the first of several materials where there is none of that number.
+  // The first material's where none has that number.
   static Look LookOf(SoCallbackAction& action, int index = 0)
   {
     SbColor ambient, specular;
@@ -1248,7 +1248,7 @@ private:
     return materials;
   }
 
-  // Of each corner its number among the corners.
+  // Each corner's number among the corners.
   static std::vector<std::int32_t> NumbersInOrder(std::span<const std::int32_t> index)
   {
     std::vector<std::int32_t> numbers(index.begin(), index.end());
@@ -1322,7 +1322,7 @@ private:
     self.Collected->Triangles.push_back(triangle);
   }
 
-  // Of the last shape that Coin made triangles of.
+  // For the last shape that Coin made triangles of.
   void FinishTriangles()
   {
     if (this->Collected)
@@ -1516,7 +1516,7 @@ private:
   bool IsClockwise = false; // what Coin makes triangles of
   std::uint64_t ExtrusionCorners = 0, MostExtrusionCorners = mostExtrusionCorners;
   const SoNode* LastMaterial = nullptr;
-  std::size_t Materials = 0; // without names, that were told of
+  std::size_t Materials = 0; // without names, that were reported
   LostLooks Lost;
   double Largest = 0;         // coordinate that was read
   bool LosesDecimals = false; // floats do

@@ -709,7 +709,7 @@ private:
     }
   }
 
-  // Of a layout that is guessed, by a line that names each column.
+  // Names the numbers of a guessed layout by a line that names each column.
   void NameNumbers(XyzLayout& layout) const
   {
     if (this->Layout || this->OtherWords.size() != this->ColumnCount)
@@ -841,7 +841,7 @@ private:
   std::vector<double> Fourth; // column of the points
   DecimalPrecision ShiftedPrecision;
   bool IsShifted = false;
-  bool IsShiftedUsual = false; // the number of columns is usual only if the first is none of x y z
+  bool IsShiftedUsual = false; // the number of columns is usual only without the first one
   ForeignMesh Out;
 };
 

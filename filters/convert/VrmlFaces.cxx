@@ -145,7 +145,7 @@ private:
     return found->second;
   }
 
-  // Of a vertex that no face uses: what its own number names.
+  // For a vertex that no face uses: the values at its own number.
   Values ValuesAt(std::size_t vertex) const
   {
     if (this->ValuesOf[vertex][0] != unsetValue)

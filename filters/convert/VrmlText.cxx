@@ -228,7 +228,7 @@ private:
     return {};
   }
 
-  // Of all kinds, written as one.
+  // Line ends of all kinds, each written as one '\n'.
   void TakeLineEnd()
   {
     const bool two = this->File.substr(this->At).starts_with("\r\n");
@@ -313,7 +313,7 @@ private:
     return {};
   }
 
-  // Of an Inline, or handed on to one by a PROTO: what it is given, or has else.
+  // Whether the field may be the url of an Inline, its own or handed on by a PROTO.
   bool MayBeUrl() const
   {
     return (!this->Proto.empty() && this->Open.size() > this->ProtoDepth) ||
@@ -403,7 +403,7 @@ private:
     {
       this->Clear(closed.textEnd);
     }
-    // Of the nodes in the body of a PROTO only the first is shown (VRML97, 4.8.3).
+    // Only the first node in the body of a PROTO is shown (VRML97, 4.8.3).
     if (!closed.proto.empty() && closed.firstNodeEnd != noText)
     {
       this->Clear(closed.firstNodeEnd);
@@ -700,7 +700,7 @@ private:
              : this->Library.hasField(node.type, std::string(field), this->Out.isFirst);
   }
 
-  // Of the PROTO in whose body this is; null outside of one.
+  // The body of the PROTO that this is in; null outside of one.
   const Bracket* ProtoBody() const
   {
     const auto found = std::find_if(this->Open.rbegin(), this->Open.rend(),
@@ -785,7 +785,7 @@ private:
     }
   }
 
-  // Of a field of the node that is open, before its list or after; 0 if it is not there.
+  // The value of a field of the open node, before its list or after; 0 without this field.
   std::size_t WholeNumberOf(std::string_view field) const
   {
     std::size_t begin = this->File.rfind('{', this->At);
@@ -994,7 +994,7 @@ private:
     return {};
   }
 
-  // Of fields of whole numbers, those whose numbers decide what is shown.
+  // Whether the field is one of whole numbers that decide what is shown.
   bool IsWholeNumberField() const
   {
     const bool isInList = !this->Open.empty() && this->Open.back().bracket == '[';
@@ -1062,13 +1062,13 @@ private:
   std::map<std::string, NamedProto, std::less<>> ProtoNames;
   std::vector<std::vector<std::pair<std::string, NamedProto>>> Hidden{ 1 };
   std::uint64_t ProtosNamed = 0;
-  bool HasProtoTwice = false; // that was told
+  bool HasProtoTwice = false; // that was reported
   std::size_t DefinedNodes = 0;
-  bool HasNodesWithoutField = false; // that was told
+  bool HasNodesWithoutField = false; // that was reported
   std::map<std::string, std::map<std::string, ProtoField, std::less<>>, std::less<>> ProtoFields;
   bool IsEvent = false;                                  // the word before the next type
   std::size_t CommasEnd = 0;                             // of numbers with decimal commas
-  bool HasDecimalCommas = false, HasOtherCommas = false; // that was told
+  bool HasDecimalCommas = false, HasOtherCommas = false; // reported
 };
 
 }

@@ -36,7 +36,7 @@ using VrmlNodesLeftOut = std::map<std::string, VrmlLeftOut>;
 // than coordinates may be.
 inline constexpr const char* vrmlNotFinite = "-3.4028230607370965e38";
 
-// No file can have a name that begins so.
+// The beginning of names that no file can have.
 inline constexpr const char* vrmlUrlBegin = "/dev/null/";
 
 struct VrmlText
@@ -73,10 +73,10 @@ struct VrmlLibrary
 {
   std::function<bool(const std::string& type, bool isFirst)> isNode;
   std::function<bool(const std::string& type, const std::string& field, bool isFirst)> hasField;
-  // Of a field of floats how many a value has; 0 for all others.
+  // How many floats a value of the field has; 0 for fields of other types.
   std::function<std::size_t(const std::string& type, const std::string& field, bool isFirst)>
     widthOf;
-  // Of VRML 2: whether nodes of the type hold others without a field, as those of Inventor do.
+  // In VRML 2: whether nodes of the type hold others without a field, as Inventor's do.
   std::function<bool(const std::string& type)> holdsNodes;
 };
 Result<VrmlText> CheckVrmlText(std::string_view file, const VrmlLibrary& library);

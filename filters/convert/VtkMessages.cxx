@@ -103,7 +103,7 @@ std::vector<std::string> VtkMessages::TakeWarnings()
 
 std::string PlainVtkMessage(const std::string& text)
 {
-  // Of a pipeline: it prints the whole request.
+  // A pipeline's message: it prints the whole request.
   if (text.find("returned failure for request") != std::string::npos)
   {
     return "VTK's reader of this format failed on it";

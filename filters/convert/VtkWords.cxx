@@ -106,7 +106,7 @@ using OurWords = std::function<std::string(const std::smatch&, const std::filesy
 struct Phrase
 {
   std::regex theirs;
-  bool hasPlace; // it says what else is told without
+  bool hasPlace; // the message names the place itself
   OurWords ours;
 };
 

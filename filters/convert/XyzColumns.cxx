@@ -157,7 +157,7 @@ std::optional<std::size_t> FindCoordinateName(std::string_view name)
            : std::optional(static_cast<std::size_t>(found - coordinateNames.begin()));
 }
 
-// Of all columns. Where no x, y or z is among them, those are as surveyors and programs call them.
+// The names of all columns. Without x, y or z: other usual names of these become x, y and z.
 std::vector<std::string> PlainNames(const std::vector<std::string_view>& names)
 {
   std::vector<std::string> plain;

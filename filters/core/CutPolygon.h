@@ -34,7 +34,7 @@ private:
     double u = 0, v = 0;
     bool operator==(const Point&) const = default;
   };
-  // Of a node of the tree of dents: the box of its corners, and how many of them still are dents.
+  // A node of the tree of dents: the box of its corners, and how many of them still are dents.
   struct Node
   {
     Point lo, hi;
@@ -78,7 +78,7 @@ private:
   std::uint32_t Some = 0; // one of them
 
   std::vector<std::uint32_t> Dents;   // corners, in the order of the tree's leaves
-  std::vector<std::uint32_t> PlaceOf; // of a corner in Dents; none where it is no dent
+  std::vector<std::uint32_t> PlaceOf; // of a corner in Dents; 'none' for other corners
   std::vector<Node> Nodes;            // a heap: 1 is the root, 2 i and 2 i + 1 are children
 
   std::vector<std::uint32_t> Batch, NextBatch;

@@ -62,7 +62,7 @@ void CollectUnbalanced(std::span<const Triangle> triangles, std::span<const std:
   edges.clear();
   for (std::size_t i = 0; counts && i < sums.size(); ++i)
   {
-    // Of a vertex that does not count some triangles may not be here.
+    // A vertex that does not count may have triangles that are not in this mesh.
     sums[i] = counts(static_cast<VertexId>(first + i)) ? sums[i] : 0;
   }
   if (std::all_of(sums.begin(), sums.end(), [](std::uint64_t sum) { return sum == 0; }))

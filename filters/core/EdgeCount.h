@@ -13,7 +13,7 @@ namespace kdstream
 {
 
 // Counts the edges that more than one triangle uses, and not equally often in both directions. At
-// these edges the input is not consistently oriented or not manifold, and doc/design.md#no-cracks
+// these edges the input is inconsistently oriented or non-manifold, and doc/design.md#no-cracks
 // does not hold. counts: whether edges count whose lower-numbered end is this vertex; empty: all
 // do. Called by several threads. So a mesh can be counted in parts that number their vertices in
 // the same order: the sum is right if every vertex counts in exactly one part, which has all

@@ -36,7 +36,7 @@ using Entry = std::pair<TreeBox, std::uint32_t>; // of a triangle, or of a verte
 
 constexpr std::size_t sampleGrain = 1024; // samples
 
-// Of what is measured: of a surface, of what its triangles use.
+// The box of what is measured: of a surface, only the points that its triangles use.
 Box BoxOf(const Mesh& mesh)
 {
   Box box;

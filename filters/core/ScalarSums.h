@@ -43,7 +43,7 @@ public:
     return this->Count == 0 ? std::numeric_limits<double>::quiet_NaN()
                             : this->Sum / static_cast<double>(this->Count) / scale;
   }
-  // Of arrays of one component.
+  // Only for arrays of one component.
   void AppendMean(Attribute& means) const
   {
     const std::size_t tuple = means.TupleCount();

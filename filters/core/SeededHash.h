@@ -23,7 +23,7 @@ inline constexpr std::uint64_t agreedSeed = 0;
 // XXH3 with a seed.
 std::uint64_t HashOfBytes(std::span<const std::byte> bytes, std::uint64_t seed);
 
-// Of the coordinates' bits: -0.0 and 0.0 differ.
+// Hashes the coordinates' bits: -0.0 and 0.0 differ.
 std::uint64_t HashOfPlace(const Vec3& place, std::uint64_t seed);
 std::uint64_t HashOfPlace(const std::array<float, 3>& place, std::uint64_t seed);
 

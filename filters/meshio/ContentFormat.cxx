@@ -48,7 +48,7 @@ constexpr Mark marks[] = { { "ply\n", ".ply" }, { "ply\r", ".ply" }, { "glTF", "
   { "CCB2", ".cloudcompare" }, { "\0\0\x27\x0A"sv, ".shp" }, { "U3D\0"sv, ".u3d" },
   { "b3dm", ".b3dm" }, { "i3dm", ".b3dm" }, { "pnts", ".b3dm" }, { "cmpt", ".b3dm" } };
 
-// Of XML: by a word near its beginning.
+// Formats of XML, each by a word near its beginning.
 constexpr Mark elements[] = { { "\"PPolyData\"", ".pvtp" }, { "'PPolyData'", ".pvtp" },
   { "PolyData", ".vtp" }, { "<VTKFile", ".vtu" }, { "<COLLADA", ".dae" }, { "<X3D", ".x3d" },
   { "<amf", ".amf" }, { "<kml", ".kml" }, { "CityModel", ".gml" }, { "<LandXML", ".landxml" } };
@@ -273,7 +273,7 @@ std::string TellZip(const std::vector<std::string>& names, std::string_view itsE
 
 // --- What is reported ----------------------------------------------------------------------------
 
-// Of content that is never read, whatever the ending.
+// What to do with content that is never read, whatever the ending.
 std::string UnreadHint(
   ByteSource& source, std::string_view begin, std::string_view format, std::string_view ending)
 {

@@ -29,7 +29,7 @@ bool AreFinite(std::span<const Vec3> points)
   return finite;
 }
 
-// Of the arrays of an association: the tuples from `begin` on of which keeps(i) is true, i from 0.
+// Keeps, in arrays of an association, the tuples begin + i for which keeps(i) is true.
 template <class Keeps>
 void KeepTuples(Mesh& mesh, AttributeAssociation association, std::size_t begin, const Keeps& keeps)
 {

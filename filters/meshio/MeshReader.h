@@ -27,7 +27,7 @@ struct MeshFileInfo
   // else a bound by the file's size. A file with more is damaged (PlyReader.h).
   std::uint64_t mostTriangles = 0;
   ScalarType scalarType = ScalarType::Float32;
-  std::vector<AttributeInfo> attributes; // that are read: point arrays, then cell arrays
+  std::vector<AttributeInfo> attributes; // the arrays that are read: point arrays, then cell arrays
   // Whether each triangle has vertices of its own (STL): they are welded whatever the options say.
   bool soup = false;
   // Whether a face can be a strip, or several.

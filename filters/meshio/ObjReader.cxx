@@ -83,7 +83,7 @@ private:
   void Count(ObjKeyword keyword);
 
   bool AsFloats() const { return this->FileInfo.scalarType == ScalarType::Float32; }
-  // Of a vertex of the file, which is several where faces name several normals at it.
+  // Checks a vertex of the file. It becomes several where faces name several normals at it.
   void CheckFinite(const Vec3& point);
   // " (line 5)", where it is known.
   std::string LineHere() const;
@@ -342,7 +342,7 @@ Status ObjReader::MakeTables(const Execution& execution)
   return made;
 }
 
-// Of a statement that is not a face.
+// Takes a statement that is not a face.
 Status ObjReader::AddToTables()
 {
   const std::string_view text = this->Statements.Rest();

@@ -10,7 +10,7 @@ namespace kdstream
 namespace
 {
 
-// Of a place that no corner has named yet.
+// Marks a place that no corner has named yet.
 constexpr std::uint32_t unset = noVertex;
 // The number of combinations of one place that are searched: a place with very many would take too
 // long.

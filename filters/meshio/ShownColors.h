@@ -21,7 +21,7 @@ namespace kdstream
 // Where a mesh's arrays have colours that are not shown as they are.
 struct HiddenColors
 {
-  // Of red, green and blue: the array, and the component in it.
+  // For red, green and blue: the array, and the component in it.
   std::array<std::size_t, 3> arrays{}, components{};
   bool harmonics = false; // f_dc: colour is 0.5 + 0.2820948 f
   bool packed = false;    // 0xRRGGBB in one number

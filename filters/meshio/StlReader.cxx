@@ -218,7 +218,7 @@ private:
   void SpreadNotFinite(std::uint64_t facet, std::size_t first, std::size_t last);
 
   std::uint64_t Facets;
-  bool HasAttributes = false; // that was told
+  bool HasAttributes = false; // that was reported
   std::array<Vec3, 3 * facetBatch> Batch;
 };
 
@@ -821,7 +821,7 @@ bool LooksLikeText(std::string_view head)
 }
 
 // Whether there is a triangle after the header of a binary file: if there are more bytes than the
-// count in the header says, the count alone does not prove that the file is binary.
+// count in the header says, the count by itself does not prove that the file is binary.
 bool HasFacet(std::string_view head)
 {
   const std::string_view format = FormatOfContent(head);

@@ -96,7 +96,7 @@ private:
   }
   void TakeText(std::string_view text)
   {
-    // Of a file that was joined with another.
+    // A byte order mark inside the text: the file was joined with another.
     if (text.starts_with(utf8Mark))
     {
       text.remove_prefix(utf8Mark.size());

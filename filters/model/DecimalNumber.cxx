@@ -220,9 +220,9 @@ struct Interval
       mantissa >>= 1;
     }
     this->hasEnds = mantissa % 2 == 0;
-    // Of the lowest number of a power of two the neighbour below is half as far.
+    // Below the lowest number of a power of two the next number is half as far.
     const bool isLowest = mantissa == std::uint64_t{ 1 } << 52 && exponent > -1074;
-    const int half = isLowest ? 2 : 1; // halves or quarters of a step are told
+    const int half = isLowest ? 2 : 1; // in halves or quarters of a step
     this->value = Natural(static_cast<std::uint32_t>(mantissa >> 32));
     this->value.ShiftLeft(32);
     this->value.Add(Natural(static_cast<std::uint32_t>(mantissa)));

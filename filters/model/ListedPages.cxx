@@ -10,7 +10,7 @@ std::string WithPages(std::string list, std::string_view folder)
 {
   if (!folder.empty())
   {
-    list.insert(1, "\"pages\":" + JsonWriter().Put(folder).Text() + ","); // behind the first {
+    list.insert(1, "\"pages\":" + JsonWriter().Put(folder).Text() + ","); // after the first {
   }
   return list;
 }

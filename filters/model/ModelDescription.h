@@ -46,7 +46,7 @@ struct ResolutionDescription
   // For a level: the spacing of its coordinates, in steps of the grid, 1 … mostSpacing. 1 for the
   // original.
   std::uint32_t spacing = 1;
-  // Of a level of a model with textures of levels: of the tiles of its pieces.
+  // Only of levels with textures: sums over the tiles of the level's pieces.
   std::uint64_t tileBytes = 0, texels = 0;
   bool operator==(const ResolutionDescription&) const = default;
 };
@@ -122,7 +122,7 @@ public:
   bool empty() const { return this->size() == 0; }
   const ScalarDescription* begin() const { return this->All ? this->All->data() : nullptr; }
   const ScalarDescription* end() const { return this->begin() + this->size(); }
-  // Of the array of that name; null where there is none.
+  // The array of that name; null without it.
   const ScalarDescription* Find(std::string_view name) const;
   bool operator==(const ScalarDescriptions& other) const
   {
@@ -206,7 +206,7 @@ struct ModelSummary
   bool operator==(const ModelSummary&) const = default;
 };
 
-// Of a description in a list: enough for a few lines, and lists of very many models stay readable.
+// The beginning of a description in a list: a few lines, so that long lists stay readable.
 inline constexpr std::size_t mostSummaryBytes = 400;
 
 // What a server says of itself, above its list of models; may be empty.

@@ -183,7 +183,7 @@ std::string BodyOf(const ModelDescription& model, const ModelTexts& texts, const
   std::string body = "<h1 dir=\"auto\">" + HtmlEscaped(texts.title) + "</h1>\n";
   if (HasPicture(model))
   {
-    // Of this very page's server: other addresses than its own the page may not load.
+    // Addresses of this page's own server: the page may load no others.
     const PagePlace near{ {}, place.up, place.isFolder };
     body += "<p><img src=\"" + HtmlEscaped(near.Picture(model.id)) + "\" alt=\"\" width=\"320\" " +
             "height=\"168\"></p>\n";

@@ -44,7 +44,7 @@ GlbFrame FrameOf(const ModelDescription& model, const Piece& piece)
   const HomeView home = model.homeView.value_or(HomeView{});
   const Vec3 up = ScaledUnitVector(home.up).value_or(Vec3{ 0, 1, 0 });
   const Vec3 level = Minus(home.view, Times(up, Dot(home.view, up)));
-  constexpr double fromAbove = 0.1; // such a first view tells nothing about the front
+  constexpr double fromAbove = 0.1; // such a first view does not show where the front is
   const Vec3 side = Cross(up, Length(level) > fromAbove ? level : FrontOf(up));
   const Vec3 right = ScaledUnitVector(side).value_or(Vec3{ 1, 0, 0 });
   GlbFrame frame;

@@ -35,7 +35,7 @@ public:
 
 private:
   std::string MakeCommands(const CLI::App* app) const;
-  // Of the groups of which some options must be given, CLI11's option groups.
+  // For CLI11's option groups: which of their options must be given.
   std::string MakeChoices(const CLI::App* app) const;
   std::string MakeGroups(const CLI::App* app) const;
   // `name` in the first column, `text` wrapped in the second.

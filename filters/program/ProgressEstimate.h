@@ -55,7 +55,7 @@ private:
     double Rate() const;
   };
 
-  // Of all steps; none for a step without a share.
+  // The progress of all steps; none for a step without a share.
   std::optional<double> WholeFraction() const;
 
   std::vector<StepShare> Shares;

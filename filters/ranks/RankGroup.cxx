@@ -200,7 +200,7 @@ Result<bool> RankGroup::ExchangeBytes(
   return anyMore;
 }
 
-// What each rank has for each other one.
+// The data that each rank sends to each other rank.
 void RankGroup::Swap(
   const std::vector<std::span<const std::byte>>& out, const std::vector<std::span<std::byte>>& in)
 {

@@ -74,7 +74,7 @@ public:
   // An error of this rank, which names it then, unless it is the only one or was interrupted.
   Error NameRank(Error error) const;
 
-  // What each rank has come to: the error of the lowest rank that has one, which it names.
+  // The common result of all ranks: the error of the lowest rank that failed, with its number.
   Status Agree(const Status& own);
   // Adds over the ranks, element by element.
   Status Sum(std::span<std::uint64_t> numbers);

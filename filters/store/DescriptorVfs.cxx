@@ -67,7 +67,7 @@ int FileSize(sqlite3_file* file, sqlite3_int64* bytes)
   return SQLITE_OK;
 }
 
-// Of a file that is open only for reading the system refuses it.
+// The system refuses to write to a file that is open only for reading.
 int Write(sqlite3_file* file, const void* data, int bytes, sqlite3_int64 offset)
 {
   const auto* from = static_cast<const char*>(data);

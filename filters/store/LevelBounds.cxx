@@ -183,7 +183,7 @@ private:
 class LevelSurface
 {
 public:
-  // triangles: of `points`; none: each point is one. REQUIRES: there are points.
+  // triangles: corners are numbers of points; empty: each point counts as one. REQUIRES: points.
   LevelSurface(std::vector<Vec3> points, std::vector<Triangle> triangles)
     : Points(std::move(points))
     , Triangles(std::move(triangles))

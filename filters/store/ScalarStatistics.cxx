@@ -91,7 +91,7 @@ void ScalarStatistics::Add(const Piece& piece)
   }
 }
 
-// Of equal hashes, of which there are hardly any, those stay that came first.
+// Of equal hashes (there are hardly any) the first ones stay.
 void ScalarStatistics::KeepLowest(std::size_t count)
 {
   const std::size_t columns = this->Infos.size();

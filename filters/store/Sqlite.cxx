@@ -33,7 +33,7 @@ Result<std::string> UriOf(const std::filesystem::path& file)
   return "file:" + PercentEncoded(absolute.string(), "/._-");
 }
 
-// Of the processor, for this thread: neither a slow disk nor other programs are the file's doing.
+// This thread's processor time: a slow disk and other programs do not count against the file.
 std::chrono::nanoseconds ThreadTime()
 {
   timespec time = {};

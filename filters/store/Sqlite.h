@@ -40,7 +40,7 @@ inline constexpr int mostRowBytes = (64 << 20) + (64 << 10);
 Result<Database> OpenForReading(int descriptor);
 // The same, for writing to a file that nobody else has open. There is no journal file.
 Result<Database> OpenForWriting(int descriptor);
-// A file of our own, which is empty: what cannot be written stays half written.
+// Opens an empty file of our own for writing. A write that fails may leave it incomplete.
 Result<Database> OpenEmpty(int descriptor);
 // Opens a file that several programs may write to, and makes it if there is none. Its statements
 // may take any time.

@@ -43,7 +43,7 @@ Error DamagedBlob(const std::string& blob, const std::string& what);
 class StoreBlobs
 {
 public:
-  // Of a store of that version. Errors: those of a statement.
+  // Opens the blobs of a store of that version. Errors: those of a statement.
   static Result<std::unique_ptr<StoreBlobs>> Open(
     Database database, int version, const ModelDescription& model);
   virtual ~StoreBlobs() = default;
@@ -60,7 +60,7 @@ public:
   bool Failed() const { return this->HasFailed; }
 
 protected:
-  // Of the blob, what SQLite says of its rows.
+  // SQLite's error about a row, as an error of the blob.
   Error Fail(const BlobRow& blob, const Error& error);
 
 private:

@@ -44,7 +44,7 @@ public:
   // not wait for a disk.
   std::optional<bool> LooksUnchanged();
   FileState State();
-  // Of all blobs so far, whether they were whole or not.
+  // The bytes of all blobs read so far, damaged ones too.
   std::uint64_t BytesRead() const { return this->Bytes; }
 
   // The blob of a row, whose checksum holds.

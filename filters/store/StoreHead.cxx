@@ -163,7 +163,7 @@ private:
   Bytes Left;
 };
 
-// Of the schema.
+// A row of the schema.
 struct SchemaRow
 {
   std::string_view type, name, table, sql;

@@ -21,7 +21,7 @@ struct NotesText
 };
 
 std::filesystem::path NotesFileOf(const std::filesystem::path& store);
-// Of a model in what was opened: its store, or a folder of stores.
+// The notes' file of a model in what was opened: its store, or a folder of stores.
 std::filesystem::path NotesFileIn(
   const std::filesystem::path& storeOrFolder, const std::string& model);
 

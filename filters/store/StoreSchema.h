@@ -54,7 +54,7 @@ struct StoreTable
   std::string_view name;
   std::string_view sql; // as SQLite keeps it in the schema: a store has these very letters
 };
-// Of a store of that version, in the order in which they are created; the first is the metadata.
+// The tables of a store of that version, in their order; the first is the metadata.
 std::vector<StoreTable> TablesOfStore(int version);
 // The statements that create them.
 std::string SchemaOfStore(int version);

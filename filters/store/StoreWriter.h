@@ -38,7 +38,7 @@ public:
   Status AddTexture(
     std::uint32_t partition, std::span<const std::uint8_t> data, std::uint64_t texels);
 
-  // Of models whose levels have textures (info.textures->levels).
+  // Only for models whose levels have textures (info.textures->levels).
   Status AddLevelTexture(PieceId piece, std::span<const std::uint8_t> data, std::uint64_t texels);
 
   // The blob of a piece that was added, or its texture. Any number of threads, while nothing is

@@ -158,7 +158,7 @@ private:
     return this->Textured.materials[this->Textured.materialOf[triangle]];
   }
 
-  // Of one without a picture.
+  // The colour of a triangle without a picture.
   Color ColorOf(std::size_t triangle) const
   {
     const TexturedMaterial& material = this->MaterialOf(triangle);

@@ -72,7 +72,7 @@ bool AskForBytes(png_structp codec, png_infop info)
   return true;
 }
 
-// Of one that is not interlaced. row: room for one.
+// Decodes a picture that is not interlaced. row: room for one row.
 bool TellPngRows(png_structp codec, png_bytep row, std::size_t height, PictureRows& rows)
 {
   if (setjmp(png_jmpbuf(codec)) != 0)

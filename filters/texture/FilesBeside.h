@@ -20,7 +20,7 @@ namespace kdstream
 // through links in it. Backslashes are slashes.
 std::filesystem::path FileBeside(const std::filesystem::path& base, std::string_view written);
 
-// Whether a name is such a one.
+// Whether a name is of this kind.
 bool LeadsOutside(std::string_view written);
 
 // The end of a sentence on a file that is not found: "is not there"; or where it lies, if the name

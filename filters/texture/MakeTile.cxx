@@ -68,7 +68,7 @@ public:
     return lit;
   }
 
-  // Of a row of texels, RGBA.
+  // Applies the material's factor and alpha to a row of texels, RGBA.
   void Light(std::uint8_t* rgba, std::int64_t texels) const
   {
     if (this->Plain && this->Opaque)
@@ -183,7 +183,7 @@ private:
       ByteOfLinear(material.color[2]), static_cast<std::uint8_t>(255 * alpha + 0.5) };
   }
 
-  // Of a picture, by a few of its texels.
+  // The mean colour of a picture, by a few of its texels.
   Result<Rgba> MeanOf(const TexturedMaterial& material) const
   {
     constexpr std::int64_t samples = 16;

@@ -14,7 +14,7 @@ namespace kdstream
 
 struct TileOptions
 {
-  // Of WebP, 1-100; 0: lossless: texels bit for bit, and coordinates as the input has them.
+  // WebP's quality, 1-100. 0: lossless: texels bit for bit, and coordinates as the input has them.
   unsigned quality = 90;
   // The longest side of a tile in texels; a larger tile is halved until it fits. Lossless tiles may
   // have longestTileSide.

@@ -29,7 +29,7 @@ public:
   {
   }
 
-  // False for numbers that are none.
+  // False for NaN and infinity.
   bool Understand(ObjMaterial& material)
   {
     for (std::string_view option; !(option = this->PeekWord()).empty() && option[0] == '-';)
@@ -446,7 +446,7 @@ ObjMaterials ObjLibraries::Take()
     this->Found.warnings.push_back("pictures of materials that are not carried: " + names);
   }
   this->Found.libraries = std::move(this->Seen);
-  // Of one name the first.
+  // Of materials with one name the first stays.
   std::vector<ObjMaterial>& all = this->Found.materials;
   std::stable_sort(all.begin(), all.end(),
     [](const ObjMaterial& a, const ObjMaterial& b) { return a.name < b.name; });

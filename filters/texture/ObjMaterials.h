@@ -95,7 +95,7 @@ private:
 class MaterialNames
 {
 public:
-  // Of one name the first counts.
+  // Of materials with one name the first counts.
   void Add(std::string_view name, std::uint32_t number);
   std::optional<std::uint32_t> Find(std::string_view name) const;
 

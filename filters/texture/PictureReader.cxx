@@ -17,7 +17,7 @@ constexpr std::size_t typeBytes = 12;     // that TypeOfPicture looks at
 // Upper bounds for the largest picture: texels of four 16-bit channels, and profiles.
 constexpr std::uint64_t bytesPerPixel = 8, bytesBeside = std::uint64_t{ 1 } << 24;
 
-// Of what is not a picture only the beginning.
+// The bytes; of a file that is not a picture only the beginning.
 Result<std::vector<std::uint8_t>> BytesOf(const PictureSource& source, std::uint64_t mostPixels)
 {
   if (!source.wrong.empty())

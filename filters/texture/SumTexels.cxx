@@ -92,7 +92,7 @@ void SumRow(FewSums& few, std::size_t row, std::size_t first, std::size_t end,
   few.parts += end - first;
 }
 
-// Of the upright parts, or of those upside down, which are one less in each row.
+// Sums over the upright parts, or those upside down, of which each row has one less.
 template <class ValueOf>
 void SumAlike(PartSums& sums, const std::array<PlaceInPicture, 3>& at, std::size_t cuts,
   bool upright, const ValueOf& valueOf)

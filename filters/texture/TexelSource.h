@@ -14,7 +14,7 @@
 namespace kdstream
 {
 
-// Of texels: columns from the left and rows from above.
+// A box of texels: columns from the left and rows from above.
 struct TexelBox
 {
   std::array<std::int64_t, 2> lo{}, hi{}; // hi is outside

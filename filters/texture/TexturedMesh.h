@@ -35,7 +35,7 @@ struct TextureTransform
 {
   std::array<double, 3> u{ 1, 0, 0 }, v{ 0, 1, 0 };
 };
-// Of formats whose v goes up from the lower edge.
+// For formats whose v goes up from the lower edge.
 inline constexpr TextureTransform upsideDown{ { 1, 0, 0 }, { 0, -1, 1 } };
 
 // Where a picture's bytes are: in `bytes`, or else in a file, or a part of it.

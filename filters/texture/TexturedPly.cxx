@@ -247,7 +247,7 @@ private:
           KDSTREAM_TRY(values.EndLine());
         }
       }
-      break; // what comes after is none of ours, and words may be read ahead
+      break; // what follows is not read here, and words may be read ahead
     }
     if (this->Out.textured.corners.size() != this->TheMesh().triangles.size())
     {

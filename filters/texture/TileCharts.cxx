@@ -145,7 +145,7 @@ private:
       { BitCast<std::uint64_t>(corners[a]), BitCast<std::uint64_t>(corners[b]) }, t };
   }
 
-  // Of sides of the same vertices.
+  // Joins sides of the same vertices.
   void JoinAlike(std::vector<SideTexture>& sides)
   {
     std::sort(sides.begin(), sides.end(),
@@ -293,7 +293,7 @@ private:
     boxes = std::move(left);
   }
 
-  // Of each box those that begin after it along an axis. False: nothing was merged.
+  // Compares each box with those that begin after it along an axis. False: nothing was merged.
   bool MergeRound(
     std::vector<std::uint32_t>& order, std::vector<std::uint32_t>& into, std::size_t axis)
   {

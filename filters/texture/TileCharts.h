@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Finds which parts of which pictures the triangles of a partition need. Part of step "encode" of
-// the pipeline picture: texture tiles.
+// Finds which parts of which pictures the triangles of a partition need, and packs them as charts
+// of a texture atlas (tile). Part of step "encode" of the pipeline picture: texture tiles.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -37,7 +37,7 @@ struct TexturedTriangles
   std::vector<std::uint32_t> materialOf;
 };
 
-// Of a coordinate, in texels of its picture.
+// The most of a coordinate, in texels of its picture.
 inline constexpr double mostChartTexels = 1 << 30;
 
 inline constexpr std::uint32_t noChartBox = std::numeric_limits<std::uint32_t>::max();

@@ -210,7 +210,7 @@ struct QuotaBook::Connection
   ~Connection();
 
   const std::filesystem::path path, log, index;
-  // Of the file that is open, of its log and of the index of that.
+  // The open file's, its log's, and that of the log's index.
   std::optional<FileIdentity> identity, logIdentity, indexIdentity;
   std::set<dev_t> devicesAbove; // the folder
   Database database;

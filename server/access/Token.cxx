@@ -267,7 +267,7 @@ Result<std::int64_t> ParseTime(const JsonValue& value, const char* name)
   return value.GetInt64();
 }
 
-// Of texts that are shown and logged.
+// For texts that are shown and logged.
 bool IsName(std::string_view text)
 {
   return !text.empty() && text.size() <= maximumSubjectBytes &&

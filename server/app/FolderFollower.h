@@ -32,7 +32,7 @@ public:
   FolderFollower(const FolderFollower&) = delete;
   FolderFollower& operator=(const FolderFollower&) = delete;
 
-  // What came of the first reading, once it is done, for which it waits so long at most.
+  // The result of the first reading. Waits for it, at most this time.
   std::optional<Status> AwaitFirst(std::chrono::milliseconds time);
 
   // From now on reads what changes.

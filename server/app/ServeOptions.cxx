@@ -62,7 +62,7 @@ CLI::Validator NumberFrom(double least, double most)
 
 CLI::Validator SizeFromOne()
 {
-  return Must("a size of at least 1", // what is no size is reported by the option itself
+  return Must("a size of at least 1", // the option itself reports what is not a size
     [](const std::string& text)
     {
       const auto size = ParseSize(text);

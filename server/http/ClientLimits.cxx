@@ -164,7 +164,7 @@ std::chrono::seconds ClientLimits::TakeRequest(std::string_view address, Clock::
   return none;
 }
 
-// Forgets addresses that are gone and have all their requests again, as if they were new.
+// Forgets addresses without connections whose rate limit has recovered: as if they were new.
 void ClientLimits::Sweep(Clock::time_point now, double most)
 {
   if (this->Clients.size() < this->SweepAt)

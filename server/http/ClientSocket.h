@@ -80,7 +80,7 @@ public:
   using BytesHandler = AnyHandler<beast::error_code, std::size_t>;
 
   explicit ClientSocket(TcpSocket socket);
-  // Has another thread do what the socket's own must not wait for.
+  // Runs work in another thread that the socket's own thread must not wait for.
   using Offload = std::function<void(std::function<void()>)>;
   // Through TLS. What a handshake computes is done by `elsewhere`.
   ClientSocket(TcpSocket socket, ssl_ctx_st& tls, Offload elsewhere);

@@ -48,7 +48,7 @@ struct HttpServerOptions
   unsigned threads = 2; // of the event loop, at least 1
   unsigned readers = 8; // threads that wait for disks, at least 1
   std::size_t maximumConnections = 1000;
-  // Connections in addition to the maximum, at which clients are told that there is no slot; and
+  // Connections in addition to the maximum, which are answered that no slot is free; and
   // the same number for the admin address. Further ones are closed without an answer.
   std::size_t extraConnections = 64;
   // Limits of one address: connections at a time, and requests a minute, including messages of
@@ -92,7 +92,7 @@ struct HttpServerOptions
   // this time; then the client is asked to try again (503).
   std::chrono::milliseconds answerTimeout{ 30'000 };
   std::size_t slowestBytes = 16384; // at least 1
-  // A stream is closed when its client has sent nothing for so long, not even an answer to a ping.
+  // A stream is closed when its client has sent nothing for this time, pongs included.
   std::chrono::milliseconds streamTimeout{ 60'000 };
   // When connection slots are short, streams whose clients have been idle for this time lose
   // theirs; idle HTTP connections lose theirs at once.
@@ -135,9 +135,9 @@ public:
   // From now on only finishes what is in flight: new requests are refused (503). Must not be called
   // from a callback; the next two neither.
   void BeginDrain();
-  // Whether that is finished, which it waits for, so long at most.
+  // Waits until that is finished, at most this time. Whether it is.
   bool WaitUntilDrained(std::chrono::milliseconds time);
-  // Drains for at most drainTimeout, then takes no more connections and ends the threads.
+  // Graceful shutdown: drains for at most drainTimeout, then closes connections, ends the threads.
   void Stop();
   // Stops at once, and waits for disks at most this time. False if a disk still holds a thread: to
   // end without waiting for it, the process must use _exit.

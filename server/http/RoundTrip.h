@@ -19,7 +19,7 @@
 namespace kdstream
 {
 
-// Where one handler of Asio has its place.
+// Memory for one handler of Asio.
 struct HandlerPlace
 {
   alignas(std::max_align_t) std::array<std::byte, 128> memory;

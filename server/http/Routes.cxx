@@ -482,7 +482,7 @@ Routes::Found Routes::FindBlob(const HttpRequest& request, AskedBlob asked) cons
   return reading;
 }
 
-// Nothing where it counts and may not.
+// Nothing if the answer would count against a quota, and mayCount is false.
 std::optional<HttpResponse> Routes::ReadBlob(
   const HttpRequest& request, const AskedBlob& asked, bool mayCount) const
 {
@@ -500,7 +500,7 @@ std::optional<HttpResponse> Routes::ReadBlob(
   {
     return this->Forbidden(*ended);
   }
-  // Where no byte of it is sent none is read. A part is read as a whole: so is its checksum.
+  // Nothing is read for an answer without bytes. A range is read as a whole blob, for its checksum.
   if (asked.isKnown || !request.range.empty())
   {
     const auto size = asked.model->BlobSize(asked.id);
@@ -626,7 +626,7 @@ HttpResponse Routes::AnswerFile(const HttpRequest& request, const StaticFile& fi
 }
 
 // A model's page is an answer in any case: people follow links. Where it is not known, or not for
-// this client, which are told apart only for clients with a token, the page says so.
+// this client (which of the two, only clients with a token learn), the page says so.
 Routes::Found Routes::FindPage(const HttpRequest& request, PagePath asked) const
 {
   const bool isEmbed = asked.kind == PagePath::Kind::Embed;

@@ -32,7 +32,7 @@ struct RouteOptions
   std::shared_ptr<const TokenGuard> guard = {}; // whose tokens models take; null: they take none
   std::shared_ptr<const PartitionLedger> ledger = {}; // where partitions are entered; null: nowhere
   std::function<std::uint64_t()> lostLines = {};      // of the server's logs; none: there are none
-  std::string contact = {}; // told to clients without a valid token; empty: nothing is
+  std::string contact = {}; // sent to clients without a valid token, unless empty
 };
 
 class Routes

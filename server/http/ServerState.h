@@ -110,7 +110,7 @@ public:
   // file, only requests that take of a quota wait.
   WorkerPool Takers{ [this](WorkerPool::Clock::duration waited)
     { this->Counters.CountWait(waited); } };
-  // Of TLS. Others than the readers: a disk that hangs keeps nobody from connecting.
+  // Threads for TLS handshakes, not the readers: a hanging disk does not stop new connections.
   WorkerPool Handshakes;
 
   bool IsTls() const { return !this->Options.tlsCertificate.empty(); }

@@ -117,7 +117,7 @@ struct StaticFiles::Kept
   using Key = std::pair<std::string, bool>;
   Report report;
   std::mutex mutex;                            // for what follows
-  std::map<std::string, std::string> reported; // by the path in the folder: what was told last
+  std::map<std::string, std::string> reported; // by the path in the folder: the last report
   std::map<Key, std::shared_ptr<const StaticFile>> files;
   std::uintmax_t bytes = 0;
   std::uint64_t forgotten = 0; // times
@@ -201,7 +201,7 @@ Result<std::shared_ptr<const StaticFile>> StaticFiles::Read(
   return file;
 }
 
-// Of a file that is there.
+// Reports an error of an existing file.
 void StaticFiles::Tell(const std::string& relative, const Error& error) const
 {
   if (error.file.empty() || !this->Memory->report)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The files of a folder, for the web viewer: a URL's path to bytes, never outside the folder.
+// The files of a folder, for the web viewer: a URL's path to bytes. Path traversal (..) is refused.
 #pragma once
 
 #include "filters/core/Result.h"

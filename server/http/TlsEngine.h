@@ -26,7 +26,7 @@ public:
     Done,
     WantsInput, // of the other side's; the same call again then
     Ended,      // the other side says that it sends no more
-    Failed      // what came is no TLS, or not for us
+    Failed      // what came is not TLS, or not for us
   };
 
   Outcome Handshake();

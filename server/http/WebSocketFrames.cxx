@@ -180,7 +180,7 @@ bool WebSocketReader::CheckStart()
   return true;
 }
 
-// Of the payload: in its shortest form, and no more than a message may have.
+// The payload's length must have its shortest form, and fit into a message.
 bool WebSocketReader::CheckLength()
 {
   const auto extended = this->HeadSize - 6;

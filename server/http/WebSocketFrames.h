@@ -80,7 +80,7 @@ public:
     return std::string_view(this->ControlBytes.data(), this->ControlSize)
       .substr(this->ControlBegin);
   }
-  // Of a Close frame without a status: 0.
+  // 0 for a Close frame without a status.
   std::uint16_t Status() const { return this->Code; }
 
 private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Threads for work that event loops must not wait for: disks, searches for regions, TLS handshakes.
-// Internal to the server.
+// A thread pool for work that event loops must not wait for: disks, searches for regions, TLS
+// handshakes. Internal to the server.
 //
 // A disk that hangs delays only the requests that need it:
 //   - a source (a store, say) has at most half of the threads at a time; further tasks wait in a

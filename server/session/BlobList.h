@@ -19,7 +19,7 @@ struct BlobList
   std::vector<protocol::BlobId> blobs;
   std::uint64_t estimatedBytes = 0;
 
-  // Of a region: its partitions, those left out too; absent if there are too many to list.
+  // A region's partitions, those left out too; absent if there are too many to list.
   std::optional<std::vector<std::uint32_t>> region;
 };
 

@@ -107,7 +107,7 @@ public:
   // How many there are, as far as is known without a disk.
   virtual std::size_t CountNotes(std::string_view /*id*/) const { return 0; }
 
-  // Of the memory that the models share.
+  // The use of the memory that the models share.
   virtual CacheUse Memory() const { return {}; }
 
   // These as JSON, below what the server says of itself.

@@ -346,7 +346,7 @@ void Conversation::GiveUp(const std::shared_ptr<Task>& task)
   {
     return;
   }
-  // Of a running task only constant members are read.
+  // While a task runs, only its constant members are read.
   auto failed = std::make_shared<Task>(this->Models, this->Limits.partitions, this->May);
   failed->Request = task->Request;
   failed->Blob = task->Blob;

@@ -22,7 +22,7 @@ struct Loop
   std::mutex mutex; // for what follows
   std::condition_variable changed;
   std::size_t next = 0; // that nobody has begun
-  unsigned thread = 0;  // the one that goes on
+  unsigned thread = 0;  // the number of the one that works
   std::exception_ptr thrown;
   bool done = false;
 
@@ -43,7 +43,7 @@ struct Loop
         caught = std::current_exception();
       }
       lock.lock();
-      if (this->thread != self) // it was left alone
+      if (this->thread != self) // another thread goes on in its place
       {
         return;
       }

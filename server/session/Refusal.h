@@ -14,7 +14,7 @@ namespace kdstream
 struct Refusal
 {
   std::uint16_t status = 500;           // of HTTP
-  std::string message;                  // nothing of the server's insides
+  std::string message;                  // names nothing inside the server
   std::chrono::seconds retryAfter{ 0 }; // when it ends; 0: not known
 
   // Whether the store was to blame, or the machine under it: for counting.
@@ -30,7 +30,7 @@ std::string TooManyRequests(std::chrono::seconds wait);
 Refusal RefusePart(const std::string& model, const std::string& what, const Error& error);
 
 // The refusal for a model whose store has been changed: 503 until it is opened again, 500 if there
-// is no whole store any more. error: of ServedModel::CheckUnchanged.
+// is not a whole store any more. error: of ServedModel::CheckUnchanged.
 Refusal RefuseModel(const std::string& model, const Error& error);
 
 }

@@ -173,7 +173,7 @@ private:
     return this->Kept;
   }
 
-  // Whether the file is unchanged; opens it only if its state alone does not show that.
+  // Whether the file is unchanged; opens it only if its state does not show that.
   Status CheckFile() const
   {
     if (!this->FindOpen() && FileState::Of(this->File) == this->State())

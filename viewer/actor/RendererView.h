@@ -21,7 +21,7 @@ struct RendererView
   // distant eye.
   SceneCamera camera;
   int width = 1, height = 1;
-  // Of what is drawn now: of tiles one of them.
+  // What is drawn now; of a picture in tiles, this tile.
   SurfaceActors::Sight sight;
 };
 

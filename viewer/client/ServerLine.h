@@ -44,7 +44,7 @@ struct ServerLineOptions
   // s; a server that had no stream is asked for one again after this time, if GETs do not work
   // either; 0 = never.
   double streamRetry = 0;
-  double idleTimeout = 0; // s; if something is outstanding and nothing has come for so long, the
+  double idleTimeout = 0; // s; if something is outstanding and nothing arrived for this time, the
                           // connection is given up; 0 = never (the host's sockets do that)
   // s; the stall timeout: after this time without progress of the longest outstanding request,
   // though other things came (StreamConversation::StalledSince), that request has failed, and the

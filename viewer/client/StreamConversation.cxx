@@ -120,7 +120,7 @@ void StreamConversation::Flush(double now)
   }
 }
 
-// What is no longer outstanding must be reported: if there is no memory for that, nothing is taken.
+// What is no longer outstanding must be reported: without memory for that, nothing is taken.
 void StreamConversation::MakeRoomForEvent()
 {
   if (this->Events.size() == this->Events.capacity())

@@ -147,7 +147,7 @@ public:
     }
   }
 
-  // Of a step that was played: the exit code. Errors: those of the step, but a picture of nothing.
+  // The exit code after a played step. Errors: those of the step, except an empty picture.
   Result<int> Tell(const SessionStep& step, const Status& played) const
   {
     const bool picture = step.kind == SessionStep::Kind::Screenshot;

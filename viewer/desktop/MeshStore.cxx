@@ -74,7 +74,7 @@ std::uint64_t BytesIn(const fs::path& folder)
   return sum;
 }
 
-// Of the stores but `kept` as many are deleted as is needed.
+// Deletes stores, never `kept`, until the rest has at most mostBytes.
 void MakeRoom(const fs::path& stores, const fs::path& kept, std::uint64_t mostBytes)
 {
   std::multimap<fs::file_time_type, fs::path> byUse;

@@ -91,7 +91,7 @@ void PictureLegend::ShowBar(const ColorLegend& legend, Place lower, Place upper)
     const double y = height(legend.ticks[i].share);
     const double half = std::max(this->Line / 32, 0.5);
     this->AddRectangle({ lower.x - this->Line / 3, y - half }, { lower.x, y + half }, ink, ink);
-    vtkTextActor& text = *this->Texts[i + 1]; // behind the title
+    vtkTextActor& text = *this->Texts[i + 1]; // after the title
     text.GetTextProperty()->SetJustificationToRight();
     text.GetTextProperty()->SetVerticalJustificationToCentered();
     text.SetPosition(lower.x - this->Line / 2, y);

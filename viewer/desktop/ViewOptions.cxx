@@ -303,7 +303,7 @@ std::string CheckPicture(const std::string& file)
   return ending == ".png" ? "" : "'" + file + "' must end in .png: pictures are written as PNG";
 }
 
-// Of a model's page (http://HOST/m/ID) the server stays, and the model is the one to show.
+// Takes a model's page (http://HOST/m/ID) apart: the server, and the model to show.
 void TakePage(ViewOptions& options)
 {
   auto& source = options.source;

@@ -26,7 +26,7 @@ public:
     this->Frames = 0;
   }
 
-  // Of the way, 0 … 1, for a picture that is drawn now: slowly at its ends.
+  // The progress of the geomorph, 0 … 1, for a picture drawn now: slower at both ends.
   double Share(double now)
   {
     const double part = std::clamp((now - this->Began) / duration, 0.0, 1.0);

@@ -25,11 +25,11 @@ class GlesBuffers
 public:
   struct Part
   {
-    DrawnSurface::Part drawn;         // nothing of a cloud, whose splats depend on all of it
+    DrawnSurface::Part drawn;         // empty for a cloud: each splat depends on all points
     const Surface* surface = nullptr; // while it is uploaded,
-    std::span<const float> radii;     // and so long of a cloud
+    std::span<const float> radii;     // the same of a cloud
     Box bounds;                       // relative to the placement's center, not scaled
-    std::shared_ptr<const TextureTile> tile{}; // that paints it; or null
+    std::shared_ptr<const TextureTile> tile{}; // its texture, or null
     GLuint texture = 0;                        // of its picture
     std::vector<GlesChunk> chunks;
   };
@@ -104,7 +104,7 @@ private:
   std::vector<GlesChunk> CapChunks;
   CapPlace CapHere;             // of what is in CapChunks
   std::optional<Content> Tried; // the last that was to be uploaded
-  // Of all parts, which are in the graphics memory as this makes them.
+  // The common placement, by which all parts are in graphics memory.
   Placement Place;
   TreeDepths Depths;
   std::uint64_t Colored = 0; // ColorsVersion

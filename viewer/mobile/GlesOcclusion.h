@@ -31,7 +31,7 @@ public:
   // The context was lost: nothing is deleted.
   void Forget();
 
-  // Of its textures: 3 bytes of depth that take 4, and one each of the other two, a pixel.
+  // The bytes of its textures: for each pixel 4 of depth (3 used) and 1 in each other texture.
   std::size_t Bytes() const
   {
     return std::size_t{ 6 } * static_cast<std::size_t>(this->Width) *

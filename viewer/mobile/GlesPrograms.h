@@ -38,7 +38,7 @@ public:
   GLuint Background() const { return this->Gradient; }
   // For what needs no attributes.
   GLuint EmptyArray() const { return this->Empty; }
-  // Those that not every look needs are compiled when they are first used. Errors: those of Make.
+  // Programs that not every view needs are compiled at their first use. Errors: those of Make.
   Result<GLuint> Surface(std::size_t kind);
   Result<GLuint> Cap();
 

@@ -56,10 +56,10 @@ public:
   static void SetTileUpload(TileUpload upload);
 
   // Draws the scene into the lower left of the bound framebuffer, which needs a depth buffer; with
-  // several samples a pixel, edges are smooth. The surface is uploaded to graphics memory only if
-  // surfaceVersion or the coloring has changed, and then only the parts that differ: 16 bytes a
-  // vertex (4 more with colours, and in a cloud; 16 more while it morphs), 6 a triangle. Parts that
-  // are not drawn any more are freed first. viewport: that of the session.
+  // several samples a pixel, edges are anti-aliased. The surface is uploaded to graphics memory
+  // only if surfaceVersion or the coloring has changed, and then only the parts that differ: 16
+  // bytes a vertex (4 more with colours, and in a cloud; 16 more while it morphs), 6 a triangle.
+  // Parts that are not drawn any more are freed first. viewport: that of the session.
   //
   // Errors: InvalidArgument for an empty viewport, and those of CheckCamera: nothing is drawn.
   // Those of CheckSurface: the old surface stays. LimitExceeded if the graphics memory is not
@@ -67,7 +67,7 @@ public:
   // there is another surface. After Forget also the errors of Make.
   Status Draw(const ViewerScene& scene, const Viewport& viewport);
 
-  // Of all buffers and textures that it holds now. O(parts).
+  // The bytes of all buffers and textures that it holds now. O(parts).
   std::size_t GraphicsBytes() const;
 
 private:

@@ -122,7 +122,7 @@ private:
 
 vtkStandardNewMacro(ContextRenderWindow);
 
-// VTK's X11 window, which lets other contexts go before it makes its own current.
+// VTK's X11 window. It releases other contexts before it makes its own current.
 class X11RenderWindow final : public vtkXOpenGLRenderWindow
 {
 public:

@@ -32,7 +32,7 @@ const char* NameOf(WindowBackend backend);
 Result<WindowBackend> ParseWindowBackend(std::string_view name);
 
 // Makes a window of width × height pixels that draws off screen, ready for renderers, with edges
-// smoothed by 4 samples. Sizes are 1 … 8192 a side, and may be changed by SetSize at any time.
+// anti-aliased by 4 samples. Sizes are 1 … 8192 a side, and may be changed by SetSize at any time.
 // Windows of all backends may live side by side and draw in turn; a change of backend costs about 1
 // ms. A window's context ends with it. Threads: all windows of a process must be used from one
 // thread. Errors: InvalidArgument for a size; NotFound or Unsupported if the backend cannot draw

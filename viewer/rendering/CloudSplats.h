@@ -24,7 +24,7 @@ inline constexpr const char* splatRadiusArray = "SplatRadius";
 void DrawSplats(vtkActor& actor, vtkPolyDataMapper& mapper, bool isLit);
 void DrawNoSplats(vtkActor& actor, vtkPolyDataMapper& mapper);
 
-// Where a picture is taken from.
+// How a picture sees a cloud, for its splats.
 struct SplatSight
 {
   ClippingPlanes planes;   // of a parallel projection they may lie behind the eye

@@ -103,7 +103,7 @@ void main()
 
 }
 
-// Of the window: what the renderer draws into, in pixels; and its projection.
+// The part of the window that the renderer draws into, in pixels, and its projection.
 struct SceneOcclusion::Area
 {
   std::array<float, 4> place;

@@ -107,7 +107,7 @@ void FaceNormalsToTheEye(vtkActor& actor)
   RaiseReliefOf(actor, 0, 0);
 }
 
-// By the texture as by a colour: VTK would multiply all light by it, highlights too.
+// The texture replaces the colour before lighting: VTK would multiply highlights by it, too.
 void TextureBeforeLight(vtkActor& actor)
 {
   vtkShaderProperty* shader = actor.GetShaderProperty();
@@ -198,7 +198,7 @@ vtkSmartPointer<vtkUnsignedCharArray> Colors(std::size_t count, const ColorAt& c
   return colors;
 }
 
-// Of each vertex of a painted surface, what its point has.
+// Gives each vertex of a textured surface the values of its point.
 Surface Split(const Surface& surface, const TexturedCorners& textured)
 {
   Surface split;
@@ -377,7 +377,7 @@ vtkSmartPointer<vtkUnsignedCharArray> ScenePart::PointColors(const Coloring& col
                : nullptr;
 }
 
-// Of each drawn cell (triangle, or point of a cloud).
+// A colour for each drawn cell (triangle, or point of a cloud).
 vtkSmartPointer<vtkUnsignedCharArray> ScenePart::CellColors(SurfaceColoring coloring) const
 {
   if (this->IsCloud)

@@ -38,7 +38,7 @@ public:
   ScenePart& operator=(const ScenePart&) = delete;
 
   vtkActor& Actor() { return *this->Drawing; }
-  // Of what is drawn, relative to the center.
+  // The box of what is drawn, relative to the center.
   const Box& Bounds() const { return this->Extent; }
 
   // Draws this surface from now on: as SurfaceScene::Update. normals: one for each point, or none.

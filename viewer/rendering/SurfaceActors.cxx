@@ -97,7 +97,7 @@ Status SurfaceActors::Update(const DrawnSurface& surface, const TreeDepths& dept
         known->second->drawn.LooksLike(parts[i]) && known->second->tile == entries[i].tile;
     }
   }
-  // What is not needed any more makes room for what is new.
+  // New parts take the place of parts that are not needed any more.
   auto spare = this->Entries.begin();
   for (Entry& entry : entries)
   {

@@ -34,7 +34,7 @@ public:
   SurfaceActors(const SurfaceActors&) = delete;
   SurfaceActors& operator=(const SurfaceActors&) = delete;
 
-  // As SurfaceScene has them.
+  // As SurfaceScene's.
   Status Update(const Surface& surface, const TreeDepths& depths, const Vec3& center);
   Status Update(const DrawnSurface& surface, const TreeDepths& depths, const Vec3& center,
     const std::shared_ptr<const TileList>& tiles = nullptr);
@@ -55,7 +55,7 @@ public:
   void Aim(const Sight& sight);
 
   bool Empty() const { return this->Entries.empty(); }
-  // Of what is drawn, relative to Center().
+  // The box of what is drawn, relative to Center().
   const Box& Bounds() const { return this->Extent; }
   const Vec3& Center() const { return this->Middle; }
   const TreeDepths& Depths() const { return this->Tree; }

@@ -168,7 +168,7 @@ void Camera::LookFrom(const Vec3& eye, const Vec3& focal, const Vec3& up, double
   this->Tangent = tangent;
 }
 
-// Where pixel (x, y) lies on the ball under the window, in the camera's frame.
+// The point of the trackball under pixel (x, y), in the camera's frame.
 Vec3 Camera::OnBall(double x, double y) const
 {
   const double size = std::min(this->View.width, this->View.height) * 0.5;

@@ -132,7 +132,7 @@ public:
   // The inward normals, of length 1, of the five planes through the eye that bound what is visible:
   // ahead, and the four sides.
   std::array<Vec3, 5> InwardNormals() const;
-  // From the eye to the nearest point of a box that is not empty; 0 within it.
+  // The distance from the eye to the nearest point of a box that is not empty; 0 within it.
   double DistanceTo(const Box& box) const { return kdstream::DistanceTo(box, this->Eye()); }
   // The most points of the screen (pixels / pixel ratio) that a length of 1 can take at a distance
   // of `distance` > 0 from the eye.

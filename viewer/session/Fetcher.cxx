@@ -12,10 +12,10 @@ namespace
 using protocol::BlobId;
 using protocol::BlobKind;
 
-// A window as of 4 MB/s: what is on the way to a fine piece would be seen for some frames only.
+// The window of a line of 4 MB/s: on a faster one, pieces in between would be seen only briefly.
 constexpr std::size_t fastLine = std::size_t{ 1 } << 20;
 
-// As statistics name it.
+// The name of a blob's kind in statistics.
 const char* NameOf(const BlobId& blob, bool isPreview)
 {
   return isPreview                          ? "preview"

@@ -32,7 +32,7 @@ inline Vec3 Normalized(const Vec3& a)
   return length > 0 ? a * (1 / length) : a;
 }
 
-// To the nearest point of a box that is not empty; 0 within it.
+// The distance to the nearest point of a box that is not empty; 0 within it.
 inline double DistanceTo(const Box& box, const Vec3& point)
 {
   Vec3 away{};

@@ -17,7 +17,7 @@ constexpr double bytesOfSeenTriangle = 500;
 constexpr double bytesOfLevelTriangle = 300;
 constexpr double bytesOfRegionTriangle = 750;
 
-// Of bytes for what the view wants, as of the standard budget's two fifths.
+// Bytes for each triangle that the view wants: by the two fifths of the standard budget.
 constexpr double pieceBytesOfLevelTriangle = 0.4 * bytesOfLevelTriangle;
 constexpr double pieceBytesOfRegionTriangle = 0.4 * bytesOfRegionTriangle;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How much memory a viewer may take, and how it is shared. Between steps "choose" and "keep" of the
+// The memory budget of a viewer, and how it is shared. Between steps "choose" and "keep" of the
 // pipeline picture.
 #pragma once
 
@@ -9,7 +9,7 @@
 namespace kdstream
 {
 
-// Of a model's tree, where nothing else is said.
+// The memory of a model's tree by default.
 constexpr std::size_t standardTreeBytes = std::size_t{ 16 } << 20;
 
 // What a session may hold (SessionOptions::TakeShares).

@@ -299,7 +299,7 @@ bool IsAround(const DrawnSurface& surface, const Vec3& point)
     }
     return odd;
   };
-  // Of no common direction of edges.
+  // In directions that edges hardly have.
   const bool first = isOdd({ 0.6, 0.64, 0.48 }), second = isOdd({ -0.48, 0.36, 0.8 });
   return first == second ? first : isOdd({ 0.36, -0.8, 0.48 });
 }

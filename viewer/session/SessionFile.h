@@ -17,7 +17,7 @@
 //                               second light, or none of these (the default)
 //   {"section":"side"}          a plane through the middle: from the front, the side, above; across
 //                               x, y, z or the view; "flip": the other side is cut away; "off"
-//   {"depth":0.4}               so much of the model is cut away: 0-1
+//   {"depth":0.4}               the part of the model that is cut away, 0-1
 //   {"lamps":"…"}               light as in a link (ViewLink.h); "standard"
 //   {"turning":"upright"}       how fingers turn the model from here on: upright, or free (the
 //                               default)

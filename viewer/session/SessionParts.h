@@ -52,7 +52,7 @@ struct SessionParts
   void Handle(const Gesture& gesture, double time);
   void TakeLink(bool isJump); // what `followed` says
 
-  // As ViewerSession has them.
+  // As ViewerSession's functions of these names.
   bool IsIdle() const
   {
     return this->fetcher.Wishes().IsIdle() && !this->lod.IsDue() &&

@@ -40,7 +40,7 @@ struct SessionRequest
 };
 // What is left to ask for where these of the request's blobs are here already.
 SessionRequest LeftOf(SessionRequest request, const std::vector<protocol::BlobId>& here);
-// As a line of JSON, for traces. isPreview: it asks for only the preview, and is called so.
+// A request as a line of JSON, for traces. isPreview: it is only for the preview, and named so.
 std::string FormatRequest(const SessionRequest& request, bool isPreview = false);
 
 // What became of a blob that has come.
@@ -157,7 +157,7 @@ struct BlobStatistics
   bool fromCache = false; // of the disk
 };
 
-// As the list of doc/cli.md#statistics-of-a-viewer.
+// The list of doc/cli.md#statistics-of-a-viewer.
 std::string StatisticsJson(const std::deque<BlobStatistics>& statistics);
 
 }

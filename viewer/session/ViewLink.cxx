@@ -190,8 +190,8 @@ std::optional<SectionPlane> ParseSection(std::string_view text)
   return section;
 }
 
-// Of each light 5 bytes: place on the disc, each 2 bytes from -1 to 1, and intensity; then the
-// relief.
+// Each light has 5 bytes: x and y on the disc (2 bytes each, from -1 to 1), and the intensity. The
+// relief follows.
 constexpr unsigned discBytes = 2, shareBytes = 1;
 
 void PutLightSource(std::vector<std::uint8_t>& bytes, const LightSource& lightSource)
@@ -243,7 +243,7 @@ bool IsOneOf(std::string_view text, std::initializer_list<std::string_view> word
   return std::find(words.begin(), words.end(), text) != words.end();
 }
 
-// False where the value is none that the key can have.
+// False if the key cannot have the value.
 bool TakeEntry(ViewLink& link, std::string_view key, std::string_view value)
 {
   if (key == "model")

@@ -55,7 +55,7 @@ std::string FormatViewLink(const ViewLink& link);
 
 // Only the light, as links and session files have it; "standard" where there is none.
 std::string FormatLights(const std::optional<RakingLight>& lights);
-// Errors: InvalidInput for what is none of these.
+// Errors: InvalidInput for anything else.
 Result<std::optional<RakingLight>> ParseLights(std::string_view text);
 
 // Parses any text. Unknown keys are skipped: a later version's links open as far as possible.

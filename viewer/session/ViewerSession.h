@@ -60,7 +60,7 @@ class ViewerSession
 {
 public:
   explicit ViewerSession(SessionOptions options = {});
-  // Of `other` nothing is left but to destroy it, or to assign another one.
+  // Afterwards `other` can only be destroyed, or assigned another one.
   ViewerSession(ViewerSession&& other) noexcept;
   ViewerSession& operator=(ViewerSession&& other) noexcept;
   ~ViewerSession();
@@ -129,7 +129,7 @@ public:
   // The time is `time` by the clock of HandleTouches: the model continues to turn after a release,
   // or by itself. Call this before each frame.
   void Advance(double time);
-  // For this region and the next ones. Clamped to 1-3.
+  // The rings of this region and the next ones. Clamped to 1-3.
   void SetRings(unsigned rings);
   void SetDetail(DetailMode detail);
   // From now on shows at most about this number of triangles, and takes this number of bytes
@@ -180,16 +180,16 @@ public:
   DetailMode GetDetail() const;
   ViewerStatus GetStatus() const;
   const std::vector<ModelSummary>& Models() const;
-  // Of the newest blobs (SessionOptions::mostStatistics), oldest first.
+  // Statistics of the newest blobs (SessionOptions::mostStatistics), oldest first.
   const std::deque<BlobStatistics>& Statistics() const;
   // Whether nothing is outstanding that is wanted now, and all that came has been drawn.
   bool IsIdle() const;
   // The boxes of the region's partitions, that of the picked one first; none without a region.
   std::vector<Box> RegionBoxes() const;
-  // Of all models so far.
+  // The traffic of all models so far.
   const SessionTraffic& GetTraffic() const;
 
-  // What it is made of, for this project's own viewers and tests (SessionParts.h).
+  // The session's parts, for this project's own viewers and tests (SessionParts.h).
   const SessionParts& Parts() const { return *this->Own; }
 
 private:

@@ -82,7 +82,7 @@ void DropMarked(Mesh& mesh)
   TakeUnusedVertices(mesh, isKept);
 }
 
-// Of the partitions among `chosen` that have the triangle, the lowest.
+// The lowest of the partitions among `chosen` that have the triangle.
 std::uint32_t OwnerOf(
   const Piece& piece, const Triangle& triangle, const std::set<std::uint32_t>& chosen)
 {
@@ -164,7 +164,7 @@ void AddToRange(const Attribute* array, std::optional<std::pair<double, double>>
   }
 }
 
-// Of a partition the box of all that it has.
+// Sets the box of all that a partition has.
 void TellBounds(vtkPartitionedDataSet& output, unsigned int partition, vtkPolyData& part)
 {
   if (part.GetNumberOfPoints() > 0)
@@ -249,7 +249,7 @@ PieceOutput::PieceOutput(const PieceSource& source,
 {
 }
 
-// Of a cloud the first `ownPoints` get a cell each, marked as the point is.
+// In a cloud each of the first `ownPoints` gets a cell, marked as the point is.
 Status PieceOutput::Fill(Mesh mesh, std::size_t ownPoints, vtkPolyData& output) const
 {
   KDSTREAM_TRY(this->Runs.Report("fill", 0));
@@ -269,7 +269,7 @@ Status PieceOutput::Fill(Mesh mesh, std::size_t ownPoints, vtkPolyData& output) 
   return FillPolyData(mesh, cells, this->IsWanted, output, this->Runs);
 }
 
-// Of the chosen partitions those of this share, and what of the others is around them.
+// Selects the chosen partitions of this share, and the other ones around them.
 Result<PieceOutput::Selection> PieceOutput::Select(
   const std::vector<std::uint32_t>& chosen, const OutputShare& share) const
 {

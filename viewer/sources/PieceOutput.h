@@ -27,7 +27,7 @@ struct OutputShare
   unsigned ghostLevels = 0;
   std::optional<std::set<std::uint32_t>> blocks; // only these partitions; none: all
 
-  // Of `count` places in the tree's order, whether one is in this piece.
+  // Whether `place`, of `count` places in the tree's order, is in this piece.
   bool Has(std::uint64_t place, std::uint64_t count) const
   {
     return place * this->pieces / count == this->piece;
@@ -69,7 +69,7 @@ public:
   Status AddPieces(unsigned level, const OutputShare& share, vtkPartitionedDataSet& output) const;
   Status DrawInto(unsigned level, const OutputShare& share, vtkPolyData& output) const;
 
-  // Of the preview with these pieces in it, all.
+  // All of the preview with these pieces in it.
   Status DrawInto(const std::vector<PieceId>& shown, vtkPolyData& output) const;
 
 private:

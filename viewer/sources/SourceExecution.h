@@ -10,7 +10,7 @@
 namespace kdstream
 {
 
-// Where an Update begins: an abort of before counts no more.
+// Called when an Update begins: an earlier abort no longer counts.
 void ForgetAbort(vtkAlgorithm& source);
 
 // For opening, before the output information is known: progress is 0.

@@ -21,10 +21,10 @@ namespace
 {
 
 constexpr std::size_t bytesOfTree = std::size_t{ 256 } << 20;
-// Of the desktop's viewer: so small a part of the budget is shown four times as fine.
+// As in kdstream-view: a model below this part of the budget is shown four times as fine.
 constexpr std::uint64_t smallPart = 8;
 
-// What has been read of a model: as far as the camera's way down goes.
+// The parts of a model that are read: as deep as the camera needs.
 class Seen
 {
 public:

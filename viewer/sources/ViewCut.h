@@ -17,7 +17,7 @@ struct ViewDemand
 {
   SceneCamera camera;
   int width = 800, height = 600;       // pixels
-  double tolerance = 1;                // pixels: an error of so many is not seen; above 0
+  double tolerance = 1;                // pixels: a smaller error is not seen; above 0
   std::uint64_t triangles = 2'000'000; // about the most; where more would be needed, it is coarser
 };
 

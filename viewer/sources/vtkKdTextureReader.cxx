@@ -152,7 +152,7 @@ vtkIdType NumberOfPieces(const ModelDescription& info, int level)
            : 0;
 }
 
-// Of a model. Errors: where it does not have this piece, or no texture of it.
+// The piece of a model. Errors: the model does not have it, or no texture of it.
 Result<PieceId> TexturedPieceOf(const ModelDescription& info, int level, vtkIdType wanted)
 {
   if (!info.textures || (level >= 0 && !info.textures->levels))

@@ -66,7 +66,7 @@ export async function turn({ steps, points, mostSeconds }) {
     const radians = 2 * points / canvas.clientWidth; // as our fingers turn
     step = () => requestAnimationFrame(() => window.peer.turn(radians));
   } else {
-    canvas.setPointerCapture = () => {}; // of a finger that is none
+    canvas.setPointerCapture = () => {}; // the simulated finger is not a real one
     let x = 100;
     finger("pointerdown", x);
     step = () => finger("pointermove", x += points);

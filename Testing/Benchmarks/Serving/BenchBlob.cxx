@@ -113,7 +113,7 @@ double FigureIn(const std::string& text, const std::string& name)
   return std::atof(text.c_str() + at + name.size());
 }
 
-// Asks for so long.
+// Requests blobs for this time.
 void Load(const path& wrk, Host& host, const std::string& target, const std::string& time,
   const path& folder)
 {
@@ -133,7 +133,7 @@ double Median(std::vector<double> values)
   return values[values.size() / 2];
 }
 
-// Of requests a second, round by round.
+// The median over the rounds of the ratio of requests a second.
 double MedianRatio(const Host& host, const Host& other)
 {
   std::vector<double> ratios;

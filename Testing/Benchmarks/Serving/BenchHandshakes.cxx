@@ -128,7 +128,7 @@ Milliseconds Observe(const std::atomic<bool>& done, const std::function<Clock::t
   return times;
 }
 
-// Of one blob, again and again.
+// Fetches one blob again and again.
 Milliseconds Gets(std::uint16_t port, const std::string& target, const std::atomic<bool>& done)
 {
   TlsTestClient client(port);
@@ -236,7 +236,7 @@ void Run(Host& host, const std::string& target, Host::Times& times, std::size_t 
   add(times.accept, seen.accept);
 }
 
-// Of the server's memory, for each connection that has asked for something and now is idle.
+// The server's memory for each connection that has made a request and is idle now.
 double KibibytesOfIdleConnection(const Host& host)
 {
   constexpr std::size_t count = 200;

@@ -46,7 +46,7 @@ constexpr Seconds pauseOfViewers{ 10 }, timeWithFew{ 20 }, longestWait{ 120 };
   std::exit(1);
 }
 
-// Of thirty one is deaf, two are slow, three vanish.
+// Of thirty viewers one is deaf, two are slow, three vanish.
 Manner MannerOf(std::size_t viewer)
 {
   const auto place = viewer % 30;

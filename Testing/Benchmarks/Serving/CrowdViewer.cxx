@@ -501,7 +501,7 @@ private:
   CrowdWishes Wishes;
   CrowdTally& Tally;
   asio::steady_timer Timer, Deafness;
-  bool Wanted = false; // it has not been told to leave
+  bool Wanted = false; // connected on purpose, until it leaves
   std::shared_ptr<Line> Current;
   StreamConversation Stream;
   std::map<std::uint32_t, Task> Tasks; // by request

@@ -21,7 +21,7 @@ enum class Manner
 {
   Eager,    // reads as fast as it can
   Slow,     // reads 16 KiB a second
-  Deaf,     // after each tap reads nothing for so long that the server may drop it
+  Deaf,     // after each tap stops reading, long enough for the server to drop it
   Vanishing // after each tap goes without a word, and comes back
 };
 
@@ -29,7 +29,7 @@ enum class Manner
 struct CrowdTally
 {
   std::uint64_t bytes = 0, blobs = 0, acts = 0; // received whole; zooms, taps and looks at the tree
-  std::uint64_t refused = 0;                    // connections that were told to come again
+  std::uint64_t refused = 0;                    // connections answered with 'try again'
   std::uint64_t dropped = 0;                    // that the server ended, deaf ones' aside
   std::uint64_t deafDropped = 0, vanished = 0;
   std::uint64_t failures = 0; // damaged blobs, errors, whatever a viewer must not see
@@ -52,7 +52,7 @@ public:
   void Arrive();
   // Whether it is connected and has all that it has asked for.
   bool IsSettled() const;
-  // From now on zooms, taps and looks around, with pauses of so long on average.
+  // From now on zooms, taps and looks around, with this pause on average.
   void Roam(std::chrono::duration<double> pause);
   // Stops reading until it continues, and asks for the finest level and a number of partitions. Not
   // for a slow viewer, which would need minutes for these.

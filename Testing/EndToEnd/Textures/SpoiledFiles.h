@@ -50,7 +50,7 @@ protected:
     return EncodePicture(TwoHalves(), type);
   }
 
-  // A face for each, at x = 0, 1, …: "m.obj" of the material "a". more: lines behind it.
+  // A face for each, at x = 0, 1, …: "m.obj" of the material "a". more: lines after it.
   void WriteObj(const Coordinates& at, const std::string& more = "",
     const std::string& before = "mtllib m.mtl\nusemtl a\n")
   {

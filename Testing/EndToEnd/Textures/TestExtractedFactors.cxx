@@ -145,7 +145,7 @@ TEST_F(TestExtractedFactors, EdgesAreClampedWhereTheyAreSeenAlone)
     std::string mesh = ReadWhole(this->Folder / "hard.obj");
     if (edge == "within")
     {
-      // Every coordinate, but those that are none, between 0 and 1.
+      // Every coordinate is between 0 and 1, or not a number.
       std::istringstream lines(mesh);
       mesh.clear();
       for (std::string line; std::getline(lines, line);)

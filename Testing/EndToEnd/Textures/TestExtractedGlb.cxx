@@ -51,7 +51,7 @@ protected:
     }
   }
 
-  // Of one primitive.
+  // A file with one primitive.
   GlbFile ReadGlb(const std::string& name)
   {
     GlbFile read;

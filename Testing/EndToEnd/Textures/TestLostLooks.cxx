@@ -37,7 +37,7 @@ protected:
     return texts;
   }
 
-  // Of a triangle of the first of these materials, which all have the picture.
+  // The warnings for a triangle with the first of these materials, which all have the picture.
   std::string WarningsOfMtl(const std::vector<std::string>& materials)
   {
     std::string text;
@@ -158,7 +158,7 @@ TEST_F(TestLostLooks, ColoursOfSpecularAndGlossyMaterialsAreTaken)
                              "\"index\":0}") }),
     "pictures of materials that are not carried: specularGlossinessTexture\n");
   EXPECT_EQ(this->ColoursOfOutput(), (Rgb{ 255, 0, 0, 255, 0, 0, 255, 0, 0 }));
-  // The factor alone; and what the core has its colour's picture for, counts.
+  // Only the factor counts, and what the core material has the picture of its colour for.
   EXPECT_EQ(this->WarningsOfGltf({ "{\"pbrMetallicRoughness\":{\"baseColorFactor\":[1,0,0,1]}," +
                                      glossy("\"diffuseFactor\":[0,0,1,1]"),
               Pbr("", ",\"extensions\":{\"KHR_materials_pbrSpecularGlossiness\":{"

@@ -125,7 +125,7 @@ TEST_F(TestSpoiledPictures, ClaimsTakeNoMemory)
     "it claims 10000000 x 1 pixels, more than 131072 along a side");
   this->ExpectBad("a.jpg", JpegClaiming(TwoHalves(PictureType::Jpeg), 65500, 65500),
     "it claims 65500 x 65500 pixels, more than the limit of 1073741824");
-  // Within the limit, but there is nothing behind the header. Half a gigabyte.
+  // Within the limit (half a gigabyte), but nothing follows the header.
   constexpr unsigned side = 12000;
   this->ExpectBad("a.png", PngClaiming(deep, side, side),
     "it is a damaged or truncated PNG (its texels end too early)");

@@ -16,7 +16,7 @@ namespace
 class TestTexturedBuild : public BakedColorsTest
 {
 protected:
-  // Of the store that a build makes of the file; its statistics are in s.json.
+  // The digest of the store that a build makes of the file; its statistics are in s.json.
   std::string Digest(const std::string& file, std::vector<std::string> more = {})
   {
     more.insert(more.begin(), { file, "-o", "m.kds", "--quiet", "--stats", "s.json" });

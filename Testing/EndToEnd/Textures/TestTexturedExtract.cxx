@@ -211,7 +211,7 @@ TEST_F(TestTexturedExtract, ASmallFileOfOnePieceHasItsPicture)
   }
 }
 
-// Tiles whose image is none, or of another size: of a right checksum.
+// Tiles with a right checksum whose image is not an image, or has another size.
 class WrongImages : public PieceTextures
 {
 public:

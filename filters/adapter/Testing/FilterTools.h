@@ -236,7 +236,7 @@ public:
 
   std::string error; // of the filter
   std::string warning;
-  bool failed = false; // the pipeline was told of the failure
+  bool failed = false; // the pipeline got the failure
   std::vector<double> progress;
   int runs = 0;
   double abortAt = 2; // progress

@@ -245,7 +245,7 @@ TEST(JoinPolyData, ArraysThatNotAllPartsHaveAreListedOnce)
   EXPECT_EQ(right->GetPointData()->GetNumberOfArrays(), 4) << "the input is not changed";
 }
 
-// Else ghosts would be taken for own cells without a word.
+// Otherwise ghosts would silently count as own cells.
 TEST(JoinPolyData, GhostArraysThatCannotBeUsedAreListed)
 {
   const PolyData shorter = Square(1), other = Square(2), good = Square(0);

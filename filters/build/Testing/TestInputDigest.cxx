@@ -26,7 +26,7 @@ protected:
     std::ofstream(this->Folder / name) << text;
     return this->Folder / name;
   }
-  // Of the build, in memory.
+  // The description that a build in memory makes.
   ModelDescription Built(const BuildOptions& options)
   {
     const auto report = BuildStore(this->Input(), this->Store(), options);
@@ -107,7 +107,7 @@ TEST_F(InputDigests, AreTheSameOutOfCoreAndWhereABuildIsResumed)
   EXPECT_EQ(report->info.inputDigest, expected);
 }
 
-// Of a mesh without a file: of what it is, whatever becomes of it.
+// Without a file the digest is over the mesh, whatever the build's options are.
 TEST_F(InputDigests, OfMeshesInMemory)
 {
   const Mesh mesh = Torus(20, 10);

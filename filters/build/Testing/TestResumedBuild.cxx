@@ -194,7 +194,7 @@ TEST_F(ResumedBuild, ABuildOfOtherOptionsOrAnotherInputIsNotResumed)
     std::string::npos)
     << refused(other).message;
   other = same;
-  other.partitioner = &KMeansMethod(); // in memory alone
+  other.partitioner = &KMeansMethod(); // only in memory
   EXPECT_NE(refused(other).message.find("--resume: k-means partitions"), std::string::npos);
   other = same;
   other.memory = leastMemory - 1;

@@ -47,7 +47,7 @@ void DecodeTree(std::span<const std::uint8_t> blob, const CodecContext& context)
   }
 }
 
-// Of a strip of as many triangles as the tile says.
+// For a strip with as many triangles as the tile says.
 void DecodeTexture(std::span<const std::uint8_t> blob)
 {
   const auto head = ReadTextureTileHead(blob);

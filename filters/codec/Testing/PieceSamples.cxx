@@ -189,7 +189,7 @@ bool WriteSeed(const std::filesystem::path& file, std::span<const std::uint8_t> 
   return bool(seed);
 }
 
-// Of each level and the original, on a grid and exact, plain and with attributes.
+// Samples of each level and of the original, on a grid and exact, plain and with attributes.
 bool WriteSeeds(const std::filesystem::path& folder)
 {
   std::mt19937 random(5);

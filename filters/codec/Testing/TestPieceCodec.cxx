@@ -420,7 +420,7 @@ TEST(PieceCodec, ASmoothLevelIsCodedByPlanes)
   original.ancestors.clear();
   original.childBegin.clear();
   original.childNodes.clear();
-  EncodedBytes ofLevel, ofOriginal; // which is never told so
+  EncodedBytes ofLevel, ofOriginal; // never coded by planes
   (void)EncodePiece(level, context, &ofLevel);
   (void)EncodePiece(original, context, &ofOriginal);
   EXPECT_LT(ofLevel.positions, 0.95 * ofOriginal.positions);

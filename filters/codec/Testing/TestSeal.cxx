@@ -109,7 +109,7 @@ void ExpectEveryTruncationIsRefused(
 
 TEST(Seal, IsXxh64OfAllBytesBefore)
 {
-  // Of the algorithm's own test vectors.
+  // From the algorithm's own test vectors.
   Bytes empty, abc = BytesOf("abc");
   SealBlob(empty);
   EXPECT_EQ(empty, (Bytes{ 0x99, 0xE9, 0xD8, 0x51, 0x37, 0xDB, 0x46, 0xEF }));

@@ -17,7 +17,7 @@ namespace
 
 using Json = nlohmann::json;
 
-// Of an accessor's type; 0 where there is none of the name.
+// The components of an accessor's type; 0 for an unknown name.
 std::size_t ComponentsOf(const Json& type)
 {
   static constexpr std::array<std::pair<const char*, std::size_t>, 7> types{ { { "SCALAR", 1 },
@@ -27,7 +27,7 @@ std::size_t ComponentsOf(const Json& type)
   return found == types.end() ? 0 : found->second;
 }
 
-// Of a component; 0 where there is none of the number.
+// The bytes of a component; 0 for an unknown number.
 std::size_t BytesOf(const Json& componentType)
 {
   static constexpr std::array<std::size_t, 7> bytes{ 1, 1, 2, 2, 0, 4, 4 }; // of 5120 …

@@ -38,7 +38,7 @@ public:
   static Result<GltfAccessor> Open(
     const GltfDocument& document, GltfBuffers& buffers, std::size_t number);
 
-  // Of elements that lie one after the other, with the lower bytes first.
+  // elements: one after the other, little-endian.
   GltfAccessor(std::vector<std::uint8_t> elements, GltfComponent type, std::size_t components,
     bool normalized);
 
@@ -60,7 +60,7 @@ private:
   Status Overlay(const GltfDocument& document, GltfBuffers& buffers, const nlohmann::json& sparse);
 
   GltfBytes Bytes;                                      // from the first element; empty: zeros
-  std::shared_ptr<const std::vector<std::uint8_t>> Own; // behind Bytes, where they are no view's
+  std::shared_ptr<const std::vector<std::uint8_t>> Own; // of Bytes not in a view
   std::size_t ElementCount = 0, ComponentCount = 1, Stride = 0;
   GltfComponent ComponentType = GltfComponent::Float;
   bool Normalized = false;

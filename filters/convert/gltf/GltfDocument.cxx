@@ -176,7 +176,7 @@ bool IsRead(std::string_view extension)
   return std::find(readExtensions.begin(), readExtensions.end(), extension) != readExtensions.end();
 }
 
-// Of metadata, names of arrays are read: they are not if there is more of it.
+// Of metadata only names of arrays are read. False if there is more.
 bool HasOnlyArrays(const Json& json, std::string_view extension)
 {
   constexpr const char* name = "EXT_structural_metadata";
@@ -272,7 +272,7 @@ std::optional<std::vector<std::uint8_t>> DataOf(const std::string& uri)
     return std::nullopt;
   }
   const std::string_view written = std::string_view(uri).substr(comma + 1);
-  // Of base64 too, some write "+", "/" and "=" so.
+  // In base64, too: some files write "+", "/" and "=" with %.
   const std::optional<std::string> decoded = written.find('%') != std::string_view::npos
                                                ? PercentDecoded(written)
                                                : std::optional<std::string>();

@@ -44,11 +44,11 @@ Result<GltfDocument> ReadGltfDocument(
 const nlohmann::json& Member(const nlohmann::json& value, const char* name);
 // A finite number.
 double NumberOf(const nlohmann::json& value, double otherwise);
-// A whole number from 0 to 2^53, which JSON has exactly; -1 where it is none.
+// A whole number from 0 to 2^53, which JSON has exactly; -1 for anything else.
 double WholeOf(const nlohmann::json& value, double otherwise);
-// Of an array; 0 of everything else.
+// The size of an array; 0 for anything else.
 std::size_t CountOf(const nlohmann::json& array);
-// The number of an element of an array, 2 or 2.0; its size where it is none.
+// The number of an element of an array, 2 or 2.0; the array's size for anything else.
 std::size_t IndexIn(const nlohmann::json& array, const nlohmann::json& index);
 // The content of a data URI: base64 (RFC 4648, also URL-safe and with line ends), or characters,
 // some of them written as %HH. Nothing if it is neither.
@@ -56,7 +56,7 @@ std::optional<std::vector<std::uint8_t>> DataOf(const std::string& uri);
 // "names image 7, but there are 2".
 std::string NamesNone(
   const std::string& element, const nlohmann::json& index, const nlohmann::json& array);
-// Of InvalidInput.
+// An error of InvalidInput.
 inline Error GltfError(const std::string& message, Remedy remedy = Remedy::Unknown)
 {
   return BadInput(message, remedy);

@@ -21,7 +21,7 @@ using Json = nlohmann::json;
 
 constexpr std::size_t mostWarnings = 20;
 
-// Of the JSON, what it says of pictures.
+// Reads what the JSON says of pictures.
 class MaterialReader
 {
 public:

@@ -32,7 +32,7 @@ constexpr int linesMode = 1, lineLoop = 2, lineStrip = 3, trianglesMode = 4, tri
               triangleFan = 6;
 constexpr int mostSets = 4; // of joints: 16 a point
 
-// Of which kinds an attribute may be, by the beginning of its name.
+// The types that an attribute may have, by the beginning of its name.
 struct AttributeKinds
 {
   std::string_view name;
@@ -206,7 +206,7 @@ void KeepPoints(const std::vector<bool>& stays, GltfPart& part)
   }
 }
 
-// Of places that other parts have too, those that its triangles name.
+// Of an accessor that other parts use too, keeps the points that the part's triangles name.
 void KeepNamedPoints(GltfPart& part)
 {
   std::vector<bool> stays(part.points.size());
@@ -440,7 +440,7 @@ private:
              : GltfError(QuotedText(name) + " " + NamesNone("accessor", number, this->Accessors));
   }
 
-  // Of places that other parts have too the others need not be read.
+  // Of an accessor that other parts use too, only named points are read.
   bool Needs(std::size_t point) const { return this->Named.empty() || this->Named[point]; }
 
   std::vector<Vec3> VectorsOf(const GltfAccessor& accessor) const

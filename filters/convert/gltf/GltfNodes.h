@@ -24,7 +24,7 @@ struct GltfPlace
   bool operator==(const GltfPlace&) const = default;
 
   Vec3 Of(const Vec3& point) const;
-  // Of a normal's direction: by the transposed inverse, of length 1 unless it has none.
+  // Transforms a normal, by the transposed inverse, to length 1 (0 stays 0).
   Vec3 OfNormal(const Vec3& normal) const;
   // Below 0: what is in the node is mirrored.
   double Determinant() const;

@@ -123,7 +123,7 @@ std::vector<std::filesystem::path> GltfSource::Named() const
 
 std::vector<std::string> GltfSource::MaterialNotes() const
 {
-  // Of a file without pictures looks are not reported one by one.
+  // Without pictures, lost properties of materials are not reported one by one.
   return Member(this->Document.json, "images").is_null() &&
              Member(this->Document.json, "textures").is_null()
            ? std::vector<std::string>()
@@ -239,7 +239,7 @@ void JoinedScenes::Begin()
   this->IsTextured = this->Textures.bake && !this->Pictures.empty();
   for (const auto& [info, count] : this->Claims.arrays)
   {
-    // Where pictures paint, their coordinates are used up.
+    // Texture coordinates are not carried where pictures become colours or tiles.
     if (this->LeftOut.contains(info.name) ||
         (this->IsTextured && RoleOf(info) == AttributeRole::TextureCoordinates))
     {
@@ -424,7 +424,7 @@ void JoinedScenes::AppendColors(const GltfPart& part)
   }
 }
 
-// What pictures paint: coordinates and material of each triangle, and colours that multiply it.
+// For textures: coordinates and material of each triangle, and colours that multiply them.
 void JoinedScenes::AppendTextured(const GltfPart& part, std::size_t first)
 {
   const std::size_t material = part.material < this->Source->Materials.materials.size()

@@ -113,7 +113,7 @@ private:
   GltfMeshes::Claims Claims;
   bool IsTextured = false;
 
-  // Of all documents, in their order. What is named again is the same picture.
+  // The materials of all documents, in their order. A file named again is the same picture.
   std::vector<TexturedMaterial> Materials;
   std::vector<PictureSource> Pictures;
   std::map<std::tuple<std::filesystem::path, std::uint64_t, std::uint64_t>, std::uint32_t> Known;

@@ -88,7 +88,7 @@ private:
     return {};
   }
 
-  // Of a buffer without a URI: the binary part.
+  // The bytes of a buffer; without a URI it is the binary part.
   Result<std::string> BytesOf(const Json& buffer)
   {
     const Json& uri = Member(buffer, "uri");

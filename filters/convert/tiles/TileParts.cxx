@@ -155,7 +155,7 @@ private:
                 : Result<Json>(Within("has a table that cannot be read: ", json.GetError()));
   }
 
-  // Of the feature table: in its JSON, or as floats in its numbers.
+  // The feature table's RTC_CENTER: in its JSON, or as floats in its binary part.
   Status ReadCenter(std::uint64_t begin, std::uint64_t size, std::uint64_t numbers, Vec3& center)
   {
     const Result<Json> table = this->Table(begin, size);

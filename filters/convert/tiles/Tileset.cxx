@@ -505,7 +505,7 @@ private:
     return bool(below[0]);
   }
 
-  // The tile of this Morton index, so many levels below a subtree's root.
+  // The tile of this Morton index, this number of levels below a subtree's root.
   static SubtreeRoot Below(
     const Implicit& implicit, const SubtreeRoot& root, unsigned levels, std::size_t index)
   {

@@ -34,7 +34,7 @@ private:
 
 // The whole file. Errors: InputOutput; LimitExceeded for more than `most` bytes.
 Result<std::string> ReadTileText(const std::filesystem::path& file, std::uint64_t most);
-// An object. Errors: InvalidInput, continuing a sentence, and naming the byte.
+// Parses a JSON object. Errors: InvalidInput, continuing a sentence, and naming the byte.
 Result<nlohmann::json> ParseTileJson(std::string_view text);
 
 // The number of the bytes from `at` on, lower ones first. REQUIRES: they are there.

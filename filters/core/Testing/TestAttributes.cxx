@@ -335,7 +335,7 @@ TEST(Attributes, LevelsCarryTheMeansOfNormalsAndColours)
   EXPECT_GT(compared, 10000U);
 }
 
-// Of the numbers of a cluster's vertices: what its level has, as far as that is documented.
+// Checks a level's value against the numbers of the cluster's vertices, as documented.
 void ExpectLevelValue(const Attribute& array, std::vector<double> values, double shown)
 {
   std::erase_if(values, [](double value) { return !std::isfinite(value); });

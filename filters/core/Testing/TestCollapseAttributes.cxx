@@ -43,7 +43,7 @@ Mesh Checkerboard(unsigned field)
 }
 
 // The red of a level at a place of the plate: of any triangle there, because they are flat; the
-// board's own if there is none.
+// board's own without one.
 double RedAt(const ClusterLevel& level, double x, double y, double otherwise)
 {
   for (const Triangle& t : level.triangles)

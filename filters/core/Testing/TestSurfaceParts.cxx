@@ -42,7 +42,7 @@ void ExpectSame(const SurfacePartList& parts, const SurfacePartList& fresh)
   }
 }
 
-// Of each node of a cut: the node at or above it that stood for it in the cut before.
+// For each node of a cut: the node at or above it that stood for it in the cut before.
 std::map<Surface::Source, std::optional<Surface::Source>> NodesBefore(
   const Model& model, const Cut& before, const Cut& now)
 {
@@ -255,7 +255,7 @@ TEST(SurfaceParts, StayWhereAPieceIsMissing)
 namespace
 {
 
-// Of each point of the whole surface, in its order.
+// The normal of each point of the whole surface, in its order.
 std::vector<Vec3> NormalsOfWhole(const Surface& surface)
 {
   std::vector<Vec3> sums(surface.points.size(), Vec3{});

@@ -171,7 +171,7 @@ struct AtHand
   std::vector<VertexId> local;    // of each of the whole; noVertex: not at hand
   std::vector<std::uint32_t> triangles;
 
-  // Of `count` vertices the own ones, and those that triangles share with them.
+  // The own ones of `count` vertices, and those that share a triangle with them.
   template <class IsOwn>
   AtHand(std::size_t count, std::span<const Triangle> all, const IsOwn& isOwn)
     : local(count, noVertex)

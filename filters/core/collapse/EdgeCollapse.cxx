@@ -218,7 +218,7 @@ double EdgeCollapse::AttributeCost(VertexId u, VertexId v) const
   return wu * wv / (wu + wv) * squares;
 }
 
-// Of both ends: their planes, and what their colours say about a place.
+// The sum of both ends' quadrics: of their planes, and of their colours.
 Quadric EdgeCollapse::SumOf(VertexId u, VertexId v) const
 {
   Quadric quadric = this->Quadrics[u];

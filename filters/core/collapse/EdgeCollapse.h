@@ -29,10 +29,10 @@ namespace kdstream
 struct CollapsePart
 {
   std::vector<Vec3> positions;
-  // Of each vertex: the sum of the quadrics of its triangles and boundary edges. Those of fixed
+  // For each vertex: the sum of the quadrics of its triangles and boundary edges. Those of fixed
   // vertices are not used, and neither are their attributes.
   std::vector<Quadric> quadrics;
-  // Of each vertex the sum of its triangles' area vectors, 0 where unknown; empty: all unknown.
+  // For each vertex the sum of its triangles' area vectors, 0 if unknown; empty: all unknown.
   // Where they are known they decide how triangles may face: see EdgeCollapse.
   std::vector<Vec3> normals;
   // 1: the vertex does not move, and other parts may have more of its triangles (the vertices of a
@@ -44,7 +44,7 @@ struct CollapsePart
   // vertex's quadric.
   std::size_t components = 0;
   std::vector<float> attributes;
-  // Of each vertex the sum of its triangles' colour quadrics; empty: no colours. Those of fixed
+  // For each vertex the sum of its triangles' colour quadrics; empty: no colours. Those of fixed
   // vertices are not used.
   std::vector<ColorQuadric> colorQuadrics;
   Box bounds; // no vertex is moved out of it
@@ -100,7 +100,7 @@ class EdgeCollapse
 {
 public:
   static constexpr std::size_t any = std::numeric_limits<std::size_t>::max();
-  // Of both ends of an edge that may collapse; ordinary edges have about ten.
+  // The most triangles at both ends of an edge that may collapse; ordinary edges have about ten.
   static constexpr std::uint32_t mostTriangles = 256;
 
   explicit EdgeCollapse(CollapsePart part);
@@ -161,7 +161,7 @@ private:
   std::vector<Vec3> Positions;
   std::vector<Quadric> Quadrics;
   std::vector<Vec3> Normals;
-  bool FoldsOverAfter = false; // whether one would around the merged vertex
+  bool FoldsOverAfter = false; // the same of one around the merged vertex
   std::vector<std::uint8_t> Fixed;
   std::size_t Components;
   std::vector<float> Attributes;
@@ -180,7 +180,7 @@ private:
   std::vector<std::uint32_t> Mark;
   std::uint32_t LastMark = 0;
   std::vector<Merge> Record;
-  // Of the edge that is looked at.
+  // The triangles around the current edge.
   EdgeStar Star;
   MergedStar Merged;
   std::array<Edge, Lanes::count> Waiting; // to be placed together

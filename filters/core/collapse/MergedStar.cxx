@@ -86,7 +86,7 @@ void MergedStar::Set(std::span<const Vec3> positions, const EdgeStar& star, Vert
 }
 
 // The squared distance, in each lane, of p to the plane of the nearest triangle that has p above
-// its inside; infinity if there is no such triangle.
+// its inside; infinity without a triangle there.
 Lanes MergedStar::SquaredToInsides(const Vec3& p) const
 {
   const LanePoint w = Both(kdstream::Minus(p, this->Position));

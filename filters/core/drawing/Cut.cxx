@@ -33,7 +33,7 @@ PieceId PieceAbove(Resolution resolution, PieceId id, const TreeDepths& depths)
     id.node >> (PieceDepth(id.resolution, depths) - PieceDepth(resolution, depths)) };
 }
 
-// Of pieces >= S: whether they show anything.
+// Which pieces of level S and finer show anything.
 class FinePieces
 {
 public:

@@ -13,7 +13,7 @@ namespace
 
 using Geomorph = std::shared_ptr<const PartGeomorph>;
 
-// Of a part that is drawn anew. Points of which nothing is known stand where they are.
+// The geomorph of a part that is drawn anew. Points without a known parent do not move.
 Geomorph GeomorphOf(
   const DrawnSurface::Part& part, const DrawnSurface& before, const ParentPoints& parents)
 {
@@ -32,7 +32,7 @@ Geomorph GeomorphOf(
   return moves ? std::make_shared<const PartGeomorph>(std::move(geomorph)) : nullptr;
 }
 
-// Of a part that has stayed: only its neighbours' triangles may light it otherwise.
+// The geomorph of a part that has stayed: only normals change, by its neighbours' triangles.
 Geomorph GeomorphOfNormals(const DrawnSurface::Part& part, const DrawnSurface& before)
 {
   const auto& parts = before.Parts();

@@ -18,7 +18,7 @@ struct Lineage
   std::span<const std::uint32_t> ranks; // at the levels R … S - 1, R first
 };
 
-// Of pieces that contradict each other it may find any point.
+// If pieces contradict each other, it may find any point.
 class ParentSurface
 {
 public:

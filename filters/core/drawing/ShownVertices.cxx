@@ -244,7 +244,7 @@ Resolution ShownVertices::ShownGhost(const Piece& piece, std::uint32_t v)
                                                                        : ancestry.shown;
 }
 
-// Of an own vertex of a level below S that is reached: whether all its children's pieces are there.
+// For a reached own vertex of a level below S: whether the pieces of all its children are loaded.
 bool ShownVertices::IsSplit(const Piece& piece, std::uint32_t v) const
 {
   if (piece.childBegin.empty())
@@ -356,7 +356,7 @@ std::optional<ShownVertices::Place> ShownVertices::NodeAbove(std::size_t i, std:
   return place < row.size() ? this->Owners.Find(shown.Depth(), row[place]) : std::nullopt;
 }
 
-// Of own vertices finer than S their cluster of level S knows what is above it.
+// For own vertices finer than S, their cluster of level S knows the ancestors.
 Lineage ShownVertices::LineageOf(std::size_t i, std::uint32_t v)
 {
   const Piece& piece = *this->All[i];

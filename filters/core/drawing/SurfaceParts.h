@@ -100,7 +100,7 @@ public:
     this->KeepsCorners = ofOriginal;
     this->KeepsCornersOfLevels = ofLevels;
   }
-  // Of each part, in their order; empty where it has stayed, or nothing is followed.
+  // The parent points of each part, in order; empty if the part has stayed, or without geomorphs.
   const std::vector<ParentPoints>& Parents() const { return this->ParentsOfParts; }
 
 private:

@@ -63,7 +63,7 @@ void JoinSmallest(
   std::sort(separate.begin(), separate.end());
 }
 
-// Of the smallest components the one that is nearest to another joins it.
+// Among the smallest components, the one that is nearest to another component joins it.
 void JoinNearest(std::vector<CellComponent>& components, std::vector<std::size_t>& separate)
 {
   std::uint64_t smallest = components[separate[0]].count;

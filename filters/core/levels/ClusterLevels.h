@@ -43,7 +43,7 @@ struct ClusterOptions
   // Whether finest clusters of one partition that hold vertices in the same place are joined, also
   // across cells. Set by the maker that needs this (collapse).
   bool joinCoincident = false;
-  // Of each vertex its id where the mesh has other numbers (GatherMesh), ascending inside each
+  // Each vertex's id if the mesh has other numbers (GatherMesh), ascending inside each
   // partition; empty: its number.
   std::span<const VertexId> ids{};
 };

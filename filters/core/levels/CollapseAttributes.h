@@ -41,7 +41,7 @@ inline constexpr double colorScale = 1.0 / 330;
 // colours. Half or twice this value changes hardly anything (measured).
 inline constexpr int colorEdge = 32;
 
-// Of a box.
+// The diagonal of a box.
 double DiagonalOf(const Box& box);
 
 // The means of the mesh's normals over the original vertices of each finest cluster. clusterOf:

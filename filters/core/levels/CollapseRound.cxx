@@ -24,8 +24,8 @@ namespace kdstream
 namespace
 {
 
-constexpr std::size_t sampled = 8;    // of so many parts, one is for the estimate of the threshold
-constexpr double beyond = 1.5;        // the others collapse up to so many times the estimate
+constexpr std::size_t sampled = 8;    // one part of this number estimates the threshold
+constexpr double beyond = 1.5;        // the others collapse up to this multiple of the estimate
 constexpr std::size_t mostExtra = 32; // clusters of coarse levels; measured
 // Levels coarser than S are made in parts from this level on, and where there are more clusters
 // than such a level has because edges cannot collapse (thousands of small bodies, soups): these may
@@ -281,10 +281,10 @@ Status CollapseRound::TakeMoreOfNode(
   return {};
 }
 
-// Of nodes that hold too many clusters still, the clusters are grouped by cells.
+// Groups by cells the clusters of nodes that still hold too many.
 Status CollapseRound::GroupFullNodes()
 {
-  // Of each node, how often it is full; after them, whether any is. Numbers, to be summed up.
+  // For each node 1 if it is full; then 1 if any is. Numbers, so that ranks can add them.
   std::vector<std::uint64_t> full(this->NodeCount() + 1, 0);
   KDSTREAM_TRY(this->ForEachBlockHere(
     [&](std::size_t block) -> Status

@@ -24,7 +24,7 @@ struct CollapseState
 {
   ClusterLevel level;
   VertexId ownBegin = 0, ownEnd = 0; // the own clusters
-  // Of each own cluster, from the first of them on:
+  // For each own cluster, from the first one on:
   std::vector<ClusterSum> clusters;
   std::vector<std::uint32_t> cellOf; // finest cell of its lowest original vertex
   CollapseAttributes attributes;

@@ -23,7 +23,7 @@ public:
   double Most99() const;
 
 private:
-  // Of a float's bits: the exponent and 5 of the mantissa are left.
+  // Drops bits of a float; the exponent and 5 bits of the mantissa are left.
   static constexpr unsigned shift = 18;
 
   std::vector<std::uint64_t> Bins = std::vector<std::uint64_t>(std::size_t{ 1 } << (31 - shift));

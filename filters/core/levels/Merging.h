@@ -95,11 +95,11 @@ private:
   const TreeDepths& Depths;
   unsigned Depth;
   unsigned NodeDepth;
-  // Of all clusters, ghosts too:
+  // For all clusters, ghosts too:
   std::vector<VertexId> Into;
   std::vector<Position> How;
   std::vector<Vec3> Positions; // of the own ones, from the first of them on
-  // Of standing clusters:
+  // For clusters that did not merge into another:
   std::vector<VertexId> Lowest;      // original vertex
   std::vector<std::uint32_t> Cell;   // finest, that holds it; of ghosts one that there is not
   std::vector<std::uint8_t> Touched; // by a triangle of the new level

@@ -24,7 +24,7 @@ struct ListSummary
   std::uint32_t clusters = 0;                      // of the part, those without triangles too
   std::uint32_t own = 0;                           // of the part, with triangles, at first
   std::uint32_t merges = 0;                        // in the list
-  bool made = false, stuck = false, whole = false; // the latter two as in MergeList
+  bool made = false, stuck = false, whole = false; // stuck, whole: as in MergeList
   double last = 0;       // error of the last merge; -1 where there is none
   std::size_t taken = 0; // how many merges, from the first, are made
 };
@@ -32,7 +32,7 @@ struct ListSummary
 class PartLists
 {
 public:
-  // Of the merge lists of a block's parts.
+  // Called with the merge lists of a block's parts.
   using UseLists = std::function<Status(std::size_t block, std::vector<MergeList>& lists)>;
   using PartFilter = std::function<bool(std::size_t part)>;
 

@@ -141,7 +141,7 @@ void PieceCutter::AppendAncestors(VertexId place, std::vector<std::uint32_t>& ra
   }
 }
 
-// Of the own clusters [begin, end).
+// Adds the child nodes of the own clusters [begin, end).
 void PieceCutter::AddChildNodes(Piece& piece, VertexId begin, VertexId end) const
 {
   piece.childBegin.assign(end - begin + 1, 0);
@@ -241,7 +241,7 @@ void PieceCutter::AddTriangles(Piece& piece, VertexId begin, const std::vector<V
     {
       ++turn;
     }
-    // Of one that has a vertex twice, the two may be the first.
+    // If the triangle has a vertex twice, these two may come first.
     return turn == 0 && local(this->PlaceOf(given[1])) != turned[1] ? 2U : turn;
   };
   for (auto& [triangle, number] : triangles)
@@ -282,7 +282,7 @@ void PieceCutter::AddTriangles(Piece& piece, VertexId begin, const std::vector<V
   }
 }
 
-// Of the own vertices from `begin` on and the ghosts. They come before the cell arrays.
+// Adds arrays of the own vertices from `begin` on and of the ghosts, before the cell arrays.
 void PieceCutter::AddPointArrays(
   Piece& piece, VertexId begin, const std::vector<VertexId>& ghosts) const
 {

@@ -117,7 +117,7 @@ public:
   PieceCutter(const VertexTree& tree, const Mesh& mesh, Resolution resolution,
     const Execution& execution = {}, const std::optional<ModelPart>& part = {});
 
-  // Of the part.
+  // The number of the part's pieces.
   std::size_t PieceCount() const { return this->OwnBegin.size() - 1; }
   // The i-th piece of the part, nodes ascending. Any number of threads may cut at once.
   Piece Cut(std::size_t i) const;

@@ -72,7 +72,7 @@ public:
   }
 
 private:
-  // Of a new number. O(1): partitions differ by one vertex at most.
+  // The partition of a new number. O(1): sizes of partitions differ by one at most.
   std::size_t PartitionOf(VertexId v) const
   {
     std::size_t p = std::min(static_cast<std::size_t>(v * this->Scale), this->Partitions - 1);
@@ -220,7 +220,7 @@ private:
 bool IsScattered(std::span<const Triangle> triangles, std::span<const std::uint32_t> partitionOf)
 {
   constexpr std::size_t samples = 4096;
-  // Of `count` things, whether the i-th and the next are in different partitions.
+  // Whether, of `count` things, the i-th and the next are mostly in different partitions.
   const auto mostlyJumps = [&](std::size_t count, const auto& partition)
   {
     if (count < 2 * samples)

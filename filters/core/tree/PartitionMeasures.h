@@ -27,7 +27,7 @@ struct PartitionMeasure
   double compactness = 0;
 };
 
-// Of one number over all partitions; all 0 where there are none.
+// The spread of one number over all partitions; all 0 without partitions.
 struct Spread
 {
   double minimum = 0;

@@ -24,7 +24,7 @@ struct EmitProperty
 {
   std::string name;
   std::string type;
-  std::string countType; // empty for what is no list
+  std::string countType; // empty if it is not a list
 };
 
 // Every value is a double: all PLY types fit into it exactly.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// OutputFile: whole or not at all, and the first error is the one that is told.
+// OutputFile: whole or not at all, and the first error is the one that is reported.
 #include "Testing/Fixtures/ErrorAt.h"
 #include "filters/meshio/OutputFile.h"
 #include "filters/meshio/Testing/ScratchFolder.h"

@@ -18,7 +18,7 @@ struct Case
 {
   std::vector<std::string> properties; // of a vertex, after z
   std::vector<std::string> values;     // of two vertices
-  std::string reading;                 // what is told; empty: nothing
+  std::string reading;                 // what is reported; empty: nothing
   std::vector<double> colors;          // empty: none
 };
 

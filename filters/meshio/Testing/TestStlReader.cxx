@@ -189,7 +189,7 @@ TEST(StlReader, ReadsLoopsOfAnyNumberOfVertices)
       (std::vector<std::string>{
         "3 faces have fewer than three corners and are dropped; the first: facet 0, of 2" }));
   }
-  // Of a polygon that has a vertex that is not finite all triangles go.
+  // A polygon with a vertex that is not finite loses all its triangles.
   const std::string bad = "solid a\n" + facet(arrow) + facet("vertex 9 nan 9\n" + quad) + oneFacet;
   for (const std::size_t limit : { everything, std::size_t{ 1 } })
   {

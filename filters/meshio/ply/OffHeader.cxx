@@ -149,7 +149,7 @@ private:
   DecimalPrecision Precision;
 };
 
-// The next that is not blank; false at the end.
+// Goes to the next line that is not blank; false at the end.
 Result<bool> OffText::NextLine()
 {
   if (std::exchange(this->Held, false))

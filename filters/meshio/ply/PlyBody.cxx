@@ -9,7 +9,7 @@ namespace kdstream
 namespace
 {
 
-// Of a number of four bytes that is too large: the sentence where it would not be in the other
+// For a number of four bytes that is too large: the hint that it would not be in the other
 // order, else nothing.
 std::string OtherByteOrder(std::int64_t number, std::uint64_t limit)
 {

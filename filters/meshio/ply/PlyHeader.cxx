@@ -75,7 +75,7 @@ public:
     }
   }
 
-  // Empty at the end: a line without its terminator is none.
+  // Empty at the end: a line without its terminator does not count.
   std::optional<std::string_view> Next()
   {
     const std::size_t end = this->Bytes.find(this->Terminator, this->Consumed);

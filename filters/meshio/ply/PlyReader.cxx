@@ -150,7 +150,7 @@ Status PlyReader::UnderstandFaces(std::size_t element, PlyFaceSink::Kind kind)
   return {};
 }
 
-// Of what the file has room for beside the least that all other values take: each number is a
+// Bounded by the bytes that are left beside the least of all other values: each number is a
 // corner that makes a triangle.
 std::uint64_t PlyReader::MostTriangles() const
 {

@@ -355,7 +355,7 @@ TEST(ExternalLevels, ClustersByBlocks)
   CheckLevels({ "soup", Soup(20000, 5) }, 1000, 2, { 3 }, ways[2]);
 }
 
-// Of vertices in one place those of the next block know.
+// Vertices in one place are connected across blocks.
 TEST(ExternalLevels, CoincidentInOtherBlocks)
 {
   for (const double side : { 2.0, 8.0, 40.0 })

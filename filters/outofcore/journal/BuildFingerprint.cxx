@@ -25,7 +25,7 @@ std::string TextOfTime(const struct stat& state)
   return std::to_string(state.st_mtim.tv_sec) + "." + std::to_string(state.st_mtim.tv_nsec);
 }
 
-// The parts of a fingerprint, each after its length; fewer where it is none.
+// The parts of a fingerprint, each after its length; fewer if the text is not a fingerprint.
 Parts PartsOf(std::string_view fingerprint)
 {
   Parts parts;

@@ -135,7 +135,7 @@ Status MakeFolder(const fs::path& path)
   return {};
 }
 
-// Of the last change to its bytes, in nanoseconds.
+// The time of the last change to a file's bytes, in nanoseconds.
 std::int64_t TimeOf(const struct stat& state)
 {
   return std::int64_t{ state.st_mtim.tv_sec } * 1000000000 + state.st_mtim.tv_nsec;
@@ -388,7 +388,7 @@ Status BuildFolder::WriteJournal(const PhaseJournal& journal)
       file->Describe() + " cannot be renamed", errno, this->Folder.Path().parent_path());
   }
   file->Kept = true;
-  this->Folder.Ledger->onDisk -= bytes.size(); // the journal is no spill file
+  this->Folder.Ledger->onDisk -= bytes.size(); // the journal is not a spill file
   this->Folder.Ledger->Note(FileOperation::Sync);
   return SyncBuildFolder(this->Folder.Path());
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a build folder knows of the phases that are finished: a small file, replaced as a whole.
+// A build's checkpoints: which phases are finished. A small file, replaced as a whole.
 #pragma once
 
 #include "filters/core/Result.h"

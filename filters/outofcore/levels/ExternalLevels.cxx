@@ -202,7 +202,7 @@ private:
     std::function<Status(std::size_t block, std::vector<Triangle>& triangles)> load;
   };
 
-  // Of the finest level, from the mesh's.
+  // Makes the triangles of the finest level from the mesh's.
   Status MapFinestTriangles()
   {
     const std::vector<VertexId> begin = this->Mesh.BlockBegins();

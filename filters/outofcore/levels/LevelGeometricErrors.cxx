@@ -13,7 +13,7 @@ namespace
 
 constexpr std::uint64_t batch = 1 << 14; // clusters read at once
 
-// Of the clusters of some blocks.
+// Adds the geometric errors of the clusters of some blocks.
 Status AddBlocks(const LevelFile& level, const BlockRange& blocks, GeometricErrorBins& bins)
 {
   const std::uint64_t end = level.begin[blocks.end];

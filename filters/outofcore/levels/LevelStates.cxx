@@ -43,7 +43,7 @@ void AppendPlaces(std::span<const ClusterRecord> records, ClusterLevel& places)
   }
 }
 
-// Of all clusters of a block, ghosts too.
+// Loads the places of all clusters of a block, ghosts too.
 Status LoadPlaces(const LevelFile& level, const LevelBlock& block, ClusterLevel& places)
 {
   const std::span<const VertexId> all(block.clusters);
@@ -65,7 +65,7 @@ Status LoadPlaces(const LevelFile& level, const LevelBlock& block, ClusterLevel&
   return appendGhosts(all.subspan(block.ownEnd));
 }
 
-// Of all clusters of a block, ghosts too: as they are shown.
+// Loads the shown colours of all clusters of a block, ghosts too.
 Status LoadVertexColors(
   const LevelFile& level, const LevelArrays& arrays, const LevelBlock& block, ClusterLevel& places)
 {
@@ -81,7 +81,7 @@ Status LoadVertexColors(
   return {};
 }
 
-// Of the own clusters of a block.
+// Loads the sums of the own clusters of a block.
 Status LoadSums(const LevelStates& states, const LevelBlock& block, CollapseState& state)
 {
   const BlockRange own = OwnNumbers(block);

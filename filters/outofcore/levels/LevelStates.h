@@ -36,7 +36,7 @@ struct ClusterState
   std::uint32_t cellOf = 0;
 };
 
-// Of each cluster, by number. Blocks need only those of their own clusters.
+// The state of each cluster, by number. Blocks need only those of their own clusters.
 struct LevelStates
 {
   SpillFile sums;          // ClusterState

@@ -33,7 +33,7 @@ class CellOfRank
 {
 public:
   CellOfRank(std::uint32_t vertices, unsigned depth);
-  // Of cells of any size, none empty: where each begins, and the end.
+  // begin: where each cell begins, and the end. Cells may have any size but 0.
   explicit CellOfRank(std::span<const VertexId> begin);
 
   std::size_t Count() const { return this->Begin.size() - 1; }

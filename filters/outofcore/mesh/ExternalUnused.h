@@ -18,7 +18,7 @@
 namespace kdstream
 {
 
-// Of each vertex a byte: whether a triangle names it.
+// A byte for each vertex: whether a triangle names it.
 struct VertexMarks
 {
   SpillFile file;

@@ -29,7 +29,7 @@ struct MeshBlocks
   // partitions may have any size (OctreePartitions.h). Empty: cells of depth blockDepth.
   std::vector<VertexId> begin;
   SpillFile records; // of an ExternalTree
-  // Of each block those that touch it, corners are ranks; none of a cloud.
+  // For each block the triangles that touch it, corners are ranks; none for a cloud.
   std::optional<RecordBuckets<NumberedTriangle>> triangles;
   ScalarType scalarType = ScalarType::Float32;
   bool mayCoincide = true; // false: no two vertices are in one place, -0.0 and 0.0 unlike

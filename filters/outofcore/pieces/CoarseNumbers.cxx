@@ -83,7 +83,7 @@ VertexTree TreeOfPartitions(const MeshBlocks& mesh)
 namespace
 {
 
-// Of each value the place that it has in their order.
+// For each value its place in their order.
 std::vector<VertexId> PlacesOf(std::span<const VertexId> values)
 {
   const std::vector<VertexId> order = OrderByKey(values);

@@ -57,7 +57,7 @@ Status CoarseTree::LoadWhole()
   return {};
 }
 
-// Of the finest level above the files from the coarsest in files, of the others from each other.
+// Child nodes of the finest level in memory from the coarsest in files; then level by level.
 Status CoarseTree::LoadChildNodes()
 {
   const unsigned inFiles = this->Levels.firstInFiles;
@@ -203,7 +203,7 @@ Result<std::vector<VertexTreeLevel>> CoarseTree::AncestorsOfRanks(
   return levels;
 }
 
-// Of clusters whose ranks are known.
+// Reads the parents' ranks of clusters whose ranks are known.
 Status CoarseTree::ReadParentRanks(unsigned depth, VertexTreeLevel& level) const
 {
   std::vector<RankedCluster> clusters(level.ranks.size());

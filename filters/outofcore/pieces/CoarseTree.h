@@ -31,7 +31,7 @@ public:
   // nodes.
   Status Load(BlockGroup& group);
 
-  // Of the levels above the files: first, parents, child nodes.
+  // The levels in memory, coarser than those in files: first, parents, child nodes.
   const std::vector<VertexTreeLevel>& Whole() const { return this->WholeLevels; }
   // Of these the lowest numbered vertices, by number of cluster; the first one's of a group.
   const std::vector<std::vector<VertexId>>& First() const { return this->FirstOfWhole; }

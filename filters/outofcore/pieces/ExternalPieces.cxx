@@ -327,7 +327,7 @@ private:
       this->Exec);
   }
 
-  // Of a block's own vertices and its ghosts, in any order.
+  // The ancestors of a block's own vertices and ghosts, in any order.
   Result<std::vector<VertexTreeLevel>> AncestorsOf(
     const CellRange& own, std::span<const VertexId> numbers) const
   {
@@ -340,7 +340,7 @@ private:
     return this->Coarse.AncestorsOf(own, ghosts);
   }
 
-  // Of vertices with these ranks, in any order (but fastest where most of them ascend).
+  // The numbers of vertices with these ranks, in any order (fastest if most of them ascend).
   Result<std::vector<VertexId>> NumbersOf(std::span<const VertexId> ranks) const
   {
     if (!this->Numbers.numberOfRank.IsOpen())

@@ -50,7 +50,7 @@ struct MedianSearch
   std::uint64_t rank = 0;     // of the wanted key, 0 = the least
   KeyRange known;             // where it must be
   double mean = 0;            // of the coordinates of all keys: the first pivot of Heaps
-  std::uint64_t keepable = 1; // a range with at most so many keys need not be narrowed any more
+  std::uint64_t keepable = 1; // a range with at most this number of keys is narrow enough
   std::uint64_t memory = 0;   // bytes that a method may take, beside the blocks of a pass
   double heapShare = 0; // the keys in both heaps as a share of all, 0 = as many as the memory holds
 };

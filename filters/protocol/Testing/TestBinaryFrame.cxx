@@ -46,7 +46,7 @@ Result<std::optional<FrameAssembler::Blob>> Give(FrameAssembler& assembler, cons
   return assembler.Accept(*frame);
 }
 
-// Of unfinished blobs: what it would take more where it held none.
+// The bytes of unfinished blobs: what the assembler would take more without them.
 std::size_t BytesIn(FrameAssembler assembler)
 {
   std::size_t room = 0;

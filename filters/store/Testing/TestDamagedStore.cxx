@@ -324,7 +324,7 @@ TEST_F(DamagedStore, ATinyStoreThatClaimsALotIsRefused)
       std::string::npos)
       << store.GetError().message;
   }
-  // Nor does it get so much where it looks large enough, with a hole at its end.
+  // Nor is that much memory taken for a file that is large only by a hole at its end.
   fs::resize_file(this->File(), std::uintmax_t{ 31 } << 30);
   const auto hollow = Store::Open(this->File());
   ASSERT_TRUE(hollow) << hollow.GetError().message;

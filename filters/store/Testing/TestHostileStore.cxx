@@ -147,7 +147,7 @@ TEST_F(HostileStore, AnotherSchemaIsRefusedAndNamed)
       "NOT NULL)",
       "it has a table 'textures'" }, // of an earlier version
     { "ANALYZE", "it has a table 'sqlite_stat1'" },
-    // Texts, rows and numbers that are none of a schema.
+    // Texts, rows and numbers that are not a schema's.
     { "PRAGMA writable_schema = ON; INSERT INTO sqlite_schema VALUES ('table', 'content', "
       "'content', 3, 'CREATE TABLE content (a)')",
       "its table 'content' differs from that of a store" },

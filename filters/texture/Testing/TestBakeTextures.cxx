@@ -266,7 +266,7 @@ TEST(BakeTextures, VerticesInOnePlaceHaveOneColourUnlessTheirNormalsDiffer)
   normals.values.resize(6 * normals.TupleSize());
   for (std::size_t v = 0; v < 6; ++v)
   {
-    normals.Set(v, 2, v == 0 ? -1 : 1); // they differ at the first place alone
+    normals.Set(v, 2, v == 0 ? -1 : 1); // they differ only at the first place
   }
   split.mesh.attributes.push_back(normals);
   ASSERT_TRUE(BakeTextures(split));

@@ -248,7 +248,7 @@ TEST(LevelTile, ShowsWhatTheFinerTilesShow)
   ASSERT_TRUE(made) << made.GetError().message;
   ASSERT_EQ(made->tile.corners.size(), level.triangles.size());
   EXPECT_LT(DifferenceOf(level, made->tile), 4);
-  // About so many texels for each vertex, and the gutters.
+  // About this number of texels for each vertex, and the gutters.
   EXPECT_LT(made->counts.texels, 3 * 64 * level.positions.size());
   EXPECT_TRUE(DecodeTextureTile(EncodeTextureTile(made->tile, level.triangles), level.triangles));
 

@@ -124,7 +124,7 @@ bool NearEdge(double texel)
 
 }
 
-// Of triangles with a picture at random places, and two texels around: what linear filters read.
+// Random places in triangles with a picture, and two texels around: what linear filters read.
 TEST(MakeTile, LosslessTexelsAreThoseOfThePictures)
 {
   std::size_t looked = 0, unpainted = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pictures of all kinds, and what is none or claims too much.
+// Pictures of all kinds, and files that are not pictures or claim too much.
 #include "filters/texture/Picture.h"
 #include "filters/texture/Testing/OddPictures.h"
 #include "filters/texture/WritePicture.h"

@@ -15,7 +15,7 @@ namespace kdstream
 namespace
 {
 
-// Of a box, for its grid: a longer one has cells of this size, and all sums stay finite.
+// The largest side of a box's grid cells: with it all sums stay finite.
 constexpr double largestSide = 1e300;
 constexpr std::uint64_t texelsOfLargeImage = 1 << 21;
 
@@ -215,7 +215,7 @@ void FinerColors::MakeGrid()
   }
 }
 
-// Of an edge with more than two triangles none beyond the first two.
+// An edge with more than two triangles joins only the first two.
 void FinerColors::FindNeighbours()
 {
   struct EdgeSide
@@ -376,8 +376,8 @@ void FinerColors::Look(std::uint32_t t, Search& search) const
   }
 }
 
-// Of the projection on the triangle's plane: along its first and its third edge, from its first
-// corner. 0 where it has no area.
+// Coordinates of the projection on the triangle's plane: along its first and its third edge, from
+// its first corner. 0 where it has no area.
 std::array<double, 2> FinerColors::CoordinatesOf(std::uint32_t t, const Vec3& place) const
 {
   const Triangle& corners = this->Finer.piece.triangles[t];

@@ -43,7 +43,7 @@ public:
 
   const FinerTile& Of() const { return this->Finer; }
 
-  // The tile's image, halved so many times.
+  // The tile's image, halved this number of times.
   struct Shown
   {
     const Picture* picture = nullptr;

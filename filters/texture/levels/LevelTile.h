@@ -23,9 +23,9 @@ struct LevelTileOptions
   unsigned quality = 90; // of WebP, 1-100
   // Texels of the surface for each vertex of the piece, unless the finer texels are farther apart.
   double texelsPerVertex = 36;
-  // Of a side of a tile: texels are farther apart where it would be longer.
+  // The most texels of a tile's side: they are farther apart if it would be longer.
   std::int64_t mostSide = 1024;
-  // Of the image: texels are farther apart where it would have more. 0: any number.
+  // The most bytes of the image: texels are farther apart if it would have more. 0: any number.
   std::size_t mostBytes = 0;
   // Held while there is a finer image of more than 2 million texels: one at a time, for their
   // memory. Null: any number.

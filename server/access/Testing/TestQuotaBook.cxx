@@ -168,7 +168,7 @@ TEST_F(Quotas, AClockThatIsSetBackForgetsNothing)
   }
 }
 
-// Nor is a clock that goes back a little, or is a little behind another server's, a new quota.
+// A clock that goes back a little, or is a little late, does not give a new quota either.
 TEST_F(Quotas, AClockThatIsALittleBehindGivesNoMore)
 {
   QuotaLimits limits;

@@ -352,7 +352,7 @@ TEST_F(QuotaFile, AFileThatIsNoneForAWhile)
   spoil(std::string(10'000, 'x'));
   EXPECT_TRUE(May(*book, 1));
   {
-    // Of the right kind, and cut off.
+    // A quota file that is cut off.
     const auto bytes = fixtures::ReadWhole(this->file);
     spoil(bytes.substr(0, bytes.size() / 2 + 100));
   }
@@ -397,7 +397,7 @@ TEST_F(QuotaFile, PermissionsThatAreTakenAndGivenBack)
   ASSERT_EQ(::chmod(this->place.c_str(), 0), 0);
   EXPECT_NE(WhyNot(*book, 2), "");
   ASSERT_EQ(::chmod(this->place.c_str(), 0700), 0);
-  ASSERT_EQ(::chmod(this->file.c_str(), 0400), 0); // read alone
+  ASSERT_EQ(::chmod(this->file.c_str(), 0400), 0); // read only
   EXPECT_NE(WhyNot(*book, 2), "");
   EXPECT_NE(WhyNot(*book, 2), "");
   ASSERT_EQ(::chmod(this->file.c_str(), 0600), 0);

@@ -171,7 +171,7 @@ TEST_F(Serve, DoesNotStartWithTooFewDescriptors)
     "kdstream-serve: error: this process may open 32 descriptors");
 }
 
-// Also where there is none left to count the others with.
+// Even if no descriptor is left to count the others with.
 TEST_F(Serve, CountsItsDescriptorsThoughTheyHaveRunOut)
 {
 #ifdef __SANITIZE_ADDRESS__

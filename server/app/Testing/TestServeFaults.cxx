@@ -194,7 +194,7 @@ TEST_F(Faulty, ADiskThatCannotBeRead)
            std::to_string(partition) + ": cannot be read or written: Input/output error";
   };
 
-  // Of what was read before SQLite has pages in memory: each is another partition.
+  // SQLite keeps pages in memory, so each request is for another partition.
   this->faults->reading = EIO;
   for (std::uint32_t partition = 0; partition < 3; ++partition)
   {
@@ -435,7 +435,7 @@ TEST_F(Faulty, MemoryThatFailsNowAndThen)
   EXPECT_EQ(serve.Wait(), 0);
 }
 
-// Each system call of a session fails in its turn, alone or with the thirty calls after it (while
+// Each system call of a session fails in its turn, only it or the thirty calls after it too (while
 // nothing works at all, every client waits). The session gets answers or loses its connection, no
 // slot stays taken, and the next session is served. A seeded part of the calls in every test run,
 // all with KDSTREAM_ALL_FAULTS=1.

@@ -20,7 +20,7 @@ struct ClientFrame
   bool isMasked = true;
   // How the length is written: 0: as it should be, 2 or 8: in as many bytes.
   unsigned lengthBytes = 0;
-  std::optional<std::uint64_t> length = {}; // that is told, where it is another than the payload's
+  std::optional<std::uint64_t> length = {}; // as the frame says, if it is not the payload's
   std::uint32_t mask = 0x12345678;
 
   std::string Bytes() const

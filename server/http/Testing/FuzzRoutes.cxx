@@ -187,7 +187,7 @@ std::string WithDigest(std::string_view bytes)
   return text;
 }
 
-// How many bytes the header took; nothing if it has no end, or is none.
+// The bytes of the header; nothing if it has no end, or is not a header.
 std::size_t TakeProxyHeader(std::string_view bytes)
 {
   ProxyHeader header;

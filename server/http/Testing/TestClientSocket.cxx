@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// TLS below a connection: who computes what, without a server around it.
+// TLS below a connection, without a server: which thread computes what.
 #include "Testing/Fixtures/TemporaryFolder.h"
 #include "server/http/ClientSocket.h"
 #include "server/http/Testing/SelfSigned.h"

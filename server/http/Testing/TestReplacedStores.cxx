@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What readers get while their store is replaced by a rename, overwritten in place and truncated:
-// the bytes of the digest that they asked for, or an error that there are none any more.
+// the bytes of the digest that they asked for, or an error that these are gone.
 #include "Testing/Fixtures/Eventually.h"
 #include "server/http/HttpServer.h"
 
@@ -67,7 +67,7 @@ public:
   }
   std::size_t Total() const { return this->All; }
 
-  // Each reader says once that it has what it reads from: its connection, its opened model.
+  // Each reader calls this once, when it has its connection and its opened model.
   void Begin() { ++this->Begun; }
   unsigned Readers() const { return this->Begun; }
 

@@ -21,7 +21,7 @@ protected:
   std::vector<std::unique_ptr<HttpTestClient>> askers;
   std::vector<std::unique_ptr<StreamTestClient>> streams;
 
-  // Ends the disk's hanging in any case, so that what fails does not wait for ever.
+  // Ends the hang of the disk in any case, so that a failing test does not wait forever.
   std::promise<void> over;
   std::thread deadline;
 

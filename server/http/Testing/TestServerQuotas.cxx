@@ -194,7 +194,7 @@ TEST_F(QuotaServer, AFileThatIsLockedDelaysNoRangeThatLiesBeyond)
   EXPECT_EQ(this->taken.size(), 2u);
 }
 
-// However many ask two servers with one file at the same time: the largest overshoot is none.
+// Clients of two servers with one quota file, all at the same time, never exceed the quota.
 TEST_F(QuotaServer, TwoWithOneFileGiveWhatOneWould)
 {
   const auto limits = Share(20.0 / 128);

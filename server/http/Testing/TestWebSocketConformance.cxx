@@ -261,7 +261,7 @@ TEST_F(WebSocketConformance, PingsAndPongs)
   });
 }
 
-// Of many pings at once some may go unanswered, but the last; and they hold up no answer.
+// Of many pings at once at least the last is answered; and they delay no other answer.
 TEST_F(WebSocketConformance, OfManyPingsTheLastIsAnswered)
 {
   RawSocket socket(this->Start());

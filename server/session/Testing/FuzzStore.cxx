@@ -125,7 +125,7 @@ struct FinalizeStatement
 using Connection = std::unique_ptr<sqlite3, CloseConnection>;
 using Query = std::unique_ptr<sqlite3_stmt, FinalizeStatement>;
 
-// The bytes as a database in memory; null where they are none.
+// The bytes as a database in memory; null if they are not a database.
 Connection Deserialized(const std::uint8_t* data, std::size_t size)
 {
   sqlite3* raw = nullptr;
@@ -302,7 +302,7 @@ bool MutateContent(sqlite3* database, std::uint64_t choice)
   return done;
 }
 
-// Whatever of them a later mutation of a row runs comes to an end.
+// If a later mutation of a row runs one of these, it ends by itself.
 constexpr std::array schemaChanges{
   "ALTER TABLE metadata RENAME TO m; CREATE VIEW metadata AS SELECT * FROM m",
   "ALTER TABLE pieces RENAME TO p; CREATE VIEW pieces AS SELECT * FROM p",

@@ -289,7 +289,7 @@ TEST(TestStalledRequests, TheNextTickIsWhenPatienceEnds)
   EXPECT_EQ(stream.Line.NextTick(), never);
 }
 
-// Of a blob: where its next frame begins.
+// A blob in transit: where its next frame begins.
 struct Blob
 {
   std::uint32_t wire = 0, partition = 0, total = 0, sent = 0;
@@ -402,7 +402,7 @@ TEST(TestStalledRequests, WhatWasCancelledMayComeBefore)
   ExpectAllArrived(stream, 1);
 }
 
-// Of a line that was quick, and carried much at a time, until it became slow.
+// The line was fast, with much in flight, and became slow.
 TEST(TestStalledRequests, MuchThatWasCancelledMayComeBefore)
 {
   StreamTest stream;

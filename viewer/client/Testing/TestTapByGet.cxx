@@ -151,7 +151,7 @@ TEST(TestTapByGet, ATapComesBeforeWhatWasAskedForEarlier)
   const auto region = session.GetStatus().region;
   ASSERT_FALSE(session.IsIdle());
 
-  // Of what was asked for before only what was on its way came: else the tree, and the way down.
+  // Of earlier requests only those in flight were answered; then the tree, and the way down.
   const NodeId cell = region->cell;
   const TreeDepths& depths = server.Codec().depths;
   std::size_t others = 0;

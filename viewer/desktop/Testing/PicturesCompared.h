@@ -50,7 +50,7 @@ vtkIdType ForEachThatDiffers(
   return size;
 }
 
-// Of the pixels of two pictures those that differ; 1 for other sizes.
+// The share of pixels in which two pictures differ; 1 if their sizes differ.
 inline double ShareThatDiffers(const std::filesystem::path& a, const std::filesystem::path& b)
 {
   vtkIdType different = 0;

@@ -99,7 +99,7 @@ TEST_F(TestViewCache, WhatWasSeenIsThereWithoutTheServer)
   EXPECT_EQ(this->Err.rfind("kdstream-view: warning: " + url + ": ", 0), 0u) << this->Err;
   EXPECT_NE(this->Err.find("; only cached data is shown\n"), std::string::npos) << this->Err;
   EXPECT_EQ(ReadText(this->Folder / "c.png"), ReadText(this->Folder / "a.png"));
-  // Of many parts that were not seen some are named, then their number.
+  // If many parts are missing, some are named, then their number.
   ASSERT_EQ(this->Run(url + " " + view + "e.png --detail full --cache kept"), 1);
   std::size_t lines = 0;
   for (auto at = this->Err.find(": error: "); at != std::string::npos; ++lines)

@@ -55,7 +55,7 @@ std::string TextOfKey(const std::string& key)
                                                                                    : "";
 }
 
-// Of the desktop's settings; 1 where they say nothing.
+// The desktop's scale by its settings; 1 without one.
 double RatioOf(Display* display)
 {
   const char* dpi = XGetDefault(display, "Xft", "dpi");

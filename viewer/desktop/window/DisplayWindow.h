@@ -38,7 +38,7 @@ public:
   // Pixels for one point of the screen: what the desktop says of its fonts (Xft.dpi, 96 a point).
   double PixelRatio() const { return this->Ratio; }
 
-  // Waits until something has been done to the window, or so long.
+  // Waits for input or another event of the window, at most this time.
   void Wait(std::chrono::milliseconds atMost);
   // What has been done since the last call, in order.
   std::vector<WindowEvent> TakeEvents();
@@ -67,7 +67,7 @@ private:
   vtkSmartPointer<vtkRenderWindowInteractor> Interactor;
   std::vector<WindowEvent> Events;
   double Ratio = 1;
-  std::deque<double> ButtonTimes;      // of presses and releases that VTK has not told of yet
+  std::deque<double> ButtonTimes;      // of presses and releases that VTK has not reported yet
   std::uint32_t LastServerTime = 0;    // ms
   std::optional<double> ServerSeconds; // that time by our clock
   double LastTime = 0;

@@ -35,7 +35,7 @@ public:
   // That these letters may be drawn.
   void KnowText(std::string_view text);
 
-  // Of the mouse, and of fingers as if they were one; of keys where text is written.
+  // Takes the mouse, fingers as if they were a mouse, and keys while text is written.
   void Handle(const WindowEvent& event);
   // Whether keys belong into a field that is written into.
   bool TakesKeys() const;
@@ -65,7 +65,7 @@ public:
   void Draw(Part part);
 
 private:
-  // Of a window of widgets.
+  // The shape of a window of widgets.
   struct Shape
   {
     unsigned id;

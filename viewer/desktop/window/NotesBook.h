@@ -19,7 +19,7 @@ namespace kdstream
 class NotesBook
 {
 public:
-  // The model has these notes now, except for what was written and not saved.
+  // Takes the model's notes; what was written and not saved stays.
   void Open(const std::string& model, std::vector<Note> notes);
   // No model is looked at.
   void Close();
@@ -29,7 +29,7 @@ public:
   // Nothing: the list of them.
   std::optional<std::size_t> Shown() const { return this->At; }
   bool IsUnsaved() const { return this->Written.contains(this->Id); }
-  // Of any model.
+  // Whether any model has unsaved notes.
   bool HasUnsaved() const { return !this->Written.empty(); }
 
   void ShowList() { this->At.reset(); }

@@ -563,7 +563,7 @@ void Panels::DrawError(const PanelFacts& facts, PanelWishes& wishes)
   ImGui::End();
 }
 
-// Where an error is reported, which has more to say, until there is none.
+// Not while an error is shown in the same place: it says more.
 void Panels::DrawWarnings(const PanelFacts& facts)
 {
   const std::string& error = facts.status.error;

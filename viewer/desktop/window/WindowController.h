@@ -33,7 +33,7 @@ class vtkRenderer;
 namespace kdstream
 {
 
-// Of a steady clock.
+// The time of a steady clock.
 inline double SteadySeconds()
 {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();

@@ -32,11 +32,11 @@ public:
   const std::string& Trouble() const { return this->OpeningTrouble; }
   // What is not as one would expect, though it is open: a server that is away.
   const std::string& Warnings() const { return this->OpeningWarnings; }
-  // Of what the command line asks for and the models have not: exitDone, or that of the error.
+  // exitDone, or the error's code if the models lack what the command line asks for.
   int ExitCode() const { return this->Code; }
-  // Of the source; null before it is open.
+  // The source's models; null before it is open.
   const std::vector<ModelSummary>* Models() const;
-  // Of the model that is looked at, once it is open; else null.
+  // The description of the selected model, once it is open; else null.
   const ModelDescription* Model() const;
   // The source once more, for previews; null where there are none. Once.
   std::unique_ptr<ModelSource> TakePreviewSource() { return std::move(this->PreviewSource); }
@@ -97,8 +97,8 @@ private:
   NotesBook Book;
   std::string LastComplaint, Note, Texts;
   int Code = exitDone;
-  bool WantsColors = true; // nobody has looked yet whether the first model has what was asked for
-  bool IsTouched = false;  // a gesture goes on, in which nobody waits
+  bool WantsColors = true; // the first model's arrays are not compared with the options yet
+  bool IsTouched = false;  // a finger is down: nothing waits for idleness
 };
 
 }

@@ -51,7 +51,7 @@ std::string MessageOf(const Status& status)
   return status ? "" : status.GetError().message;
 }
 
-// How many buffers the context has: what is deleted is none any more.
+// The number of buffers that the context has; deleted ones do not count.
 int CountBuffers()
 {
   int count = 0;

@@ -15,7 +15,7 @@ namespace kdstream::test
 namespace
 {
 
-// Of the object's pixels, or of those along borders, those that differ by more than 8 of 255.
+// The most pixels of the object, or of borders, that may differ by more than 8 of 255.
 constexpr double mostDiffering = 0.005;
 
 void UploadTile(unsigned texture, const TextureTile& tile)

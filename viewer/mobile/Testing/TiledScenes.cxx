@@ -24,7 +24,7 @@ namespace
 
 constexpr std::uint32_t side = 1024; // texels of the picture
 
-// Of a stretch of `length`: 1 inside, 0 outside, over four texels at each end, as a lens leaves it.
+// 1 inside of 0 … length, 0 outside; over four texels at each end in between, as a lens blurs.
 double Within(double at, double length)
 {
   return std::clamp(at / 4 + 0.5, 0.0, 1.0) - std::clamp((at - length) / 4 + 0.5, 0.0, 1.0);

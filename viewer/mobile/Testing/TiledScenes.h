@@ -24,12 +24,12 @@ struct TiledScene
   std::shared_ptr<const TileList> resolutions;
 };
 
-// Of the original.
+// Scenes of the original.
 std::vector<TiledScene> MakeTiledScenes();
 // The original and two levels beside each other, whose tiles are made as in a build.
 TiledScene MakeSceneOfLevels();
 
-// Of a tile's image: red, green and blue bytes, rows from the top down. Errors: of decoding.
+// The texels of a tile: red, green and blue bytes, rows from the top down. Errors: of decoding.
 Result<std::vector<std::uint8_t>> TexelsOf(const TextureTile& tile);
 
 // What DrawWithVtk writes for each scene, before black: drawn by tiles, by the whole picture, and

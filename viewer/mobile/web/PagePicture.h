@@ -53,7 +53,7 @@ public:
   bool IsInFlight() const;
   // "gliding", "plain", "frames" and "drawingError" of the status, into an object.
   void Describe(JsonWriter& json) const;
-  // Of buffers and textures.
+  // The bytes of buffers and textures.
   std::size_t GraphicsBytes() const;
 
 private:
@@ -99,7 +99,7 @@ private:
   std::string DrawingError;
 };
 
-// Of the WebAssembly, which never becomes less.
+// The bytes of WebAssembly's memory, which never shrinks.
 std::size_t HeapBytes();
 
 }

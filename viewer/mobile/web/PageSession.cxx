@@ -97,7 +97,7 @@ void PageSession::BecomeWhole()
   this->Viewer.SetPreviewsOnly(false);
 }
 
-// Of the model that is open: it has what the first part of the viewer cannot show.
+// Whether the open model has something that the first part of the viewer cannot show.
 bool PageSession::NeedsSecondPart() const
 {
   if (this->Open.id.empty())

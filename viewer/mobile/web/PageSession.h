@@ -35,7 +35,7 @@ public:
   // The list of models as the server sent it. Errors: those of ParseModelList; the old list stays
   // then.
   Status SetModels(std::string_view json);
-  // As ViewerSession's; a model that cannot be selected is named in the status.
+  // Selects a model as ViewerSession does; the status names a model that cannot be selected.
   void SelectModel(const std::string& model);
   // Shows the view of a link (ViewLink.h). Errors in the link are reported in the status; its model
   // opens all the same.

@@ -64,7 +64,7 @@ int HexOf(const Color& color)
   return color[0] << 16 | color[1] << 8 | color[2];
 }
 
-// Of the resolutions that are shown, the finest first.
+// A legend of the shown resolutions, the finest first.
 std::string LegendOfDetail(const ViewerScene& scene)
 {
   std::set<Resolution> shown;
@@ -277,7 +277,7 @@ extern "C"
   {
     viewer->page.Session().SetSectionDepth(depth);
   }
-  // As SVG, as the text.
+  // The text is the section's outline as SVG.
   EMSCRIPTEN_KEEPALIVE void ViewerSectionOutline(WebViewer* viewer)
   {
     viewer->outbox = viewer->page.Session().SectionOutline();
@@ -413,7 +413,7 @@ extern "C"
 
   // ---- the line to the server
 
-  // The inbox is the list of models. False where it is none; the text says why.
+  // The inbox is the list of models. False if it is not a list; the text says why.
   EMSCRIPTEN_KEEPALIVE bool ViewerSetModels(WebViewer* viewer)
   {
     const kdstream::Status status = viewer->page.SetModels(viewer->inbox);

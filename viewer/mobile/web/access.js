@@ -42,7 +42,7 @@ export function askForToken() {
   });
 }
 
-// Into the fieldset `place`. forgotten: called once there is none any more.
+// Into the fieldset `place`. forgotten: called once the token is gone.
 export function openAccessOptions(place, forgotten) {
   const [box, label] = remembers(remembersToken());
   box.addEventListener("change", () => {

@@ -25,7 +25,7 @@ export function selectedModel() {
 
 // ---- the list of models
 
-// As it came; how many models it has. Throws where it is none.
+// The list as the server sent it; the number of models in it. Throws if it is not a list.
 function takeList(bytes) {
   const trouble = viewer.setModels(bytes);
   if (trouble) {
@@ -168,11 +168,11 @@ export async function followLink(link) {
     return;
   }
   linked = "";
-  const told = new URLSearchParams(link);
-  hasDistances = told.has("distances");
+  const parameters = new URLSearchParams(link);
+  hasDistances = parameters.has("distances");
   const menu = find("menu").elements;
-  menu.detail.value = told.get("detail") === "level" ? "1" : "0";
-  menu.turning.value = told.get("turning") === "free" ? "1" : "0";
+  menu.detail.value = parameters.get("detail") === "level" ? "1" : "0";
+  menu.turning.value = parameters.get("turning") === "free" ? "1" : "0";
   colourBy(coloursOfLink = link.match(/colours=([^&]*)/)?.[1] ?? "own"); // not decoded
   viewer.follow(link);
   const { mode, error } = viewer.status();

@@ -34,7 +34,7 @@
     static observedAttributes = ["src", "model", "view", "turn", "theme", "scroll", "poster", "autoplay", "logo"];
     #frame = null;
     #link = ""; // of what was seen last
-    #waiting = new Map(); // deeds that have no answer yet
+    #waiting = new Map(); // commands that have no answer yet
     #commands = 0;
     #ready = false;
     #isSeen = false;
@@ -155,7 +155,7 @@
       const { poster, logo } = Object.fromEntries(["poster", "logo"].map((name) => [name, this.getAttribute(name)]));
       if (poster && !this.#ready) {
         const name = this.title || "3D model";
-        const waits = this.#waits(); // else it is no button; aria-disabled, as what is disabled loses the focus
+        const waits = this.#waits(); // else it is not a button; aria-disabled, because a disabled element loses the focus
         this.#poster = make("button", "poster", { type: "button", ariaLabel: name, ariaDisabled: !waits, tabIndex: waits ? 0 : -1 });
         this.#poster.append(make("img", "poster-picture", { src: poster, alt: "" }));
         this.#poster.addEventListener("click", () => {
@@ -223,7 +223,7 @@
       }
     }
 
-    #do(deed, value) {
+    #do(command, value) {
       return new Promise((resolve, reject) => {
         if (!this.#ready) {
           reject(new Error("The viewer is not ready."));
@@ -231,7 +231,7 @@
         }
         const id = ++this.#commands;
         this.#waiting.set(id, { resolve, reject });
-        this.#frame.contentWindow.postMessage({ kdstream: 1, id, deed, value }, this.#address().origin);
+        this.#frame.contentWindow.postMessage({ kdstream: 1, id, deed: command, value }, this.#address().origin);
       });
     }
 

@@ -42,7 +42,7 @@ async function fillScreen(viewer) {
 // page: { canvas, viewer, fingers, exchange, wake, redraw, follow(link), status() }.
 export class Embedding {
   #page;
-  #told = { ready: false, link: "", error: "" };
+  #reported = { ready: false, link: "", error: "" };
   #leave;
 
   constructor(page) {
@@ -81,7 +81,7 @@ export class Embedding {
   }
 
   // The page's own origin is answered in any case, others where nothing is guarded.
-  #mayTell() {
+  #mayReport() {
     try {
       return !hasToken() || window.parent.location.origin === location.origin;
     } catch { // another origin
@@ -98,10 +98,10 @@ export class Embedding {
       data.deed === "leave" && this.#leave();
       return;
     }
-    const answer = (told) => source.postMessage({ kdstream: 1, id: data.id, ...told }, "*");
+    const answer = (reply) => source.postMessage({ kdstream: 1, id: data.id, ...reply }, "*");
     if (!command) {
       answer({ error: "Unknown request." });
-    } else if (!this.#mayTell()) {
+    } else if (!this.#mayReport()) {
       answer({ error: "No details are given about models that need a token." });
     } else {
       const result = await command(this.#page, data.value);
@@ -114,26 +114,26 @@ export class Embedding {
   // After each change of what is shown.
   show() {
     const { idle, shownLevel, error, drawingError, trouble } = this.#page.status();
-    const tell = (event, detail) => window.parent.postMessage({ kdstream: 1, event, detail }, "*");
-    if (!this.#told.ready && shownLevel !== null) {
-      this.#told.ready = true;
-      tell("ready");
+    const post = (event, detail) => window.parent.postMessage({ kdstream: 1, event, detail }, "*");
+    if (!this.#reported.ready && shownLevel !== null) {
+      this.#reported.ready = true;
+      post("ready");
     }
-    const mayTell = this.#mayTell();
+    const mayReport = this.#mayReport();
     const wrong = error || drawingError || trouble || "";
-    if (wrong !== this.#told.error) {
-      this.#told.error = wrong;
-      if (wrong && mayTell) {
-        tell("error", wrong);
-      } else if (wrong && !this.#told.ready) {
-        tell("failed"); // not why: only that the poster must not hide it
+    if (wrong !== this.#reported.error) {
+      this.#reported.error = wrong;
+      if (wrong && mayReport) {
+        post("error", wrong);
+      } else if (wrong && !this.#reported.ready) {
+        post("failed"); // not why: only that the poster must not hide it
       }
     }
-    if (mayTell && idle && this.#told.ready) {
+    if (mayReport && idle && this.#reported.ready) {
       const link = this.#page.viewer.link();
-      if (link !== this.#told.link) {
-        this.#told.link = link;
-        tell("viewchange", link);
+      if (link !== this.#reported.link) {
+        this.#reported.link = link;
+        post("viewchange", link);
       }
     }
   }

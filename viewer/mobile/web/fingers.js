@@ -10,7 +10,7 @@ export class Fingers {
   #viewer;
   #changed;
   #down = new Map(); // by pointer: { x, y, isPair } in points of the window
-  #moved = 0; // time of the last move that the viewer has not been told
+  #moved = 0; // time of the last move that the viewer has not got yet
   #outside = null; // the finger's pointerdown that is down where one finger scrolls
   #scale = 1; // of the last event of a trackpad's pinch
 
@@ -75,7 +75,7 @@ export class Fingers {
     this.#changed();
   }
 
-  // Of the canvas, from points of the window.
+  // The canvas's pixel at a point of the window.
   #pixel(x, y) {
     const box = this.#canvas.getBoundingClientRect();
     return {
@@ -175,7 +175,7 @@ export class Fingers {
     this.#changed();
   }
 
-  // In the middle, for users without a pointer. times: 2 for a double tap.
+  // Taps the middle, for users without a pointer. times: 2 for a double tap.
   tap(times) {
     this.#down.size || this.#viewer.byKey("Tap", times, performance.now() / 1000);
   }

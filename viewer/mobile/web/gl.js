@@ -43,7 +43,7 @@ function textAt(begin) {
   return new TextDecoder().decode(all.slice(0, all.indexOf(0)));
 }
 
-// Of at most `most` bytes with the 0 at its end.
+// Writes a text of at most `most` bytes, its final 0 included.
 function putText(text, most, begin) {
   const { written } = new TextEncoder().encodeInto(text ?? "", bytesAt(begin, most - 1));
   bytesAt(begin, most)[written] = 0;
@@ -75,14 +75,14 @@ const deleteSome = (drop) => (count, begin) => {
 // Pictures of textures, which the browser decodes while we go on.
 const mimeTypes = ["", "image/jpeg", "image/png", "image/webp"]; // TileImage
 let waitingPictures = 0;
-let told = () => {};
-let nextTelling = 0; // ms
+let onPictures = () => {};
+let nextCall = 0; // ms
 
 export const picturesAreWaiting = () => waitingPictures > 0;
 
-// came: called when some are there, and when all of them are.
-export function tellOfPictures(loaded) {
-  told = loaded;
+// loaded: called when some pictures are decoded, and when all are.
+export function listenToPictures(loaded) {
+  onPictures = loaded;
 }
 
 // Replaces the content of the texture once the picture is decoded. If it cannot be decoded, has another size, or is
@@ -103,12 +103,12 @@ async function uploadPicture(number, begin, count, format, width, height) {
     }
     picture.close();
   } catch {
-    // it is none
+    // not a picture
   }
   --waitingPictures;
-  if (!waitingPictures || performance.now() >= nextTelling) {
-    nextTelling = performance.now() + 500;
-    told();
+  if (!waitingPictures || performance.now() >= nextCall) {
+    nextCall = performance.now() + 500;
+    onPictures();
   }
 }
 

@@ -40,7 +40,7 @@ export function describeHelp(coarse, hasOriginal, close) {
 
 const key = "kdstream.finger";
 
-// Over the picture, until somebody does something, or for some seconds.
+// Shows a moving finger over the picture, until the user acts, or for some seconds.
 export function showFinger(canvas) {
   try {
     if (localStorage.getItem(key)) {

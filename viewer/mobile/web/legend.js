@@ -8,7 +8,7 @@ import { language, nameOfLevel, t } from "./words.js";
 const inFigures = (number) => Number(number.toPrecision(6)).toLocaleString(language, { maximumSignificantDigits: 6 });
 const hex = (color) => `#${color.toString(16).padStart(6, "0")}`;
 
-// By attributes: the page's policy lets no style into elements.
+// Sets attributes, because the page's policy forbids styles in elements.
 function drawing(tag, attributes, ...inner) {
   const element = document.createElementNS("http://www.w3.org/2000/svg", tag);
   Object.entries(attributes).forEach(([name, value]) => element.setAttribute(name, value));

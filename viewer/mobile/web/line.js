@@ -33,7 +33,7 @@ function unlessDenied(act) {
   }
 }
 
-// From the address, of which the rest stays, or what was kept. True if there was one in the address.
+// Takes the token from the address, whose rest stays, or the kept one. True if the address had one.
 export function takeToken() {
   const [, before, found, after = ""] = location.hash.match(tokenInLink) ?? [];
   if (found) {
@@ -65,7 +65,7 @@ export function forgetToken() {
   unlessDenied(() => localStorage.removeItem(rememberedKey));
 }
 
-// One that somebody has entered: itself, or the whole link. False if it is none.
+// A token that somebody has entered: itself, or the whole link. False if it is not a token.
 export function enterToken(given) {
   const text = given.trim();
   const found = text.match(tokenInLink)?.[2] ?? text.match(tokenAlone)?.[0];
@@ -91,8 +91,8 @@ export function mayHaveOriginal() {
 
 function contactIn(bytes) {
   try {
-    const { contact: told } = JSON.parse(new TextDecoder().decode(bytes));
-    return typeof told === "string" ? told : "";
+    const { contact: text } = JSON.parse(new TextDecoder().decode(bytes));
+    return typeof text === "string" ? text : "";
   } catch {
     return "";
   }
@@ -202,7 +202,7 @@ export async function getList() {
   return bytes;
 }
 
-// The latest previews, [path, bytes], whether they came for the view or for a picture of the list: the other needs the same.
+// The latest previews, [path, bytes], whether they were fetched for the view or for a picture of the list: the other needs the same.
 const mostPreviews = 32;
 const previews = new Map();
 const isPreview = /\/levels\/\d+\/1$/; // a level in one piece
@@ -230,7 +230,7 @@ function learnKept(begin) {
 
 export const addKept = (path) => kept.get(beginOf(path))?.add(path);
 
-// As `get`, but what is kept of texts is all there is where the server cannot be reached.
+// As `get`, but a stored text is used if the server cannot be reached.
 export async function getOrFind(path, mostBytes, cache = "default", keeps = true) {
   try {
     const answer = await get(path, mostBytes, cache);
@@ -258,7 +258,7 @@ export class Line {
 
   #streams;
 
-  // changed: called whenever something came for the viewer. streams: false: all comes by GET, and nothing of it is kept.
+  // changed: called whenever something arrived for the viewer. streams: false: all comes by GET, and nothing of it is kept.
   constructor(viewer, changed, streams = true) {
     this.#viewer = viewer;
     this.#changed = changed;
@@ -353,10 +353,10 @@ export class Line {
     socket.binaryType = "arraybuffer";
     let opened = false;
     // What a connection says after it was given up no longer counts.
-    const listen = (name, tell) => socket.addEventListener(name, (event) => {
+    const listen = (name, handle) => socket.addEventListener(name, (event) => {
       if (this.#socket === socket) {
-        tell(event);
-        this.#told();
+        handle(event);
+        this.#update();
       }
     });
     listen("open", () => {
@@ -391,11 +391,11 @@ export class Line {
       this.#socket = null;
       const why = reason || trouble?.message || "it was closed"; // which one reads only where a stream had opened
       this.#viewer.socketEnded(refused, why, now(), trouble?.retryAfter ?? 0);
-      this.#told();
+      this.#update();
     }
   }
 
-  // The browser has no network any more: a connection would only fall silent.
+  // The browser has no network any more: a connection would only stall.
   drop() {
     if (this.#socket) {
       this.#socket.close();
@@ -424,7 +424,7 @@ export class Line {
     }
     reads.length && await Promise.all(reads);
     this.#viewer.endSearch(search, again && mayKeep() && await isPinned(`${begin}tree/1`), now());
-    this.#told();
+    this.#update();
   }
 
   async #fetch(path, mostBytes) {
@@ -436,10 +436,10 @@ export class Line {
     } catch {
       this.#viewer.fetchFailed("the server does not answer", now());
     }
-    this.#told();
+    this.#update();
   }
 
-  #told() {
+  #update() {
     this.exchange();
     this.#changed();
   }

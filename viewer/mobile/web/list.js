@@ -81,7 +81,7 @@ export function markChosen(id) {
   }
 }
 
-// Those of the models that open without a network: description and preview are kept.
+// The models that open without a network: description and preview are stored.
 export async function findKept(models) {
   const paths = mayKeep() ? await storedPaths() : new Set();
   const begins = new Set([...paths].map((path) => path.split("/", 5).join("/")));

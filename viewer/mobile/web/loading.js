@@ -32,9 +32,9 @@ export function hideLoading() {
 // the end with `true`.
 export function watchStall() {
   let timer = 0;
-  let told = false;
+  let isReported = false;
   const silent = () => {
-    told = true;
+    isReported = true;
     showMessage({
       text: t("The server has sent nothing for a while. Still waiting …"),
       label: t("Reload"),
@@ -43,8 +43,8 @@ export function watchStall() {
   };
   const heard = (ended = false) => {
     clearTimeout(timer);
-    if (told) {
-      told = false;
+    if (isReported) {
+      isReported = false;
       showMessage(null);
     }
     timer = ended ? 0 : setTimeout(silent, stallTimeout);

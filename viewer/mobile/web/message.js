@@ -26,7 +26,7 @@ function partSentence(error, name) {
     : inPlainWords(part ? why : error));
 }
 
-// From a piece of text without capital and full stop.
+// Makes a sentence of a text without capital and full stop.
 function sentence(text) {
   const begun = text.charAt(0).toUpperCase() + text.slice(1);
   return /[.!?…؟]$/.test(begun) ? begun : begun + ".";

@@ -143,7 +143,7 @@ export class Notes {
     this.#showAll();
   }
 
-  // Where their notes are, and nothing hides them; what is tapped with a tool in hand is the model.
+  // Shows markers at visible notes; none with a tool, whose taps are for the model.
   #showMarkers() {
     const { mode, tool } = this.#page.status();
     const focused = mode === "full screen" && this.markers.querySelector(":focus");
@@ -221,7 +221,7 @@ export class Notes {
     }
   }
 
-  // To go on from, where what had the focus has gone.
+  // Moves the focus to a button or the canvas: the element that had it is gone.
   #focus() {
     const button = this.next.disabled ? this.all : this.next;
     (button.checkVisibility() ? button : this.#page.canvas).focus();
@@ -272,13 +272,13 @@ export class Notes {
     this.#author.querySelector("button").focus();
   }
 
-  // In the sheet, whose end may be out of sight.
+  // Shows a text in the sheet, whose end may be out of sight.
   #say(text) {
     this.remark.textContent = text;
     text && this.remark.scrollIntoView({ block: "nearest" });
   }
 
-  // Of what stands in the fields, whether it would be lost.
+  // Whether the fields hold something that would be lost.
   #isBegun() {
     const { title = "", text = "" } = this.#notes[this.edited] ?? {};
     return !this.editor.hidden && (this.title.value !== title || this.text.value !== text);

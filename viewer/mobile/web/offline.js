@@ -22,7 +22,7 @@ function* nodesOf(depth) {
   }
 }
 
-// Those of all that is coarser than `goal`, and of it: a level, or "original".
+// The blobs of `goal` (a level, or "original") and of all that is coarser.
 function* blobsUpTo(goal, { partition_depth: depth, levels, textures }) {
   yield "tree/1";
   for (let page = depth - 5; depth >= 10 && page >= 5; page -= 5) {
@@ -198,10 +198,10 @@ async function showOffline() {
   changed();
 }
 
-// Options of the open model. told: a function called whenever the stored data have changed.
-export async function openOfflineOptions(id, told) {
-  if (changed !== told) {
-    changed = told;
+// Options of the open model. listener: a function called whenever the stored data have changed.
+export async function openOfflineOptions(id, listener) {
+  if (changed !== listener) {
+    changed = listener;
     listenToOfflineOptions();
   }
   find("offline").hidden = !mayKeep();

@@ -6,7 +6,7 @@ import { make } from "./list.js";
 
 const commons = /^\/(?:licenses\/([a-z-]+)|publicdomain\/(zero|mark))\/(\d+\.\d+)/;
 
-// The address that a text is, or null where it is none of the web's.
+// The text as a web address, or null if it is not one.
 export function addressIn(text) {
   try {
     const address = new URL(text);

@@ -39,7 +39,7 @@ import { Line, takeToken } from "./line.js";
 import { hideLoading, showLoading, watchStall } from "./loading.js";
 import { showEnd } from "./message.js";
 import { rememberedPreviews } from "./previews.js";
-import { tellOfPictures } from "./gl.js";
+import { listenToPictures } from "./gl.js";
 import { loadViewer } from "./viewer.js";
 import { chooseLanguage, t } from "./words.js";
 import { lastStatus, rest, startFrames, wake } from "./frames.js";
@@ -116,7 +116,7 @@ async function start() {
     showEnd(t("This browser cannot draw in 3D: it has no WebGL 2, or it is switched off."));
     return;
   }
-  tellOfPictures(() => {
+  listenToPictures(() => {
     viewer.redraw();
     wake();
   });

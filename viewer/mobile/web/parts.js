@@ -9,8 +9,8 @@ const addressOf = (name) => new URL(name, import.meta.url).href;
 const secondPart = "kdstream-more.wasm";
 
 let first; // what the first part exports
-let firstCame;
-const firstIsThere = new Promise((resolve) => (firstCame = resolve));
+let firstArrived;
+const firstIsThere = new Promise((resolve) => (firstArrived = resolve));
 let importModule; // the name by which the parts know each other: those of another version have another one
 let joined = false;
 let join;
@@ -41,7 +41,7 @@ async function read(name, heard) {
   return new Blob(parts).arrayBuffer();
 }
 
-// By their place in the table.
+// Stubs by their place in the table.
 const stubs = new Proxy({}, {
   get: (_, place) => (...values) => {
     console.error(`function ${place} is not there yet`); // it lacks a guard: later.txt
@@ -67,7 +67,7 @@ export async function loadFirstPart(heard) {
   first = instance.exports;
   useMemory(first.memory);
   first._initialize();
-  firstCame();
+  firstArrived();
   return first;
 }
 

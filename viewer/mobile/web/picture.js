@@ -83,7 +83,7 @@ function rowsOf(brush, key, words, place) {
   return [...colours, ...words.flatMap((text) => wrap(brush, text, place.width)).map(textRow)];
 }
 
-// overlay: called with what paints, to put the lines over the picture. A PNG as a Blob.
+// overlay: called with the canvas's context, to draw the lines over the picture. A PNG as a Blob.
 export function composePicture({ canvas, overlay, key, words }) {
   const ratio = canvas.width / canvas.clientWidth;
   const line = Math.round(18 * ratio);

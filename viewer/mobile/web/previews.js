@@ -17,7 +17,7 @@ export function askForPreviews(asked) {
   }
 }
 
-// As the person wanted it last: "asked" or "beside". In somebody's page, which has no list, it is always beside.
+// The user's last choice: "asked" or "beside". In somebody's page, which has no list, it is always beside.
 export function rememberedPreviews(isEmbedded) {
   let asked = false;
   try {

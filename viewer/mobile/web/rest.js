@@ -11,7 +11,7 @@ const longestRetry = 8;
 export class Rest {
   failed = false; // it could not be had, and is tried again
   outdated = false; // the server has that of another version
-  awaited = 0; // by so many
+  awaited = 0; // the number of callers that wait for it
 
   #bytes = 0; // of it, that have come
   #changed;

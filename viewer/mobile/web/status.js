@@ -64,8 +64,8 @@ function showWhatIsWrong(status) {
   const listed = models !== null;
   const { trouble: listTrouble } = refreshing;
   const offline = isOffline();
-  const told = { ...status, error: status.error || linkTrouble };
-  return showMessage(findMessage({ status: told, name, failed, contextLost, listed, listTrouble, lacksToken: lacksToken(), contact, away, wellAgain, offline, rest, update, tryNow, askAgain, askForToken }));
+  const withLink = { ...status, error: status.error || linkTrouble };
+  return showMessage(findMessage({ status: withLink, name, failed, contextLost, listed, listTrouble, lacksToken: lacksToken(), contact, away, wellAgain, offline, rest, update, tryNow, askAgain, askForToken }));
 }
 
 // ---- how it stands

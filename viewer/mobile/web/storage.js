@@ -119,7 +119,7 @@ export function setStorageLimit(bytes) {
   });
 }
 
-// Of all blobs.
+// The sum over all blobs.
 export const storedBytes = () => within("readonly", async ({ texts }) => await done(texts.get("bytes")) ?? 0, 0);
 
 const rangeOf = (begin) => IDBKeyRange.bound(begin, `${begin}\uffff`);

@@ -5,7 +5,7 @@
 import { download, group, makeButton, notice } from "./elements.js";
 import { formatError, formatLength } from "./lengths.js";
 import { make, pageOf } from "./list.js";
-import { Looks, tool } from "./looks.js";
+import { SectionAndLight, tool } from "./sectionAndLight.js";
 import { composePicture } from "./picture.js";
 import { mayHaveRoom, roomOf } from "./room.js";
 import { t } from "./words.js";
@@ -21,9 +21,9 @@ export function describeMeasurement({ distance, height, horizontal, error, exact
   const length = (value) => formatLength(value, error, unit, distance);
   const bound = formatError(error, unit, distance);
   const doubt = bound && ` ± ${bound}`;
-  const told = waits ? ` ${t("(the original is loading)")}` : exact ? "" : ` ${t("(of a coarser level)")}`;
+  const remark = waits ? ` ${t("(the original is loading)")}` : exact ? "" : ` ${t("(of a coarser level)")}`;
   return t("{distance}, height {height}, across {across}",
-    { distance: `${length(distance)}${doubt}${told}`, height: length(height), across: length(horizontal) });
+    { distance: `${length(distance)}${doubt}${remark}`, height: length(height), across: length(horizontal) });
 }
 
 // ---- carrying away
@@ -65,7 +65,7 @@ export class Tools {
     const toggle = (id, text, act) => makeButton(text, act, { id, className: "tool" });
     this.spin = toggle("spin", "Turn automatically", () => this.#do((viewer) => viewer.setSpinning(!page.status().spinning)));
     this.measure = toggle("measure", "Measure", () => this.#do((viewer) => viewer.setTool(page.status().measuring ? tool.none : tool.measure)));
-    this.looks = new Looks(page, (act) => this.#do(act));
+    this.sectionAndLight = new SectionAndLight(page, (act) => this.#do(act));
     const share = navigator.share ? [makeButton("Share…", () => this.#share(), { className: "tool" })] : [];
     const carry = make("div", { id: "carry" }, makeButton("Copy link", () => this.#copyLink(), { className: "tool", id: "copy-link" }), ...share,
       makeButton("Save picture", () => this.#savePicture(), { className: "tool", id: "save-picture" }), this.#room);
@@ -73,11 +73,11 @@ export class Tools {
       group("Look from", make("div", { className: "grid" }, ...["Front", "Back", "Left", "Right", "Top", "Bottom"].map(side)), this.spin),
       group("Distances", this.measure, this.#list,
         makeButton("Copy as text", () => this.#copyMeasurements(), { className: "tool", id: "copy-measurements" })),
-      ...this.looks.groups,
+      ...this.sectionAndLight.groups,
       this.#notesGroup()];
     this.#panel.append(carry, make("div", { id: "tabs" }, ...this.groups.map((each) => this.#tab(each))), ...this.groups);
     page.canvas.addEventListener("pointerdown", (event) => this.#press(event), true);
-    page.canvas.addEventListener("pointerup", (event) => this.#lift(event)); // after the viewer has been told
+    page.canvas.addEventListener("pointerup", (event) => this.#lift(event)); // after the viewer got the event
     this.show();
   }
 
@@ -178,7 +178,7 @@ export class Tools {
   // After each frame.
   show() {
     const { spinning, measuring, unit } = this.#page.status();
-    this.looks.show(this.#page.status());
+    this.sectionAndLight.show(this.#page.status());
     mayHaveRoom && !this.#panel.hidden && this.#roomFor !== this.#page.model() && this.#offerRoom(this.#page.model());
     this.spin.setAttribute("aria-pressed", Boolean(spinning));
     this.measure.setAttribute("aria-pressed", Boolean(measuring));

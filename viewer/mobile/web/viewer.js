@@ -15,7 +15,7 @@ export async function loadViewer(heard) {
   return new Viewer(functions);
 }
 
-// Of the same WebAssembly, once that is loaded: a session and a canvas of its own.
+// The functions of the WebAssembly, once it is loaded. A viewer has its own session and canvas.
 let functions = null;
 export const anotherViewer = () => new Viewer(functions);
 
@@ -76,7 +76,7 @@ class Viewer {
     return toText.decode(bytesAt(begin, this.#call("TextBytes")));
   }
 
-  // What it describes as JSON; `otherwise` where the viewer has stopped.
+  // The viewer's JSON of this name; `otherwise` if the viewer has stopped.
   #describe(name, otherwise) {
     this.#call(name);
     return JSON.parse(this.#text() || otherwise);
@@ -171,9 +171,9 @@ class Viewer {
     return this.#text();
   }
 
-  // Intensities of the lamps, 0-2, and the relief, 0-1.
-  dim(lightSource, secondLight, relief) {
-    this.#call("Dim", lightSource, secondLight, relief);
+  // Intensities of the two lights, 0-2, and the relief, 0-1.
+  dim(light, secondLight, relief) {
+    this.#call("Dim", light, secondLight, relief);
   }
 
   setStandardLight() {
@@ -190,7 +190,7 @@ class Viewer {
     this.#call("SetMarks");
   }
 
-  // By their order [x, y, isSeen], in pixels of the canvas; null where there is none to be had.
+  // [x, y, isSeen] of each mark in order, in pixels of the canvas; null without marks.
   marks() {
     return this.#describe("Marks", "[]");
   }
@@ -228,7 +228,7 @@ class Viewer {
     this.#call("SetRings", rings);
   }
 
-  // As links have it: own, partition, resolution, none, or by:NAME[:MAP[:LOW:HIGH]].
+  // Colours as links have them: own, partition, resolution, none, or by:NAME[:MAP[:LOW:HIGH]].
   setColors(colors) {
     const [by, , map, low, high] = colors.split(":");
     this.#putText(arrayOf(colors));
@@ -240,7 +240,7 @@ class Viewer {
     this.#call("SetBackground", bottom, top);
   }
 
-  // Of WebAssembly and graphics together, at most; what is shown follows.
+  // The limit of WebAssembly's and graphics memory together; what is shown adapts to it.
   setMemory(bytes) {
     this.#call("SetMemory", bytes);
   }
@@ -287,7 +287,7 @@ class Viewer {
 
   // ---- the line to the server
 
-  // The list of models as it came. Returns why it is none, or "".
+  // The list of models as the server sent it. Returns why it is not a list, or "".
   setModels(bytes) {
     if (!this.#put(bytes)) {
       return "it is too long";

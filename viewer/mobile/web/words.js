@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Texts: what the page says, in the user's language, and numbers in that language. English is in the code. For each other
+// Localization: translations of the page's texts, and numbers in the user's language. English is in the code. For each other
 // language one file (words/de.js) translates these texts; it is fetched if the browser asks for that language, or the URL does
 // (?lang=de). Texts that a file lacks are shown in English.
 

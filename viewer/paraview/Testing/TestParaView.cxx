@@ -203,7 +203,7 @@ TEST_F(TestParaView, FiltersCutAndSimplify)
     SCOPED_TRACE(of);
     for (const std::string what : { "", " in partitions", " with its partitions" })
     {
-      if (!answers.contains(of + what)) // composite ones are counted behind the filter
+      if (!answers.contains(of + what)) // composite ones are counted after the filter
       {
         continue;
       }

@@ -82,7 +82,7 @@ TEST_F(PictureTest, IsTheSameInAPngFile)
       ASSERT_EQ(PixelAt(picture, x, y), expected) << x << ", " << y;
     }
   }
-  // Nothing else is left behind.
+  // No other file is left.
   const auto files = std::filesystem::directory_iterator(this->Folder);
   EXPECT_EQ(std::distance(begin(files), end(files)), 1);
 }

@@ -405,7 +405,7 @@ Attribute OnEveryPoint(const Surface& surface, AttributeInfo info, const std::ve
   return array;
 }
 
-// Of either side; what is turned away from the lights is darker.
+// Both sides are lit; what is turned away from the lights is darker.
 TEST(SurfaceScene, LightsCloudsByTheirNormals)
 {
   const auto brightness = [](const Vec3& normal)

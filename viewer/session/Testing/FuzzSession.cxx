@@ -169,7 +169,7 @@ private:
     this->Session.EndFrame(0.01);
   }
 
-  // As a person sets them, or as a page that runs out of memory does.
+  // Sets budgets as a person does, or a page that runs out of memory.
   void SetBudgets()
   {
     const std::uint8_t how = this->Given.Next();

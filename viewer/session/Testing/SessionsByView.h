@@ -20,7 +20,7 @@ inline const MemoryServer& Torus()
   return server;
 }
 
-// `clock`: that of the fingers, seconds, which goes on.
+// clock: the time of the touches in seconds; it advances.
 inline void DoubleTap(ViewerSession& session, double x, double y, double& clock)
 {
   clock += 1;

@@ -81,7 +81,7 @@ TEST(TestFailedBlobs, TheNextLossIsOneByItself)
   failed.AddLost(partition, "the connection is lost");
   EXPECT_EQ(failed.TakeLost(page, depths).size(), 1u);
 
-  // Nor does one wait for what has failed by itself.
+  // A blob that has failed is not waited for.
   failed.Settle(partition);
   failed.AddLost(partition, "the connection is lost");
   EXPECT_EQ(failed.TakeLost(page, depths).size(), 1u);

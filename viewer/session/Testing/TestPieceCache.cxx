@@ -34,7 +34,7 @@ TEST(TestPieceCache, LeastRecentlyUsedLeavesFirst)
     cache.Add(MakePiece(node, 100));
   }
   EXPECT_NE(cache.Find(Id(1)), nullptr); // 1 is young again
-  EXPECT_NE(cache.Peek(Id(2)), nullptr); // peeking is no use
+  EXPECT_NE(cache.Peek(Id(2)), nullptr); // peeking does not count as use
   cache.Add(MakePiece(4, 100));
   EXPECT_EQ(cache.Peek(Id(2)), nullptr);
   EXPECT_NE(cache.Peek(Id(1)), nullptr);

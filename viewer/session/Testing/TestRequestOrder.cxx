@@ -152,7 +152,7 @@ private:
       ++this->coarseFirst;
     }
   }
-  // Of two pieces that were asked for in this order.
+  // Compares the arrival of two pieces that were requested in this order.
   void Compare(PieceId first, PieceId second, const Expectation& expected)
   {
     if (!expected.IsBelowPreview(first) || !expected.IsBelowPreview(second))

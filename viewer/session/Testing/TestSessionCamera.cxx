@@ -357,7 +357,7 @@ TEST(TestSessionCamera, HomeIsTheFirstViewAndUndoTheOneBefore)
     session.GoHome();
     const View home = ViewOf(session);
     ASSERT_EQ(home, FirstViewIn(person.Window, server));
-    session.GoHome(); // which is no jump
+    session.GoHome(); // which is not a jump
     if (before != home)
     {
       person.turning = i % 2 == 0 ? Turning::Upright : person.turning;

@@ -61,7 +61,7 @@ TEST(TestSessionSection, WhatIsCutAwayIsNotFetched)
     session->SetSectionDepth(0.2 + 0.6 * any(random));
     session->EnterFullScreen();
     SectionPlane plane = *session->GetSection().Plane();
-    plane.offset += 0.05; // boxes are told rounded outwards
+    plane.offset += 0.05; // boxes are rounded outwards
     const auto [x, y] = OnModel(*session);
     for (int i = 0; i < 5; ++i)
     {

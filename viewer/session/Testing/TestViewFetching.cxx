@@ -165,7 +165,7 @@ TEST(TestViewFetching, WhatIsPrefetchedMayFail)
   MemoryServer server = Torus();
   SessionOptions options;
   ViewerSession before(options);
-  OpenFullScreen(before, server); // fetches what is seen, alone
+  OpenFullScreen(before, server); // fetches only what is seen
   server.lie = [seen = server.sent](const BlobId& blob, std::vector<std::uint8_t>&)
   { return seen.count(blob) > 0; };
   server.sent.clear();

@@ -190,7 +190,7 @@ TEST(TestViewerSession, AColoredModelIsShownFiner)
   EXPECT_EQ(levelOf(), 11u);
   kdstream::testing::AddVertexColors(torus);
   EXPECT_GT(levelOf(), 11u);
-  torus.attributes.erase(torus.attributes.begin()); // normals alone
+  torus.attributes.erase(torus.attributes.begin()); // only normals
   EXPECT_EQ(levelOf(), 11u);
 }
 
@@ -299,7 +299,7 @@ TEST(TestViewerSession, TheSameWindowShowsTheSameView)
   expectTheSame("undone");
 }
 
-// Of a preview that was turned as much is seen in full screen, from where it was turned to.
+// A turned preview opens in full screen from the same side, equally large.
 TEST(TestViewerSession, AnotherWindowShowsWhatWasSeenOfATurnedModel)
 {
   Fingers fingers;

@@ -11,9 +11,9 @@ namespace kdstream
 {
 namespace
 {
-constexpr double pointOfCloud = 2; // points of the screen that a cloud's point stops the eye by
+constexpr double pointOfCloud = 2; // points of the screen: a cloud's point stops the eye this near
 
-// From the model towards the eye. Nothing for a side that there is not.
+// The direction from the model towards the eye. Nothing for an unknown side.
 std::optional<Vec3> DirectionOfSide(std::string_view side, const Vec3& up, const Vec3& front)
 {
   const Vec3 right = Cross(up, front);
@@ -72,7 +72,7 @@ double CameraControl::FreePartTo(const Camera& moved) const
   return FreePart(this->Model, this->Eye, moved, this->Eye.TangentOf(pointOfCloud));
 }
 
-// As far as the eye may go. What turns goes all the way or not at all.
+// Moves as far as the eye may go. A turn goes all the way or not at all.
 void CameraControl::Move(Camera moved)
 {
   this->IsArriving = false;
@@ -237,7 +237,7 @@ void CameraControl::TakePlace(const std::optional<CameraPlace>& place, bool isJu
   }
 }
 
-// In the window as it is now.
+// Goes to a place of the camera, in the present window.
 void CameraControl::GoTo(const CameraPlace& place)
 {
   Camera there = this->Eye;

@@ -33,14 +33,14 @@ public:
   CameraControl(const CameraControl&) = delete;
 
   const Camera& Get() const { return this->Eye; }
-  // By a pinch, a wheel or a link since the model was fitted.
+  // Whether a pinch, a wheel or a link has moved the eye since the model was fitted.
   bool HasMoved() const { return this->EyeMoved; }
 
   // Another model: what was seen of the last one is forgotten.
   void Reset();
   // The first view: that of the description (HomeView).
   void Fit();
-  // As ViewerSession::Resize has it.
+  // As ViewerSession::Resize.
   void Resize(const Viewport& viewport);
   void SetTurning(Turning turning);
 
@@ -48,7 +48,7 @@ public:
   void JumpHome();
   // Errors: false for other words (ViewerSession::LookFromSide).
   bool JumpToSide(std::string_view side);
-  // From the open model towards that side. Nothing for other words, and where no model is open.
+  // The direction from the open model towards a side. Nothing for other words, or without a model.
   std::optional<Vec3> TowardsSide(std::string_view side) const;
   // Where a link says. isJump: from where one was; otherwise it is the first view.
   void TakePlace(const std::optional<CameraPlace>& place, bool isJump);
@@ -99,7 +99,7 @@ private:
     CameraPlace place;
     Camera eye; // there
   };
-  // As it was when the window began to change its shape.
+  // The view when the window began to change its shape.
   struct LeftView
   {
     View view;

@@ -13,7 +13,7 @@ namespace
 constexpr double mostOfTheWay = 0.9;      // to what is ahead,
 constexpr double leastInDiagonals = 1e-5; // so far before it: beyond what rounding does
 
-// To the surface or, where none is shown, the box; infinite where neither is ahead.
+// The distance to the surface, or to the box if no surface is shown; infinite if none is ahead.
 double DistanceToObstacle(const ShownModel& model, const Ray& ray, double slack)
 {
   constexpr double none = std::numeric_limits<double>::infinity();

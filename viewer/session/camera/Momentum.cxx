@@ -16,7 +16,7 @@ constexpr double slowestCoast = 6;    // points a second
 constexpr double fastestCoast = 4000; // points a second
 constexpr double speedSeconds = 0.1;  // the last part of a finger's way that tells its speed
 constexpr std::size_t mostSteps = 64;
-constexpr double restSeconds = 0.05; // a finger that stood so long is at rest
+constexpr double restSeconds = 0.05; // a finger that did not move for this time is at rest
 }
 
 void Momentum::Touch(double time)

@@ -24,7 +24,7 @@ public:
     double x = 0, y = 0, dx = 0, dy = 0;
   };
 
-  // One finger is down. Nothing where it was already.
+  // One finger is down. Does nothing if it was down already.
   void Touch(double time);
   // It has turned the model, by this number of pixels.
   void Follow(double time, double dx, double dy);
@@ -43,7 +43,7 @@ public:
   // The drags that are due by that time; none if the model does not turn. Turning ends when it has
   // become slow, or when the clock has changed.
   std::vector<Drag> Advance(double time, double pixelRatio);
-  // Of spinning, since the last call. REQUIRES: IsSpinning(), a finite time.
+  // The spin since the last call. REQUIRES: IsSpinning(), a finite time.
   Drag Spin(double time, const Viewport& window);
 
 private:

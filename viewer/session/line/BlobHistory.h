@@ -19,7 +19,7 @@ namespace kdstream
 class BlobHistory
 {
 public:
-  // Of more blobs than `most` the oldest are forgotten.
+  // Keeps the newest `most` blobs.
   explicit BlobHistory(std::size_t most);
 
   // A blob of `bytes` bytes has arrived, of any kind; isWasted: nobody waited for it.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Measures the speed of the connection to the server, and so how much to prefetch: step "request"
-// of the pipeline picture.
+// Estimates bandwidth and round trip of the connection to the server, and so how much to prefetch:
+// step "request" of the pipeline picture.
 #pragma once
 
 #include <cstddef>

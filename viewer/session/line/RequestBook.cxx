@@ -32,7 +32,7 @@ void RequestBook::Cancel(std::uint32_t request)
   }
   Entry cancelled = std::move(entry->second);
   this->Open.erase(entry);
-  // What has not been sent yet need not be.
+  // A request that has not been sent yet is only forgotten.
   const auto unsent = std::find_if(this->Unsent.begin(), this->Unsent.end(),
     [request](const SessionRequest& r) { return r.id == request; });
   if (unsent != this->Unsent.end())

@@ -35,7 +35,7 @@ public:
 
   // ---- what is wanted
   void Open(const std::string& model);
-  // Of the model that was open nothing is wanted any more: all is cancelled.
+  // Cancels all requests for the model that was open.
   void CloseModel();
   // Replaces the list by these blobs, most urgent first. Blobs in flight are not requested again;
   // requests with no wanted blob are cancelled. If nothing is missing, prefetching continues.
@@ -57,7 +57,7 @@ public:
   std::size_t AskMore(const Estimate& bytesOf, const Manner& manner);
   // Whether more may be prefetched for the view that wants these pieces.
   bool MayPrefetch(const std::vector<PieceId>& view);
-  // For as much of these as may be in flight, and is left of what is prefetched for a view.
+  // Requests as much of these as may be in flight, and as the view's prefetch limit leaves.
   void Prefetch(const std::vector<protocol::BlobId>& next, const Estimate& bytesOf);
   void SetPrefetch(std::size_t bytes);
 
@@ -70,7 +70,7 @@ public:
   {
     return this->Requests.Settle(request, blob);
   }
-  // As RequestBook has it.
+  // As RequestBook::TakeLate.
   bool TakeLate(std::uint32_t request, const protocol::BlobId& blob)
   {
     return this->Requests.TakeLate(request, blob);

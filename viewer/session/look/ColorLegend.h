@@ -24,7 +24,7 @@ struct ColorLegend
   };
   std::vector<Color> colors{};
   std::vector<Tick> ticks{};
-  // Of classes: the mostClasses most frequent, ascending.
+  // For classes: the mostClasses most frequent, ascending.
   struct Class
   {
     double value = 0;
@@ -36,7 +36,7 @@ struct ColorLegend
   static constexpr std::size_t mostClasses = 20;
 };
 
-// Nothing where the coloring is none by an attribute. scalars: of the model.
+// Nothing if the coloring is not by an attribute. scalars: of the model.
 ColorLegend LegendOf(const Coloring& coloring, const ScalarDescriptions& scalars);
 
 // Whether it is among the ColorLegend::mostClasses most frequent. O(all).

@@ -26,7 +26,7 @@ namespace kdstream
 inline constexpr double occlusionReach = 0.08;   // of the picture's height
 inline constexpr double occlusionStrength = 1.4; // 1 would be what is geometrically hidden
 
-// The side of the passes' targets for one of the picture.
+// A side of the passes' render targets, for this side of the picture.
 constexpr int HalfSide(int side)
 {
   return (side + 1) / 2;

@@ -18,7 +18,7 @@
 namespace kdstream
 {
 
-// Where one looks from, in the model's coordinates.
+// The camera, in the model's coordinates.
 struct SceneCamera
 {
   Vec3 eye{ 0.0, 0.0, 1.0 };

@@ -20,9 +20,8 @@ namespace
 
 constexpr std::size_t longestRun = 64;
 constexpr std::size_t shortestRun = 32; // that tells a spacing of its own
-constexpr std::size_t askedStride =
-  4;                                 // every so many points of a run are asked for their neighbours
-constexpr std::size_t neighbour = 4; // which is the fourth nearest
+constexpr std::size_t askedStride = 4;  // one of this number is asked for its neighbours
+constexpr std::size_t neighbour = 4;    // which is the fourth nearest
 constexpr double radiusToSpacing = 0.82;
 
 struct Run
@@ -78,7 +77,7 @@ bool IsShort(const Run& run)
 
 using RunsOfResolutions = std::map<Resolution, std::vector<Run>>;
 
-// In the order of the points.
+// The runs, in the order of the points.
 RunsOfResolutions FindRuns(const Surface& cloud)
 {
   RunsOfResolutions all;

@@ -22,7 +22,7 @@ namespace kdstream
 //
 // No radius is negative or not finite. O(points). REQUIRES: finite coordinates.
 std::vector<float> SplatRadii(const Surface& cloud);
-// Of all parts, one after the other.
+// The radii of all parts, one after the other.
 std::vector<float> SplatRadii(const DrawnSurface& cloud);
 
 // Splats have at least and at most this number of pixels across, at any distance.

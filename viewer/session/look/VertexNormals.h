@@ -16,7 +16,7 @@ std::array<float, 3> UnitNormal(const Vec3& v);
 
 using UnitNormals = std::vector<std::array<float, 3>>; // one a point
 
-// Of each vector: UnitNormal.
+// UnitNormal of each vector.
 UnitNormals UnitNormalsOf(std::span<const Vec3> vectors);
 
 // The unit normal of every point: the sum of its triangles' normals, weighted by their areas.

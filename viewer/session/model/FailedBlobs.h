@@ -22,7 +22,7 @@ namespace kdstream
 class FailedBlobs
 {
 public:
-  // Of the model with this id, in messages.
+  // Messages name this model from now on.
   void SetModel(const std::string& model) { this->Model = model; }
 
   // Forgets all, so that it is asked for again.
@@ -46,7 +46,7 @@ public:
   bool Has(PieceId piece) const { return this->FailedPieces.count(piece) != 0; }
   bool Has(const protocol::BlobId& ofTree) const { return this->FailedTree.count(ofTree) != 0; }
 
-  // Where a view is complete without what failed, nothing is wrong with it.
+  // A view that is complete without the failed blobs is not an error.
   template <typename IsMissed>
   void ReportMissed(const IsMissed& isMissed)
   {

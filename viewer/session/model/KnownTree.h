@@ -62,7 +62,7 @@ private:
   };
   const Entry* Find(const protocol::BlobId& blob);
   NodeId PageOfFacts(PieceId piece) const;
-  const Box* AroundIfLoaded(NodeId node) const; // as Around, but is no use and notes nothing
+  const Box* AroundIfLoaded(NodeId node) const; // as Around, without recording a use
   void Touch(const protocol::BlobId& blob, Entry& entry);
   Status AddPage(NodeId page, std::span<const std::uint8_t> bytes);
   Status AddBoxes(NodeId node, std::span<const std::uint8_t> bytes);

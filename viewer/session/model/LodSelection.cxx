@@ -173,7 +173,7 @@ void LodSelection::FollowLevel(const Camera& camera)
   }
 }
 
-// Of the surface that is drawn.
+// Chooses the tiles of the surface that is drawn.
 void LodSelection::FollowTiles(const View& view)
 {
   std::set<NodeId> tapped;
@@ -254,7 +254,7 @@ std::optional<std::vector<BlobId>> LodSelection::Choose(const View& view)
   return order;
 }
 
-// By one level the preview comes before all else while nothing is shown.
+// In the mode of one level, the preview comes first while nothing is shown.
 std::vector<BlobId> LodSelection::InOrder(const View& view, const std::vector<PieceId>& missing)
 {
   const FailedBlobs& failed = this->Model.failed;

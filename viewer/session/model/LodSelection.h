@@ -52,7 +52,7 @@ public:
   void SetDetail(DetailMode detail);
   void SetBudgets(const RefinementOptions& refinement, const LevelPolicyOptions& policy);
 
-  // By one level the zoom asks for it. pointsPerUnit: of a model unit in the focal plane.
+  // For one level: chooses it by the zoom. pointsPerUnit: of a model unit in the focal plane.
   void FollowZoom(double pointsPerUnit);
   void AimAtPreview();
 

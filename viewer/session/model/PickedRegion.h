@@ -42,7 +42,7 @@ public:
   // ---- the region. The rings of this region, which is picked anew, and of the next ones. Clamped
   // to 1-3.
   void SetRings(unsigned rings);
-  // Where less may be held than when it was picked.
+  // Takes smaller limits than when the region was picked.
   void SetTriangles(std::uint64_t triangles, std::uint64_t viewTriangles);
   // pointsPerUnit: of a model unit in the focal plane.
   void FollowZoom(double pointsPerUnit);

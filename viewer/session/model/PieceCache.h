@@ -18,8 +18,8 @@ namespace kdstream
 std::size_t MemoryOf(const Piece& piece);
 
 // Pieces by id. Pinned pieces stay, even if they exceed the limit; of the others the least recently
-// used are dropped when all together exceed the limit. All functions O(log pieces), except Pin,
-// which is O(pieces).
+// used are evicted (LRU) when all together exceed the limit. All functions O(log pieces), except
+// Pin, which is O(pieces).
 class PieceCache
 {
 public:

@@ -45,11 +45,11 @@ struct ShownModel
   {
   }
 
-  void Select(const std::string& model); // nothing of the last one is left
+  void Select(const std::string& model); // forgets the last one
   // treeBytes: of its tree, that are kept. False, and reported, where it cannot be shown.
   bool Open(const ModelDescription& model, std::size_t treeBytes);
 
-  // Of the model that is open.
+  // The depths of the open model.
   const TreeDepths& Depths() const { return this->open->codec.depths; }
   PieceId Preview() const;
   protocol::BlobId PreviewBlob() const { return BlobOfPiece(this->Preview(), this->Depths()); }
@@ -67,9 +67,9 @@ struct ShownModel
 
   // Takes a piece that has been decoded.
   void Add(Piece piece);
-  // Of all pieces, and of textures as they came, that are held.
+  // The bytes of all held pieces, and of textures as they arrived.
   std::size_t Bytes() const { return this->pieces.Bytes() + this->tiles.Bytes(); }
-  // What has failed may be asked for again.
+  // Allows failed blobs to be requested again.
   void Retry();
 
   const DrawnSurface& Drawn() const { return *this->surface.GetSurface(); }

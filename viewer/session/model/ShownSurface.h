@@ -15,7 +15,7 @@
 namespace kdstream
 {
 
-// What one would like to see.
+// The surface that is wanted.
 struct SurfaceWish
 {
   Resolution base;             // everywhere

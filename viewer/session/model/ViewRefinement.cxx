@@ -38,7 +38,7 @@ double VertexSpacing(const Box& box, double vertices)
   return std::sqrt(area / std::max(vertices, 1.0));
 }
 
-// What has been found of a piece that is refined.
+// What is known below a piece that is refined.
 struct FoundBelow
 {
   double urgency = 0;
@@ -128,7 +128,7 @@ std::size_t ViewRefinement::StepOf(Resolution resolution) const
            : resolution.Depth() - std::size_t{ this->Steps.front().resolution.Depth() };
 }
 
-// Of a piece, model units: how far it may be seen to be wrong.
+// A piece's error in model units: geometric, and of interpolation between vertices.
 std::optional<double> ViewRefinement::GeometricErrorOf(
   std::size_t step, NodeId node, KnownTree& tree) const
 {
@@ -304,7 +304,7 @@ void ViewRefinement::FindWhatIsMissed(Walk& walk)
   }
 }
 
-// Of the pieces that were refined those that something is shown of.
+// Wants those refined pieces of which something is shown.
 void ViewRefinement::WantWhatIsLeft(const Walk& walk)
 {
   for (const PieceId piece : this->Refined)
@@ -335,8 +335,8 @@ void ViewRefinement::Want(PieceId piece, double urgency)
   }
 }
 
-// Until a piece finer than S arrives, wants: what is loaded below it; and the finest loaded piece
-// above it, or a piece in between that is worth fetching first.
+// Until a wanted piece finer than S arrives, also wants what is loaded below it, and the finest
+// piece above it, or a piece in between that is worth fetching first.
 void ViewRefinement::WantIntermediate(
   PieceId piece, const View& view, const std::set<PieceId>& failed)
 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Chooses which pieces a view needs: the model is refined where its screen-space error is worst.
+// View-dependent refinement: chooses the pieces of a view, the largest screen-space error first.
 // Step "choose" of the pipeline picture; described in doc/viewing.md.
 #pragma once
 
@@ -110,7 +110,7 @@ private:
     unsigned depth = 0;   // of its pieces
     double triangles = 0; // of one piece, on average; points, of a cloud
     double vertices = 0, blob = 0, memory = 0;
-    double leap = 1; // it is taken at an error so many times as large
+    double leap = 1; // it is taken at an error larger by this factor
   };
   struct Candidate
   {
@@ -147,7 +147,7 @@ private:
   double LightPart;   // of the distance between vertices, which counts as an error
   double Smallest;    // distance from the eye, model units
   std::vector<Step> Steps;
-  std::size_t Allowed = 0;   // so many of them may be had
+  std::size_t Allowed = 0;   // the first of them, which this client may have
   std::set<PieceId> Refined; // with all above each
   std::set<PieceId> Missed;  // of those, that cannot be had
   std::vector<PieceId> Wanted;

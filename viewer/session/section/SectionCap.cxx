@@ -140,7 +140,7 @@ private:
     open.right = none;
   }
 
-  // From height y on; `middle` is that of the slab up to the next end.
+  // Emits the slab from height y on; `middle`: half way to the next end.
   template <class Emit>
   void Pair(double y, double middle, const Emit& emit)
   {

@@ -19,7 +19,7 @@ std::string Escaped(std::string_view text)
   {
     escaped += letter == '<'                                ? "&lt;"
                : letter == '&'                              ? "&amp;"
-               : static_cast<unsigned char>(letter) < 0x20U ? " " // SVG has no such
+               : static_cast<unsigned char>(letter) < 0x20U ? " " // SVG has no control characters
                                                             : std::string(1, letter);
   }
   return escaped;

@@ -19,7 +19,7 @@ namespace kdstream
 class ShownSection
 {
 public:
-  // Of another model; the plane is gone.
+  // Another model: removes the plane.
   void Reset(const Box& box);
 
   const std::optional<SectionPlane>& Plane() const { return this->Cut; }
@@ -49,7 +49,7 @@ public:
   std::uint64_t CapVersion() const { return this->FillingVersion; }
   const std::vector<SectionSegment>& Outline() const { return this->Segments; }
 
-  // As PickSurface, of what is left: the surface, or the cap before it.
+  // As PickSurface, for what the section leaves: the surface, or the cap before it.
   std::optional<SurfaceHit> Pick(
     const DrawnSurface& surface, const Ray& ray, double slack = 0) const;
   // The point of the outline nearest to `point`, with its triangle, if it is at most `most` away.

@@ -47,7 +47,7 @@ public:
   // vertices are near each other. levels: the pieces of levels that count, ascending; null: all.
   void Follow(const DrawnSurface& surface, const Camera& camera, const std::set<NodeId>& tapped,
     bool all, const std::vector<PieceId>* levels = nullptr);
-  // Of what is wanted: what has neither come nor failed, the most urgent first.
+  // The wanted tiles that have neither arrived nor failed, the most urgent first.
   const std::vector<protocol::BlobId>& Missing() const { return this->Lacking; }
   // About, of a tile that has not come. REQUIRES: AreThere, a blob of Missing.
   std::size_t ExpectedBytes(const protocol::BlobId& blob) const;
@@ -62,7 +62,7 @@ public:
 
   // Never null; another object whenever other tiles are there.
   const std::shared_ptr<const TileList>& Tiles() const { return this->Here; }
-  // Of the tiles as they came, and their corners.
+  // The bytes of the tiles as they arrived, and of their corners.
   std::size_t Bytes() const { return this->Held; }
   // That decoded pictures take, 4 a texel.
   std::size_t PictureBytes() const;

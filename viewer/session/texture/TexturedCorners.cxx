@@ -9,7 +9,7 @@ namespace kdstream
 namespace
 {
 
-// Of a point that are compared with another: where there are more, vertices are repeated.
+// Texture places of a point that are compared; with more of them, vertices are repeated.
 constexpr unsigned mostPlaces = 64;
 
 }

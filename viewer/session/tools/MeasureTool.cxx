@@ -87,7 +87,7 @@ bool MeasureTool::MeasureAt(const Ray& ray, double slack)
   return true;
 }
 
-// Where a ray puts an end.
+// The end of a distance that a ray gives.
 std::optional<SurfaceHit> MeasureTool::EndOn(const Ray& ray, double slack) const
 {
   constexpr double near = 0.5; // of a finger: on the outline is meant
@@ -219,7 +219,7 @@ void MeasureTool::FollowSurface(double slack)
       const MeasuredPoint before = this->PointOf(end);
       auto hit =
         end.isOfLink ? this->EndAt(end.ray.origin, before.error) : this->EndOn(end.ray, slack);
-      // The intended surface may now be behind another one, or beside the ray.
+      // The surface that was meant may now be behind another one, or beside the ray.
       const double tolerance = 2 * before.error + 1e-3 * Length(before.point - end.ray.origin);
       if (!end.isOfLink && (!hit || Length(hit->point - before.point) > tolerance))
       {

@@ -35,7 +35,7 @@ struct Measurement
   std::optional<MeasuredPoint> to; // nothing while only one end is there
   bool operator==(const Measurement&) const = default;
 
-  // Of these three nothing is known before `to` is there: 0.
+  // These three are 0 as long as there is no `to`.
   double Distance() const;                 // model units, straight
   double Height(const Vec3& up) const;     // of that along `up`, of length 1; below 0: downwards
   double Horizontal(const Vec3& up) const; // of that across it

@@ -137,7 +137,7 @@ void ForFilterAndWriter(const Visit& visit)
   visit(*writer, "the writer");
 }
 
-// What one rank has may not be what the others have; with what it should have all goes well again.
+// One rank's input differs: an error. With the right input the next Update works.
 void CheckInputs()
 {
   int bad = 0;

@@ -120,7 +120,7 @@ TEST_F(TestKdStoreWriter, PartitionsMakeTheStoreOfTheWholeMesh)
 TEST_F(TestKdStoreWriter, ArraysThatSomePartsLackAreLeftOutWithAWarning)
 {
   vtkNew<vtkPartitionedDataSet> parts;
-  parts->SetNumberOfPartitions(3); // the first is none
+  parts->SetNumberOfPartitions(3); // the first is null
   const PolyData first = MakePlate(5), second = MakePlate(6);
   second->GetPointData()->RemoveArray("Point");
   vtkNew<vtkStringArray> words;

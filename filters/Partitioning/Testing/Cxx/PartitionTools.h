@@ -48,7 +48,7 @@ inline vtkIdType OwnPoints(vtkPolyData& partition)
   return own;
 }
 
-// Of each partition.
+// The sizes of the partitions.
 inline std::vector<vtkIdType> Sizes(vtkMeshPartition& filter)
 {
   std::vector<vtkIdType> sizes;

@@ -150,7 +150,7 @@ TEST_F(TestKdStreamActor, RefinesByTheViewWithinItsBudget)
   this->Actor->SetNumberOfTriangles(2000000);
   ASSERT_TRUE(this->Actor->Refine(this->Renderer, deadline));
   EXPECT_GT(double(this->Actor->GetNumberOfDrawnTriangles()), 1.5 * double(whole));
-  // Of a model that is far away little is needed.
+  // A model that is far away needs few triangles.
   this->Renderer->GetActiveCamera()->Dolly(0.02);
   ASSERT_TRUE(this->Actor->Refine(this->Renderer, deadline));
   EXPECT_LT(this->Actor->GetNumberOfDrawnTriangles(), whole);
@@ -172,7 +172,7 @@ TEST_F(TestKdStreamActor, IdleTimeRefinesUntilAllIsThere)
     void Make(vtkObject*, unsigned long, void* id) { this->ids.push_back(*static_cast<int*>(id)); }
   } clock;
   interactor->AddObserver(vtkCommand::CreateTimerEvent, &clock, &Clock::Make);
-  this->Actor->SetNumberOfTriangles(30000); // so this is no small model, and has no need of all
+  this->Actor->SetNumberOfTriangles(30000); // not a small model, shown as the original
   this->Actor->SetTolerance(0.3);
   this->Actor->SetSecondsPerFrame(0);
   this->Renderer->ResetCamera();

@@ -381,7 +381,7 @@ TEST_F(TestKdStreamActorViews, TilesOfAPictureShowTheSameAndAreAsFineAsItsPixels
     0.02 * double(*drawn.begin()));
 }
 
-// Draws for the renderer's camera, then for another, as passes for shadows do for lights.
+// Draws for the renderer's camera, then for another camera: a shadow pass does so for a light.
 class LightPass : public vtkRenderPass
 {
 public:
@@ -560,7 +560,7 @@ TEST_F(TestKdStreamActorViews, ACopyOpensTheModelItself)
   this->Renderer->AddActor(this->Actor);
   EXPECT_LE(Differing(before, this->Picture()), 2);
   EXPECT_EQ(copy->GetParts()->GetNumberOfItems(), parts);
-  // Of another assembly only the place.
+  // Of another assembly only the place counts.
   vtkNew<vtkAssembly> other;
   other->AddPart(copy);
   other->SetPosition(1, 2, 3);

@@ -64,7 +64,7 @@ public:
   std::size_t Settle(std::size_t answers);
   // The connection breaks, or what is fetched does not come.
   void Break();
-  // Of the next frame or fetched blob one bit is another.
+  // Flips one bit of the next frame or fetched blob.
   void DamageNext() { this->Damage = true; }
   bool serverIsUp = true;
   double bytesPerSecond = 0; // that the line carries; 0: any number

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Arabic, which runs from right to left: see de.js. Figures are those of the units (0-9).
+// Arabic, which runs from right to left: see de.js. Digits are 0-9, as in units.
 
 export const texts = {
   // the list

@@ -110,7 +110,7 @@ inline Content ContentOf(vtkDataObject* data, bool marked = false)
   return content.Sort();
 }
 
-// Of partition i, marked or not.
+// The content of partition i, marked or not.
 inline Content ContentOfPartition(vtkDataObject* data, unsigned int i, bool marked)
 {
   auto* const parts = vtkPartitionedDataSet::SafeDownCast(data);

@@ -450,7 +450,7 @@ TEST_F(TestKdStreamSource, AModelThatWasReplacedIsOpenedAnew)
   EXPECT_TRUE(ContentOf(this->Update()) == first);
 }
 
-// What fails while it is read need not be set anew either.
+// After an error while reading, the source need not be set anew either.
 TEST_F(TestKdStreamSource, TheUpdateAfterAFailureOpensAnew)
 {
   auto torus = std::make_unique<TorusCatalog>();

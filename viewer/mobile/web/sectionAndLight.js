@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The tools that change what is seen of a model: a section through it, and where the light comes from.
+// Two tools that change what is seen of a model: a section through it, and the light on it.
 
 import { download, group, makeButton } from "./elements.js";
 import { make } from "./list.js";
@@ -20,8 +20,8 @@ function makeSlider(id, text, most, act) {
   }, value: () => range.value / 100 * most };
 }
 
-// page: as Tools has it. act(deed): does something to the viewer, and shows it.
-export class Looks {
+// page: as Tools has it. act(command): calls command(viewer), and shows the result.
+export class SectionAndLight {
   #page;
   #act;
 
@@ -34,11 +34,11 @@ export class Looks {
     this.moves = toggle("move-section", "Move it by finger", tool.section);
     this.depth = makeSlider("section-depth", "Cut away", 1, (depth) => act((viewer) => viewer.setSectionDepth(depth)));
     this.outline = makeButton("Save outline", () => this.#saveOutline(), { className: "tool", id: "save-outline" });
-    const dim = () => act((viewer) => viewer.dim(this.lightSource.value(), this.second.value(), this.relief.value()));
+    const dim = () => act((viewer) => viewer.dim(this.light.value(), this.secondLight.value(), this.relief.value()));
     this.shines = toggle("light", "Light from the finger", tool.light);
     this.shinesToo = toggle("second-light", "A second light", tool.secondLight);
-    this.lightSource = makeSlider("lamp", "Bright", 2, dim);
-    this.second = makeSlider("second-lamp", "The second", 2, dim);
+    this.light = makeSlider("lamp", "Bright", 2, dim);
+    this.secondLight = makeSlider("second-lamp", "The second", 2, dim);
     this.relief = makeSlider("relief", "Relief", 1, dim);
     this.standard = makeButton("Standard light", () => act((viewer) => viewer.setStandardLight()),
       { className: "tool", id: "standard-light" });
@@ -46,16 +46,16 @@ export class Looks {
       group("Section", make("div", { className: "grid" }, along("From the front", "front"), along("From the side", "side"),
         along("From above", "above"), along("Facing me", "view"), along("Other side", "flip"), along("None", "off")),
       this.depth.label, this.moves, this.outline),
-      group("Light", this.shines, this.shinesToo, this.lightSource.label, this.second.label, this.relief.label, this.standard)];
+      group("Light", this.shines, this.shinesToo, this.light.label, this.secondLight.label, this.relief.label, this.standard)];
   }
 
   #toggle(which) {
-    const { depth, tool: has } = this.#page.status();
+    const { depth, tool: active } = this.#page.status();
     this.#act((viewer) => {
       if (which === tool.section && depth === null) {
         viewer.setSectionAlong("view");
       }
-      viewer.setTool(has === which ? tool.none : which);
+      viewer.setTool(active === which ? tool.none : which);
     });
   }
 
@@ -64,16 +64,16 @@ export class Looks {
     download(new Blob([outline], { type: "image/svg+xml" }), `${this.#page.status().model}-section.svg`);
   }
 
-  show({ tool: has, depth, lamp: lightSource, secondLamp: secondLight, relief }) {
-    const press = (button, which) => button.setAttribute("aria-pressed", has === which);
+  show({ tool: active, depth, lamp: light, secondLamp: secondLight, relief }) {
+    const press = (button, which) => button.setAttribute("aria-pressed", active === which);
     press(this.moves, tool.section);
     press(this.shines, tool.light);
     press(this.shinesToo, tool.secondLight);
     this.depth.show(depth);
     this.outline.hidden = depth === null;
-    this.lightSource.show(lightSource);
-    this.second.show(secondLight);
+    this.light.show(light);
+    this.secondLight.show(secondLight);
     this.relief.show(relief);
-    this.standard.hidden = lightSource === undefined;
+    this.standard.hidden = light === undefined;
   }
 }
