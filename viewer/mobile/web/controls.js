@@ -6,6 +6,7 @@ import { takeToken } from "./line.js";
 import { entryOf, pageOf } from "./list.js";
 import { askForPreviews, showPreview, showsPreview } from "./previews.js";
 import { lastStatus, redraw, rest, wake } from "./frames.js";
+import { loadStyle } from "./rest.js";
 import { canClosePreview, closePreview, colourBy, followLink, linkInAddress, models, refreshing, takeLink, tryNow } from "./choosing.js";
 import { closeSheets, openAbout, openHelp, openMenu, openTools, shownSheet } from "./sheets.js";
 import { canvas, fingers, find, isEmbedded, line, viewer } from "./shared.js";
@@ -199,7 +200,7 @@ export async function answerEmbedder() {
 }
 
 export async function askForToken() {
-  const { askForToken: ask } = await import("./access.js");
+  const [{ askForToken: ask }] = await Promise.all([import("./access.js"), loadStyle()]);
   if (await ask()) {
     tryNow();
   }

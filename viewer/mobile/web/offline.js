@@ -2,10 +2,10 @@
 // What works without a network: the page's own files (worker.js), models that the user has stored, and the part of the options
 // about both. line.js stores what was only viewed. Fetched after the first picture.
 
+import { emptyStorage, pinBlobs, setStorageLimit, storedBytes } from "./keeping.js";
 import { addKept, get, isOffline, mayKeep } from "./line.js";
 import { refusalOf } from "./refusal.js";
-import { emptyStorage, findText, pinBlobs, setStorageLimit, storageLimit, storageTrouble, storeBlobs, storeText, storedBytes }
-  from "./storage.js";
+import { findText, storageLimit, storeBlobs, storeText, trouble as storageTrouble } from "./storage.js";
 import { kilobytes, nameOfLevel, t } from "./words.js";
 
 const find = (id) => document.getElementById(id);
@@ -131,7 +131,7 @@ async function keepBlob(own, run, path) {
       return pause(t("the limit is reached"));
     }
     if (!await storeBlobs([{ path, bytes: bytes.buffer }], true)) {
-      return pause(t(storageTrouble() || "it cannot be stored"));
+      return pause(t(storageTrouble || "it cannot be stored"));
     }
     addKept(path);
   } else if (status === 404) { // where there are no vertices there is no blob
@@ -192,8 +192,8 @@ async function showOffline() {
   find("keep-goal").disabled = Boolean(job?.run);
   find("keep-state").textContent = job ? describeJob() : "";
   const bytes = await storedBytes();
-  find("stored").textContent = storageTrouble()
-    ? t("Nothing more can be stored: {why}.", { why: t(storageTrouble()) })
+  find("stored").textContent = storageTrouble
+    ? t("Nothing more can be stored: {why}.", { why: t(storageTrouble) })
     : t("{bytes} of {limit} are used.", { bytes: size(bytes), limit: size(storageLimit()) });
   changed();
 }
