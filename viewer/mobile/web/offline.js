@@ -2,8 +2,10 @@
 // What works without a network: the page's own files (worker.js), models that the user has stored, and the part of the options
 // about both. line.js stores what was only viewed. Fetched after the first picture.
 
+import { makeButton } from "./elements.js";
 import { emptyStorage, pinBlobs, setStorageLimit, storedBytes } from "./keeping.js";
 import { addKept, get, isOffline, mayKeep } from "./line.js";
+import { make } from "./list.js";
 import { refusalOf } from "./refusal.js";
 import { findText, storageLimit, storeBlobs, storeText, trouble as storageTrouble } from "./storage.js";
 import { kilobytes, nameOfLevel, t } from "./words.js";
@@ -200,13 +202,13 @@ async function showOffline() {
 
 // Options of the open model. told: a function called whenever the stored data have changed.
 export async function openOfflineOptions(id, told) {
-  if (changed !== told) {
-    changed = told;
-    listenToOfflineOptions();
-  }
   find("offline").hidden = !mayKeep();
   if (!mayKeep()) {
     return;
+  }
+  if (changed !== told) {
+    changed = told;
+    makeOfflineOptions();
   }
   if (job?.id !== id && !job?.run) {
     job = newJob(id);
@@ -225,13 +227,15 @@ export async function openOfflineOptions(id, told) {
   await showOffline();
 }
 
-function listenToOfflineOptions() {
-  find("keep").addEventListener("click", startOrPause);
-  find("limit").addEventListener("change", async ({ target }) => {
-    await setStorageLimit(Number(target.value));
+function makeOfflineOptions() {
+  const row = (...children) => make("div", { className: "row" }, ...children);
+  const limit = make("select", { id: "limit", ariaLabel: t("Storage limit") }, new Option(t("At most 50 MB"), 5e7),
+    new Option(t("At most 200 MB"), 2e8), new Option(t("At most 1 GB"), 1e9));
+  limit.addEventListener("change", async () => {
+    await setStorageLimit(Number(limit.value));
     showOffline();
   });
-  find("empty-storage").addEventListener("click", async () => {
+  const empty = async () => {
     if (job) {
       const wasKeeping = job.run;
       job.run = null; // what it has asked for no longer counts
@@ -239,7 +243,13 @@ function listenToOfflineOptions() {
     }
     await emptyStorage();
     showOffline();
-  });
+  };
+  find("offline").replaceChildren(make("legend", { textContent: t("Offline") }),
+    row(make("select", { id: "keep-goal", ariaLabel: t("Detail to store") }),
+      makeButton("Keep offline", startOrPause, { id: "keep", className: "plain" })),
+    make("p", { id: "keep-state", role: "status" }),
+    row(limit, makeButton("Empty", empty, { id: "empty-storage", className: "plain" })),
+    make("p", { id: "stored" }));
 }
 
 // ---- the page's own files
