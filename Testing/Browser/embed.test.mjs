@@ -157,6 +157,27 @@ test("it turns by itself, on a light ground, and fingers turn it at once", async
   await visit.close();
 });
 
+test("it is light, and has no list, before there is a picture", async () => {
+  const visit = await openHost("");
+  let send;
+  const wanted = new Promise((resolve) => (send = resolve));
+  await visit.page.route("**/kdstream.wasm", async (route) => {
+    await wanted;
+    await route.continue();
+  });
+  await visit.page.evaluate(() => {
+    document.body.innerHTML = '<kdstream-viewer id="a" model="pebble" theme="light"></kdstream-viewer>';
+  });
+  const frame = await eventually("a frame", () => visit.page.frames()[1]);
+  const ground = () => frame.evaluate(() => getComputedStyle(document.getElementById("stage")).backgroundImage);
+  await eventually("a light ground", ground, (image) => image.includes("rgb(244, 242, 238)"));
+  assert.equal(await frame.locator("#browser").isVisible(), false);
+  await visit.picture("embed-7-early");
+  send();
+  await untilTold(visit, "a picture", "ready", "a");
+  await visit.close();
+});
+
 test("what is not seen sleeps, and comes back where it was", async () => {
   const more = [1, 2, 3, 4, 5].map((i) => `<kdstream-viewer id="v${i}" class="far" model="pebble"></kdstream-viewer>`).join("");
   const visit = await openHost(`<kdstream-viewer id="a" model="shell"></kdstream-viewer>${more}`);
