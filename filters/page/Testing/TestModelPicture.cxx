@@ -249,7 +249,7 @@ std::vector<T> ValuesOf(const std::vector<std::uint8_t>& glb, const nlohmann::js
   const auto& view = json["bufferViews"][part["bufferView"].get<std::size_t>()];
   EXPECT_FALSE(view.contains("byteStride"));
   constexpr int ofFloat = 5126, ofUint32 = 5125;
-  EXPECT_EQ(part["componentType"], std::is_same_v<T, float> ? ofFloat : ofUint32);
+  EXPECT_EQ(part["componentType"], (std::is_same_v<T, float> ? ofFloat : ofUint32));
   const std::size_t zero = 0;
   const auto begin = glb.size() - json["buffers"][0]["byteLength"].get<std::size_t>() +
                      view.value("byteOffset", zero) + part.value("byteOffset", zero);
