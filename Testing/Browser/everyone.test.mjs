@@ -114,7 +114,7 @@ for (const theme of ["dark", "light"]) {
   test(`axe-core finds nothing in somebody's page: ${theme}`, async (t) => {
     const host = createServer((_, response) => response.setHeader("Content-Type", "text/html; charset=utf-8").end(`<!doctype html>
       <html lang="en"><title>A museum</title><link rel="icon" href="data:,"><main><h1>A museum</h1>
-      <script src="${server.url}/embed.js"></script><kdstream-viewer model="pebble" theme="${theme}" title="A pebble"></kdstream-viewer></main>`));
+      <script src="${server.url}/embed.js"></script><kdstream-viewer model="pebble" theme="${theme}" title="A pebble" style="width: 700px; height: 620px"></kdstream-viewer></main>`));
     await new Promise((started) => host.listen(0, "127.0.0.1", started));
     t.after(() => host.close());
     const visit = await Visit.desktop(browser);
