@@ -245,6 +245,7 @@ export class Notes {
     this.said.scrollTop = 0;
     this.said.hidden = !note;
     this.#showWritten();
+    this.#showMarkers(); // no frame may follow
   }
 
   // ---- writing
