@@ -151,6 +151,8 @@ test("it turns by itself, on a light ground, and fingers turn it at once", async
   const { x, y } = await visit.page.locator("#a").boundingBox();
   const { data } = PNG.sync.read(await visit.page.screenshot({ clip: { x: x + 6, y: y + 120, width: 8, height: 8 } }));
   assert.ok(data.every((channel) => channel > 200), "a light ground");
+  const [caption, logo] = await frame.evaluate(() => [document.getElementById("caption").getBoundingClientRect().right, innerWidth * 0.75 - 8]);
+  assert.ok(caption < logo, "a logo would hide no title");
   await visit.page.evaluate(() => document.getElementById("a").removeAttribute("turn"));
   await eventually("it rests", () => ask(visit, "a", "status"), ({ spinning }) => !spinning);
   assert.deepEqual(visit.errors, []);

@@ -406,6 +406,7 @@ test("from right to left", async () => {
   await page.locator("#about dl").waitFor();
   const [size] = await page.locator("#about dd").allTextContents();
   assert.match(size, /^\u2066[\d.]+ × [\d.]+ × [\d.]+\u00a0mm\u2069$/, "figures keep their order");
+  assert.equal(await page.locator("#about dd").first().evaluate((each) => getComputedStyle(each).textAlign), "right", "they begin below their names");
   await visit.picture("everyone-4-arabic-about");
   assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), width, "nothing sticks out");
   visit.assertClean(server.url);
