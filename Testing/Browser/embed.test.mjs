@@ -151,9 +151,32 @@ test("it turns by itself, on a light ground, and fingers turn it at once", async
   const { x, y } = await visit.page.locator("#a").boundingBox();
   const { data } = PNG.sync.read(await visit.page.screenshot({ clip: { x: x + 6, y: y + 120, width: 8, height: 8 } }));
   assert.ok(data.every((channel) => channel > 200), "a light ground");
+  const [caption, logo] = await frame.evaluate(() => [document.getElementById("caption").getBoundingClientRect().right, innerWidth * 0.75 - 8]);
+  assert.ok(caption < logo, "a logo would hide no title");
   await visit.page.evaluate(() => document.getElementById("a").removeAttribute("turn"));
   await eventually("it rests", () => ask(visit, "a", "status"), ({ spinning }) => !spinning);
   assert.deepEqual(visit.errors, []);
+  await visit.close();
+});
+
+test("it is light, and has no list, before there is a picture", async () => {
+  const visit = await openHost("");
+  let send;
+  const wanted = new Promise((resolve) => (send = resolve));
+  await visit.page.route("**/kdstream.wasm", async (route) => {
+    await wanted;
+    await route.continue();
+  });
+  await visit.page.evaluate(() => {
+    document.body.innerHTML = '<kdstream-viewer id="a" model="pebble" theme="light"></kdstream-viewer>';
+  });
+  const frame = await eventually("a frame", () => visit.page.frames()[1]);
+  const ground = () => frame.evaluate(() => getComputedStyle(document.getElementById("stage")).backgroundImage);
+  await eventually("a light ground", ground, (image) => image.includes("rgb(244, 242, 238)"));
+  assert.equal(await frame.locator("#browser").isVisible(), false);
+  await visit.picture("embed-7-early");
+  send();
+  await untilTold(visit, "a picture", "ready", "a");
   await visit.close();
 });
 

@@ -4,6 +4,7 @@
 
 import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";
+import { createServer } from "node:http";
 import { createRequire } from "node:module";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
@@ -39,11 +40,11 @@ const fullScreen = (visit) => visit.until("full screen", ({ mode, idle }) => mod
 const footOf = async ({ page }) => (await page.locator("#hint").textContent() ? "hint" : "status");
 
 // What axe-core finds wrong where the page stands, in words.
-async function findings({ page }) {
+async function findings({ page }, least = 15) {
   await page.evaluate(`${axe};0`);
   const { violations, passes } = await page.evaluate(() => window.axe.run(document,
     { runOnly: ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"] }));
-  assert.ok(passes.length > 15, "it has looked");
+  assert.ok(passes.length > least, "it has looked");
   return violations.flatMap(({ id, nodes }) => nodes.map(({ html, failureSummary }) => `${id}: ${html.slice(0, 120)} ${failureSummary}`));
 }
 
@@ -108,6 +109,73 @@ for (const lang of ["en", "de", "ar"]) {
     await visit.close();
   });
 }
+
+for (const theme of ["dark", "light"]) {
+  test(`axe-core finds nothing in somebody's page: ${theme}`, async (t) => {
+    const host = createServer((_, response) => response.setHeader("Content-Type", "text/html; charset=utf-8").end(`<!doctype html>
+      <html lang="en"><title>A museum</title><link rel="icon" href="data:,"><main><h1>A museum</h1>
+      <script src="${server.url}/embed.js"></script><kdstream-viewer model="pebble" theme="${theme}" title="A pebble" style="width: 700px; height: 620px"></kdstream-viewer></main>`));
+    await new Promise((started) => host.listen(0, "127.0.0.1", started));
+    t.after(() => host.close());
+    const visit = await Visit.desktop(browser);
+    await visit.page.goto(`http://127.0.0.1:${host.address().port}/`);
+    const frame = await (await visit.page.waitForSelector("kdstream-viewer iframe")).contentFrame();
+    const inFrame = { page: frame };
+    await eventually("a picture", () => frame.evaluate(() => window.kdstream?.status()), (status) => status?.idle && status.shownLevel !== null);
+    const open = async (button, what) => {
+      await frame.click(button);
+      await frame.locator(what).first().waitFor();
+    };
+    assert.deepEqual(await findings(visit, 5), [], "the page around it");
+    for (const [name, act] of Object.entries({
+      viewer: () => {},
+      about: () => open("#about-button", "#about dl"),
+      options: () => open("#menu-button", "#menu"),
+      tools: () => open("#tools-button", "#measure"),
+      "a note": async () => {
+        await open("#notes-open", "#notes-list");
+        await open("#notes-list button", "#note h3");
+      },
+    })) {
+      await act();
+      assert.deepEqual(await findings(inFrame), [], name);
+      await visit.picture(`everyone-9-${theme}-${name.replace(" ", "-")}`);
+    }
+    await visit.close();
+  });
+}
+
+test("axe-core finds nothing where something is wrong", async (t) => {
+  const gone = await Visit.phone(browser);
+  await gone.open(`${server.url}/m/nowhere`);
+  await gone.untilSaid(/nowhere/);
+  assert.deepEqual(await findings(gone), [], "a model that is gone");
+  await gone.close();
+
+  const keys = join(temporaryFolder(), "keys.json");
+  writeFileSync(keys, JSON.stringify({ secret: "0123456789abcdef0123456789abcdef" }), { mode: 0o600 });
+  const guarded = await Server.start(makeModels({ dragon: false }), { more: ["--tokens", keys, "--contact", "Ask Ann."] });
+  t.after(() => guarded.stop());
+  const stranger = await Visit.phone(browser);
+  await stranger.open(`${guarded.url}/m/pebble`);
+  await stranger.untilSaid(/Ask Ann\./);
+  assert.deepEqual(await findings(stranger), [], "without a token");
+  await stranger.page.click("#message-action");
+  await stranger.page.fill("#token", "?");
+  await stranger.page.getByRole("button", { name: "Enter", exact: true }).click();
+  await eventually("it is none", () => stranger.page.locator("#token-wrong").textContent(), Boolean);
+  assert.deepEqual(await findings(stranger), [], "the dialog for a token");
+  await stranger.picture("everyone-9-token");
+  await stranger.close();
+
+  const empty = await Server.start(temporaryFolder());
+  t.after(() => empty.stop());
+  const early = await Visit.phone(browser);
+  await early.open(empty.url);
+  await early.page.locator("#empty").waitFor();
+  assert.deepEqual(await findings(early), [], "no models yet");
+  await early.close();
+});
 
 // Presses Tab until the element with the id has the focus.
 async function tabTo(page, id) {
@@ -338,6 +406,7 @@ test("from right to left", async () => {
   await page.locator("#about dl").waitFor();
   const [size] = await page.locator("#about dd").allTextContents();
   assert.match(size, /^\u2066[\d.]+ × [\d.]+ × [\d.]+\u00a0mm\u2069$/, "figures keep their order");
+  assert.equal(await page.locator("#about dd").first().evaluate((each) => getComputedStyle(each).textAlign), "right", "they begin below their names");
   await visit.picture("everyone-4-arabic-about");
   assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), width, "nothing sticks out");
   visit.assertClean(server.url);

@@ -100,13 +100,13 @@ export function makeModels({ dragon = true, whole = false, vase = false } = {}) 
   build("pebble", "A pebble", "200");
   if (dragon) {
     const store = join(folder, "dragon.kds");
-    const told = ["--title", "A dragon", "--credit", "Stanford Computer Graphics Laboratory"];
-    buildStore(place("KDSTREAM_DRAGON"), store, ...told);
+    const about = ["--title", "A dragon", "--credit", "Stanford Computer Graphics Laboratory"];
+    buildStore(place("KDSTREAM_DRAGON"), store, ...about);
     if (!whole) {
       const mesh = join(meshes, "dragon.ply");
       runProgram("kdstream-store", "extract", store, "--level", "15", "-o", mesh);
       rmSync(store);
-      buildStore(mesh, store, ...told);
+      buildStore(mesh, store, ...about);
     }
   } else {
     build("shell", "A shell", "50", 24, 12);

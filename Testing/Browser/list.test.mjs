@@ -205,7 +205,9 @@ test("all that is known of a model, with links that lead to http alone", () => {
     const facts = await factsOf(about);
     assert.equal(facts.Licence, licence, "all of it");
     assert.equal(facts.By, "javascript:alert(1)");
-    assert.match(facts["The original"], /^9,0\d\d triangles, 4,5\d\d vertices$/);
+    const figures = about.locator("details p").first();
+    assert.match(await figures.textContent(), /^The original: 9,0\d\d triangles, 4,5\d\d vertices$/);
+    assert.equal(await figures.isVisible(), false, "only for those who ask for details");
     const links = await about.locator("a").evaluateAll((all) => all.map((each) => [each.href, each.rel, each.target]));
     assert.deepEqual(links.map(([href]) => href), ["https://example.org/pebble", licence]);
     assert.ok(links.every(([, rel, target]) => rel.includes("noopener") && target === "_blank"));

@@ -159,6 +159,25 @@ test("a note's number stands on the object, hidden behind it, and opens it", asy
   await visit.close();
 });
 
+test("a note's number is there where its file comes after the last frame", async () => {
+  const visit = await Visit.phone(browser);
+  const { page } = visit;
+  let send;
+  const wanted = new Promise((resolve) => (send = resolve));
+  await page.route("**/notes.json", async (route) => {
+    await wanted;
+    await route.continue();
+  });
+  await openPebble(visit);
+  await eventually("it is asked for", () => visit.requests.some((url) => url.endsWith("/notes.json")));
+  await pause(500);
+  const { frames } = await visit.status();
+  send();
+  await page.locator(".note-mark").first().waitFor();
+  assert.equal((await visit.status()).frames, frames, "nothing was drawn for it");
+  await visit.close();
+});
+
 test("a tour plays by itself, until somebody takes over", async () => {
   const visit = await Visit.phone(browser);
   const { page } = visit;

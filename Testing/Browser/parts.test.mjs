@@ -107,6 +107,29 @@ test("a choice in the menu waits for it", async () => {
   await visit.until("other colours", (status) => status.frames > frames && status.idle);
 });
 
+test("what opens over the picture waits for its style, and opens without it where that cannot be had", async () => {
+  let send;
+  const wanted = new Promise((resolve) => (send = resolve));
+  let asked = 0;
+  await visit.page.route("**/later.css", async (route) => {
+    await wanted;
+    return ++asked === 1 ? route.abort() : route.continue();
+  });
+  await visit.open(server.url);
+  await openFullScreen();
+  const menu = visit.page.locator("#menu");
+  await visit.page.locator("#menu-button").click();
+  assert.equal(await menu.isVisible(), false);
+  send();
+  await menu.waitFor();
+  const isPlaced = () => menu.evaluate((element) => getComputedStyle(element).position === "absolute");
+  assert.equal(await isPlaced(), false);
+  await visit.page.keyboard.press("Escape");
+  await visit.page.locator("#menu-button").click();
+  await menu.waitFor();
+  assert.equal(await isPlaced(), true, "it is asked for again");
+});
+
 test("pictures of a list that is searched, which is there before it, wait for it", async () => {
   const models = temporaryFolder();
   writePebble(join(models, "mesh.ply"));

@@ -14,7 +14,8 @@ namespace kdstream
 namespace
 {
 
-// A text in one language: { "de": ["…"] }, or "none".
+// A text in one language: { "de": ["…"] }, or "none". Viewers take what begins with < and ends with
+// > for HTML, unless a space follows.
 void PutInLanguage(
   JsonWriter& json, std::string_view key, const std::string& text, const std::string& language)
 {
@@ -22,7 +23,7 @@ void PutInLanguage(
     .BeginObject()
     .Key(language.empty() ? "none" : language)
     .BeginArray()
-    .Put(text)
+    .Put(text.starts_with('<') && text.ends_with('>') ? text + ' ' : text)
     .EndArray()
     .EndObject();
 }

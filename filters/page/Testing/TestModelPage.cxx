@@ -318,4 +318,9 @@ TEST(ModelPage, TheManifestHasModelAndNotes)
       WriteIiifManifest(model, known, std::vector<Note>{ { text, text, text, text } })))
       << text;
   }
+  auto marked = Reported();
+  marked.credit = "<b>Ann</b>";
+  const auto plain = Json::parse(WriteIiifManifest(marked, known, {}));
+  EXPECT_EQ(plain["requiredStatement"]["value"]["none"][0], "<b>Ann</b> ")
+    << "what ends with a space is no HTML to viewers";
 }

@@ -9,12 +9,15 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <iterator>
 #include <random>
+#include <type_traits>
 
 #include <jpeglib.h>
 #include <nlohmann/json.hpp>
@@ -232,6 +235,121 @@ TEST_F(TestModelPicture, AsGltfItStandsOnTheOriginInMetres)
   auto cloud = info;
   cloud.primitive = PrimitiveType::Points;
   EXPECT_FALSE(HasPreviewGlb(cloud));
+}
+
+namespace
+{
+
+// What an accessor of a .glb has, as it lies in the buffer.
+template <class T>
+std::vector<T> ValuesOf(const std::vector<std::uint8_t>& glb, const nlohmann::json& json,
+  const nlohmann::json& accessor, std::size_t width)
+{
+  const auto& part = json["accessors"][accessor.get<std::size_t>()];
+  const auto& view = json["bufferViews"][part["bufferView"].get<std::size_t>()];
+  EXPECT_FALSE(view.contains("byteStride"));
+  constexpr int ofFloat = 5126, ofUint32 = 5125;
+  EXPECT_EQ(part["componentType"], (std::is_same_v<T, float> ? ofFloat : ofUint32));
+  const std::size_t zero = 0;
+  const auto begin = glb.size() - json["buffers"][0]["byteLength"].get<std::size_t>() +
+                     view.value("byteOffset", zero) + part.value("byteOffset", zero);
+  std::vector<T> values(part["count"].get<std::size_t>() * width);
+  std::memcpy(values.data(), &glb.at(begin), values.size() * sizeof(T));
+  return values;
+}
+
+std::vector<Vec3> VectorsOf(
+  const std::vector<std::uint8_t>& glb, const nlohmann::json& json, const char* name)
+{
+  const auto values =
+    ValuesOf<float>(glb, json, json["meshes"][0]["primitives"][0]["attributes"][name], 3);
+  std::vector<Vec3> vectors;
+  for (std::size_t i = 0; i < values.size(); i += 3)
+  {
+    vectors.push_back({ values[i], values[i + 1], values[i + 2] });
+  }
+  return vectors;
+}
+
+// Its lowest corner first, in the same direction.
+Triangle FromLowest(Triangle triangle)
+{
+  std::rotate(triangle.begin(), std::min_element(triangle.begin(), triangle.end()), triangle.end());
+  return triangle;
+}
+
+}
+
+TEST_F(TestModelPicture, AsGltfItHasThePreviewsTriangles)
+{
+  Mesh mesh = Upright();
+  for (Vec3& point : mesh.points) // no mirror image of itself
+  {
+    point = { point[0] + 0.3 * point[2] + 5, point[1] + 0.2 * point[0] * point[2], point[2] - 7 };
+  }
+  BuildOptions options;
+  options.up = Vec3{ 0, 0, 1 };
+  options.view = Vec3{ 0, -1, 0 };
+  options.unit = "mm";
+  ASSERT_TRUE(this->Draw(mesh, options));
+  const auto& info = this->store->Info();
+  const auto glb = EncodePreviewGlb(info, this->blob);
+  ASSERT_TRUE(glb) << glb.GetError().message;
+  const auto json = JsonOf(*glb);
+  for (const auto& node : json["nodes"])
+  {
+    for (const char* moves : { "matrix", "translation", "rotation", "scale" })
+    {
+      EXPECT_FALSE(node.contains(moves)) << moves;
+    }
+  }
+
+  const auto piece = DecodePreview(info, this->blob);
+  ASSERT_TRUE(piece);
+  Box box;
+  for (const Vec3& point : piece->positions)
+  {
+    box.Add(point);
+  }
+  const Vec3 middle = Times(Plus(box.lo, box.hi), 0.5);
+  const auto positions = VectorsOf(*glb, json, "POSITION"),
+             normals = VectorsOf(*glb, json, "NORMAL");
+  ASSERT_EQ(positions.size(), piece->positions.size());
+  ASSERT_EQ(normals.size(), positions.size());
+  std::vector<VertexId> vertexAt; // of the preview
+  for (const Vec3& position : positions)
+  {
+    // x to the right of who looks along +y, y up from where it stands, z to who looks; metres
+    const Vec3 back{ middle[0] + 1000 * position[0], middle[1] - 1000 * position[2],
+      box.lo[2] + 1000 * position[1] };
+    const auto nearest = std::min_element(piece->positions.begin(), piece->positions.end(),
+      [&back](const Vec3& one, const Vec3& other)
+      { return Length(Minus(one, back)) < Length(Minus(other, back)); });
+    EXPECT_LT(Length(Minus(*nearest, back)), 1e-5 * Length(Minus(box.hi, box.lo)));
+    vertexAt.push_back(static_cast<VertexId>(nearest - piece->positions.begin()));
+  }
+
+  const auto corners =
+    ValuesOf<std::uint32_t>(*glb, json, json["meshes"][0]["primitives"][0]["indices"], 1);
+  std::vector<Triangle> found, expected;
+  for (std::size_t i = 0; i + 2 < corners.size(); i += 3)
+  {
+    const Triangle triangle{ corners[i], corners[i + 1], corners[i + 2] };
+    const Vec3 facing = Cross(Minus(positions.at(triangle[1]), positions.at(triangle[0])),
+      Minus(positions.at(triangle[2]), positions.at(triangle[0])));
+    for (const VertexId corner : triangle)
+    {
+      EXPECT_NEAR(Length(normals[corner]), 1, 1e-5);
+      EXPECT_GT(Dot(normals[corner], facing), 0) << "normals are on the triangle's front";
+    }
+    found.push_back(
+      FromLowest({ vertexAt[triangle[0]], vertexAt[triangle[1]], vertexAt[triangle[2]] }));
+  }
+  std::transform(
+    piece->triangles.begin(), piece->triangles.end(), std::back_inserter(expected), FromLowest);
+  std::sort(found.begin(), found.end());
+  std::sort(expected.begin(), expected.end());
+  EXPECT_EQ(found, expected);
 }
 
 TEST_F(TestModelPicture, HostilePreviewsAreErrors)

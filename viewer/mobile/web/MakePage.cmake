@@ -96,8 +96,7 @@ endforeach()
 set(entry "${PARTS}/entry.js")
 file(WRITE "${entry}" "${exports}")
 minify_file("${entry}" page.js "--define:viewerBytes=${first_bytes}" "--define:restBytes=${rest_bytes}" ${externals})
-minify(tools.css)
-minify(notes.css)
+minify(later.css)
 minify(light.css)
 # For other pages, whose script it is.
 execute_process(COMMAND "${ESBUILD}" "${SOURCE}/embed.js" --minify --target=es2022 --charset=utf8 --legal-comments=none
@@ -108,7 +107,7 @@ file(COPY "${SOURCE}/icon.svg" "${SOURCE}/icon.png" "${SOURCE}/manifest.webmanif
 
 # The service worker knows all the others by their digests, and so is another one whenever any of them is.
 set(first index.html style.css page.js kdstream.wasm)
-set(files ${first} kdstream-more.wasm ${later} tools.css notes.css light.css icon.svg icon.png manifest.webmanifest)
+set(files ${first} kdstream-more.wasm ${later} later.css light.css icon.svg icon.png manifest.webmanifest)
 set(digests)
 foreach(name IN LISTS files)
   file(SHA256 "${PAGE}/${name}" digest)

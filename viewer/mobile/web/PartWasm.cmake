@@ -100,6 +100,7 @@ list(FILTER kept EXCLUDE REGEX "^placeholder_") # of the probe
 list(JOIN kept "\n" lines)
 file(WRITE "${work}/kept.txt" "${lines}\n")
 run(${split} --keep-funcs=@kept.txt -o1 first.wasm -o2 more.wasm)
-# The linker inlines nothing for its only caller, which may be in the other part; now it may be done.
-run(wasm-opt first.wasm -q -Oz -o "${FIRST}")
-run(wasm-opt more.wasm -q -Oz -o "${MORE}")
+# The linker inlines nothing for its only caller, which may be in the other part; now it may be done. The second time makes
+# smaller what the first has inlined.
+run(wasm-opt first.wasm -q -Oz -Oz -o "${FIRST}")
+run(wasm-opt more.wasm -q -Oz -Oz -o "${MORE}")

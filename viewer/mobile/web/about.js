@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The information about a model, for its panel: all of its texts, with links for URLs in them, its size and its triangles.
+// The information about a model, for its panel: all of its texts, with links for URLs in them, its size and, in the details, its triangles.
 // Fetched when it is first opened. Texts are untrusted: they never become HTML, and only http links are made.
 
 import { makeButton } from "./elements.js";
@@ -53,6 +53,9 @@ function describeProgress({ blobsLoaded, blobsWanted, bytesLoaded }) {
     : "";
 }
 
+const describeOriginal = ({ triangles, vertices }) => vertices && `${t("The original")}: ${triangles
+  ? `${t("{n} triangles", { n: triangles })}, ${t("{n} vertices", { n: vertices })}` : t("{n} points", { n: vertices })}`;
+
 // What is drawn, in figures.
 export const describeDetails = (status) => [describeSurface(status), describeProgress(status)].filter(Boolean).join(" · ");
 
@@ -61,11 +64,6 @@ export function describeModel(model, { sides = [], unit, credit, license, descri
   const rows = [];
   const lengths = unit && sides.length ? describeLengths(sides, unit) : "";
   lengths && rows.push(...row(t("Size"), lengths));
-  if (model.vertices) {
-    rows.push(...row(t("The original"), model.triangles
-      ? `${t("{n} triangles", { n: model.triangles })}, ${t("{n} vertices", { n: model.vertices })}`
-      : t("{n} points", { n: model.vertices })));
-  }
   credit && rows.push(...row(t("By"), ...withLinks(credit)));
   license && rows.push(...row(t("Licence"), ...withLinks(license)));
   const text = description || model.description;
@@ -73,7 +71,7 @@ export function describeModel(model, { sides = [], unit, credit, license, descri
     make("h2", { dir: "auto", textContent: nameOf(model) }),
     ...(text ? [make("p", { dir: "auto" }, ...withLinks(text))] : []),
     make("dl", {}, ...rows),
-    make("details", {}, make("summary", { textContent: t("Details") }), make("p", { id: "details" })),
+    make("details", {}, make("summary", { textContent: t("Details") }), make("p", { textContent: describeOriginal(model) }), make("p", { id: "details" })),
     makeButton("Close", close, { className: "plain" }),
   ];
 }

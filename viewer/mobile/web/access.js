@@ -2,9 +2,35 @@
 // Tokens: a dialog to enter one, and the options that remember or forget it. Fetched when needed.
 
 import { makeButton } from "./elements.js";
-import { enterToken, forgetToken, rememberToken, remembersToken } from "./line.js";
+import { keepToken, rememberedKey, token, tokenInLink, unlessDenied } from "./line.js";
 import { make } from "./list.js";
 import { t } from "./words.js";
+
+const tokenAlone = /^[\w.-]{1,4096}$/;
+
+const remembersToken = () => unlessDenied(() => localStorage.getItem(rememberedKey)) === token && token !== "";
+
+// Whether the browser does what is wanted.
+function rememberToken(remembers) {
+  unlessDenied(() => (remembers ? localStorage.setItem(rememberedKey, token) : localStorage.removeItem(rememberedKey)));
+  return remembersToken() === remembers;
+}
+
+function forgetToken() {
+  keepToken("");
+  unlessDenied(() => sessionStorage.removeItem("token"));
+  unlessDenied(() => localStorage.removeItem(rememberedKey));
+}
+
+// One that somebody has entered: itself, or the whole link. False if it is none.
+function enterToken(given) {
+  const text = given.trim();
+  const found = text.match(tokenInLink)?.[2] ?? text.match(tokenAlone)?.[0];
+  if (found) {
+    keepToken(found);
+  }
+  return Boolean(found);
+}
 
 const remembers = (checked) => {
   const box = make("input", { type: "checkbox", checked });

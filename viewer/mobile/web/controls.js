@@ -6,6 +6,7 @@ import { takeToken } from "./line.js";
 import { entryOf, pageOf } from "./list.js";
 import { askForPreviews, showPreview, showsPreview } from "./previews.js";
 import { lastStatus, redraw, rest, wake } from "./frames.js";
+import { loadStyle } from "./rest.js";
 import { canClosePreview, closePreview, colourBy, followLink, linkInAddress, models, refreshing, takeLink, tryNow } from "./choosing.js";
 import { closeSheets, openAbout, openHelp, openMenu, openTools, shownSheet } from "./sheets.js";
 import { canvas, fingers, find, isEmbedded, line, viewer } from "./shared.js";
@@ -69,6 +70,16 @@ function followHistory() {
 
 // ---- buttons and keys
 
+// What a choice in the menu does.
+const options = {
+  detail: (value) => viewer.setDetail(Number(value)),
+  turning: (value) => viewer.setTurning(Number(value)),
+  ahead: (value) => viewer.setPrefetch(Number(value)),
+  rings: (value) => viewer.setRings(Number(value)),
+  coloring: colourBy,
+  previews: (value) => askForPreviews(value === "asked"),
+};
+
 export function listenToButtons() {
   find("back").addEventListener("click", goBack);
   find("open").addEventListener("click", () => {
@@ -83,28 +94,15 @@ export function listenToButtons() {
   });
   jump("home", () => viewer.goHome());
   jump("undo", () => viewer.undoView());
-  find("menu-button").addEventListener("click", () => openMenu(find("menu").hidden));
-  find("tools-button").addEventListener("click", () => openTools(find("tools").hidden));
-  find("about-button").addEventListener("click", () => openAbout(find("about").hidden));
-  find("help-button").addEventListener("click", () => openHelp(find("help").hidden));
+  for (const [sheet, open] of Object.entries({ menu: openMenu, tools: openTools, about: openAbout, help: openHelp })) {
+    find(`${sheet}-button`).addEventListener("click", () => open(find(sheet).hidden));
+  }
   for (const form of ["tools", "menu"]) {
     find(form).addEventListener("submit", (event) => event.preventDefault());
   }
   find("menu").addEventListener("change", async ({ target }) => {
     await rest.wait();
-    if (target.name === "detail") {
-      viewer.setDetail(Number(target.value));
-    } else if (target.name === "turning") {
-      viewer.setTurning(Number(target.value));
-    } else if (target.name === "ahead") {
-      viewer.setPrefetch(Number(target.value));
-    } else if (target.name === "rings") {
-      viewer.setRings(Number(target.value));
-    } else if (target.name === "coloring") {
-      colourBy(target.value);
-    } else if (target.name === "previews") {
-      askForPreviews(target.value === "asked");
-    }
+    options[target.name]?.(target.value);
     line.exchange();
     wake();
   });
@@ -199,7 +197,7 @@ export async function answerEmbedder() {
 }
 
 export async function askForToken() {
-  const { askForToken: ask } = await import("./access.js");
+  const [{ askForToken: ask }] = await Promise.all([import("./access.js"), loadStyle()]);
   if (await ask()) {
     tryNow();
   }

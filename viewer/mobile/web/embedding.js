@@ -9,7 +9,6 @@
 // answered.
 
 import { hasToken } from "./line.js";
-import { make } from "./list.js";
 
 const commands = {
   home: ({ viewer }) => viewer.goHome(),
@@ -64,11 +63,6 @@ export class Embedding {
       fingers.enter(isEntered || Boolean(document.fullscreenElement));
       isByPointer = true;
     };
-    if (asked.get("theme") === "light") {
-      document.documentElement.dataset.theme = "light";
-      viewer.setBackground(0xd9d6cf, 0xf4f2ee); // as light.css has them
-      document.head.append(make("link", { rel: "stylesheet", href: new URL("light.css", import.meta.url).href }));
-    }
     document.addEventListener("fullscreenchange", () => {
       open.setAttribute("aria-pressed", Boolean(document.fullscreenElement));
       leave();

@@ -18,14 +18,13 @@ const blobPath = /^\/api\/models\/([^/]+)\/[0-9a-f]{32}\//;
 
 // The server's token is in the page's link (#token=…, before or after other keys), or is entered. It is stored for this tab, or
 // in this browser if the user wants that, and never in a URL or log. But a browser may remember the link that was opened.
-let token = "";
-const tokenAlone = /^[\w.-]{1,4096}$/;
-const tokenInLink = /^(.*[#&])token=([\w.-]{1,4096})(?:&(.*))?$/;
+export let token = "";
+export const tokenInLink = /^(.*[#&])token=([\w.-]{1,4096})(?:&(.*))?$/;
 export const root = new URL(".", import.meta.url).href; // the page's folder: a model's page is below it
-const rememberedKey = `kdstream.token ${new URL(root).pathname}`;
+export const rememberedKey = `kdstream.token ${new URL(root).pathname}`;
 
 // What `act` gives; null where the browser keeps nothing for us.
-function unlessDenied(act) {
+export function unlessDenied(act) {
   try {
     return act();
   } catch {
@@ -45,35 +44,12 @@ export function takeToken() {
   return false;
 }
 
-function keepToken(given) {
+export function keepToken(given) {
   token = given;
   unlessDenied(() => sessionStorage.setItem("token", given));
 }
 
 export const hasToken = () => token !== "";
-export const remembersToken = () => unlessDenied(() => localStorage.getItem(rememberedKey)) === token && token !== "";
-
-// Whether the browser does what is wanted.
-export function rememberToken(remembers) {
-  unlessDenied(() => (remembers ? localStorage.setItem(rememberedKey, token) : localStorage.removeItem(rememberedKey)));
-  return remembersToken() === remembers;
-}
-
-export function forgetToken() {
-  token = "";
-  unlessDenied(() => sessionStorage.removeItem("token"));
-  unlessDenied(() => localStorage.removeItem(rememberedKey));
-}
-
-// A token that somebody has entered: itself, or the whole link. False if it is not a token.
-export function enterToken(given) {
-  const text = given.trim();
-  const found = text.match(tokenInLink)?.[2] ?? text.match(tokenAlone)?.[0];
-  if (found) {
-    keepToken(found);
-  }
-  return Boolean(found);
-}
 
 // Whether the server's latest answer was that it wants one, or another one; and what it says to those who have none.
 let lacking = false;

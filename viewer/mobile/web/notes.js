@@ -62,7 +62,6 @@ export class Notes {
 
   constructor(page) {
     this.#page = page;
-    document.head.append(make("link", { rel: "stylesheet", href: new URL("notes.css", import.meta.url).href }));
     const step = (id, text, by) => makeButton(text, () => {
       this.#play(false);
       this.#goTo(this.#at + by);
@@ -246,6 +245,7 @@ export class Notes {
     this.said.scrollTop = 0;
     this.said.hidden = !note;
     this.#showWritten();
+    this.#showMarkers(); // no frame may follow
   }
 
   // ---- writing

@@ -2,10 +2,12 @@
 // What works without a network: the page's own files (worker.js), models that the user has stored, and the part of the options
 // about both. line.js stores what was only viewed. Fetched after the first picture.
 
+import { makeButton } from "./elements.js";
+import { emptyStorage, pinBlobs, setStorageLimit, storedBytes } from "./keeping.js";
 import { addKept, get, isOffline, mayKeep } from "./line.js";
+import { make } from "./list.js";
 import { refusalOf } from "./refusal.js";
-import { emptyStorage, findText, pinBlobs, setStorageLimit, storageLimit, storageTrouble, storeBlobs, storeText, storedBytes }
-  from "./storage.js";
+import { findText, storageLimit, storeBlobs, storeText, trouble as storageTrouble } from "./storage.js";
 import { kilobytes, nameOfLevel, t } from "./words.js";
 
 const find = (id) => document.getElementById(id);
@@ -131,7 +133,7 @@ async function keepBlob(own, run, path) {
       return pause(t("the limit is reached"));
     }
     if (!await storeBlobs([{ path, bytes: bytes.buffer }], true)) {
-      return pause(t(storageTrouble() || "it cannot be stored"));
+      return pause(t(storageTrouble || "it cannot be stored"));
     }
     addKept(path);
   } else if (status === 404) { // where there are no vertices there is no blob
@@ -192,21 +194,21 @@ async function showOffline() {
   find("keep-goal").disabled = Boolean(job?.run);
   find("keep-state").textContent = job ? describeJob() : "";
   const bytes = await storedBytes();
-  find("stored").textContent = storageTrouble()
-    ? t("Nothing more can be stored: {why}.", { why: t(storageTrouble()) })
+  find("stored").textContent = storageTrouble
+    ? t("Nothing more can be stored: {why}.", { why: t(storageTrouble) })
     : t("{bytes} of {limit} are used.", { bytes: size(bytes), limit: size(storageLimit()) });
   changed();
 }
 
 // Options of the open model. listener: a function called whenever the stored data have changed.
 export async function openOfflineOptions(id, listener) {
-  if (changed !== listener) {
-    changed = listener;
-    listenToOfflineOptions();
-  }
   find("offline").hidden = !mayKeep();
   if (!mayKeep()) {
     return;
+  }
+  if (changed !== listener) {
+    changed = listener;
+    makeOfflineOptions();
   }
   if (job?.id !== id && !job?.run) {
     job = newJob(id);
@@ -225,13 +227,15 @@ export async function openOfflineOptions(id, listener) {
   await showOffline();
 }
 
-function listenToOfflineOptions() {
-  find("keep").addEventListener("click", startOrPause);
-  find("limit").addEventListener("change", async ({ target }) => {
-    await setStorageLimit(Number(target.value));
+function makeOfflineOptions() {
+  const row = (...children) => make("div", { className: "row" }, ...children);
+  const limit = make("select", { id: "limit", ariaLabel: t("Storage limit") }, new Option(t("At most 50 MB"), 5e7),
+    new Option(t("At most 200 MB"), 2e8), new Option(t("At most 1 GB"), 1e9));
+  limit.addEventListener("change", async () => {
+    await setStorageLimit(Number(limit.value));
     showOffline();
   });
-  find("empty-storage").addEventListener("click", async () => {
+  const empty = async () => {
     if (job) {
       const wasKeeping = job.run;
       job.run = null; // what it has asked for no longer counts
@@ -239,7 +243,13 @@ function listenToOfflineOptions() {
     }
     await emptyStorage();
     showOffline();
-  });
+  };
+  find("offline").replaceChildren(make("legend", { textContent: t("Offline") }),
+    row(make("select", { id: "keep-goal", ariaLabel: t("Detail to store") }),
+      makeButton("Keep offline", startOrPause, { id: "keep", className: "plain" })),
+    make("p", { id: "keep-state", role: "status" }),
+    row(limit, makeButton("Empty", empty, { id: "empty-storage", className: "plain" })),
+    make("p", { id: "stored" }));
 }
 
 // ---- the page's own files

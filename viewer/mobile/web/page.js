@@ -36,6 +36,7 @@
 
 import { Fingers } from "./fingers.js";
 import { Line, takeToken } from "./line.js";
+import { make } from "./list.js";
 import { hideLoading, showLoading, watchStall } from "./loading.js";
 import { showEnd } from "./message.js";
 import { rememberedPreviews } from "./previews.js";
@@ -54,6 +55,17 @@ for (const link of document.querySelectorAll("head link:not([rel=stylesheet])"))
 }
 
 /* global viewerBytes: of the WebAssembly's first part, by MakePage.cmake */
+
+// In somebody's page there is one model and no list, on a light ground if that page asks for one.
+const isLight = isEmbedded && new URLSearchParams(location.search).get("theme") === "light";
+
+function beEmbedded() {
+  document.body.dataset.embedded = "";
+  if (isLight) {
+    document.documentElement.dataset.theme = "light";
+    document.head.append(make("link", { rel: "stylesheet", href: new URL("light.css", import.meta.url).href }));
+  }
+}
 
 // New vertices morph to their places, and a released model continues to turn for a moment, except for users who prefer reduced
 // motion.
@@ -80,6 +92,7 @@ function saveDataIfAsked() {
 }
 
 async function start() {
+  isEmbedded && beEmbedded();
   if (typeof WebAssembly !== "object") {
     hideLoading();
     showEnd(t("This browser has no WebAssembly, or it is switched off."));
@@ -110,6 +123,7 @@ async function start() {
   takeToken();
   takeLink();
   viewer.setKeeps(true);
+  isLight && viewer.setBackground(0xd9d6cf, 0xf4f2ee); // as light.css has them
   setMemory();
   if (!viewer.gainCanvas(canvas)) {
     hideLoading();
@@ -133,7 +147,6 @@ async function start() {
   line.exchange();
   refreshing.refresh();
   if (isEmbedded) {
-    document.body.dataset.embedded = "";
     fingers.enter(false);
     answerEmbedder();
   }

@@ -1,12 +1,29 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Loads the rest of the viewer (parts.js): tries again and again, and lets code wait for it.
+// Loads what is needed only after the first picture: the rest of the viewer (parts.js), tried again and again, for which code can
+// wait; and the style sheet of what opens over the picture.
 
+import { make } from "./list.js";
 import { isWhole, loadSecondPart } from "./parts.js";
 
 const firstRetry = 1; // s
 const longestRetry = 8;
 
 /* global restBytes: of the WebAssembly's second part, by MakePage.cmake */
+
+let style = null; // a promise
+
+// Kept once it is there, or cannot be had: what opens has no style then, and it is asked for again next time.
+export function loadStyle() {
+  return style ??= new Promise((resolve) => {
+    const link = make("link", { rel: "stylesheet", href: new URL("later.css", import.meta.url).href, onload: resolve });
+    link.onerror = () => {
+      link.remove();
+      style = null;
+      resolve();
+    };
+    document.head.append(link);
+  });
+}
 
 export class Rest {
   failed = false; // it could not be had, and is tried again
@@ -47,6 +64,7 @@ export class Rest {
   }
 
   async #fetch() {
+    loadStyle();
     for (let retry = firstRetry; !isWhole(); retry = Math.min(2 * retry, longestRetry)) {
       try {
         await loadSecondPart((bytes) => {

@@ -4,6 +4,7 @@
 import { hasToken, mayHaveOriginal } from "./line.js";
 import { nameOf } from "./list.js";
 import { lastStatus, redraw, rest, wake } from "./frames.js";
+import { loadStyle } from "./rest.js";
 import { colouring, followLink, selectedModel, takeDistances } from "./choosing.js";
 import { canvas, coarse, find, line, say, viewer } from "./shared.js";
 
@@ -13,6 +14,12 @@ let about = null;
 let notes = null; // once a model has some, or somebody writes some
 
 export const shownSheet = () => sheets.find((id) => !find(id).hidden);
+
+async function openSheet(id, open) {
+  const { mode } = lastStatus;
+  open && await loadStyle();
+  showSheet(id, open && lastStatus.mode === mode); // else it was left meanwhile
+}
 
 function showSheet(id, open) {
   find(id).hidden = !open;
@@ -30,7 +37,7 @@ export async function openTools(open) {
   if (open && lastStatus.mode !== "full screen") {
     return; // it was left meanwhile
   }
-  showSheet("tools", open);
+  await openSheet("tools", open);
   if (open) {
     (await getTools()).show();
     find("tools").querySelector("button").focus();
@@ -86,7 +93,7 @@ export function showNotes({ mode, shownLevel }) {
 const colours = () => (colouring === "own" ? undefined : colouring);
 
 export async function openMenu(open) {
-  showSheet("menu", open);
+  await openSheet("menu", open);
   if (open) {
     find("menu").querySelector("input:checked").focus();
     const { openOfflineOptions } = await import("./offline.js");
@@ -102,7 +109,7 @@ function tokenForgotten() {
 }
 
 export async function openAbout(open) {
-  showSheet("about", open);
+  await openSheet("about", open);
   if (open) {
     about ??= await import("./about.js");
     find("about").replaceChildren(...about.describeModel(selectedModel(), lastStatus, () => {
@@ -115,7 +122,7 @@ export async function openAbout(open) {
 }
 
 export async function openHelp(open) {
-  showSheet("help", open);
+  await openSheet("help", open);
   if (open) {
     const { describeHelp } = await import("./help.js");
     find("help").replaceChildren(...describeHelp(coarse, mayHaveOriginal(), () => {

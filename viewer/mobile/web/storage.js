@@ -7,12 +7,12 @@
 // network is used. Sums are stored in the same transaction as what they sum, so several tabs may share the database.
 
 const limits = [50e6, 200e6, 1e9];
-const limitKey = "kdstream.limit";
+export const limitKey = "kdstream.limit";
 
 let opened = null; // promise of the database, or of null
-let trouble = "";
+export let trouble = ""; // why nothing is kept, or ""
 
-const done = (request) => new Promise((resolve, reject) => {
+export const done = (request) => new Promise((resolve, reject) => {
   request.onsuccess = () => resolve(request.result);
   request.onerror = () => reject(request.error);
 });
@@ -49,7 +49,7 @@ function open() {
 }
 
 // What `act` gives, given the stores; or `otherwise`.
-async function within(mode, act, otherwise) {
+export async function within(mode, act, otherwise) {
   const database = await open();
   if (!database) {
     return otherwise;
@@ -83,7 +83,7 @@ async function addBytes(texts, bytes) {
 }
 
 // Removes what was used longest ago and is not pinned, until `bytes` are freed.
-async function freeBytes({ blobs, entries, texts }, bytes) {
+export async function freeBytes({ blobs, entries, texts }, bytes) {
   let freed = 0;
   const unpinned = IDBKeyRange.bound([0, 0], [0, Infinity]);
   const request = entries.index("used").openCursor(unpinned);
@@ -95,9 +95,6 @@ async function freeBytes({ blobs, entries, texts }, bytes) {
   await addBytes(texts, -freed);
 }
 
-// Why nothing is kept, or "".
-export const storageTrouble = () => trouble;
-
 export function storageLimit() {
   try {
     const limit = Number(localStorage.getItem(limitKey));
@@ -107,22 +104,7 @@ export function storageLimit() {
   }
 }
 
-export function setStorageLimit(bytes) {
-  try {
-    localStorage.setItem(limitKey, bytes);
-  } catch {
-    // then it is the usual one
-  }
-  return within("readwrite", async (stores) => {
-    const sum = await done(stores.texts.get("bytes")) ?? 0;
-    await freeBytes(stores, sum - storageLimit());
-  });
-}
-
-// The sum over all blobs.
-export const storedBytes = () => within("readonly", async ({ texts }) => await done(texts.get("bytes")) ?? 0, 0);
-
-const rangeOf = (begin) => IDBKeyRange.bound(begin, `${begin}\uffff`);
+export const rangeOf = (begin) => IDBKeyRange.bound(begin, `${begin}\uffff`);
 
 // An ArrayBuffer, or null.
 export function findBlob(path) {
@@ -164,15 +146,6 @@ export async function storeBlobs(all, pinned = false) {
   return false;
 }
 
-// Pins those of the blobs that are there; gives their sizes by their paths. begin: of all the paths, a Set.
-export function pinBlobs(begin, paths) {
-  return within("readwrite", async ({ entries }) => {
-    const there = (await done(entries.getAll(rangeOf(begin)))).filter(({ path }) => paths.has(path));
-    there.filter(({ pinned }) => !pinned).forEach((entry) => entries.put({ ...entry, pinned: 1 }));
-    return new Map(there.map(({ path, size }) => [path, size]));
-  }, new Map());
-}
-
 // Whether that blob was asked to be kept.
 export const isPinned = (path) => within("readonly", async ({ entries }) => Boolean((await done(entries.get(path)))?.pinned), false);
 
@@ -188,7 +161,3 @@ export const storedPathsOf = (begin) => within("readonly",
 export const storedPaths = () => within("readonly",
   async ({ entries, texts }) => new Set((await Promise.all([done(entries.getAllKeys()), done(texts.getAllKeys())])).flat()),
   new Set());
-
-export async function emptyStorage() {
-  await within("readwrite", ({ blobs, entries, texts }) => Promise.all([blobs, entries, texts].map((all) => done(all.clear()))));
-}

@@ -57,7 +57,6 @@ export class Tools {
 
   constructor(page) {
     this.#page = page;
-    document.head.append(make("link", { rel: "stylesheet", href: new URL("tools.css", import.meta.url).href }));
     this.#overlay.id = "overlay";
     this.#overlay.setAttribute("aria-hidden", "true");
     page.canvas.after(this.#overlay);
