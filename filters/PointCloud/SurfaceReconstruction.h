@@ -46,7 +46,7 @@ struct ReconstructionOptions
 struct Reconstruction
 {
   std::vector<Triangle> triangles; // counter-clockwise seen from outside
-  // Greedy: none, triangles are of the points that came in. Poisson: the surface's points.
+  // Poisson: the surface's points. Greedy: empty, because triangles use the input's points.
   std::vector<Vec3> points;
   std::vector<VertexId> nearest; // Poisson: for each of `points` the nearest point that came in
   std::vector<Vec3> normals;     // of the points that the triangles are of, unit length

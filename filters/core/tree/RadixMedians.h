@@ -35,7 +35,7 @@ public:
     const unsigned digit = DigitFor(nodes, vertices);
     const std::size_t binsOfNode = std::size_t{ 1 } << digit;
     std::vector<OrderKey> known(nodes); // the bits found so far; the rest is 0
-    std::vector<std::uint64_t> rest;    // the place among those that begin with them, from 0
+    std::vector<std::uint64_t> rest;    // the median's place among keys with these bits, from 0
     for (std::size_t node = 0; node < nodes; ++node)
     {
       rest.push_back(RangeOfCell(vertices, depth + 1, 2 * node).size);

@@ -58,7 +58,7 @@ protected:
           }
         }
       }
-      std::this_thread::sleep_for(std::chrono::milliseconds(5)); // or the server would not get in
+      std::this_thread::sleep_for(std::chrono::milliseconds(5)); // the server needs the lock
     }
   }
 

@@ -52,7 +52,7 @@ bool FailsNow()
   return memory;
 }
 
-// Sorts take their buffers by this one.
+// Sorting algorithms allocate their buffers by this operator.
 [[gnu::noinline]] void* operator new(std::size_t bytes, const std::nothrow_t& /*no throw*/) noexcept
 {
   return FailsNow() ? nullptr : std::malloc(bytes > 0 ? bytes : 1);

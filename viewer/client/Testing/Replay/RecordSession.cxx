@@ -195,7 +195,7 @@ void Walk::PickRegions()
   this->Phone.Settle(3);
   this->Phone.DamageNext();
   this->Phone.Settle();
-  this->Expect(!this->Phone.Status().error.empty(), "a damaged blob is reported");
+  this->Expect(!this->Phone.Status().error.empty(), "a damaged blob is told of");
   this->Phone.Do(Kind::Touches, { 1, 100, 100 });
   this->Phone.Wait(0.01);
   this->Phone.Do(Kind::CancelTouches);

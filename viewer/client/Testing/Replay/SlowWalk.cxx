@@ -142,7 +142,7 @@ void SlowWalk::MeetBudgets()
   this->Phone.Settle();
   const auto met = this->Phone.Status();
   this->Expect(met.triangles < whole && met.triangles < 18'000, "fewer triangles");
-  this->Expect(met.remainingError > 0, "what is left is reported");
+  this->Expect(met.remainingError > 0, "what is left is told");
   this->Phone.Pinch(585, 1266, 300, 600);
   this->Phone.Settle();
   this->TapSomewhere();
