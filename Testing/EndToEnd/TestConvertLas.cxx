@@ -2,6 +2,10 @@
 // kdstream-convert on the clouds of laser scanners: LAS as its specification has it, and what lies.
 #include "Testing/EndToEnd/ConvertTools.h"
 
+#ifdef KDSTREAM_HAS_LASZIP
+#include <laszip/laszip_api.h>
+#endif
+
 #include <functional>
 #include <limits>
 #include <random>
@@ -87,6 +91,33 @@ protected:
       warnings + "kdstream-convert: warning: " + input +
         ": each point has 3 bytes that its format does not have (extra dimensions): they are not "
         "carried\n");
+  }
+
+  std::string DigestOfStore(const std::string& input)
+  {
+    std::filesystem::remove(this->Folder / "out.kds");
+    const Outcome built = this->Build({ input, "-o", "out.kds", "--quiet" });
+    EXPECT_EQ(built.exitCode, 0) << built.err;
+    const Outcome info = RunTool(this->Folder, "store", { "info", "out.kds", "--json" });
+    const std::size_t digest = info.out.find("\n  \"digest\": ");
+    EXPECT_NE(digest, std::string::npos) << info.out;
+    return info.out.substr(std::min(digest, info.out.size()), 50);
+  }
+
+  void ExpectRefusedOrRead(const std::string& input, bool mayBeRead, const std::string& what)
+  {
+    SCOPED_TRACE(what);
+    std::filesystem::remove(this->Folder / "out.ply");
+    const Outcome outcome = this->Convert(input);
+    EXPECT_TRUE(outcome.exitCode == 1 || (mayBeRead && outcome.exitCode == 0))
+      << outcome.exitCode << " " << outcome.err;
+    EXPECT_LE(outcome.peakBytes, std::uint64_t{ 200 } << 20);
+    if (outcome.exitCode == 1)
+    {
+      EXPECT_EQ(outcome.err.rfind("kdstream-convert: error: " + input + ": ", 0), 0U)
+        << outcome.err;
+      EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+    }
   }
 };
 
@@ -351,7 +382,88 @@ TEST_F(TestConvertLas, CompressedOnesNeedLaszip)
 #else
   this->ExpectError("in.laz", "compressed (LAZ), which is not read: make a .las of it");
 #endif
+  compressed.resize(200);
+  this->WriteText("in.laz", compressed);
+  this->ExpectError("in.laz", "truncated: ends inside its header");
 }
+
+#ifdef KDSTREAM_HAS_LASZIP
+
+namespace
+{
+
+// By LASzip's own writer.
+void CompressLas(const std::filesystem::path& las, const std::filesystem::path& laz)
+{
+  laszip_POINTER reader = nullptr, writer = nullptr;
+  laszip_BOOL isCompressed = 0;
+  laszip_header_struct* header = nullptr;
+  laszip_point_struct* point = nullptr;
+  ASSERT_EQ(laszip_create(&reader) + laszip_create(&writer), 0);
+  ASSERT_EQ(laszip_open_reader(reader, las.c_str(), &isCompressed), 0);
+  ASSERT_EQ(laszip_get_header_pointer(reader, &header), 0);
+  ASSERT_EQ(laszip_get_point_pointer(reader, &point), 0);
+  ASSERT_EQ(laszip_set_header(writer, header), 0);
+  ASSERT_EQ(laszip_request_native_extension(writer, 1), 0);
+  ASSERT_EQ(laszip_set_chunk_size(writer, 16), 0); // several of them
+  ASSERT_EQ(laszip_open_writer(writer, laz.c_str(), 1), 0);
+  for (std::size_t i = 0; i < points; ++i)
+  {
+    ASSERT_EQ(laszip_read_point(reader), 0);
+    ASSERT_EQ(laszip_set_point(writer, point), 0);
+    ASSERT_EQ(laszip_write_point(writer), 0);
+  }
+  ASSERT_EQ(laszip_close_writer(writer) + laszip_close_reader(reader), 0);
+  ASSERT_EQ(laszip_destroy(writer) + laszip_destroy(reader), 0);
+}
+
+std::string BytesOfLaz(const std::filesystem::path& file)
+{
+  std::ifstream in(file, std::ios::binary);
+  return { std::istreambuf_iterator<char>(in), {} };
+}
+
+}
+
+TEST_F(TestConvertLas, CompressedOnesGiveTheSameStore)
+{
+  for (unsigned format = 0; format <= 10; ++format)
+  {
+    SCOPED_TRACE(format);
+    std::string las = MakeLas(format);
+    las.resize(las.size() - 11);
+    this->WriteText("in.las", las);
+    CompressLas(this->Folder / "in.las", this->Folder / "in.laz");
+    EXPECT_NE(BytesOfLaz(this->Folder / "in.laz").at(104) & 0x80, 0);
+    EXPECT_EQ(this->DigestOfStore("in.las"), this->DigestOfStore("in.laz"));
+  }
+}
+
+TEST_F(TestConvertLas, CompressedOnesThatAreCutOrChanged)
+{
+  std::mt19937 random(12);
+  for (unsigned draw = 0; draw < 66; ++draw)
+  {
+    std::string las = MakeLas(draw % 11);
+    las.resize(las.size() - 11);
+    this->WriteText("in.las", las);
+    CompressLas(this->Folder / "in.las", this->Folder / "in.laz");
+    std::string bad = BytesOfLaz(this->Folder / "in.laz");
+    const bool cut = draw < 22;
+    if (cut)
+    {
+      bad.resize(bad.size() * draw / 22);
+    }
+    for (unsigned change = 0; !cut && change <= draw % 4; ++change)
+    {
+      bad[random() % (draw % 2 == 0 ? 500 : bad.size())] = static_cast<char>(random() % 256);
+    }
+    this->WriteText("in.laz", bad);
+    this->ExpectRefusedOrRead("in.laz", !cut, "draw " + std::to_string(draw));
+  }
+}
+
+#endif
 
 TEST_F(TestConvertLas, CutAndChangedFiles)
 {
@@ -370,15 +482,6 @@ TEST_F(TestConvertLas, CutAndChangedFiles)
       bad[random() % (draw % 2 == 0 ? 375 : whole.size())] = static_cast<char>(random() % 256);
     }
     this->WriteText("in.las", bad);
-    std::filesystem::remove(this->Folder / "out.ply");
-    const Outcome outcome = this->Convert("in.las");
-    EXPECT_TRUE(outcome.exitCode == 1 || (!cut && outcome.exitCode == 0))
-      << draw << ": " << outcome.exitCode << " " << outcome.err;
-    EXPECT_LE(outcome.peakBytes, std::uint64_t{ 200 } << 20);
-    if (outcome.exitCode == 1)
-    {
-      EXPECT_EQ(outcome.err.rfind("kdstream-convert: error: in.las: ", 0), 0U) << outcome.err;
-      EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
-    }
+    this->ExpectRefusedOrRead("in.las", !cut, "draw " + std::to_string(draw));
   }
 }

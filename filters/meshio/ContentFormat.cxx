@@ -364,7 +364,7 @@ std::string OtherFormatHint(ByteSource& source, std::string_view ending)
   source.Seek(source.Start());
   format = format.empty() ? FormatOfText(begin) : format;
   if (!hint.empty() || format.empty() || format == ending ||
-      (format == ".gltf" && ending == ".glb"))
+      (format == ".gltf" && ending == ".glb") || (format == ".las" && ending == ".laz"))
   {
     return hint;
   }
