@@ -282,7 +282,9 @@ private:
     const auto hasDigit = [](std::string_view word)
     { return std::any_of(word.begin(), word.end(), IsDigit); };
     const std::string first = this->Words.empty() ? "" : LowercaseText(this->Words[0]);
-    return this->Remarks < most && !first.empty() && first != "ncols" &&
+    double number = 0; // nan is one
+    return !this->Layout && this->Remarks < most && !first.empty() && first != "ncols" &&
+           ParseNumber(first, number) == NumberTextError::NotANumber &&
            ((first[0] >= 'a' && first[0] <= 'z') ||
              std::string_view("%!;*").find(first[0]) != std::string_view::npos) &&
            std::count_if(this->Words.begin(), this->Words.end(), hasDigit) < 3;
@@ -443,7 +445,8 @@ private:
     {
       const std::vector<std::string_view> cells = CellsOf(this->Cells, separator, mostXyzColumns);
       const auto found = std::find_if(cells.begin(), cells.end(), HasBlankThousands);
-      if (cells.size() >= 3 && found != cells.end())
+      const auto empty = std::count(cells.begin(), cells.end(), std::string_view("nan"));
+      if (std::ssize(cells) - empty >= 3 && found != cells.end())
       {
         return this->Lines.Wrong(
           "has blanks in the number " + QuotedText(*found) + ": write numbers without them",
