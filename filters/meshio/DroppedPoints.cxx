@@ -108,7 +108,8 @@ Status CheckByteOrder(std::span<const Vec3> points, ScalarType type)
   const bool isSwapped = numbers >= fewest && 4 * (numbers - sensible) >= numbers &&
                          100 * (numbers - swappedSensible) <= numbers;
   return isSwapped
-           ? BadInput("the bytes of its numbers are in the other order than it says: " + example)
+           ? BadInput("the bytes of its numbers are in the other order than it says: " + example,
+               Remedy::Repair)
            : Status();
 }
 

@@ -365,7 +365,8 @@ Status OffText::LookAtNumbers(const Execution& execution)
   return word.empty() ? Status()
                       : BadInput(header + ": has more than the numbers of vertices, faces and "
                                           "edges, and with it there are more numbers than those of "
-                                          "vertices and faces");
+                                          "vertices and faces",
+                          Remedy::Repair);
 }
 
 Status OffText::LookAtLines(const Execution& execution)
