@@ -244,6 +244,19 @@ function plyInOtherOrder(counts) {
     Buffer.from("end_header\n"), vertices, ...faces]);
 }
 
+// Points of a PLY as bytes in the order `order`, which says `said`.
+function plyPoints(said, order, type = "Float") {
+  const size = type === "Double" ? 8 : 4, numbers = scatter(40).flat(), bytes = Buffer.alloc(size * numbers.length);
+  numbers.forEach((value, i) => bytes[`write${type}${order}`](value, size * i));
+  return Buffer.concat([Buffer.from(`ply\nformat binary_${said === "LE" ? "little" : "big"}_endian 1.0\nelement vertex 40\n${["x", "y", "z"].map((name) => `property ${type.toLowerCase()} ${name}\n`).join("")}end_header\n`), bytes]);
+}
+
+function floatsOf(numbers, order) {
+  const bytes = Buffer.alloc(4 * numbers.length);
+  numbers.forEach((value, i) => bytes[`writeFloat${order}`](value, 4 * i));
+  return bytes;
+}
+
 // Points of text with a colour each.
 const rowsOf = (between, more = () => [], count = 40) => scatter(count).map((point, i) => [...point, ...more(i)].join(between)).join("\n");
 const cloud = { triangles: 0, places: 40 };
@@ -258,6 +271,7 @@ const offOf = (kind = "OFF\n", { row = () => "", face = () => "" } = {}) => [`${
 const vtk = (kind, parts) => `# vtk DataFile Version 3.0\nmade by hand\nASCII\nDATASET ${kind}\n${parts.join("\n")}\n`;
 const vtkPoints = `POINTS 8 float\n${corners.map((corner) => corner.join(" ")).join("\n")}`;
 const vtkPolygons = `POLYGONS 6 30\n${quads.map((quad) => `4 ${quad.join(" ")}`).join("\n")}`;
+const vtkOffsets = `POLYGONS 7 24\nOFFSETS vtktypeint64\n${[0, ...quads.map((_, i) => 4 * i + 4)].join(" ")}\nCONNECTIVITY vtktypeint64\n${quads.flat().join(" ")}`;
 const vtp = (points, polygons) => `<?xml version="1.0"?>
 <VTKFile type="PolyData" version="0.1" byte_order="LittleEndian"><PolyData><Piece NumberOfPoints="${points}" NumberOfPolys="${polygons}">
 <Points><DataArray type="Float32" NumberOfComponents="3" format="ascii">${corners.flat().join(" ")}</DataArray></Points>
@@ -523,7 +537,7 @@ export const cases = [
   one("points of CloudCompare", "a.txt", `//X Y Z Rf Gf Bf Nx Ny Nz Scalar_field\n40\n${rowsOf(" ", (i) => [1, 0.5, 0, 0, 0, 1, i / 3])}`, cloud, { colors: [[255, 128, 0]] }),
   one("points of CloudCompare, by its other ending", "a.asc", rowsOf(" ", () => [200, 100, 50]), cloud, { colors: [[200, 100, 50]] }),
   one("a grid of heights", "a.asc", "ncols 4\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2 3 4\n5 6 7 8\n", cloud, { mustRefuse: true, refused: /gdal_translate/ }),
-  one("a text without points", "a.txt", "These are my notes.\nThere are no points in them.\n", cloud, { mustRefuse: true, refused: /line 2/ }),
+  one("a text without points", "a.txt", "These are my notes.\nThere are no points in them.\n", cloud, { mustRefuse: true, refused: /line 3: the text ends, and none of its lines is a point/ }),
   one("points with their numbers first", "a.xyz", numbered((i) => 1000 + i), { ...cloud, box: boxOfCloud }, { says: /number x y z/, isRead: false }),
   one("points with their numbers first, in another order", "a.txt", numbered((i) => 17 + (7 * i) % 40), { ...cloud, box: boxOfCloud },
     { says: /number x y z/, isRead: false }),
@@ -699,4 +713,50 @@ export const cases = [
     { says: /SurfaceColor/, isRead: false }),
   one("a .vtk with colours of cells", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons, "CELL_DATA 6", "COLOR_SCALARS c 3", ...quads.map(() => "1 0.5 0")]), cube, { says: /triangle colours are kept/ }),
   one("a .vtp without its polygons' ends", "a.vtp", vtp(8, 6).replace('"offsets"', '"ends"'), cube, { mustRefuse: true, refused: /<Polys>.*'offsets'/ }),
+  // The other order of bytes, where only coordinates could show it.
+  one("points of a big-endian PLY that says it is not", "a.ply", plyPoints("LE", "BE"), cloud, { mustRefuse: true, refused: /the bytes of its numbers are in the other order than it says: x of point 0 is .*, and in the other order -3\.25: correct the file/ }),
+  one("points of a PLY that says it is big-endian", "a.ply", plyPoints("BE", "LE"), cloud, { mustRefuse: true, refused: /the bytes of its numbers are in the other order/ }),
+  one("doubles of a big-endian PLY that says it is not", "a.ply", plyPoints("LE", "BE", "Double"), cloud, { mustRefuse: true, refused: /the bytes of its numbers are in the other order/ }),
+  one("a PLY of doubles that are nearly 0", "a.ply", plyOf(corners.map((corner) => corner.map((v) => v * 1e-20)), quads), { triangles: 12, places: 8 }, { silent: /order/, isRead: false }),
+  one("a big-endian PCD", "a.pcd", Buffer.concat([Buffer.from(pcd("FIELDS x y z", "binary")), floatsOf(scatter(40).flat(), "BE")]), cloud, { mustRefuse: true, refused: /the bytes of its numbers are in the other order/ }),
+  one("points of a little-endian .vtk", "a.vtk", Buffer.concat([Buffer.from("# vtk DataFile Version 3.0\nt\nBINARY\nDATASET POLYDATA\nPOINTS 40 float\n"), floatsOf(scatter(40).flat(), "LE"), Buffer.from("\n")]), cloud,
+    { mustRefuse: true, refused: /the bytes of its numbers are in the other order/ }),
+  one("a .vtk of version 4 with lists of cells of version 5", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkOffsets]).replace("3.0", "4.2"), cube, { mustRefuse: true, refused: /POLYGONS \(line 14\) has OFFSETS after it, as version 5 has, and the first line says an earlier one/ }),
+  one("a .vtk of version 5", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkOffsets]).replace("3.0", "5.1"), cube, { isRead: false }),
+  one("a .vtk of version 5 with lists of cells of before", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons]).replace("3.0", "5.1"), cube, { mustRefuse: true, refused: /POLYGONS \(line 14\) has no OFFSETS after it/ }),
+  one("VRML with an index of -2", "a.wrl", wrl(cubeWrl().replace("coordIndex [ 0", "coordIndex [ -2")), cube, { mustRefuse: true, refused: /line 3: '-2' is not an index, and only -1 ends a face/ }),
+  one("a PLY of vertices and faces", "a.ply", plyWith([["element vertex", "element vertices"], ["element face", "element faces"]]), cube, { isRead: false }),
+  // Old statements of OBJ, and of its libraries.
+  one("an OBJ with a picture without a material", "a.obj", cubeObj.replace("f ", "maplib m.map\nusemap off\nusemap t.png\nf "), cube, { says: /pictures without a material: 'usemap t\.png' in line 11/ }),
+  one("an OBJ whose usemap is off", "a.obj", cubeObj.replace("f ", "usemap off\nf "), cube, { silent: /usemap/ }),
+  one("an OBJ that takes in another", "a.obj", `${cubeObj}call other.obj\n`, cube, { says: /what another file or a program would add: 'call other\.obj' in line 15/ }),
+  one("an OBJ with an old patch", "a.obj", `${cubeObj}bsp 1 2 3 4\n`, cube, { says: /1 line, free-form curve or surface/ }),
+  one("an OBJ with weights of 2", "a.obj", cubeObj.replace(/^v (.*)$/gm, "v $1 2.0"), cube, { says: /a fourth number of vertices that is not 1 \(a weight\): coordinates are not divided by it/ }),
+  one("an OBJ with weights of 1", "a.obj", cubeObj.replace(/^v (.*)$/gm, "v $1 1.0"), cube, { silent: /weight/ }),
+  { ...texturedCube, name: "a picture in letters and marks, whose file has letters with marks", files: texturedBy("map_Kd Mu\u0308nster \u30cf\u3099.png", "M\u00fcnster \u30d0.png") },
+  { ...texturedCube, name: "a picture in letters with marks, whose file has letters and marks", files: texturedBy("map_Kd M\u00dcNSTER \u0439.png", "Mu\u0308nster \u0438\u0306.png") },
+  { name: "a library whose colours are bytes", file: "a.obj", right: twoCubes, colors: twoColors, says: /a\.mtl, line 2: 'Kd 255 0 0' is taken for a colour from 0 to 255/,
+    files: { "a.obj": twoMaterials("p", "q"), "a.mtl": mtl("p", "q").replaceAll("1", "255") } },
+  // One line for a whole OFF.
+  one("an OFF in one line", "a.off", offOf().replaceAll("\n", " "), cube, { isRead: false }),
+  one("an OFF in one line behind a byte order mark, CR LF at its end", "a.off", `\ufeff${offOf().replaceAll("\n", " ")}\r\n`, cube, { isRead: false }),
+  one("an OFF whose first vertex is behind its numbers", "a.off", offOf().replace("8 6 12\n", "8 6 12 "), cube, { isRead: false }),
+  one("an OFF in one line, with colours", "a.off", offOf("COFF\n", { row: () => "255 0 0" }).replaceAll("\n", " "), cube, { mustRefuse: true, refused: /line 1: .*colours cannot be told from coordinates: write a line for each/ }),
+  one("an OFF with four counts", "a.off", offOf().replace("8 6 12", "8 6 12 0"), cube, { mustRefuse: true, refused: /line \d: / }),
+  // glTF: what contradicts itself.
+  one("a glTF with a matrix and another translation", "a.glb", glb([{ mesh: 0, matrix: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 0, 0, 1], translation: [0, 7, 0] }]), { ...cube, box: { low: [4, -1, -1], high: [6, 1, 1] } },
+    { says: /node 0 has a matrix and another translation, rotation or scale: the matrix is taken/, isRead: false }),
+  one("a glTF with a matrix and the same translation", "a.glb", glb([{ mesh: 0, matrix: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 0, 0, 1], translation: [5, 0, 0] }]), { ...cube, box: { low: [4, -1, -1], high: [6, 1, 1] } }, { silent: /matrix/, isRead: false }),
+  one("a glTF that needs a later version", "a.glb", glbChanged(glb([{ mesh: 0 }]), (json, old) => { json.asset = { version: "2.1", minVersion: "2.1" }; return old; }), cube, { mustRefuse: true, refused: /needs a reader of version '?"?2\.1.* of glTF/ }),
+  // Points: rows, remarks, and blanks where none should be.
+  one("points with their rows and columns first", "a.txt", scatter(40).map((point, i) => [Math.floor(i / 8), i % 8, ...point].join(" ")).join("\n"), { ...cloud, box: boxOfCloud }, { says: /read as "row column x y z", not "x y z column4 column5": the first two count rows and columns/, isRead: false }),
+  one("points with their rows and columns first, and colours", "a.txt", scatter(40).map((point, i) => [1 + i % 8, 1 + Math.floor(i / 8), ...point, 200, 100, 50].join(" ")).join("\n"), { ...cloud, box: boxOfCloud }, { colors: [[200, 100, 50]], isRead: false }),
+  one("points of a grid with normals", "a.txt", Array.from({ length: 40 }, (_, i) => [Math.floor(i / 8), i % 8, (5 * i) % 11 / 2, 0.6, 0.8, 0].join(" ")).join("\n"), { ...cloud, box: { low: [0, 0, 0], high: [4, 7, 5] } }, { silent: /rows/, isRead: false }),
+  one("points under lines of a program", "a.txt", `Project: Test\nDate: 2026-01-01\nCRS: EPSG:25832\n\nY X Z\n${scatter(40).map(([x, y, z]) => `${y} ${x} ${z}`).join("\n")}`, { ...cloud, box: boxOfCloud }, { says: /3 lines before the points are not points and are skipped; the first: line 1/, isRead: false }),
+  one("points of a .ptx", "a.txt", ["8", "5", "0 0 0", "1 0 0", "0 1 0", "0 0 1", rowsOf(" ", () => [0.5])].join("\n"), cloud, { mustRefuse: true, refused: /lines 1 and 2 count columns and rows, as Leica's \.ptx does/ }),
+  one("points with blanks between thousands", "a.csv", scatter(40).map(([, y, z], i) => `1 0${10 + i};${y};${z}`).join("\n"), cloud, { mustRefuse: true, refused: /line 1: has blanks in the number '1 010': write numbers without them/ }),
+  one("points with colours as #c86432", "a.txt", rowsOf(" ", () => ["#c86432"]), { ...cloud, box: boxOfCloud }, { says: /line 1: what follows # is a comment, and looks like a colour/, isRead: false }),
+  one("points by x, with whole numbers behind", "a.pts", Array.from({ length: 40 }, (_, i) => [i / 2, (5 * i) % 11 / 2, (3 * i) % 13 / 4, 7 * i - 100].join(" ")).join("\n"), cloud, { silent: /could be/ }),
+  one("atoms", "a.xyz", "3\nwater\nO 0 0 0.117\nH 0 0.757 -0.469\nH 0 -0.757 -0.469\n", cloud, { mustRefuse: true, refused: /line 3: 'O' \(column 1\) is not a number; --columns "- x y z" leaves out what is called -/ }),
+  one("points with several words behind", "a.csv", scatter(40).map((point, i) => [...point, i ? "house old" : "tree no 1"].join(";")).join("\n"), cloud, { mustRefuse: true, refused: /line 1: 'tree' \(column 4\) is not a number; --columns "x y z -" leaves out/ }),
 ];

@@ -189,6 +189,10 @@ Result<ForeignMesh> ReadForeignMesh(const std::filesystem::path& file,
              ? result
              : BadInput(hint, Remedy::InMessage);
   }
+  if (ending == ".pcd" || ending == ".vtk" || ending == ".vtp")
+  {
+    KDSTREAM_TRY(CheckByteOrder(result->mesh.points, result->mesh.scalarType));
+  }
   // For formats whose readers pass on points that are not finite.
   const Result<std::vector<bool>> finite = DropNotFinite(result->mesh, {}, result->tolerance);
   KDSTREAM_TRY(finite);

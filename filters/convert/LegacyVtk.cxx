@@ -106,6 +106,9 @@ public:
     {
       return { "its first line does not begin with '# vtk DataFile Version'", true };
     }
+    const Result<std::string_view> line = this->Source.Peek(longestWord);
+    const std::size_t digit = line ? line->find_first_of("0123456789\n") : std::string_view::npos;
+    this->HasVersion5 = digit < begin.size() + 16 && (*line)[digit] >= '5';
     this->SkipLine();
     this->SkipLine();
     const std::string kind = this->Keyword();
@@ -489,6 +492,19 @@ private:
     return end != std::string_view::npos && LowercaseText(ahead->substr(end + 1, 8)) == "offsets ";
   }
 
+  // VTK reads lists of cells by the version that the first line says.
+  bool CheckVersion()
+  {
+    if (this->HasOffsets() == this->HasVersion5)
+    {
+      return true;
+    }
+    return this->Damaged(this->HasVersion5
+                           ? "has no OFFSETS after it, as version 5 has, which the first line says"
+                           : "has OFFSETS after it, as version 5 has, and the first line says an "
+                             "earlier one");
+  }
+
   // The same of version 5: where each cell begins, then the points of all.
   bool TakeOffsets(std::uint64_t offsets, std::uint64_t corners)
   {
@@ -667,7 +683,7 @@ private:
       {
         return this->Damaged("cannot be in a DATASET of the type " + QuotedText(this->Dataset));
       }
-      return this->TakeCount(count) && this->TakeCount(more) &&
+      return this->TakeCount(count) && this->TakeCount(more) && this->CheckVersion() &&
              (this->HasOffsets() ? this->TakeOffsets(count, more) : this->TakeCells(count, more));
     }
     if (keyword == "CELL_TYPES")
@@ -714,7 +730,7 @@ private:
   }
 
   ByteSource Source;
-  bool IsBinary = false;
+  bool IsBinary = false, HasVersion5 = false;
   std::uint64_t Line = 1;
   std::uint64_t Points = 0, Tuples = 0; // points of the file; of POINT_DATA or CELL_DATA
   std::string Part;                     // "POINTS (line 5)"

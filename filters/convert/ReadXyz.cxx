@@ -79,6 +79,36 @@ Commas CommasOf(const std::vector<std::string_view>& words)
   return points == 0 ? Commas::Decimal : both == thousands ? Commas::Unclear : Commas::Separators;
 }
 
+// "#c86432", or with an opacity.
+bool IsHexColor(std::string_view text)
+{
+  const std::string_view word = text.substr(0, text.find_first_of(separators));
+  return (word.size() == 7 || word.size() == 9) &&
+         word.find_first_not_of("0123456789abcdefABCDEF", 1) == word.npos;
+}
+
+// "1 234 567", or "-1 010.5".
+bool HasBlankThousands(std::string_view cell)
+{
+  cell.remove_prefix(cell.starts_with('-') ? 1 : 0);
+  std::size_t digits = 0, groups = 0;
+  for (; digits < cell.size() && IsDigit(cell[digits]); ++digits)
+  {
+  }
+  const bool isFirst = digits >= 1 && digits <= 3;
+  cell.remove_prefix(digits);
+  const auto isGroup = [&]
+  {
+    return cell.size() >= 4 && cell[0] == ' ' && IsDigit(cell[1]) && IsDigit(cell[2]) &&
+           IsDigit(cell[3]);
+  };
+  for (; isGroup(); ++groups)
+  {
+    cell.remove_prefix(4);
+  }
+  return isFirst && groups > 0 && (cell.empty() || cell[0] == '.' || cell[0] == ',');
+}
+
 class XyzReader
 {
 public:
@@ -127,6 +157,10 @@ private:
     {
       if (at > 0 && IsBlank(line[at - 1]))
       {
+        if (this->HexColorLine == 0 && IsHexColor(line.substr(at)))
+        {
+          this->HexColorLine = this->Lines.Number();
+        }
         line = line.substr(0, at);
         break;
       }
@@ -174,6 +208,15 @@ private:
     {
       return false;
     }
+    if (this->CountLine > 0 && this->CountLine + 1 == this->Lines.Number() &&
+        this->Out.mesh.points.empty() && this->Counted > 0)
+    {
+      return BadInput("lines " + std::to_string(this->CountLine) + " and " +
+                        std::to_string(this->Lines.Number()) +
+                        " count columns and rows, as Leica's .ptx does, which is not read: export "
+                        "the scan as .pts or .xyz",
+        Remedy::InMessage);
+    }
     KDSTREAM_TRY(this->EndCount());
     this->CountLine = this->Lines.Number();
     this->Counted = count;
@@ -213,14 +256,45 @@ private:
       this->NamesAlone = this->NamesInFile == this->Lines.Number();
       return true;
     }
-    if (this->Words.size() > 1 && AreOtherNames(this->Words) && !this->OtherNames)
+    const bool areNames = this->Words.size() > 1 && AreOtherNames(this->Words);
+    if (areNames && (!this->OtherNames || this->Words.size() >= 3))
     {
+      this->CountRemark(this->OtherNames);
       this->OtherNames = this->Lines.Number();
       this->NameAxes = AxesOfNames(this->Words);
       this->OtherWords.assign(this->Words.begin(), this->Words.end());
       return true;
     }
-    return false;
+    if (!this->IsRemark(line))
+    {
+      return false;
+    }
+    this->CountRemark(this->Lines.Number());
+    return true;
+  }
+
+  // Whether a line begins with a letter and has less than a point: what programs write before
+  // points ("Date: 2026-01-01"). Not that of a grid of heights.
+  bool IsRemark(std::string_view line)
+  {
+    constexpr std::uint64_t most = 64;
+    SplitWords(line, separators, this->Words);
+    const auto hasDigit = [](std::string_view word)
+    { return std::any_of(word.begin(), word.end(), IsDigit); };
+    const std::string first = this->Words.empty() ? "" : LowercaseText(this->Words[0]);
+    double number = 0; // nan is one
+    return !this->Layout && this->Remarks < most && !first.empty() && first != "ncols" &&
+           ParseNumber(first, number) == NumberTextError::NotANumber &&
+           ((first[0] >= 'a' && first[0] <= 'z') ||
+             std::string_view("%!;*").find(first[0]) != std::string_view::npos) &&
+           std::count_if(this->Words.begin(), this->Words.end(), hasDigit) < 3;
+  }
+
+  // line: 0: none.
+  void CountRemark(std::uint64_t line)
+  {
+    this->FirstRemark = this->FirstRemark == 0 ? line : this->FirstRemark;
+    this->Remarks += line > 0 ? 1 : 0;
   }
 
   // Splits at commas, semicolons and tabs (names may then have blanks and quotes), if this gives
@@ -367,6 +441,18 @@ private:
       this->SplitCells(this->NamedColumns);
     }
     this->ColumnCount = this->Words.size();
+    for (const char separator : { ';', '\t' })
+    {
+      const std::vector<std::string_view> cells = CellsOf(this->Cells, separator, mostXyzColumns);
+      const auto found = std::find_if(cells.begin(), cells.end(), HasBlankThousands);
+      const auto empty = std::count(cells.begin(), cells.end(), std::string_view("nan"));
+      if (std::ssize(cells) - empty >= 3 && found != cells.end())
+      {
+        return this->Lines.Wrong(
+          "has blanks in the number " + QuotedText(*found) + ": write numbers without them",
+          Remedy::InMessage);
+      }
+    }
     if (this->Words[0].size() == 5 &&
         this->Words[0].find_first_not_of("nNcCoOlLsS") == this->Words[0].npos)
     {
@@ -402,7 +488,8 @@ private:
       return this->Lines.Wrong("has " + std::to_string(this->ColumnCount) +
                                (this->ColumnCount == 1 ? " column" : " columns") +
                                "; points have at least 3 (x y z), and at most " +
-                               std::to_string(mostXyzColumns));
+                               std::to_string(mostXyzColumns) +
+                               ", with blanks, commas, semicolons or tabs between them");
     }
     this->Columns.emplace(this->ColumnCount - 3);
     if (this->Layout)
@@ -416,7 +503,38 @@ private:
     }
     this->IsShiftedUsual =
       this->Shifted && this->Shifted->IsCountUsual() && !this->Columns->IsCountUsual();
+    if (this->ColumnCount > 4)
+    {
+      XyzColumns after(this->ColumnCount - 5, 5);
+      if (after.IsCountUsual())
+      {
+        this->InRows.emplace(std::move(after));
+      }
+    }
     return {};
+  }
+
+  // What --columns may be where a column without names holds words, before the coordinates or after
+  // them; empty where that does not help.
+  std::string ColumnsWithout(std::size_t column) const
+  {
+    std::size_t count = this->ColumnCount;
+    for (const char separator : { '\t', ';', ',' })
+    {
+      const bool isThere = this->Cells.find(separator) != std::string_view::npos;
+      count = isThere ? CellsOf(this->Cells, separator, mostXyzColumns).size() : count;
+    }
+    const bool isFirst = column == 0;
+    if (this->Layout || count < 4 || (column > 0 && column < 3))
+    {
+      return {};
+    }
+    std::string names = isFirst ? "- x y z" : "x y z";
+    for (std::size_t k = isFirst ? 4 : 3; k < count; ++k)
+    {
+      names += " -";
+    }
+    return names;
   }
 
   // Ignored columns may have any words.
@@ -489,11 +607,11 @@ private:
       }
       if (!isNumber)
       {
-        const bool mayBeLeftOut = !this->Layout || place == 3;
+        const std::string names = this->ColumnsWithout(i);
         return this->Lines.Wrong(
           QuotedText(word) + " (column " + std::to_string(i + 1) + ")" +
           (error == NumberTextError::NotANumber ? " is not a number" : " is too large a number") +
-          (mayBeLeftOut ? "; --columns leaves out a column that is called -" : ""));
+          (names.empty() ? "" : "; --columns \"" + names + "\" leaves out what is called -"));
       }
     }
     if (this->Shifted)
@@ -503,6 +621,15 @@ private:
       {
         this->Shifted.reset();
         std::vector<double>().swap(this->Fourth);
+      }
+    }
+    if (this->InRows)
+    {
+      this->Raster.Add(point[0], point[1]);
+      if (!this->Raster.MayBe())
+      {
+        this->InRows.reset();
+        std::vector<std::array<double, 2>>().swap(this->Later);
       }
     }
     if (!std::all_of(point.begin(), point.end(), [](double v) { return std::isfinite(v); }))
@@ -522,6 +649,18 @@ private:
     }
     this->Extra.insert(this->Extra.end(), rest.begin(), rest.begin() + std::ptrdiff_t(extra));
     this->Columns->Add(rest.data());
+    if (this->InRows)
+    {
+      std::array<double, 2> later{};
+      ParseNumber(this->Words[3], later[0]);
+      ParseNumber(this->Words[4], later[1]);
+      this->Later.push_back(later);
+      this->InRows->Add(rest.data() + 2);
+      for (std::size_t k = 2; k < 5; ++k)
+      {
+        this->InRowsPrecision.Add(this->Words[k]);
+      }
+    }
     if (this->Shifted)
     {
       double fourth = 0;
@@ -541,6 +680,10 @@ private:
     Mesh& mesh = this->Out.mesh;
     KDSTREAM_TRY(this->EndCount());
     this->Out.tolerance.Count(Lapse::PaddedEnd, this->Lines.Padding());
+    if (this->SinceCount == 0 && this->OtherNames + this->Remarks > 0)
+    {
+      return this->Lines.Wrong("the text ends, and none of its lines is a point", Remedy::Rename);
+    }
     if (mesh.points.empty())
     {
       return std::move(this->Out);
@@ -571,6 +714,20 @@ private:
     using Meaning = XyzFirstColumn::Meaning;
     std::vector<std::string> plainReadings, shiftedReadings;
     XyzLayout plain = this->Columns->Guess(plainReadings);
+    if (this->InRows && this->Raster.Is() && this->ArePlacesBroken())
+    {
+      XyzLayout inRows = this->InRows->Guess(shiftedReadings);
+      if (Triples(inRows) >= Triples(plain))
+      {
+        this->TellOther("the columns are read as \"" + NamesOfLayout(inRows) + "\", not \"" +
+                        NamesOfLayout(plain) +
+                        "\": the first two count rows and columns (--columns decides)");
+        this->ShiftByRows();
+        readings.insert(readings.end(), shiftedReadings.begin(), shiftedReadings.end());
+        return inRows;
+      }
+      shiftedReadings.clear();
+    }
     const Meaning means = this->Shifted ? this->MeaningOfFirst() : Meaning::X;
     if (means != Meaning::X)
     {
@@ -590,7 +747,7 @@ private:
         readings.insert(readings.end(), shiftedReadings.begin(), shiftedReadings.end());
         return shifted;
       }
-      if (fits && isX)
+      if (fits && isX && !this->IsFourthOther())
       {
         this->TellOther("the columns are read as \"" + NamesOfLayout(plain) +
                         "\"; they could be \"" + NamesOfLayout(shifted) + "\" too, as the first " +
@@ -600,6 +757,20 @@ private:
     }
     readings.insert(readings.end(), plainReadings.begin(), plainReadings.end());
     return plain;
+  }
+
+  // Whether the fourth column is no coordinate: it is whole, and the two before it are not.
+  bool IsFourthOther() const
+  {
+    const std::vector<Vec3>& points = this->Out.mesh.points;
+    const auto isWhole = [](double v) { return v == std::floor(v); };
+    const auto areWhole = [&](std::size_t k)
+    {
+      return std::all_of(
+        points.begin(), points.end(), [&](const Vec3& point) { return isWhole(point[k]); });
+    };
+    return std::all_of(this->Fourth.begin(), this->Fourth.end(), isWhole) && !areWhole(1) &&
+           !areWhole(2);
   }
 
   // Numbers in no order are those of points only beside columns that have fractions.
@@ -654,6 +825,41 @@ private:
            2;
   }
 
+  // Whether the columns 3 to 5 all have fractions.
+  bool ArePlacesBroken() const
+  {
+    const auto isBroken = [](double v) { return v != std::floor(v); };
+    const std::vector<Vec3>& points = this->Out.mesh.points;
+    return std::any_of(
+             points.begin(), points.end(), [&](const Vec3& point) { return isBroken(point[2]); }) &&
+           std::any_of(this->Later.begin(), this->Later.end(),
+             [&](const auto& later) { return isBroken(later[0]); }) &&
+           std::any_of(this->Later.begin(), this->Later.end(),
+             [&](const auto& later) { return isBroken(later[1]); });
+  }
+
+  // The points are those of the columns 3 to 5, the first two are numbers of each.
+  void ShiftByRows()
+  {
+    std::vector<Vec3>& points = this->Out.mesh.points;
+    for (const std::size_t k : { 0, 1 })
+    {
+      Attribute number =
+        MakePointAttribute(k == 0 ? "row" : "column", AttributeType::Float64, 1, points.size());
+      for (std::size_t i = 0; i < points.size(); ++i)
+      {
+        number.Set(i, 0, points[i][k]);
+      }
+      this->Out.mesh.attributes.push_back(std::move(number));
+    }
+    for (std::size_t i = 0; i < points.size(); ++i)
+    {
+      points[i] = { points[i][2], this->Later[i][0], this->Later[i][1] };
+    }
+    this->Precision = this->InRowsPrecision;
+    this->IsShifted = true;
+  }
+
   // The points are those of the columns 2 to 4, the first is a number of each.
   void Shift()
   {
@@ -701,6 +907,21 @@ private:
     if (!this->WordColumns.empty())
     {
       readings.push_back("not carried: columns of words: " + this->WordColumns);
+    }
+    if (this->Remarks > 0)
+    {
+      readings.push_back(
+        std::to_string(this->Remarks) +
+        (this->Remarks == 1 ? " line before the points is not a point and is skipped"
+                            : " lines before the points are not points and are "
+                              "skipped; the first") +
+        ": line " + std::to_string(this->FirstRemark));
+    }
+    if (this->HexColorLine > 0)
+    {
+      readings.push_back("line " + std::to_string(this->HexColorLine) +
+                         ": what follows # is a comment, and looks like a colour: write colours as "
+                         "three numbers (200 100 50 for #c86432)");
     }
     if (this->Layout && !this->PartNames.empty())
     {
@@ -762,9 +983,9 @@ private:
   void AddBlock(const XyzLayout::Block& block, const std::array<std::size_t, 3>& coordinates,
     std::vector<std::string>& readings)
   {
-    if (this->IsShifted && block.columns[0] == 0)
+    if (this->IsShifted && block.columns[0] < coordinates[0])
     {
-      return; // made by Shift
+      return; // made by Shift or ShiftByRows
     }
     const std::size_t tuples = this->Out.mesh.points.size();
     // Columns are stored without those of the coordinates; the first three, whatever they are.
@@ -822,12 +1043,14 @@ private:
   bool AlsoDecimal = false; // nothing but commas part the columns
   bool PointSeen = false;   // a decimal point
   std::size_t ColumnCount = 0;
-  std::vector<bool> LeftOut, HasNumbers;     // of each column, where the layout is known
-  std::string WordColumns;                   // names of columns of words, for a message
-  std::optional<XyzColumns> Columns;         // once there is a point
-  std::uint64_t CountLine = 0;               // of the last count; 0: none
-  std::uint64_t Counted = 0, SinceCount = 0; // points, by it, and after it
-  std::uint64_t OtherNames = 0;              // the line of names that name no columns; 0: none
+  std::vector<bool> LeftOut, HasNumbers;      // of each column, where the layout is known
+  std::string WordColumns;                    // names of columns of words, for a message
+  std::optional<XyzColumns> Columns;          // once there is a point
+  std::uint64_t CountLine = 0;                // of the last count; 0: none
+  std::uint64_t Counted = 0, SinceCount = 0;  // points, by it, and after it
+  std::uint64_t OtherNames = 0;               // the line of names that name no columns; 0: none
+  std::uint64_t Remarks = 0, FirstRemark = 0; // lines before the points that are skipped
+  std::uint64_t HexColorLine = 0;             // of a colour as #c86432; 0: none
   std::vector<std::optional<std::size_t>> NameAxes; // of the columns that the line of names names
   std::vector<std::string> OtherWords;              // that line's
   std::string Degrees;      // longitudes and latitudes that names name, as messages quote them
@@ -840,6 +1063,11 @@ private:
   XyzFirstColumn First;
   std::vector<double> Fourth; // column of the points
   DecimalPrecision ShiftedPrecision;
+  // The same if the first two count rows and columns.
+  std::optional<XyzColumns> InRows;
+  XyzRaster Raster;
+  std::vector<std::array<double, 2>> Later; // columns 4 and 5 of the points
+  DecimalPrecision InRowsPrecision;
   bool IsShifted = false;
   bool IsShiftedUsual = false; // the number of columns is usual only without the first one
   ForeignMesh Out;

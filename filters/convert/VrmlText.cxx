@@ -82,6 +82,14 @@ bool IsTooLargeWholeNumber(std::string_view word)
   return read.ec == std::errc::result_out_of_range;
 }
 
+// A whole number below -1.
+bool IsNegativeIndex(std::string_view word)
+{
+  std::int32_t value = 0;
+  const auto read = std::from_chars(word.data(), word.data() + word.size(), value);
+  return read.ec == std::errc() && read.ptr == word.data() + word.size() && value < -1;
+}
+
 // Whether "-1." continues as "#IND" does, which is not a comment.
 bool GoesOnAsNotFinite(std::string_view word, std::string_view after)
 {
@@ -960,6 +968,10 @@ private:
     {
       return this->Wrong(QuotedText(word) + " is too large for an index or a count");
     }
+    else if (this->IsIndexInList() && IsNegativeIndex(word))
+    {
+      return this->Wrong(QuotedText(word) + " is not an index, and only -1 ends a face");
+    }
     if (const std::string plain = WithPlainExponent(word); !isName && !plain.empty())
     {
       written = plain;
@@ -1001,6 +1013,12 @@ private:
     const std::string_view field = isInList ? std::string_view(this->Open.back().type) : this->Last;
     return field.ends_with("Index") || field == "whichChoice" || field == "whichChild" ||
            field == "xDimension" || field == "zDimension" || field == "numPoints";
+  }
+
+  bool IsIndexInList() const
+  {
+    return !this->Open.empty() && this->Open.back().bracket == '[' &&
+           std::string_view(this->Open.back().type).ends_with("Index");
   }
 
   // Whether it is used. A Script may know the nodes around it, and itself: it shows nothing.

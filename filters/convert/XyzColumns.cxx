@@ -383,6 +383,34 @@ XyzFirstColumn::Meaning XyzFirstColumn::MeansByAll(std::vector<double> values) c
   return dense && jump && values.size() >= manyPoints ? Meaning::Shuffled : Meaning::Differs;
 }
 
+void XyzRaster::Add(double first, double second)
+{
+  const std::array<double, 2> now{ first, second };
+  for (std::size_t k = 0; k < 2; ++k)
+  {
+    const bool isNumber = now[k] >= 0 && now[k] == std::floor(now[k]);
+    this->InOrder[0] = this->InOrder[0] && isNumber;
+    this->InOrder[1] = this->InOrder[1] && isNumber;
+    this->Least[k] = this->Points == 0 ? now[k] : std::min(this->Least[k], now[k]);
+    this->Greatest[k] = this->Points == 0 ? now[k] : std::max(this->Greatest[k], now[k]);
+  }
+  for (const std::size_t slow : { 0, 1 })
+  {
+    const bool goesOn = now[slow] > this->Last[slow] ||
+                        (now[slow] == this->Last[slow] && now[1 - slow] > this->Last[1 - slow]);
+    this->InOrder[slow] = this->InOrder[slow] && (this->Points == 0 || goesOn);
+  }
+  this->Last = now;
+  ++this->Points;
+}
+
+bool XyzRaster::Is() const
+{
+  return this->MayBe() && this->Points >= manyPoints && this->Least[0] <= 1 &&
+         this->Least[1] <= 1 && this->Greatest[0] > this->Least[0] &&
+         this->Greatest[1] > this->Least[1];
+}
+
 XyzColumns::XyzColumns(std::size_t columns, std::size_t before)
   : Count(columns)
   , Before(before)
@@ -638,9 +666,12 @@ XyzLayout XyzColumns::LayoutOf(const Candidate& candidate) const
   {
     layout.coordinates[k] = this->Before - 3 + k;
   }
-  if (this->Before > 3)
+  for (std::size_t k = 0; k + 3 < this->Before; ++k)
   {
-    layout.blocks.push_back({ Kind::Number, { 0, 0, 0 }, "number" });
+    layout.blocks.push_back({ Kind::Number, { k, k, k },
+      this->Before == 4 ? "number"
+      : k == 0          ? "row"
+                        : "column" });
   }
   const std::optional<std::size_t> rest = this->RestOf(candidate);
   for (std::size_t k = 0; k < this->Count;)

@@ -158,6 +158,23 @@ private:
   bool Repeats = false; // the first value, or the one before
 };
 
+// Decides whether the first two columns are the row and the column of each point in a scan, before
+// x y z: whole numbers from 0 or 1 on, of which the second rises while the first stays, or the
+// reverse. O(1) a point.
+class XyzRaster
+{
+public:
+  void Add(double first, double second);
+  bool MayBe() const { return this->InOrder[0] || this->InOrder[1]; }
+  // Whether both vary, in at least twenty points.
+  bool Is() const;
+
+private:
+  std::uint64_t Points = 0;
+  std::array<bool, 2> InOrder{ true, true }; // the first is the slower, the second is
+  std::array<double, 2> Least{}, Greatest{}, Last{};
+};
+
 // "x y z r g b class": what --columns says for it.
 std::string NamesOfLayout(const XyzLayout& layout);
 

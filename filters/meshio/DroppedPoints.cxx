@@ -3,8 +3,10 @@
 #include "filters/meshio/DroppedPoints.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <limits>
 #include <span>
@@ -27,6 +29,28 @@ bool AreFinite(std::span<const Vec3> points)
     }
   }
   return finite;
+}
+
+// In the other byte order.
+template <class Number>
+double Swapped(Number value)
+{
+  auto bytes = std::bit_cast<std::array<unsigned char, sizeof(Number)>>(value);
+  std::reverse(bytes.begin(), bytes.end());
+  return double(std::bit_cast<Number>(bytes));
+}
+
+bool IsSensible(double value)
+{
+  constexpr double least = 1e-9, most = 1e12;
+  return value == 0 || (std::abs(value) >= least && std::abs(value) <= most);
+}
+
+std::string ShortText(double value)
+{
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.3g", value);
+  return text.data();
 }
 
 // Keeps, in arrays of an association, the tuples begin + i for which keeps(i) is true.
@@ -53,6 +77,40 @@ void KeepTuples(Mesh& mesh, AttributeAssociation association, std::size_t begin,
   }
 }
 
+}
+
+Status CheckByteOrder(std::span<const Vec3> points, ScalarType type)
+{
+  constexpr std::size_t fewest = 9; // three points
+  std::size_t numbers = 0, sensible = 0, swappedSensible = 0;
+  std::string example;
+  for (std::size_t i = 0; i < points.size(); ++i)
+  {
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const double value = points[i][k];
+      if (value == 0)
+      {
+        continue;
+      }
+      const double swapped =
+        type == ScalarType::Float32 ? Swapped(static_cast<float>(value)) : Swapped(value);
+      ++numbers;
+      sensible += IsSensible(value) ? 1 : 0;
+      swappedSensible += IsSensible(swapped) ? 1 : 0;
+      if (example.empty() && !IsSensible(value) && IsSensible(swapped))
+      {
+        example = std::string(1, "xyz"[k]) + " of point " + std::to_string(i) + " is " +
+                  ShortText(value) + ", and in the other order " + ShortText(swapped);
+      }
+    }
+  }
+  const bool isSwapped = numbers >= fewest && 4 * (numbers - sensible) >= numbers &&
+                         100 * (numbers - swappedSensible) <= numbers;
+  return isSwapped
+           ? BadInput("the bytes of its numbers are in the other order than it says: " + example,
+               Remedy::Repair)
+           : Status();
 }
 
 std::string WhatIsNotFinite(const Vec3& point)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Removes points that are not finite, and faces that use them, from a mesh: for the readers of all
-// formats, step "read" (Tolerance.h).
+// Points that make no sense, for the readers of all formats: those that are not finite are removed
+// from a mesh, with the faces that use them (Tolerance.h); those in the other byte order are
+// refused. Part of step "read".
 #pragma once
 
 #include "filters/core/Result.h"
@@ -13,6 +14,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -26,6 +28,11 @@ inline bool IsFinite(const Vec3& point)
 
 // "whose y is nan". REQUIRES: a point that is not finite.
 std::string WhatIsNotFinite(const Vec3& point);
+
+// Refuses points that have sensible coordinates only in the other byte order: at least a quarter of
+// those that are not 0 are smaller than 1e-9, larger than 1e12 or not finite, and in the other
+// order nearly none is. type: of the coordinates in the file. Errors: InvalidInput.
+Status CheckByteOrder(std::span<const Vec3> points, ScalarType type);
 
 // Which of a file's points were dropped, and the new numbers of the others. Memory: some 2 MiB, and
 // only after a point was dropped. Disk: a quarter of a byte for each point of the file.

@@ -19,6 +19,7 @@ void ObjPlaceNumbers::Add(std::string_view text)
   {
     static_cast<void>(ParseNumber(word, values[count++]));
   }
+  this->Weights += count == 1 && values[0] != 1 ? 1 : 0;
   this->Two += count == 2 ? 1 : 0;
   if (count < 3)
   {
@@ -52,7 +53,10 @@ ObjPlaceColumns ObjPlaceNumbers::Decide(
   ObjPlaceColumns columns;
   if (this->Six == 0)
   {
-    columns.ignored = this->Two > 0 ? "two numbers after the coordinates of vertices" : "";
+    columns.ignored = this->Two > 0       ? "two numbers after the coordinates of vertices"
+                      : this->Weights > 0 ? "a fourth number of vertices that is not 1 (a weight): "
+                                            "coordinates are not divided by it"
+                                          : "";
     return columns;
   }
   if (this->Six < vertices)

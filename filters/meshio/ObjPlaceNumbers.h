@@ -49,6 +49,7 @@ private:
     bool negative = false;
   };
 
+  std::uint64_t Weights = 0;        // vertices of four numbers, the last of which is not 1
   std::uint64_t Two = 0;            // vertices of five numbers
   std::uint64_t Six = 0, Seven = 0; // vertices of as many numbers at least
   bool WeightOne = true, LastOpaque = true;

@@ -2,6 +2,7 @@
 // The statements of a Wavefront OBJ file: see ObjStatements.h.
 #include "filters/meshio/ObjStatements.h"
 
+#include "filters/core/Texts.h"
 #include "filters/meshio/NumberText.h"
 #include "filters/meshio/QuotedText.h"
 
@@ -101,7 +102,7 @@ bool GoesOn(std::string_view text, bool isName, std::size_t begin)
 
 ObjKeyword KeywordOf(std::string_view word)
 {
-  static constexpr std::array<std::pair<std::string_view, ObjKeyword>, 11> mesh{ {
+  static constexpr std::array<std::pair<std::string_view, ObjKeyword>, 18> mesh{ {
     { "v", ObjKeyword::Place },
     { "f", ObjKeyword::Face },
     { "vn", ObjKeyword::Normal },
@@ -113,13 +114,19 @@ ObjKeyword KeywordOf(std::string_view word)
     { "curv", ObjKeyword::Curve },
     { "curv2", ObjKeyword::Curve },
     { "surf", ObjKeyword::Curve },
+    { "bsp", ObjKeyword::Curve },
+    { "bzp", ObjKeyword::Curve },
+    { "cdc", ObjKeyword::Curve },
+    { "cdp", ObjKeyword::Curve },
+    { "usemap", ObjKeyword::Picture },
+    { "call", ObjKeyword::Call },
+    { "csh", ObjKeyword::Call },
   } };
   // The rest of the format, old statements too.
-  static constexpr std::array<std::string_view, 40> others{ "g", "o", "s", "p", "mg", "vp", "deg",
+  static constexpr std::array<std::string_view, 33> others{ "g", "o", "s", "p", "mg", "vp", "deg",
     "bmat", "step", "cstype", "parm", "trim", "hole", "scrv", "sp", "end", "con", "bevel",
-    "c_interp", "d_interp", "lod", "shadow_obj", "trace_obj", "ctech", "stech", "maplib", "usemap",
-    "call", "csh", "bsp", "bzp", "cdc", "cdp", "res", "rev", "group", "object", "color", "matlib",
-    "version" };
+    "c_interp", "d_interp", "lod", "shadow_obj", "trace_obj", "ctech", "stech", "maplib", "res",
+    "rev", "group", "object", "color", "matlib", "version" };
   const auto* const found = std::find_if(
     mesh.begin(), mesh.end(), [word](const auto& known) { return known.first == word; });
   return found != mesh.end()                                             ? found->second
@@ -242,6 +249,22 @@ void ObjPassedOver::Add(const ObjStatements& statements)
 {
   this->Curves += statements.Keyword() == ObjKeyword::Curve ? 1 : 0;
   this->HasVertexColors = this->HasVertexColors || statements.Keyword() == ObjKeyword::VertexColors;
+  const auto written = [&statements]
+  {
+    return QuotedText(std::string(statements.Written()) + " " +
+                      std::string(Trimmed(statements.Rest(), " \t\r"))) +
+           " in line " + std::to_string(statements.GetLines().Number());
+  };
+  if (statements.Keyword() == ObjKeyword::Call && this->FirstCall.empty())
+  {
+    this->FirstCall = written();
+  }
+  std::string_view rest = statements.Rest();
+  if (statements.Keyword() == ObjKeyword::Picture && this->FirstPicture.empty() &&
+      TakeWord(rest) != "off")
+  {
+    this->FirstPicture = written();
+  }
   if (statements.Keyword() == ObjKeyword::Unknown && this->Unknown++ == 0)
   {
     this->FirstUnknown = QuotedText(statements.Written()) + " in line " +
@@ -260,6 +283,14 @@ void ObjPassedOver::Name(std::vector<std::string>& notCarried) const
   if (this->HasVertexColors)
   {
     notCarried.emplace_back("colours that ZBrush writes into comments (#MRGB)");
+  }
+  if (!this->FirstPicture.empty())
+  {
+    notCarried.push_back("pictures without a material: " + this->FirstPicture);
+  }
+  if (!this->FirstCall.empty())
+  {
+    notCarried.push_back("what another file or a program would add: " + this->FirstCall);
   }
   if (this->Unknown > 0)
   {

@@ -26,7 +26,9 @@ enum class ObjKeyword
   Normal,            // vn
   Face,              // f, fo
   Material,          // usemtl, mtllib
-  Curve,             // curv, curv2, surf, l: what has a shape of its own
+  Curve,             // curv, curv2, surf, l, bsp …: what has a shape of its own
+  Picture,           // usemap: a picture of the faces after it, without a material
+  Call,              // call, csh: takes in another file, or runs a program
   VertexColors,      // #MRGB: colours of vertices, in comments of ZBrush
   Other,             // a statement that has no part in a mesh
   Unknown
@@ -91,7 +93,7 @@ private:
   ObjKeyword Word = ObjKeyword::Other;
 };
 
-// Statements that are not read: curves and surfaces, and what is not known.
+// Statements that are not read: curves and surfaces, other files, and what is not known.
 class ObjPassedOver
 {
 public:
@@ -103,7 +105,7 @@ public:
 private:
   std::uint64_t Curves = 0, Unknown = 0;
   bool HasVertexColors = false;
-  std::string FirstUnknown;
+  std::string FirstUnknown, FirstPicture, FirstCall;
 };
 
 // A vertex as a line has it.

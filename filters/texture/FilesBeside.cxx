@@ -14,6 +14,7 @@
 #include <locale.h>
 #include <span>
 #include <system_error>
+#include <utility>
 
 namespace kdstream
 {
@@ -164,6 +165,109 @@ std::array<char, 2> SmallLetter(char lead, char next)
   return { static_cast<char>(0xC0 | (small >> 6U)), static_cast<char>(0x80 | (small & 0x3FU)) };
 }
 
+// The letters that combining marks make of those before them, in small letters: Latin, Greek and
+// Cyrillic. A mark's letters, and what it makes of each.
+struct MarkedLetters
+{
+  char32_t mark;
+  std::u32string_view letters, marked;
+};
+constexpr std::array markedLetters{
+  MarkedLetters{ 0x300, U"aeinou", U"\u00e0\u00e8\u00ec\u01f9\u00f2\u00f9" },
+  MarkedLetters{ 0x301, U"aceilnorsuyz\u03b1\u03b5\u03b7\u03b9\u03bf\u03c5\u03c9",
+    U"\u00e1\u0107\u00e9\u00ed\u013a\u0144\u00f3\u0155\u015b\u00fa\u00fd\u017a"
+    U"\u03ac\u03ad\u03ae\u03af\u03cc\u03cd\u03ce" },
+  MarkedLetters{ 0x302, U"aceghijosuwy",
+    U"\u00e2\u0109\u00ea\u011d\u0125\u00ee\u0135\u00f4\u015d\u00fb\u0175\u0177" },
+  MarkedLetters{ 0x303, U"ainou", U"\u00e3\u0129\u00f1\u00f5\u0169" },
+  MarkedLetters{ 0x304, U"aeiou", U"\u0101\u0113\u012b\u014d\u016b" },
+  MarkedLetters{
+    0x306, U"aegiou\u0438\u0443", U"\u0103\u0115\u011f\u012d\u014f\u016d\u0439\u045e" },
+  MarkedLetters{ 0x307, U"cegz", U"\u010b\u0117\u0121\u017c" },
+  MarkedLetters{ 0x308, U"aeiouy\u0435\u0456\u03b9\u03c5",
+    U"\u00e4\u00eb\u00ef\u00f6\u00fc\u00ff\u0451\u0457\u03ca\u03cb" },
+  MarkedLetters{ 0x30a, U"au", U"\u00e5\u016f" },
+  MarkedLetters{ 0x30b, U"ou", U"\u0151\u0171" },
+  MarkedLetters{ 0x30c, U"cdelnrstz", U"\u010d\u010f\u011b\u013e\u0148\u0159\u0161\u0165\u017e" },
+  MarkedLetters{ 0x327, U"cgklnrst", U"\u00e7\u0123\u0137\u013c\u0146\u0157\u015f\u0163" },
+  MarkedLetters{ 0x328, U"aeiu", U"\u0105\u0119\u012f\u0173" },
+};
+
+// What a mark makes of a letter; 0 if nothing. Kana with their voiced marks, too.
+char32_t WithMark(char32_t letter, char32_t mark)
+{
+  const bool isKana = letter > 0x3040 && letter < 0x3100;
+  if (isKana && (mark == 0x3099 || mark == 0x309a))
+  {
+    return letter + (mark - 0x3098);
+  }
+  for (const MarkedLetters& known : markedLetters)
+  {
+    const std::size_t at = known.mark == mark ? known.letters.find(letter) : known.letters.npos;
+    if (at != known.letters.npos)
+    {
+      return known.marked[at];
+    }
+  }
+  return 0;
+}
+
+// The character at `at`, of at most three bytes, and its length. 0 where there is none.
+std::pair<char32_t, std::size_t> CharacterAt(std::string_view text, std::size_t at)
+{
+  const auto byte = [&](std::size_t i)
+  { return at + i < text.size() ? static_cast<unsigned char>(text[at + i]) : 0U; };
+  const unsigned lead = byte(0);
+  const auto isNext = [&](std::size_t i) { return (byte(i) & 0xC0U) == 0x80; };
+  if (lead < 0x80)
+  {
+    return { lead, 1 };
+  }
+  if (lead >= 0xC2 && lead < 0xE0 && isNext(1))
+  {
+    return { (lead & 0x1FU) << 6U | (byte(1) & 0x3FU), 2 };
+  }
+  return lead >= 0xE0 && lead < 0xF0 && isNext(1) && isNext(2)
+           ? std::pair<char32_t, std::size_t>(
+               (lead & 0xFU) << 12U | (byte(1) & 0x3FU) << 6U | (byte(2) & 0x3FU), 3)
+           : std::pair<char32_t, std::size_t>(0, 1);
+}
+
+// A letter and a combining mark as one character (as Linux and Windows name files) where they are
+// two (as macOS does).
+std::string Composed(const std::string& name)
+{
+  std::string composed;
+  std::size_t letterBegin = 0;
+  for (std::size_t at = 0; at < name.size();)
+  {
+    const auto [character, length] = CharacterAt(name, at);
+    const char32_t letter = composed.empty() ? 0 : CharacterAt(composed, letterBegin).first;
+    const char32_t made = character >= 0x300 ? WithMark(letter, character) : 0;
+    if (made != 0)
+    {
+      composed.resize(letterBegin);
+      if (made >= 0x800)
+      {
+        composed += static_cast<char>(0xE0U | made >> 12U);
+        composed += static_cast<char>(0x80U | (made >> 6U & 0x3FU));
+      }
+      else
+      {
+        composed += static_cast<char>(0xC0U | made >> 6U);
+      }
+      composed += static_cast<char>(0x80U | (made & 0x3FU));
+    }
+    else
+    {
+      letterBegin = composed.size();
+      composed.append(name, at, length);
+    }
+    at += length;
+  }
+  return composed;
+}
+
 std::string FoldedName(std::string_view name)
 {
   std::string folded;
@@ -185,7 +289,7 @@ std::string FoldedName(std::string_view name)
     }
   }
   folded.resize(folded.size() - (folded.ends_with(' ') ? 1 : 0));
-  return folded.starts_with(' ') ? folded.substr(1) : folded;
+  return Composed(folded.starts_with(' ') ? folded.substr(1) : folded);
 }
 
 const FilesBeside::Names& FilesBeside::NamesOf(const std::filesystem::path& folder)

@@ -41,7 +41,8 @@ std::string_view WithoutQuotes(std::string_view name);
 // A name up to a comment, " # …"; all of it where there is none.
 std::string_view WithoutComment(std::string_view name);
 
-// Letters of ASCII made small, backslashes slashes, and a blank for several.
+// Letters made small, and one character with their combining marks (macOS writes two); backslashes
+// made slashes, and a blank for several.
 std::string FoldedName(std::string_view name);
 
 class FilesBeside

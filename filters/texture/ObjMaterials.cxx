@@ -11,6 +11,7 @@
 #include <cmath>
 #include <filesystem>
 #include <system_error>
+#include <utility>
 
 namespace kdstream
 {
@@ -112,11 +113,16 @@ bool ReadKd(std::string_view text, ObjMaterial& material)
   {
     values[1] = values[2] = values[0];
   }
+  // Some programs write bytes; light may be a little brighter than white.
+  constexpr double mostLight = 2, mostByte = 255;
+  const double greatest = *std::max_element(values.begin(), values.end());
+  const double white = greatest > mostLight && greatest <= mostByte ? mostByte : 1;
   for (std::size_t k = 0; k < 3; ++k)
   {
-    material.color[k] = ToLinear(std::clamp(values[k], 0.0, 1.0));
+    material.color[k] = ToLinear(std::clamp(values[k] / white, 0.0, 1.0));
   }
   material.colored = true;
+  material.ofBytes = white > 1;
   return count == 1 || count == 3;
 }
 
@@ -356,6 +362,11 @@ void ObjLibraries::Read(
     else if (material && name == "kd")
     {
       understood = ReadKd(rest, *material);
+      if (material->ofBytes && !std::exchange(this->ToldBytes, true))
+      {
+        this->Found.warnings.push_back(place + ": " + QuotedText("Kd " + std::string(rest)) +
+                                       " is taken for a colour from 0 to 255");
+      }
     }
     else if (material && name == "map_kd")
     {

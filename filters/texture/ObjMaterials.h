@@ -25,6 +25,7 @@ struct ObjMaterial
   std::string name, library;
   Color color{ 1, 1, 1, 1 }; // Kd, taken as sRGB; in linear light
   bool colored = false;      // whether there is a Kd
+  bool ofBytes = false;      // which is from 0 to 255
   std::string picture;       // of map_Kd, as it is written; empty: none
   std::string place;         // of the map_Kd, for messages: "statue.mtl, line 4"
   bool clamp = false;
@@ -86,6 +87,7 @@ private:
   std::vector<std::filesystem::path> Seen;
   ObjMaterials Found;
   std::vector<std::string> OtherMaps; // keywords of pictures that are not carried
+  bool ToldBytes = false;             // a warning says that a Kd is from 0 to 255
   bool TooMany = false, Opened = false;
   std::size_t Different = 0; // materials of a name that another has
 };

@@ -230,6 +230,13 @@ Result<GltfDocument> ReadGltfDocument(const std::filesystem::path& file, const G
                        ", of which only version 2 is read",
       Remedy::SaveOtherwise);
   }
+  const Json& least = Member(Member(document.json, "asset"), "minVersion");
+  if (least.is_string() && least != "2.0" && least != "2")
+  {
+    return GltfError("needs a reader of version " + Quoted(least.get_ref<const std::string&>()) +
+                       " of glTF, and this one is of 2.0",
+      Remedy::SaveOtherwise);
+  }
   return document;
 }
 

@@ -190,18 +190,43 @@ std::array<double, count> NumbersOf(
   return otherwise;
 }
 
+// By translation, rotation and scale.
+GltfPlace PlaceByParts(const Json& node)
+{
+  return PlaceOf(NumbersOf<3>(node, "translation", {}),
+    NumbersOf<4>(node, "rotation", { 0, 0, 0, 1 }), NumbersOf<3>(node, "scale", { 1, 1, 1 }));
+}
+
 // In its parent. REQUIRES: CheckPlace.
 GltfPlace PlaceInParent(const Json& node)
 {
   const Json& matrix = Member(node, "matrix");
   if (matrix.is_null())
   {
-    return PlaceOf(NumbersOf<3>(node, "translation", {}),
-      NumbersOf<4>(node, "rotation", { 0, 0, 0, 1 }), NumbersOf<3>(node, "scale", { 1, 1, 1 }));
+    return PlaceByParts(node);
   }
   const std::array<double, 16> m = NumbersOf<16>(node, "matrix", {});
   return { { { { m[0], m[1], m[2] }, { m[4], m[5], m[6] }, { m[8], m[9], m[10] } } },
     { m[12], m[13], m[14] } };
+}
+
+// But for rounding.
+bool IsSamePlace(const GltfPlace& one, const GltfPlace& other)
+{
+  constexpr double rounding = 1e-5;
+  const auto isSame = [](const Vec3& a, const Vec3& b)
+  {
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      if (!(std::abs(a[k] - b[k]) <= rounding * std::max(1.0, std::abs(a[k]))))
+      {
+        return false;
+      }
+    }
+    return true;
+  };
+  return isSame(one.origin, other.origin) && isSame(one.axes[0], other.axes[0]) &&
+         isSame(one.axes[1], other.axes[1]) && isSame(one.axes[2], other.axes[2]);
 }
 
 }
@@ -348,6 +373,7 @@ Status GltfNodes::Open()
   {
     this->Places[node] = this->Standing(this->Places[node]);
   }
+  this->NoteContradictions(check.Entered());
   if (hidden > 0)
   {
     this->NoteTexts.push_back("left out: " + std::to_string(hidden) +
@@ -355,6 +381,31 @@ Status GltfNodes::Open()
                                            : " nodes that are hidden, with what is below them"));
   }
   return {};
+}
+
+// A node may have a matrix, or a translation, rotation and scale. Of a node with both the matrix
+// counts, as for other readers; unless both are the same, it is noted.
+void GltfNodes::NoteContradictions(const std::vector<std::pair<std::size_t, std::size_t>>& entered)
+{
+  std::size_t count = 0, first = 0;
+  for (const auto& [number, parent] : entered)
+  {
+    const Json& node = this->Nodes[number];
+    if (Member(node, "matrix").is_null() || IsSamePlace(PlaceInParent(node), PlaceByParts(node)) ||
+        (Member(node, "translation").is_null() && Member(node, "rotation").is_null() &&
+          Member(node, "scale").is_null()))
+    {
+      continue;
+    }
+    first = count++ == 0 ? number : first;
+  }
+  if (count > 0)
+  {
+    this->NoteTexts.push_back(
+      "node " + std::to_string(first) +
+      (count == 1 ? "" : ", and " + std::to_string(count - 1) + " further,") +
+      " has a matrix and another translation, rotation or scale: the matrix is taken");
+  }
 }
 
 Result<std::vector<GltfPlace>> GltfNodes::InstancesOf(std::size_t node, GltfBuffers& buffers) const

@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace kdstream
@@ -71,6 +72,7 @@ public:
 private:
   Status ChooseScene();
   GltfPlace Standing(const GltfPlace& inScene) const;
+  void NoteContradictions(const std::vector<std::pair<std::size_t, std::size_t>>& entered);
   Result<std::vector<GltfPlace>> InstancesOf(std::size_t node, GltfBuffers& buffers) const;
 
   const GltfDocument& Document;

@@ -6,6 +6,7 @@
 #include "filters/meshio/ply/OffHeader.h"
 
 #include "filters/meshio/NumberText.h"
+#include "filters/meshio/PlainText.h"
 #include "filters/meshio/QuotedText.h"
 #include "filters/meshio/TextLines.h"
 #include "filters/meshio/TextWords.h"
@@ -134,6 +135,8 @@ private:
   Status HeaderNumber(const char* what, std::uint64_t& number);
   Status ReadKind();
   Status PassEdges();
+  Status BeginInHeader();
+  Status LookAtNumbers(const Execution& execution);
   void ReadNumbersAfter(OffColumns& columns);
   void LookForShort(
     const char* element, std::uint64_t index, std::uint64_t there, std::uint64_t expected);
@@ -142,9 +145,10 @@ private:
   std::string_view Rest; // of the line, without its comment
   bool Held = false;     // NextLine gives this line once more
   bool HasNormals = false, HasColors = false, HasTexture = false;
-  std::uint64_t Vertices = 0, Faces = 0, Body = 0, End = 0;
-  bool IsWhole = false; // as many lines as vertices and faces
-  std::string Short;    // what is wrong with the first line of too few numbers
+  std::uint64_t Vertices = 0, Faces = 0, Body = 0, End = 0, LineBegin = 0;
+  bool IsWhole = false;    // as many lines as vertices and faces
+  bool IsInHeader = false; // the first vertex is in the line of the numbers
+  std::string Short;       // what is wrong with the first line of too few numbers
   OffColumns OfVertices{ false, 0 }, OfFaces{ false, 0 };
   DecimalPrecision Precision;
 };
@@ -158,6 +162,7 @@ Result<bool> OffText::NextLine()
   }
   for (;;)
   {
+    this->LineBegin = this->Lines.End();
     const Result<bool> more = this->Lines.Next();
     KDSTREAM_TRY(more);
     if (!*more)
@@ -243,7 +248,9 @@ Status OffText::PassEdges()
   this->Body = this->Lines.End();
   if (!TakeWord(this->Rest).empty())
   {
-    return {};
+    std::string_view first = this->Rest;
+    this->IsInHeader = !TakeWord(first).empty();
+    return this->IsInHeader ? this->BeginInHeader() : Status();
   }
   const Result<bool> more = this->NextLine();
   KDSTREAM_TRY(more);
@@ -262,15 +269,31 @@ Status OffText::PassEdges()
   return {};
 }
 
+// The body goes on in the line of the header: numbers count, not lines.
+Status OffText::BeginInHeader()
+{
+  if (this->HasNormals || this->HasColors || this->HasTexture)
+  {
+    return this->Lines.Wrong("has vertices after the numbers of vertices, faces and edges, where "
+                             "colours cannot be told from coordinates: write a line for each "
+                             "vertex and face",
+      Remedy::InMessage);
+  }
+  const std::string_view line = this->Lines.Line();
+  // The line's bytes besides its text: a byte order mark before it, its end after it.
+  const std::uint64_t others = this->Lines.End() - this->LineBegin - line.size();
+  this->Body = this->LineBegin + (others >= utf8Mark.size() ? utf8Mark.size() : 0) +
+               static_cast<std::uint64_t>(this->Rest.data() - line.data());
+  return {};
+}
+
 Status OffText::ReadHeader()
 {
   KDSTREAM_TRY(this->ReadKind());
   KDSTREAM_TRY(this->HeaderNumber("vertices", this->Vertices));
   KDSTREAM_TRY(this->HeaderNumber("faces", this->Faces));
   KDSTREAM_TRY(this->PassEdges());
-  return this->Held || TakeWord(this->Rest).empty()
-           ? Status()
-           : this->Lines.Wrong("has more than the numbers of vertices, faces and edges");
+  return {};
 }
 
 void OffText::ReadNumbersAfter(OffColumns& columns)
@@ -300,8 +323,59 @@ void OffText::LookForShort(
   }
 }
 
+// Where lines do not count, the numbers must be just those of vertices and faces. Too few are
+// reported when they are read.
+Status OffText::LookAtNumbers(const Execution& execution)
+{
+  const std::string header = "line " + std::to_string(this->Lines.Number());
+  std::string_view word = "0"; // the last one; empty: the end
+  const auto next = [&]() -> Status
+  {
+    const Result<std::string_view> taken = this->HeaderWord();
+    KDSTREAM_TRY(taken);
+    word = *taken;
+    return {};
+  };
+  for (std::uint64_t vertex = 0; vertex < this->Vertices && !word.empty(); ++vertex)
+  {
+    for (std::size_t k = 0; k < 3 && !word.empty(); ++k)
+    {
+      KDSTREAM_TRY(next());
+      this->Precision.Add(word);
+    }
+    if (vertex % linesPerReport == 0)
+    {
+      KDSTREAM_TRY(execution.Report("read", this->Lines.Fraction()));
+    }
+  }
+  for (std::uint64_t face = 0; face < this->Faces && !word.empty(); ++face)
+  {
+    KDSTREAM_TRY(next());
+    std::uint64_t corners = 0;
+    static_cast<void>(ParseNumber(word, corners));
+    for (std::uint64_t corner = 0; corner < corners && !word.empty(); ++corner)
+    {
+      KDSTREAM_TRY(next());
+    }
+  }
+  if (!word.empty())
+  {
+    KDSTREAM_TRY(next());
+  }
+  return word.empty() ? Status()
+                      : BadInput(header + ": has more than the numbers of vertices, faces and "
+                                          "edges, and with it there are more numbers than those of "
+                                          "vertices and faces",
+                          Remedy::Repair);
+}
+
 Status OffText::LookAtLines(const Execution& execution)
 {
+  if (this->IsInHeader)
+  {
+    this->End = this->Lines.Size();
+    return this->LookAtNumbers(execution);
+  }
   const std::size_t others = (this->HasNormals ? 3U : 0U) + (this->HasTexture ? 2U : 0U);
   this->OfVertices = OffColumns(this->HasNormals, others);
   for (std::uint64_t vertices = 0, faces = 0;;)
@@ -351,8 +425,9 @@ PlyHeader OffText::MakeHeader(Tolerance& reported) const
 {
   PlyHeader header;
   header.hasComments = true;
-  const PlyType type =
-    this->IsWhole && this->Precision.FloatsSuffice() ? PlyType::Float32 : PlyType::Float64;
+  const PlyType type = (this->IsWhole || this->IsInHeader) && this->Precision.FloatsSuffice()
+                         ? PlyType::Float32
+                         : PlyType::Float64;
   PlyElement vertices{ "vertex", this->Vertices, { { "x", type }, { "y", type }, { "z", type } } };
   const auto add = [&](bool isThere, std::initializer_list<const char*> names)
   {

@@ -14,8 +14,8 @@ namespace kdstream
 {
 
 // Text OFF as Geomview describes it: [ST][C][N]OFF; the numbers of vertices, faces and edges (on
-// the same line too; edges on the next line, or missing); a line a vertex; a line a face. # begins
-// a comment.
+// the same line too; edges on the next line, or missing); a line a vertex; a line a face, or, of
+// OFF without colours and the like, all in one line. # begins a comment.
 // - After x y z vertices have normals, colours and texture coordinates, as the first word says.
 //   MeshLab writes colours before normals: this order is used if only then most normals have length
 //   one. Faces have colours after their corners. They become the same arrays as nx ny nz, red green

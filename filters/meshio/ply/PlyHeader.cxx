@@ -209,7 +209,10 @@ private:
         "the name " + QuotedText(words[1]) + " is too long or holds control characters");
     }
     PlyElement element;
-    const std::string lower = LowercaseText(words[1]);
+    const std::string written = LowercaseText(words[1]);
+    const std::string lower = written == "vertices" ? "vertex"
+                              : written == "faces"  ? "face"
+                                                    : written;
     const bool known = lower == "vertex" || lower == "face" || lower == "tristrips";
     element.name = known ? lower : std::string(words[1]);
     const char* end = words[2].data() + words[2].size();

@@ -3,6 +3,7 @@
 // is read when; PlyBody reads the records.
 #include "filters/meshio/ply/PlyReader.h"
 
+#include "filters/meshio/DroppedPoints.h"
 #include "filters/meshio/MakeRoom.h"
 
 #include <algorithm>
@@ -37,6 +38,7 @@ Result<std::unique_ptr<MeshReader>> PlyReader::OpenAs(ByteSource source, PlyHead
   std::unique_ptr<PlyReader> reader(new PlyReader(std::move(source), std::move(header), scratch));
   reader->FileInfo.tolerance = reported;
   KDSTREAM_TRY(reader->UnderstandHeader());
+  KDSTREAM_TRY(reader->CheckOrder());
   return std::unique_ptr<MeshReader>(std::move(reader));
 }
 
@@ -560,6 +562,34 @@ Status PlyReader::CutPolygons(Mesh& mesh)
   }
   return this->Polygons.Cut(
     mesh.triangles, [&](VertexId vertex) { return this->Places->Get(vertex); });
+}
+
+// Looks at the first points, if they are floats in bytes.
+Status PlyReader::CheckOrder() const
+{
+  constexpr std::uint64_t most = 4096;
+  const PlyElement& vertices = this->Header.elements[this->VertexElement];
+  const PlyType type = vertices.properties[this->Coordinates[0]].type;
+  const bool isOfOne = std::all_of(this->Coordinates.begin(), this->Coordinates.end(),
+    [&](std::size_t p) { return vertices.properties[p].type == type; });
+  const bool isFloat = type == PlyType::Float32 || type == PlyType::Float64;
+  if (this->Header.encoding == PlyEncoding::Ascii || !isOfOne || !isFloat ||
+      this->VertexElement > 0)
+  {
+    return {};
+  }
+  Result<ByteSource> again = this->Source.Again();
+  KDSTREAM_TRY(again);
+  again->Seek(this->ElementBegins[0]);
+  PlyArraySink noArrays;
+  std::vector<Vec3> points;
+  const Result<bool> read = PlyBody::Make(this->Header, *again)
+                              ->ReadPoints(vertices, this->Coordinates, 0,
+                                std::min(most, vertices.count), points, noArrays);
+  // What cannot be read is reported when it is reached.
+  return read ? CheckByteOrder(
+                  points, type == PlyType::Float32 ? ScalarType::Float32 : ScalarType::Float64)
+              : Status();
 }
 
 // Goes through the vertices once more.

@@ -73,6 +73,7 @@ private:
   Status UnderstandHeader();
   Status UnderstandVertices();
   Status UnderstandFaces(std::size_t element, PlyFaceSink::Kind kind);
+  Status CheckOrder() const;
   void FindAttributes();
   void FindFaceAttributes();
   void ListIgnoredAttributes();
