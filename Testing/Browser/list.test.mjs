@@ -185,7 +185,7 @@ async function choose(visit, model) {
 async function openAbout(visit, model) {
   await choose(visit, model);
   await visit.page.locator("#about-button").click();
-  await visit.page.locator("#about dl").waitFor();
+  await visit.page.locator("#about summary").waitFor();
   return visit.page.locator("#about");
 }
 

@@ -70,7 +70,7 @@ export function describeModel(model, { sides = [], unit, credit, license, descri
   return [
     make("h2", { dir: "auto", textContent: nameOf(model) }),
     ...(text ? [make("p", { dir: "auto" }, ...withLinks(text))] : []),
-    make("dl", {}, ...rows),
+    ...(rows.length ? [make("dl", {}, ...rows)] : []),
     make("details", {}, make("summary", { textContent: t("Details") }), make("p", { textContent: describeOriginal(model) }), make("p", { id: "details" })),
     makeButton("Close", close, { className: "plain" }),
   ];
