@@ -29,6 +29,10 @@ bool IsDecodedByRows(std::span<const std::uint8_t> bytes)
   constexpr std::size_t interlacing = 28; // of the first chunk of a PNG
   constexpr std::uint8_t baseline = 0xC0, extended = 0xC1, scan = 0xDA;
   const PictureType type = TypeOfPicture(bytes);
+  if (type == PictureType::Webp)
+  {
+    return IsWebpDecodedByRows(bytes);
+  }
   if (type != PictureType::Jpeg)
   {
     return type == PictureType::Png && bytes.size() > interlacing && bytes[interlacing] == 0;

@@ -45,8 +45,9 @@ std::string NameOf(PictureType type);
 // By the ending of its name, in any case; Unknown for others.
 PictureType TypeOfName(const std::string& name);
 
-// Whether decoding needs memory for only a few rows: a WebP, an interlaced PNG and a progressive
-// JPEG need all texels at once. By the image's headers; false for anything else.
+// Whether decoding needs memory for only a few rows: an interlaced PNG, a progressive JPEG, and a
+// WebP that is lossless or has alpha need all texels at once. By the image's headers; false for
+// anything else.
 bool IsDecodedByRows(std::span<const std::uint8_t> bytes);
 
 inline constexpr std::uint64_t mostPicturePixels = std::uint64_t{ 1 } << 30;
@@ -75,8 +76,9 @@ public:
   virtual Status Why() const = 0;
 };
 
-// The same row by row. Peak memory: a row, and what the library needs; for an interlaced PNG and a
-// WebP all texels. Errors: as above, possibly after some rows were delivered; those of rows.Why().
+// The same row by row. Peak memory: a row, and what the library needs: for a lossy WebP the rows of
+// 16 kB of its bytes; for a lossless one, and for an interlaced PNG, all texels. Errors: as above,
+// possibly after some rows were delivered; those of rows.Why().
 Status DecodePictureRows(
   std::span<const std::uint8_t> bytes, std::uint64_t mostPixels, PictureRows& rows);
 
@@ -85,6 +87,8 @@ Status DecodePictureRows(
 Status DecodeJpeg(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels, PictureRows& rows);
 Status DecodePng(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels, PictureRows& rows);
 Status DecodeWebp(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels, PictureRows& rows);
+// For IsDecodedByRows. REQUIRES: PictureType::Webp.
+bool IsWebpDecodedByRows(std::span<const std::uint8_t> bytes);
 
 // All rows of a picture in memory. head: its size, without texels. Errors: rows.Why().
 Status TellRows(const Picture& head, const std::uint8_t* texels, PictureRows& rows);

@@ -329,6 +329,53 @@ TEST(LevelTile, TellsTheTwoSidesOfALeaf)
   }
 }
 
+// A wall, red, whose foot is an edge to an underside, blue. The level's wall is inside of it: near
+// the edge the underside is nearer.
+TEST(LevelTile, AnEdgeShowsOneSide)
+{
+  const auto add = [](Piece& piece, VertexId cells, const auto& placeOf)
+  {
+    const VertexId first = piece.VertexCount(), row = cells + 1;
+    for (VertexId i = 0; i < row * row; ++i)
+    {
+      piece.positions.push_back(placeOf(double(i % row) / cells, double(i / row) / cells));
+    }
+    for (VertexId i = 0; i < cells * cells; ++i)
+    {
+      const VertexId a = first + i / cells * row + i % cells;
+      piece.triangles.push_back({ a, a + row, a + 1 });
+      piece.triangles.push_back({ a + 1, a + row, a + row + 1 });
+    }
+    piece.ownVertices = piece.VertexCount();
+  };
+  FinerTile foot;
+  add(foot.piece, 10, [](double y, double z) { return Vec3{ 0, y, z }; });
+  const std::size_t ofWall = foot.piece.triangles.size();
+  add(foot.piece, 10, [](double y, double x) { return Vec3{ x, 1 - y, 0 }; });
+  const Picture halves{ 2, 1, 3, { 255, 0, 0, 0, 0, 255 } };
+  foot.tile = { 2, 1, TileImage::Png, EncodePicture(halves, PictureType::Png), {} };
+  const TileCoordinate red{ 0.5F, 0.5F }, blue{ 1.5F, 0.5F };
+  foot.tile.corners.assign(ofWall, { red, red, red });
+  foot.tile.corners.insert(foot.tile.corners.end(), ofWall, { blue, blue, blue });
+  Piece level;
+  add(level, 4, [](double y, double z) { return Vec3{ 0.03, y, z }; });
+  const FinerTiles finer{ { { { { 0, 0, 0 }, { 1, 1, 1 } } } },
+    [&foot](std::size_t) { return Prepared(foot); } };
+  const auto made = MakeLevelTile(level, finer, {});
+  ASSERT_TRUE(made) << made.GetError().message;
+  const auto picture = DecodePicture(made->tile.image);
+  ASSERT_TRUE(picture);
+  for (std::size_t t = 0; t < level.triangles.size(); ++t)
+  {
+    for (const TileCoordinate& at : made->tile.corners[t])
+    {
+      const Rgb color = TexelOf(*picture, double(at[0]), double(at[1]));
+      EXPECT_GT(color[0], 200) << t;
+      EXPECT_LT(color[2], 60) << t;
+    }
+  }
+}
+
 // Hostile or odd meshes: triangles without area, no triangles, very many charts.
 TEST(LevelTile, OddPieces)
 {

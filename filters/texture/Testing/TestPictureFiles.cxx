@@ -6,7 +6,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
+#include <span>
 #include <utility>
 
 using namespace kdstream;
@@ -155,6 +157,50 @@ TEST(Picture, ThoseThatNeedAllTexelsAreKnownBefore)
     static_cast<void>(IsDecodedByRows(cut)); // for sanitizers
   }
   EXPECT_FALSE(IsDecodedByRows(cut));
+}
+
+// The rows of what has come of it are there before the rest.
+TEST(Picture, ALossyWebpComesRowByRow)
+{
+  class CountedRows : public PictureRows
+  {
+  public:
+    bool Begin(std::size_t width, std::size_t, std::size_t components) override
+    {
+      this->Row = width * components;
+      return true;
+    }
+    bool AddRow(const std::uint8_t* texels) override
+    {
+      this->Texels.insert(this->Texels.end(), texels, texels + this->Row);
+      return true;
+    }
+    Status Why() const override { return {}; }
+
+    std::size_t Row = 0;
+    Bytes Texels;
+  };
+  Picture made = Noise(300, 900, 4, 12);
+  for (std::size_t i = 0; i < made.texels.size(); ++i)
+  {
+    made.texels[i] = static_cast<std::uint8_t>(i / 1200 / 5 + made.texels[i] % 16);
+  }
+  const auto bytes = EncodeWebp(made, 90, false);
+  ASSERT_TRUE(bytes);
+  EXPECT_TRUE(IsDecodedByRows(*bytes));
+  CountedRows all, first;
+  ASSERT_TRUE(DecodePictureRows(*bytes, mostPicturePixels, all));
+  ASSERT_EQ(all.Texels.size(), 3U * 300 * 900);
+  for (std::size_t i = 0; i < all.Texels.size(); i += 3 * 50)
+  {
+    EXPECT_NEAR(all.Texels[i + 1], made.texels[i / 3 * 4 + 1], 40) << i;
+  }
+  const std::span<const std::uint8_t> half(bytes->data(), bytes->size() / 2);
+  EXPECT_FALSE(DecodePictureRows(half, mostPicturePixels, first));
+  const std::size_t rows = first.Texels.size() / first.Row;
+  EXPECT_GT(rows, 100U);
+  EXPECT_LT(rows, 700U);
+  EXPECT_TRUE(std::equal(first.Texels.begin(), first.Texels.end(), all.Texels.begin()));
 }
 
 TEST(Picture, InterlacedOnesAreTheSame)

@@ -3,6 +3,7 @@
 #include "filters/texture/levels/FinerColors.h"
 
 #include "filters/core/TriangleDistance.h"
+#include "filters/core/UnitVector.h"
 #include "filters/core/VectorMath.h"
 
 #include <algorithm>
@@ -18,6 +19,9 @@ namespace
 // The largest side of a box's grid cells: with it all sums stay finite.
 constexpr double largestSide = 1e300;
 constexpr std::uint64_t texelsOfLargeImage = 1 << 21;
+// Cosines between normals. From the first one on surfaces face the same way: of a rough one, and of
+// the simpler one that stands for it. Below the second one a walk does not go on: around an edge.
+constexpr double agreeing = 0.7, turningAway = 0.5;
 
 }
 
@@ -78,7 +82,14 @@ FinerColors::FinerColors(FinerTile finer)
     ball.middle = Times(Plus(Plus(a, b), c), 1.0 / 3);
     ball.radius = std::sqrt(std::max({ SquaredDistance(ball.middle, a),
       SquaredDistance(ball.middle, b), SquaredDistance(ball.middle, c) }));
-    ball.normal = Cross(Minus(b, a), Minus(c, a));
+    const Vec3 u = Minus(b, a), v = Minus(c, a);
+    ball.normal = UnitVector(Cross(u, v));
+    const double uu = Dot(u, u), uv = Dot(u, v), vv = Dot(v, v), determinant = uu * vv - uv * uv;
+    if (determinant > 0)
+    {
+      ball.first = Times(Minus(Times(u, vv), Times(v, uv)), 1 / determinant);
+      ball.third = Times(Minus(Times(v, uu), Times(u, uv)), 1 / determinant);
+    }
     edges += ball.radius;
     this->Balls.push_back(ball);
     for (const VertexId corner : t)
@@ -365,9 +376,11 @@ void FinerColors::SearchCell(std::size_t cell, Search& search) const
 void FinerColors::Look(std::uint32_t t, Search& search) const
 {
   const Triangle& corners = this->Finer.piece.triangles[t];
-  const double turned = Dot(this->Balls[t].normal, search.normal) < 0 ? this->Side * this->Side : 0;
-  const double squared = turned + SquaredToTriangle(search.from, this->PointOf(corners[0]),
-                                    this->PointOf(corners[1]), this->PointOf(corners[2]));
+  // At a right angle as if it were a triangle's size farther, the other side more than two.
+  const double turned =
+    std::max(agreeing - Dot(this->Balls[t].normal, search.normal), 0.0) / agreeing * this->Side;
+  const double squared = turned * turned + SquaredToTriangle(search.from, this->PointOf(corners[0]),
+                                             this->PointOf(corners[1]), this->PointOf(corners[2]));
   if (squared < search.best || (squared == search.best && t < search.found))
   {
     search.best = squared;
@@ -380,15 +393,8 @@ void FinerColors::Look(std::uint32_t t, Search& search) const
 // its first corner. 0 where it has no area.
 std::array<double, 2> FinerColors::CoordinatesOf(std::uint32_t t, const Vec3& place) const
 {
-  const Triangle& corners = this->Finer.piece.triangles[t];
-  const Vec3& a = this->PointOf(corners[0]);
-  const Vec3 u = Minus(this->PointOf(corners[1]), a), v = Minus(this->PointOf(corners[2]), a);
-  const Vec3 w = Minus(place, a);
-  const double uu = Dot(u, u), uv = Dot(u, v), vv = Dot(v, v);
-  const double wu = Dot(w, u), wv = Dot(w, v), determinant = uu * vv - uv * uv;
-  return determinant > 0 ? std::array<double, 2>{ (vv * wu - uv * wv) / determinant,
-    (uu * wv - uv * wu) / determinant }
-                         : std::array<double, 2>{};
+  const Vec3 way = Minus(place, this->PointOf(this->Finer.piece.triangles[t][0]));
+  return { Dot(way, this->Balls[t].first), Dot(way, this->Balls[t].third) };
 }
 
 // Whether a place is so near to a triangle's plane that none is looked for that is nearer.
@@ -397,8 +403,7 @@ bool FinerColors::IsClose(std::uint32_t t, const Vec3& place, const Vec3& normal
   constexpr double close = 0.25; // of the triangle's size
   const Ball& ball = this->Balls[t];
   const double above = Dot(ball.normal, Minus(place, ball.middle)), most = close * ball.radius;
-  return Dot(ball.normal, normal) > 0 &&
-         above * above <= most * most * Dot(ball.normal, ball.normal);
+  return Dot(ball.normal, normal) >= turningAway && above * above <= most * most;
 }
 
 // To the triangle that a place lies above. False: it is not found in a few steps, or is not close;

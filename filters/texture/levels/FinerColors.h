@@ -59,7 +59,7 @@ public:
   bool IsLarge() const;
 
   // At the nearest place of the surface: RGB in linear light, and alpha, 0-255. normal: of the
-  // surface that is coloured, of any length; what faces the other way counts as farther. Of a piece
+  // surface that is coloured, of length 1 or 0; what faces elsewhere counts as farther. Of a piece
   // without triangles: black. near: a triangle where the search begins, or noNear; the one that is
   // found. A triangle a few edges from there is taken where the place is close to its inside,
   // without looking for a nearer one: so the colour depends on `near` a little.
@@ -71,7 +71,8 @@ private:
   {
     Vec3 middle{};
     double radius = 0;
-    Vec3 normal{}; // of any length
+    Vec3 normal{};         // of length 1; 0 of a triangle without area
+    Vec3 first{}, third{}; // what is added to CoordinatesOf along a way; 0 without area
   };
   struct Search
   {

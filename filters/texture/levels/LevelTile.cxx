@@ -5,6 +5,7 @@
 #include "filters/texture/levels/LevelTile.h"
 
 #include "filters/core/Light.h"
+#include "filters/core/UnitVector.h"
 #include "filters/core/VectorMath.h"
 #include "filters/texture/PackBoxes.h"
 #include "filters/texture/Picture.h"
@@ -32,6 +33,13 @@ constexpr std::uint32_t noOwner = std::numeric_limits<std::uint32_t>::max();
 
 using TexelPlaces = std::array<std::array<double, 2>, 3>; // of a triangle's corners, in texels
 
+// Where texels lie in space: from a corner of a triangle texels to the right and down.
+struct TexelPlane
+{
+  std::array<double, 2> from{}; // the corner, in texels
+  Vec3 corner{}, right{}, down{};
+};
+
 double TwiceAreaOf(const Vec3& a, const Vec3& b, const Vec3& c)
 {
   const double area = Length(Cross(Minus(b, a), Minus(c, a)));
@@ -57,6 +65,7 @@ public:
   Result<MadeTile> Make()
   {
     KDSTREAM_TRY(this->ChooseSpacing());
+    this->FindNormals();
     this->Charts = GrowLevelCharts(this->P.positions, this->P.triangles, this->Spacing);
     constexpr int mostTries = 30;
     for (int tries = 0; tries < mostTries; ++tries)
@@ -97,6 +106,16 @@ private:
       this->Spacing = 1;
     }
     return {};
+  }
+
+  void FindNormals()
+  {
+    for (const Triangle& t : this->P.triangles)
+    {
+      const Vec3& a = this->P.positions[t[0]];
+      this->Normals.push_back(
+        UnitVector(Cross(Minus(this->P.positions[t[1]], a), Minus(this->P.positions[t[2]], a))));
+    }
   }
 
   // How far apart the finer texels are; 0 where they show no surface.
@@ -198,7 +217,7 @@ private:
     const auto size = static_cast<std::size_t>(this->Packed.width * this->Packed.height);
     this->Owners.assign(size, noOwner);
     this->Tile.corners.assign(this->P.triangles.size(), {});
-    this->CornersOf.assign(this->P.triangles.size(), {});
+    this->Planes.assign(this->P.triangles.size(), {});
     this->Charted.assign(this->P.triangles.size(), 0);
     std::vector<float> outside(size, float(levelGutter));
     for (std::size_t chart = 0; chart < this->Charts.size(); ++chart)
@@ -206,7 +225,7 @@ private:
       for (const std::uint32_t t : this->Charts[chart].triangles)
       {
         const TexelPlaces at = this->PlacesOf(chart, t);
-        this->CornersOf[t] = at;
+        this->Planes[t] = this->PlaneOf(t, at);
         this->Charted[t] = static_cast<std::uint32_t>(chart);
         for (std::size_t k = 0; k < 3; ++k)
         {
@@ -257,24 +276,24 @@ private:
     }
   }
 
-  // On the plane of the triangle, beyond its edges too.
-  Vec3 PointOn(std::uint32_t t, double x, double y) const
+  // Beyond the triangle's edges too.
+  TexelPlane PlaneOf(std::uint32_t t, const TexelPlaces& at) const
   {
-    const TexelPlaces& at = this->CornersOf[t];
+    constexpr double leastTexels = 1e-9; // twice the area; what has less is a point
+    const Triangle& corners = this->P.triangles[t];
+    const Vec3& a = this->P.positions[corners[0]];
     const double ux = at[1][0] - at[0][0], uy = at[1][1] - at[0][1];
     const double vx = at[2][0] - at[0][0], vy = at[2][1] - at[0][1];
     const double determinant = ux * vy - uy * vx;
-    const Triangle& corners = this->P.triangles[t];
-    const Vec3& a = this->P.positions[corners[0]];
-    if (determinant == 0)
+    TexelPlane plane{ at[0], a, {}, {} };
+    if (std::abs(determinant) > leastTexels)
     {
-      return a;
+      const Vec3 u = Times(Minus(this->P.positions[corners[1]], a), 1 / determinant);
+      const Vec3 v = Times(Minus(this->P.positions[corners[2]], a), 1 / determinant);
+      plane.right = Minus(Times(u, vy), Times(v, uy));
+      plane.down = Minus(Times(v, ux), Times(u, vx));
     }
-    const double wx = x - at[0][0], wy = y - at[0][1];
-    const double s = (wx * vy - wy * vx) / determinant, r = (ux * wy - uy * wx) / determinant;
-    const Vec3 u = Minus(this->P.positions[corners[1]], a);
-    const Vec3 v = Minus(this->P.positions[corners[2]], a);
-    return Plus(a, Plus(Times(u, s), Times(v, r)));
+    return plane;
   }
 
   double SquaredToPlace(std::size_t place, const Vec3& point) const
@@ -341,8 +360,10 @@ private:
   // The middle of a texel that has an owner.
   Vec3 PointOf(std::uint32_t texel) const
   {
-    return this->PointOn(this->Owners[texel], double(texel % this->Packed.width) + 0.5,
-      double(texel / this->Packed.width) + 0.5);
+    const TexelPlane& plane = this->Planes[this->Owners[texel]];
+    const double x = double(texel % this->Packed.width) + 0.5 - plane.from[0];
+    const double y = double(texel / this->Packed.width) + 0.5 - plane.from[1];
+    return Plus(plane.corner, Plus(Times(plane.right, x), Times(plane.down, y)));
   }
 
   Status SampleFrom(std::size_t place, const std::vector<std::uint32_t>& texels)
@@ -377,11 +398,8 @@ private:
   void SampleTexel(std::uint32_t texel, const FinerColors& colors, const FinerColors::Shown& shown,
     std::uint32_t& near)
   {
-    const Triangle& corners = this->P.triangles[this->Owners[texel]];
-    const Vec3& a = this->P.positions[corners[0]];
-    const Vec3 normal =
-      Cross(Minus(this->P.positions[corners[1]], a), Minus(this->P.positions[corners[2]], a));
-    const Color color = colors.At(shown, this->PointOf(texel), normal, near);
+    const Color color =
+      colors.At(shown, this->PointOf(texel), this->Normals[this->Owners[texel]], near);
     for (std::size_t k = 0; k < 3; ++k)
     {
       this->Texels[4 * std::size_t{ texel } + k] = QuickByteOfLinear(color[k]);
@@ -411,11 +429,12 @@ private:
   const LevelTileOptions& Options;
   double Spacing = 1, Finest = 0; // of texels, and of the finer ones (0: none), model units
   unsigned Halvings = 0;          // of finer pictures
+  std::vector<Vec3> Normals;      // of triangles, of length 1; 0 without area
   std::vector<LevelChart> Charts;
   PackedBoxes Packed;
   std::vector<std::uint32_t> Owners;  // of each texel, a triangle
   std::vector<std::uint32_t> Charted; // of each triangle, its chart
-  std::vector<TexelPlaces> CornersOf; // of each triangle
+  std::vector<TexelPlane> Planes;     // of each triangle
   std::vector<std::uint8_t> Texels;   // RGBA
   std::vector<bool> HasColor;
   bool HasAlpha = false;

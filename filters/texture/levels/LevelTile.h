@@ -47,7 +47,7 @@ struct FinerTiles
 
 // A tile of the piece's triangles, in charts of GrowLevelCharts with a gutter of two texels.
 // - A texel has the colour at the nearest place of a finer piece: the one whose box is nearest to
-//   the texel. Surfaces that face the other way count as farther. The finer picture is halved, in
+//   the texel. Surfaces that face elsewhere count as farther. The finer picture is halved, in
 //   linear light, until its texels are about as large.
 // - Texels of the gutter are sampled too, on the plane of the nearest triangle: a filter reads the
 //   same on both sides of a chart's border.
