@@ -391,14 +391,14 @@ window.look = ({ matrix, near, far }) => {
 };
 window.settle = async (most = Infinity) => {
   const end = performance.now() + most;
-  for (let still = 0; still < 5 && performance.now() < end;) {
+  for (let still = 0; still < 3 && performance.now() < end;) {
     scene.initializeFrame();
     scene.render();
     if (failed) {
       throw new Error(failed);
     }
     still = tileset.tilesLoaded ? still + 1 : 0;
-    await new Promise((done) => setTimeout(done, 20));
+    await new Promise((done) => setTimeout(done, 150));
   }
   const { selected, numberOfTrianglesSelected } = tileset.statistics;
   return { visible: selected, triangles: numberOfTrianglesSelected, cached: tileset.totalMemoryUsageInBytes };
@@ -515,7 +515,7 @@ function beside(pictures) {
 export async function showClients(programs, store, tileset, out, cesium) {
   const radius = radiusOf(programs, store);
   const { transform } = readTileset(tileset);
-  const views = [[0, 1], [3, 1], [0, 4]].map(([turn, zoom]) => ({ turn, zoom, own: ownView(programs, store, turn, zoom), shown: [] }));
+  const views = [[0, 1], [3, 4]].map(([turn, zoom]) => ({ turn, zoom, own: ownView(programs, store, turn, zoom), shown: [] }));
   for (const client of cesium ? ["three", "cesium"] : ["three"]) {
     await withPage(tileset, cesium, client, async (page, host) => {
       for (const view of views) {
