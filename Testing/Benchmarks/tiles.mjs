@@ -125,7 +125,7 @@ for (const mesh of meshes) {
     const rows = (await measureBytes(programs, store, tilesets.meshopt)).map(({ zoom, first, few, settled, bytes, triangles }) =>
       [`zoom ${zoom}`, kilobytes(first), few < Infinity ? kilobytes(few) : "never", own(zoom).few, `${(100 * settled).toFixed(2)} %`, own(zoom).settled,
         kilobytes(bytes), own(zoom).bytes, String(triangles)]);
-    print(`${name} in 3d-tiles-renderer, an error of 1 pixel: kB, medians of 4 directions; ours: what ./dev bench view has kept`,
+    print(`${name} in 3d-tiles-renderer, an error of 1 pixel: kB, the most of 2 directions; ours: kept medians of ./dev bench view`,
       ["", "first picture", "until 5 % wrong", "ours", "wrong in the end", "ours in the end", "all kB", "all of ours", "triangles"], rows);
   }
   if (mesh === meshes.at(-1)) {
