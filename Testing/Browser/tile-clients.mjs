@@ -3,10 +3,10 @@
 // 3d-tiles-renderer with three.js, and Cesium. Run by a person or by ./dev bench tiles:
 //
 //   node tile-clients.mjs check PROGRAMS STORE TILESET [N]      all tiles' boxes, errors and triangles; every Nth tile validated and decoded
-//   node tile-clients.mjs show PROGRAMS STORE TILESET OUT [CESIUM]  pictures beside kdstream-view's: OUT/NAME-zoom-Z.png; CESIUM: the folder
+//   node tile-clients.mjs show PROGRAMS STORE TILESET OUT [CESIUM]  pictures beside kdstream-view's: OUT/NAME-turn-T-zoom-Z.png; CESIUM: the folder
 //                                                               of npm's package, else only three.js
 //   node tile-clients.mjs bytes PROGRAMS STORE TILESET          bytes until at most 5 % of the pixels are wrong, the most of two directions
-//   node tile-clients.mjs fly TILESET [MB]                      memory of the browser while it flies over the model; MB: of the cache
+//   node tile-clients.mjs fly TILESET [MB [STEPS]]              memory of the browser while it flies over the model; MB: of the cache
 
 import { spawnSync } from "node:child_process";
 import { once } from "node:events";
@@ -276,7 +276,7 @@ function update() {
   tiles.group.updateMatrixWorld(true);
   tiles.update();
   const { queued, downloading, parsing } = tiles.stats;
-  return { downloading: (queued ?? 0) + downloading, parsing, isIdle: Boolean(tiles.root) && (queued ?? 0) + downloading + parsing === 0 };
+  return { downloading: (queued ?? 0) + downloading, parsing, isIdle: Boolean(tiles.root) && !tiles.isLoading && (queued ?? 0) + downloading + parsing === 0 };
 }
 function count() {
   let triangles = 0;
@@ -512,15 +512,16 @@ function beside(pictures) {
   return PNG.sync.write(all);
 }
 
-export async function showClients(programs, store, tileset, out, cesium) {
+// views: turns, of the directions of ./dev bench view, and zooms. errorTarget: pixels.
+export async function showClients(programs, store, tileset, out, cesium, views = [[0, 1], [3, 4]], errorTarget = 1) {
   const radius = radiusOf(programs, store);
   const { transform } = readTileset(tileset);
-  const views = [[0, 1], [3, 4]].map(([turn, zoom]) => ({ turn, zoom, own: ownView(programs, store, turn, zoom), shown: [] }));
+  const looks = views.map(([turn, zoom]) => ({ turn, zoom, own: ownView(programs, store, turn, zoom), shown: [] }));
   for (const client of cesium ? ["three", "cesium"] : ["three"]) {
     await withPage(tileset, cesium, client, async (page, host) => {
-      for (const view of views) {
+      for (const view of looks) {
         host.begin(false);
-        await page.evaluate((options) => window.openTileset(options), { url: "/tiles/tileset.json", errorTarget: 1 });
+        await page.evaluate((options) => window.openTileset(options), { url: "/tiles/tileset.json", errorTarget });
         await page.evaluate((camera) => window.look(camera), cameraOf(view.own.place, radius, transform));
         const { visible, triangles } = await page.evaluate(() => window.settle());
         const picture = await page.locator("canvas").first().screenshot();
@@ -530,10 +531,10 @@ export async function showClients(programs, store, tileset, out, cesium) {
     });
   }
   mkdirSync(out, { recursive: true });
-  for (const { turn, zoom, own, shown } of views) {
+  for (const { turn, zoom, own, shown } of looks) {
     writeFileSync(join(out, `${basename(store, ".kds")}-turn-${turn}-zoom-${zoom}.png`), beside([own.picture, ...shown.map(({ picture }) => picture)]));
   }
-  return views;
+  return looks;
 }
 
 // ---- bytes
@@ -587,11 +588,12 @@ export async function flyOver(tileset, megabytes, steps = 48) {
       const half = [around / 2, -up / 2];
       const [c, s, d, e] = [Math.cos(half[0]), Math.sin(half[0]), Math.cos(half[1]), Math.sin(half[1])];
       await page.evaluate((camera) => window.look(camera), cameraOf({ focal: [0, 0, 0], distance, turn: [c * d, c * e, s * d, -s * e] }, radius, transform));
-      const shown = await page.evaluate((limit) => window.settle(limit), 2500);
+      const shown = await page.evaluate((limit) => window.settle(limit), 5000);
       const { usedSize, backingStorageSize = 0 } = await session.send("Runtime.getHeapUsage");
       const now = { heap: usedSize, buffers: backingStorageSize, both: usedSize + backingStorageSize,
         process: Math.max(...renderers.map(kilobytesOf)) * 1024, triangles: shown.triangles, cached: shown.cached };
       Object.keys(most).forEach((key) => (most[key] = Math.max(most[key], now[key])));
+      console.error(`step ${step}: ${JSON.stringify(now)}`);
     }
     return { ...most, bytes: host.bytes };
   });
@@ -628,7 +630,7 @@ async function main([command, ...words]) {
     return 0;
   }
   if (command === "fly" && words.length >= 1) {
-    const most = await flyOver(words[0], Number(words[1] ?? 0));
+    const most = await flyOver(words[0], Number(words[1] ?? 0), Number(words[2] ?? 48));
     console.log(`JavaScript's heap ${megabytes(most.heap)}, its buffers ${megabytes(most.buffers)}, both ${megabytes(most.both)}, the page's process ${megabytes(most.process)}; cache ${megabytes(most.cached)}; ${most.triangles} triangles, ${megabytes(most.bytes)} fetched`);
     return 0;
   }
