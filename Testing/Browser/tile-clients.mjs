@@ -178,6 +178,7 @@ function radiusOf(programs, store) {
 // ---- pages: each has open(tileset, options), look(camera) and settle(), which draws
 
 // Lit as kdstream-view lights it (viewer/session/look/SceneLook.h), whatever the client does, so that pictures can be compared.
+const stone = "vec3(217.0, 208.0, 192.0) / 255.0"; // what has no colours is made of it there
 const lit = `
 vec3 litAsKdStream(vec3 base, vec3 normal, vec3 toEye) {
   vec3 at[2]; at[0] = normalize(vec3(-0.75, 0.95, 0.75)); at[1] = normalize(vec3(0.3, 0.2, 1.0));
@@ -190,7 +191,7 @@ vec3 litAsKdStream(vec3 base, vec3 normal, vec3 toEye) {
       specular += pow(max(0.0, dot(reflect(-at[i], normal), toEye)), 30.0) * color[i];
     }
   }
-  return min(base * (0.15 + 0.85 * diffuse) + vec3(217.0, 208.0, 192.0) / 255.0 * 0.14 * specular, 1.0);
+  return min(base * (0.15 + 0.85 * diffuse) + ${stone} * 0.14 * specular, 1.0);
 }`;
 
 const threePage = `<!doctype html><style>body { margin: 0 } canvas { display: block }</style>
@@ -213,13 +214,13 @@ loader.setDRACOLoader(new DRACOLoader().setDecoderPath("/npm/three/examples/jsm/
 let tiles, scene, failed, reference;
 
 function shade(mesh) {
-  const { map, color, vertexColors, side } = mesh.material;
+  const { map, vertexColors, side } = mesh.material;
   mesh.material.dispose();
   if (map) {
     map.colorSpace = THREE.NoColorSpace; // kept as it is written
   }
   mesh.material = new THREE.ShaderMaterial({
-    side, vertexColors, uniforms: { map: { value: map }, plain: { value: color.clone().convertLinearToSRGB() } },
+    side, vertexColors, uniforms: { map: { value: map } },
     vertexShader: \`varying vec3 place, direction, tint; varying vec2 texel;
       void main() {
         vec4 seen = modelViewMatrix * vec4(position, 1.0);
@@ -231,12 +232,12 @@ function shade(mesh) {
         #endif
         gl_Position = projectionMatrix * seen;
       }\`,
-    fragmentShader: \`varying vec3 place, direction, tint; varying vec2 texel; uniform sampler2D map; uniform vec3 plain;
+    fragmentShader: \`varying vec3 place, direction, tint; varying vec2 texel; uniform sampler2D map;
       \${${JSON.stringify(lit)}}
       vec3 srgb(vec3 c) { return mix(12.92 * c, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, c)); }
       void main() {
         vec3 normal = normalize(direction) * (gl_FrontFacing ? 1.0 : -1.0);
-        vec3 base = \${map ? "texture2D(map, texel).rgb" : vertexColors ? "srgb(tint)" : "plain"};
+        vec3 base = \${map ? "texture2D(map, texel).rgb" : vertexColors ? "srgb(tint)" : "${stone}"};
         gl_FragColor = vec4(litAsKdStream(base, normal, normalize(-place)), 1.0);
       }\`,
   });
@@ -368,14 +369,14 @@ scene.fog.enabled = false;
 // The place of the model on the globe: Cesium knows no other.
 const there = Cesium.Transforms.eastNorthUpToFixedFrame(Cesium.Cartesian3.fromDegrees(13.05, 47.8, 430));
 let tileset, failed;
-window.openTileset = async ({ url, errorTarget, plain = false }) => {
+window.openTileset = async ({ url, errorTarget, hasColors }) => {
   scene.primitives.removeAll();
   tileset = await Cesium.Cesium3DTileset.fromUrl(url, { modelMatrix: there, maximumScreenSpaceError: errorTarget, dynamicScreenSpaceError: false,
-    foveatedScreenSpaceError: false, backFaceCulling: true, customShader: plain ? undefined : new Cesium.CustomShader({
+    foveatedScreenSpaceError: false, backFaceCulling: true, customShader: new Cesium.CustomShader({
       lightingModel: Cesium.LightingModel.UNLIT,
       fragmentShaderText: ${JSON.stringify(lit)} + \`
         void fragmentMain(FragmentInput fsInput, inout czm_modelMaterial material) {
-          vec3 base = czm_linearToSrgb(material.diffuse);
+          vec3 base = \${hasColors ? "czm_linearToSrgb(material.diffuse)" : "${stone}"};
           material.diffuse = czm_srgbToLinear(litAsKdStream(base, normalize(fsInput.attributes.normalEC), normalize(-fsInput.attributes.positionEC)));
         }\` }) });
   tileset.tileFailed.addEventListener(({ url: of, message }) => (failed = of + ": " + message));
@@ -515,13 +516,15 @@ function beside(pictures) {
 // views: turns, of the directions of ./dev bench view, and zooms. errorTarget: pixels.
 export async function showClients(programs, store, tileset, out, cesium, views = [[0, 1], [3, 4]], errorTarget = 1) {
   const radius = radiusOf(programs, store);
-  const { transform } = readTileset(tileset);
+  const root = readTileset(tileset), { transform } = root;
+  const { images, meshes } = headOf(join(tileset, allTiles(root).find(({ content }) => content).content));
+  const hasColors = images !== undefined || meshes[0].primitives[0].attributes.COLOR_0 !== undefined;
   const looks = views.map(([turn, zoom]) => ({ turn, zoom, own: ownView(programs, store, turn, zoom), shown: [] }));
   for (const client of cesium ? ["three", "cesium"] : ["three"]) {
     await withPage(tileset, cesium, client, async (page, host) => {
       for (const view of looks) {
         host.begin(false);
-        await page.evaluate((options) => window.openTileset(options), { url: "/tiles/tileset.json", errorTarget });
+        await page.evaluate((options) => window.openTileset(options), { url: "/tiles/tileset.json", errorTarget, hasColors });
         await page.evaluate((camera) => window.look(camera), cameraOf(view.own.place, radius, transform));
         const { visible, triangles } = await page.evaluate(() => window.settle());
         const picture = await page.locator("canvas").first().screenshot();
