@@ -1,17 +1,24 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What kdstream-store export --format 3dtiles costs: seconds and memory beside the build, tiles and bytes of each level, and the bytes
-// of a level beside gltfpack's.
+// What kdstream-store export --format 3dtiles costs: seconds and memory beside the build, tiles and bytes of each level, tiles' bytes
+// beside gltfpack's, bytes of a view in 3d-tiles-renderer beside ours, and the memory of a browser that flies over the largest model.
 //
-//   node tiles.mjs PROGRAMS FOLDER MESH...    FOLDER: for stores and tilesets, which are removed again
+//   node tiles.mjs PROGRAMS FOLDER MESH...    FOLDER: for stores and tilesets, which are removed again. Views are of the first mesh,
+//                                             the flight is over the last one
+//
+// Exit code 1 where a tile is wrong or a bar is missed.
 import { spawn, spawnSync } from "node:child_process";
 import { existsSync, mkdirSync, readFileSync, readdirSync, rmSync, statSync } from "node:fs";
 import path from "node:path";
 import { fileURLToPath } from "node:url";
+import { checkTileset, flyOver, measureBytes } from "../Browser/tile-clients.mjs";
 
 const [programs, folder, ...meshes] = process.argv.slice(2);
 const here = path.dirname(fileURLToPath(import.meta.url));
+const mostValidated = 300; // tiles of each tileset
+const mostPacked = 60;
+const cache = 150; // MB, of 3d-tiles-renderer in flight
 
-// Its seconds and its peak in MB, as the system counts it.
+// Its seconds, of the clock and of processors, and its peak in MB, as the system counts it.
 function measure(program, ...words) {
   const begin = process.hrtime.bigint();
   const child = spawn(path.join(programs, program), words, { stdio: ["ignore", "ignore", "inherit"] });
@@ -42,53 +49,100 @@ function print(title, columns, rows) {
   }
 }
 
-function findGltfpack() {
-  return [path.join(here, "Phone/node_modules/.bin/gltfpack")].find(existsSync);
+const kilobytes = (bytes) => (bytes / 1e3).toFixed(0);
+const megabytes = (bytes) => (bytes / 1e6).toFixed(1);
+
+// Tiles of a tileset beside the same ones packed by gltfpack: kB of all that are compared. Both have positions of 16 bits in the box of a
+// tile, so errors are equal, normals of 8 and texture coordinates of 12 (gltfpack's default; ours 16).
+function comparePacked(packed, plain, gltfpack) {
+  const files = readdirSync(plain, { recursive: true }).filter((file) => file.endsWith(".glb")).sort();
+  const every = Math.ceil(files.length / mostPacked);
+  const sums = { tiles: 0, ours: 0, theirs: 0, floats: 0 };
+  const out = path.join(folder, "packed.glb");
+  for (const file of files.filter((_, i) => i % every === 0)) {
+    const { status } = spawnSync(gltfpack, ["-i", path.join(plain, file), "-o", out, "-c", "-vp", "16"], { stdio: "ignore" });
+    if (status === 0) {
+      sums.tiles += 1;
+      sums.ours += statSync(path.join(packed, file)).size;
+      sums.theirs += statSync(out).size;
+      sums.floats += statSync(path.join(plain, file)).size;
+    }
+  }
+  return sums;
+}
+
+// What our own viewer fetches of the dragon for the same cameras: kept figures of ./dev bench view.
+function ownViews() {
+  const kept = path.join(here, "Figures");
+  const tables = readdirSync(kept).filter((name) => name.startsWith("view-")).sort().reverse()
+    .flatMap((name) => JSON.parse(readFileSync(path.join(kept, name), "utf8")).tables);
+  const rows = tables.find(({ title }) => title.startsWith("the dragon ("))?.rows ?? [];
+  return (zoom) => {
+    const row = rows.find(([label]) => label === `zoom ${zoom}`) ?? [];
+    return { few: row[2]?.split(",")[0] || "never", settled: row[4] ?? "-", bytes: row[6]?.split(",")[0] ?? "-" };
+  };
+}
+
+let misses = 0;
+function bar(what, value, most) {
+  misses += value <= most ? 0 : 1;
+  console.log(`${what}: ${value.toFixed(2)} of ${most}${value <= most ? "" : ", MISSED"}`);
 }
 
 mkdirSync(folder, { recursive: true });
-const costs = [], levels = [], peers = [];
-const gltfpack = findGltfpack();
+const gltfpack = [path.join(here, "Phone/node_modules/.bin/gltfpack")].find(existsSync);
+const costs = [], levels = [], peers = [], bars = [];
 for (const mesh of meshes) {
   const name = path.parse(mesh).name;
   const store = path.join(folder, `${name}.kds`);
   const built = await measure("kdstream-build", mesh, "-o", store, "--quiet");
-  costs.push([`${name}, build`, built.seconds.toFixed(1), "1.00", built.megabytes.toFixed(0), "-", (statSync(store).size / 1e6).toFixed(1)]);
-  for (const compression of ["meshopt", "draco", "none"]) {
-    const tiles = path.join(folder, `${name}-${compression}`);
+  costs.push([`${name}, build`, built.seconds.toFixed(1), "1.00", built.megabytes.toFixed(0), "-", megabytes(statSync(store).size)]);
+  const tilesets = {};
+  for (const compression of mesh === meshes.at(-1) ? ["meshopt"] : ["meshopt", "draco", "none"]) {
+    const tiles = tilesets[compression] = path.join(folder, `${name}-${compression}`);
     const cost = await measure("kdstream-store", "export", store, tiles, "--format", "3dtiles", "--compression", compression, "--quiet");
     const files = readdirSync(tiles, { recursive: true }).filter((file) => file.endsWith(".glb"));
     costs.push([`${name}, ${compression}`, cost.seconds.toFixed(1), (cost.seconds / built.seconds).toFixed(2), cost.megabytes.toFixed(0),
-      String(files.length), (bytesIn(tiles) / 1e6).toFixed(1)]);
+      String(files.length), megabytes(bytesIn(tiles))]);
     if (compression === "meshopt") {
-      const folders = readdirSync(tiles, { withFileTypes: true }).filter((entry) => entry.isDirectory()).map((entry) => entry.name);
-      for (const level of folders.sort((a, b) => (Number(a) || Infinity) - (Number(b) || Infinity))) {
-        const own = readdirSync(path.join(tiles, level)).filter((file) => file.endsWith(".glb"));
-        const sizes = own.map((file) => statSync(path.join(tiles, level, file)).size);
-        levels.push([`${name} ${level}`, String(own.length), (sizes.reduce((sum, size) => sum + size, 0) / 1000).toFixed(0),
-          (Math.max(...sizes) / 1000).toFixed(0)]);
-      }
-      const middle = folders.filter(Number).map(Number).sort((a, b) => a - b).at(-1); // the finest level
-      const files = {};
-      for (const kind of ["meshopt", "draco", "none"]) {
-        files[kind] = path.join(folder, `${name}-${kind}.glb`);
-        await measure("kdstream-store", "export", store, files[kind], "--format", "glb", "--level", String(middle), "--compression", kind, "--quiet");
-      }
-      const kilobytes = (file) => (statSync(file).size / 1000).toFixed(0);
-      if (gltfpack) {
-        // as many bits a coordinate
-        const packed = path.join(folder, `${name}-packed.glb`);
-        const { status } = spawnSync(gltfpack, ["-i", files.none, "-o", packed, "-c", "-vp", "16"], { stdio: "ignore" });
-        peers.push([`${name} ${middle}`, kilobytes(files.meshopt), kilobytes(files.draco), status === 0 ? kilobytes(packed) : "-", kilobytes(files.none)]);
-      } else {
-        peers.push([`${name} ${middle}`, kilobytes(files.meshopt), kilobytes(files.draco), "-", kilobytes(files.none)]);
-      }
-      Object.values(files).forEach((file) => rmSync(file));
+      bars.push([`${name}: seconds of the export over those of the build`, cost.seconds / built.seconds, 2]);
     }
-    rmSync(tiles, { recursive: true });
+    if (compression !== "none") {
+      const checked = await checkTileset(programs, store, tiles, Math.ceil(files.length / mostValidated));
+      bars.push([`${name}, ${compression}: wrong tiles (${checked.validated} of ${checked.tiles} validated and decoded)`, checked.wrong.length, 0]);
+      checked.wrong.slice(0, 5).forEach((line) => console.error(line));
+      for (const [level, { tiles: count, triangles, bytes }] of compression === "meshopt" ? checked.levels : []) {
+        levels.push([`${name} ${level}`, String(count), String(triangles), kilobytes(bytes)]);
+      }
+    }
   }
+  if (tilesets.none && gltfpack) {
+    const { tiles, ours, theirs, floats } = comparePacked(tilesets.meshopt, tilesets.none, gltfpack);
+    peers.push([name, String(tiles), kilobytes(ours), kilobytes(theirs), kilobytes(floats)]);
+  }
+  if (mesh === meshes[0]) {
+    const own = ownViews();
+    const rows = (await measureBytes(programs, store, tilesets.meshopt)).map(({ zoom, first, few, settled, bytes, triangles }) =>
+      [`zoom ${zoom}`, kilobytes(first), few < Infinity ? kilobytes(few) : "never", own(zoom).few, `${(100 * settled).toFixed(2)} %`, own(zoom).settled,
+        kilobytes(bytes), own(zoom).bytes, String(triangles)]);
+    print(`${name} in 3d-tiles-renderer, an error of 1 pixel: kB, the most of 2 directions; ours: kept medians of ./dev bench view`,
+      ["", "first picture", "until 5 % wrong", "ours", "wrong in the end", "ours in the end", "all kB", "all of ours", "triangles"], rows);
+  }
+  if (mesh === meshes.at(-1)) {
+    const most = await flyOver(tilesets.meshopt, cache);
+    print(`A flight over ${name} in 3d-tiles-renderer with a cache of ${cache} MB: largest MB`,
+      ["", "heap", "buffers", "heap and buffers", "the page's process", "cache", "triangles", "fetched"],
+      [[name, megabytes(most.heap), megabytes(most.buffers), megabytes(most.both), megabytes(most.process), megabytes(most.cached), String(most.triangles), megabytes(most.bytes)]]);
+    bars.push([`${name}: MB of JavaScript's heap and its buffers in flight`, most.both / 1e6, 300]);
+  }
+  Object.values(tilesets).forEach((tiles) => rmSync(tiles, { recursive: true }));
   rmSync(store);
 }
 print("Writing a tileset beside the build (bar: at most 2 times its seconds)", ["model, what", "seconds", "of the build", "peak MB", "tiles", "MB"], costs);
-print("Tiles of each level, by meshopt", ["model and level", "tiles", "kB", "largest kB"], levels);
-print(`The finest level as one file, kB${gltfpack ? "" : " (gltfpack is not installed)"}`, ["model and level", "meshopt", "draco", "gltfpack -c", "floats"], peers);
+print("Tiles of each level, by meshopt; triangles without skirts", ["model and level", "tiles", "triangles", "kB"], levels);
+if (gltfpack) {
+  print("Tiles beside the same ones by gltfpack -c -vp 16 (npm), kB", ["model", "tiles", "meshopt", "gltfpack", "floats"], peers);
+}
+console.log("");
+bars.forEach((each) => bar(...each));
+process.exitCode = misses > 0 ? 1 : 0;

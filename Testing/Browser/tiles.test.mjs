@@ -48,8 +48,10 @@ async function check(folder, model) {
     }
     const report = await validator.validateBytes(new Uint8Array(readFileSync(join(folder, tile.content))), { maxIssues: 0 });
     assert.equal(report.issues.numErrors + report.issues.numWarnings, 0, `${tile.content}: ${JSON.stringify(report.issues.messages)}`);
-    const { primitives } = await readTile(join(folder, tile.content));
-    for (const { positions, indices, isSkirt } of primitives) {
+    const { gltf, primitives } = await readTile(join(folder, tile.content));
+    for (const [p, { positions, indices, isSkirt }] of primitives.entries()) {
+      const { doubleSided } = gltf.materials[gltf.meshes[0].primitives[p].material];
+      assert.equal(doubleSided, !isSkirt, "only skirts have one side: their backs would be dark points on borders");
       assert.ok(positions.every((point) => inside(point, tile.box)), `${tile.content} lies in its box`);
       const level = levelOf(tile.content);
       if (!isSkirt) {
@@ -253,7 +255,7 @@ window.drawTiles = async (urls, transform, directions, sphere, { skirts = true, 
     tile.traverse((mesh) => {
       mesh.visible = skirts || mesh.geometry?.userData.skirt !== true;
       if (mesh.material) {
-        mesh.material.side = bothSides ? THREE.DoubleSide : THREE.FrontSide;
+        mesh.material.side = bothSides && !mesh.geometry.userData.skirt ? THREE.DoubleSide : THREE.FrontSide;
       }
     });
     placed.add(tile);

@@ -773,7 +773,7 @@ private:
     this->PutMatrix(json);
     json.EndObject().EndArray();
     this->PutMesh(json);
-    this->PutMaterial(json);
+    this->PutMaterials(json);
     this->PutAccessors(json);
     this->PutViews(json);
     json.EndObject();
@@ -875,7 +875,7 @@ private:
     {
       json.Member("mode", 0);
     }
-    json.Member("material", 0);
+    json.Member("material", primitive.isSkirt ? 1 : 0);
     this->PutExtensionsOf(json, primitive);
     if (primitive.isSkirt)
     {
@@ -919,9 +919,9 @@ private:
     json.EndArray().EndObject().EndArray();
   }
 
-  void PutMaterial(JsonWriter& json) const
+  void PutMaterial(JsonWriter& json, bool doubleSided) const
   {
-    json.Key("materials").BeginArray().BeginObject().Key("pbrMetallicRoughness").BeginObject();
+    json.BeginObject().Key("pbrMetallicRoughness").BeginObject();
     if (this->Picture)
     {
       json.Key("baseColorTexture").BeginObject().Member("index", 0).EndObject();
@@ -938,7 +938,20 @@ private:
     {
       json.Member("alphaMode", "BLEND");
     }
-    json.Member("doubleSided", true).EndObject().EndArray();
+    json.Member("doubleSided", doubleSided).EndObject();
+  }
+
+  // Skirts have one side. Clients turn the normals of a back, so that of a skirt would be a dark
+  // point in each pixel of a border that neither tile covers.
+  void PutMaterials(JsonWriter& json) const
+  {
+    json.Key("materials").BeginArray();
+    this->PutMaterial(json, true);
+    if (!this->Under.empty())
+    {
+      this->PutMaterial(json, false);
+    }
+    json.EndArray();
     if (!this->Picture)
     {
       return;
