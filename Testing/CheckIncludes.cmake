@@ -110,6 +110,7 @@ check(filters/texture FLAT filters/files filters/codec filters/meshio filters/me
 check(filters/texture/levels filters/texture filters/codec ${core})
 check(filters/model filters/codec ${core})
 check(filters/protocol filters/model ${core})
+check(filters/tiles filters/protocol filters/model filters/codec ${core})
 check(filters/page filters/protocol filters/model filters/codec ${core})
 check(filters/store filters/files filters/protocol filters/model filters/codec ${core})
 
@@ -125,7 +126,7 @@ check(filters/build filters/store filters/model filters/codec filters/meshio ${c
 check(filters/baselines/stores filters/baselines filters/build ${core} ${outofcore})
 check(filters/ranks VTK filters/core)
 check(filters/Parallel VTK filters/ranks filters/build filters/store filters/model filters/codec filters/meshio ${core} ${outofcore})
-check(filters/app filters/files filters/baselines/stores filters/protocol filters/Parallel filters/build filters/convert/ForeignMesh.h filters/convert/Reconstruct.h filters/page filters/program filters/texture filters/texture/levels
+check(filters/app filters/files filters/baselines/stores filters/protocol filters/Parallel filters/build filters/convert/ForeignMesh.h filters/convert/Reconstruct.h filters/page filters/program filters/texture filters/texture/levels filters/tiles
   filters/store filters/model filters/codec filters/meshio ${core} ${outofcore})
 check(filters/adapter VTK filters/ranks ${core})
 check(filters/IO VTK filters/adapter filters/ranks filters/Parallel filters/build filters/store filters/model filters/codec filters/meshio ${core} ${outofcore})
@@ -137,7 +138,8 @@ check(filters/PointCloud VTK filters/adapter ${core})
 check(server/access filters/protocol filters/store filters/model filters/core)
 check(server/session server/access filters/protocol filters/store filters/model filters/codec ${core})
 check(server/pages server/session filters/page filters/protocol filters/model ${core})
-check(server/http server/pages filters/page server/session server/access filters/protocol filters/model ${core})
+check(server/tiles server/session filters/tiles filters/store filters/protocol filters/model filters/codec ${core})
+check(server/http server/pages server/tiles filters/page server/session server/access filters/protocol filters/model ${core})
 check(server/app filters/page server/http server/session server/access filters/protocol filters/program filters/store filters/model ${core})
 check(viewer/session/section viewer/session/Camera.h viewer/session/Picker.h filters/model ${core})
 check(viewer/session/look viewer/session/Geometry.h filters/model ${core})

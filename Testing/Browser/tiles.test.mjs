@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-store export --format 3dtiles, held against clients of other people: Khronos' validator, npm's meshoptimizer, and
-// 3d-tiles-renderer with three.js in Chromium.
+// kdstream-store export --format 3dtiles, and the tileset that kdstream-serve makes, held against clients of other people: Khronos'
+// validator, npm's meshoptimizer, and 3d-tiles-renderer with three.js in Chromium.
 
 import assert from "node:assert/strict";
 import { once } from "node:events";
@@ -10,7 +10,7 @@ import { extname, join } from "node:path";
 import { after, before, test } from "node:test";
 import { fileURLToPath } from "node:url";
 import validator from "gltf-validator";
-import { buildStore, launchBrowser, makeModels, runProgram, temporaryFolder } from "./harness.mjs";
+import { Server, buildStore, launchBrowser, makeModels, runProgram, temporaryFolder } from "./harness.mjs";
 import { difference } from "./pixels.mjs";
 import { PointFinder, allTiles, readObj, readTile, readTileset } from "./tileset.mjs";
 import { PNG } from "pngjs";
@@ -357,6 +357,13 @@ test("textured tiles show their pictures", async () => {
   keep("statue", shown);
   keep("statue-whole", whole);
   assert.ok(difference(shown, whole) < 0.02, String(difference(shown, whole)));
+
+  // A server of another origin makes the same tiles on request.
+  const server = await Server.start(models, { more: ["--allow-origin", url.slice(0, -1)] });
+  const served = await draw("drawTileset", `${server.url}/api/models/statue/3dtiles/tileset.json`, [0.5, 0.4, 1], sphere, 0);
+  keep("statue-served", served);
+  assert.ok(difference(served, shown) < 0.001, String(difference(served, shown)));
+  await server.stop();
 });
 
 // A cut through the tree of tiles, not finer than a level.

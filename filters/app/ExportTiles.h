@@ -3,25 +3,16 @@
 // export --format 3dtiles and glb.
 #pragma once
 
-#include "filters/app/GlobePlace.h"
-#include "filters/app/TileGlb.h"
 #include "filters/core/Execution.h"
 #include "filters/core/Result.h"
 #include "filters/store/Store.h"
+#include "filters/tiles/TileTree.h"
 
 #include <cstdint>
 #include <filesystem>
-#include <optional>
 
 namespace kdstream
 {
-
-struct TilesOptions
-{
-  TileCompression compression = TileCompression::Meshopt;
-  bool normals = true;
-  std::optional<GlobePlace> origin; // where the model's (0, 0, 0) stands; none: on no globe
-};
 
 struct TilesReport
 {

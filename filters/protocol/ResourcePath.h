@@ -9,12 +9,16 @@
 //   /api/models/{id}/{digest}/partitions/{p}        a partition of the original
 //   /api/models/{id}/{digest}/textures/{p}          its texture
 //   /api/models/{id}/{digest}/level-textures/{d}/{node}  that of a piece of level d
+//   /api/models/{id}/3dtiles/tileset.json           its tileset of 3D Tiles
+//   /api/models/{id}/3dtiles/{version}/{tile}       a file that the tileset names (TileName.h)
 //
-// The content of a blob's path never changes: another build of the model has another digest.
+// The content of a blob's path never changes: another build of the model has another digest. So has
+// a tile's: the version covers what is said of the model, too.
 #pragma once
 
 #include "filters/core/Result.h"
 #include "filters/protocol/BlobId.h"
+#include "filters/protocol/TileName.h"
 
 #include <string>
 #include <string_view>
@@ -40,18 +44,21 @@ struct ResourcePath
     ModelList,
     Model,
     Notes,
-    Blob
+    Blob,
+    Tile
   };
   Kind kind = Kind::ModelList;
-  std::string model;  // of Model, Notes and Blob
-  std::string digest; // of Blob
+  std::string model;  // of all but the list
+  std::string digest; // of Blob; of Tile the version, empty of the root
   BlobId blob;        // of Blob
+  TileName tile;      // of Tile
 };
 
 inline constexpr std::string_view modelListPath = "/api/models.json";
 // REQUIRES: IsModelId(model), IsDigest(digest), IsValid(blob).
 std::string ModelPath(std::string_view model);
 std::string NotesPath(std::string_view model);
+std::string TilesetPath(std::string_view model);
 std::string BlobPath(std::string_view model, std::string_view digest, const BlobId& blob);
 
 // Parses the path of a URL, without query and fragment. Percent-encoding is not decoded: no path of

@@ -72,7 +72,8 @@ void Metrics::CountRequest(unsigned status)
   }
 }
 
-std::string Metrics::Text(const CacheUse& memory, std::uint64_t lostLines) const
+std::string Metrics::Text(
+  const CacheUse& memory, std::uint64_t lostLines, const CacheUse& tiles) const
 {
   std::string text;
   Put(text, "kdstream_requests_total", "counter", "HTTP requests answered, by status.");
@@ -109,6 +110,12 @@ std::string Metrics::Text(const CacheUse& memory, std::uint64_t lostLines) const
   Put(text, "kdstream_cache_hits_total", "counter", "Blobs found in memory.", memory.hits);
   Put(text, "kdstream_cache_misses_total", "counter", "Blobs read from a store.", memory.misses);
   Put(text, "kdstream_cache_bytes", "gauge", "Bytes of the blobs in memory.", memory.bytes);
+  Put(
+    text, "kdstream_tile_hits_total", "counter", "Files of tilesets found in memory.", tiles.hits);
+  Put(text, "kdstream_tile_misses_total", "counter", "Files of tilesets that were made.",
+    tiles.misses);
+  Put(text, "kdstream_tile_bytes", "gauge", "Bytes of the tiles and tilesets in memory.",
+    tiles.bytes);
   const std::uint64_t begun = this->Begun;
   const std::uint64_t queued = this->Queued;
   Put(text, "kdstream_reader_queue", "gauge", "Requests waiting for a reader.",

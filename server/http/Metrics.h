@@ -103,8 +103,9 @@ public:
   void CountFirstBlob(std::chrono::steady_clock::duration time) { this->FirstBlobs.Count(time); }
   void CountLastBlob(std::chrono::steady_clock::duration time) { this->LastBlobs.Count(time); }
 
-  // lostLines: of the server's logs.
-  std::string Text(const CacheUse& memory, std::uint64_t lostLines = 0) const;
+  // lostLines: of the server's logs. tiles: of 3D Tiles.
+  std::string Text(
+    const CacheUse& memory, std::uint64_t lostLines = 0, const CacheUse& tiles = {}) const;
 
 private:
   using Counter = std::atomic<std::uint64_t>;

@@ -27,19 +27,28 @@ constexpr const char* revalidate = "no-cache";
 constexpr const char* revalidatePrivate = "private, no-cache";
 constexpr const char* immutable = "public, max-age=31536000, immutable";
 constexpr const char* immutablePrivate = "private, max-age=31536000, immutable";
+// Raised when tiles of the same model become other bytes.
+constexpr std::uint64_t tilesFormat = 1;
+
 BlobBytes Bytes(std::string_view text)
 {
   return std::make_shared<const std::vector<std::uint8_t>>(text.begin(), text.end());
 }
 
+// 32 hexadecimal digits of the content.
+std::string HashOf(const std::vector<std::uint8_t>& bytes, std::uint64_t seed = 0)
+{
+  const XXH128_hash_t hash = XXH3_128bits_withSeed(bytes.data(), bytes.size(), seed);
+  char text[40];
+  std::snprintf(text, sizeof text, "%016llx%016llx", static_cast<unsigned long long>(hash.high64),
+    static_cast<unsigned long long>(hash.low64));
+  return text;
+}
+
 // A strong ETag from the content itself.
 std::string TagOf(const std::vector<std::uint8_t>& bytes)
 {
-  const XXH128_hash_t hash = XXH3_128bits(bytes.data(), bytes.size());
-  char tag[40];
-  std::snprintf(tag, sizeof tag, "\"%016llx%016llx\"", static_cast<unsigned long long>(hash.high64),
-    static_cast<unsigned long long>(hash.low64));
-  return tag;
+  return "\"" + HashOf(bytes) + "\"";
 }
 
 HttpResponse Whole(unsigned status, std::string_view contentType, BlobBytes body)
@@ -64,6 +73,11 @@ HttpResponse NoStore(unsigned status, std::string_view contentType, std::string_
 std::string TagOfBlob(std::string_view digest, const std::string& name)
 {
   return "\"" + std::string(digest) + "/" + name + "\"";
+}
+
+std::string AnotherTileset(const std::string& model)
+{
+  return model + " has changed: read its tileset.json again";
 }
 
 std::string_view PathOf(std::string_view target)
@@ -147,6 +161,18 @@ struct Routes::AskedBlob
   std::string name, tag;
   bool isCounted = false;
   bool isKnown = false; // no byte of it is sent: the client has it, or asks for only the head
+};
+
+// A file of a model's tileset that a client may have.
+struct Routes::AskedTile
+{
+  std::shared_ptr<const ServedModel> model;
+  protocol::BlobId piece; // that it shows; of a tileset its root
+  Permission permission;
+  TileKeeper::Wanted wanted;
+  std::string name, tag;
+  bool isCounted = false;
+  bool isKnown = false; // the client has it
 };
 
 // What must be read for it is changed after it has been read.
@@ -326,7 +352,7 @@ std::optional<HttpResponse> Routes::AnswerOwn(std::string_view path, bool metric
   {
     const auto lost = this->Options.lostLines ? this->Options.lostLines() : 0;
     return NoStore(200, "text/plain; version=0.0.4; charset=utf-8",
-      this->Counters.Text(this->Models.Memory(), lost));
+      this->Counters.Text(this->Models.Memory(), lost, this->Tiles.Use()));
   }
   return std::nullopt;
 }
@@ -407,6 +433,10 @@ Routes::Found Routes::FindOfModels(
     reading.Read = [this, request, id = resource.model](bool)
     { return this->AnswerNotes(request, id); };
     return reading;
+  }
+  if (resource.kind == protocol::ResourcePath::Kind::Tile)
+  {
+    return this->FindTile(request, resource, std::move(model), std::move(*permission));
   }
   AskedBlob asked{ this->Models.FindDigest(resource.model, resource.digest), resource.blob,
     std::move(*permission), protocol::BlobName(resource.blob), {} };
@@ -542,6 +572,136 @@ HttpResponse Routes::AnswerWhole(const HttpRequest& request, const AskedBlob& as
     asked.tag, this->Options.guard ? immutablePrivate : immutable);
   response.length = response.status == 200 ? length : 0;
   return Ranged(request, std::move(response));
+}
+
+// A tile counts as its piece: the original's tiles as its partitions.
+Routes::Found Routes::FindTile(const HttpRequest& request, const protocol::ResourcePath& resource,
+  std::shared_ptr<const ServedModel> model, Permission permission) const
+{
+  const auto& description = model->Description();
+  // Of all that is said of it: a unit, say, is in the tiles but not in the digest.
+  const std::string version = HashOf(*model->Json(), tilesFormat);
+  if (!resource.tile.isRoot && resource.digest != version)
+  {
+    return this->Failure(410, AnotherTileset(description.id));
+  }
+  const auto piece = PieceOfTile(description, resource.tile);
+  if (!piece)
+  {
+    const Error& error = piece.GetError();
+    return this->Failure(error.code == ErrorCode::Unsupported ? 501 : 404, error.message);
+  }
+  if (const auto refused = permission.RefuseBlob(description, *piece))
+  {
+    return this->Forbidden(*refused);
+  }
+  AskedTile asked;
+  asked.model = std::move(model);
+  asked.piece = *piece;
+  asked.permission = std::move(permission);
+  asked.wanted.version = version;
+  asked.wanted.tile = resource.tile;
+  asked.name = "tile " + protocol::NameOfTile(resource.tile);
+  asked.tag = TagOfBlob(version, protocol::NameOfTile(resource.tile));
+  if (resource.tile.isTileset)
+  {
+    asked.name = "tileset " + protocol::NameOfTile(resource.tile);
+    asked.wanted.detail = asked.permission.Detail();
+    asked.tag = TagOfBlob(version,
+      protocol::NameOfTile(resource.tile) + "/" + std::string(NameOf(asked.wanted.detail)));
+  }
+  asked.isCounted = !resource.tile.isTileset && asked.permission.IsCounted(*piece);
+  asked.isKnown = NamesTag(request.ifNoneMatch, asked.tag);
+  const bool mayCount = asked.isCounted && !asked.isKnown && request.method != "HEAD";
+  if (!mayCount && asked.model->LooksUnchanged() == true)
+  {
+    if (const auto bytes = this->Tiles.Find(asked.wanted))
+    {
+      return this->AnswerTile(request, asked, bytes);
+    }
+  }
+  Reading reading;
+  // Whatever counts is made by readers first, and only then taken of the quota.
+  reading.counts = mayCount ? Counts::Perhaps : Counts::No;
+  // All tiles of all models are one source, so that half of the readers at most make them. One
+  // reader makes the tilesets of a detail, the first of which takes long.
+  reading.source = &this->Tiles;
+  reading.part = version + "/" +
+                 (resource.tile.isTileset ? std::string(NameOf(asked.wanted.detail))
+                                          : protocol::NameOfTile(resource.tile));
+  reading.Read = [this, request, asked = std::move(asked)](bool counts)
+  { return this->ReadTile(request, asked, counts); };
+  return reading;
+}
+
+// Nothing where it counts and may not; but then it has been made.
+std::optional<HttpResponse> Routes::ReadTile(
+  const HttpRequest& request, const AskedTile& asked, bool mayCount) const
+{
+  const auto& description = asked.model->Description();
+  const auto refuse = [&](const Error& error)
+  {
+    auto refusal = RefusePart(description.id, asked.name, error);
+    if (refusal.IsFailure())
+    {
+      this->Counters.CountFailedBlob();
+    }
+    return this->Failure(
+      refusal.status, refusal.status == 410 ? AnotherTileset(description.id) : refusal.message);
+  };
+  if (const auto ended = asked.permission.RefuseAll()) // since it was found
+  {
+    return this->Forbidden(*ended);
+  }
+  if (const auto unchanged = asked.model->CheckUnchanged(); !unchanged)
+  {
+    const auto refusal = RefuseModel(description.id, unchanged.GetError());
+    return asked.wanted.tile.isRoot ? this->Failure(refusal.status, refusal.message)
+                                    : refuse(unchanged.GetError());
+  }
+  if (asked.isKnown)
+  {
+    return this->AnswerTile(request, asked, Bytes({}));
+  }
+  const auto bytes = this->Tiles.Get(*asked.model, asked.wanted);
+  if (!bytes)
+  {
+    return refuse(bytes.GetError());
+  }
+  if (asked.isCounted && request.method != "HEAD")
+  {
+    if (!mayCount)
+    {
+      return std::nullopt;
+    }
+    std::uint64_t taken = 0;
+    for (const auto& blob : { asked.piece, protocol::BlobId::Texture(asked.piece.number) })
+    {
+      const bool isThere = blob == asked.piece || description.textures;
+      const auto size = isThere ? asked.model->BlobSize(blob) : Result<std::uint64_t>(0);
+      if (!size)
+      {
+        return refuse(size.GetError());
+      }
+      taken += *size;
+    }
+    if (const auto over = asked.permission.TakePartition(description, asked.piece.number, taken))
+    {
+      return this->Failure(over->status, over->message, over->retryAfter);
+    }
+  }
+  return this->AnswerTile(request, asked, *bytes);
+}
+
+HttpResponse Routes::AnswerTile(
+  const HttpRequest& request, const AskedTile& asked, const BlobBytes& bytes) const
+{
+  const auto& tile = asked.wanted.tile;
+  const bool isGuarded = this->Options.guard != nullptr;
+  const char* const keep = tile.isRoot ? (isGuarded ? revalidatePrivate : revalidate)
+                                       : (isGuarded ? immutablePrivate : immutable);
+  return Cacheable(
+    request, tile.isTileset ? "application/json" : "model/gltf-binary", bytes, asked.tag, keep);
 }
 
 // The models that the client may have.

@@ -10,6 +10,7 @@
 #include "server/pages/ModelPages.h"
 #include "server/session/Catalog.h"
 #include "server/session/Permission.h"
+#include "server/tiles/TileKeeper.h"
 
 #include <chrono>
 #include <functional>
@@ -93,6 +94,7 @@ public:
 private:
   using Found = std::variant<HttpResponse, Reading>;
   struct AskedBlob;
+  struct AskedTile;
   Found Route(const HttpRequest& request, std::string_view path) const;
   Found FindApi(const HttpRequest& request, std::string_view path) const;
   std::optional<HttpResponse> RefuseMisuse(const HttpRequest& request) const;
@@ -109,6 +111,12 @@ private:
     const HttpRequest& request, const AskedBlob& asked, bool mayCount) const;
   HttpResponse AnswerWhole(const HttpRequest& request, const AskedBlob& asked,
     const BlobBytes& bytes, std::size_t length) const;
+  Found FindTile(const HttpRequest& request, const protocol::ResourcePath& resource,
+    std::shared_ptr<const ServedModel> model, Permission permission) const;
+  std::optional<HttpResponse> ReadTile(
+    const HttpRequest& request, const AskedTile& asked, bool mayCount) const;
+  HttpResponse AnswerTile(
+    const HttpRequest& request, const AskedTile& asked, const BlobBytes& bytes) const;
   Found FindFile(const HttpRequest& request, std::string_view path) const;
   HttpResponse ReadFile(const HttpRequest& request, const std::string& path, bool gzip) const;
   HttpResponse AnswerFile(const HttpRequest& request, const StaticFile& file) const;
@@ -127,6 +135,7 @@ private:
   Metrics& Counters;
   RouteOptions Options;
   PictureKeeper Pictures;
+  TileKeeper Tiles;
 };
 
 }

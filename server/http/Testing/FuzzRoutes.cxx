@@ -2,8 +2,8 @@
 // libFuzzer's entry to the code above Beast: the bytes of a connection become requests, and these
 // are answered as in a server, once without and once with tokens, from real stores and files. Input
 // that begins with "PROXY", or the signature of its second version, goes through the reader of a
-// proxy's header first. DIGEST is replaced by that of the model tetrahedron, so that its blobs are
-// found.
+// proxy's header first. DIGEST is replaced by that of the model tetrahedron, and VERSION by that of
+// its tileset, so that its blobs and tiles are found.
 //
 // For any input an answer is valid HTTP: it lies within its source, no field breaks its line, an
 // answer given at once equals the one given later, and without a token nothing of a model is sent.
@@ -175,15 +175,33 @@ void Answer(const ParsedRequest& parsed)
   }
 }
 
+void ReplaceAll(std::string& text, std::string_view name, const std::string& by)
+{
+  for (auto at = text.find(name); at != std::string::npos; at = text.find(name, at))
+  {
+    text.replace(at, name.size(), by);
+  }
+}
+
+// Of the tetrahedron's tileset, which refers to its tiles by it.
+std::string VersionOfTileset()
+{
+  const auto root = kdstream::Answer(
+    *TheSite().Open, { "GET", "/api/models/tetrahedron/3dtiles/tileset.json", "", "", "" });
+  Require(root.status == 200 && root.body, "no tileset");
+  const std::string text(root.body->begin(), root.body->end());
+  const auto at = text.find("\"uri\":\"");
+  Require(at != std::string::npos, "a tileset without tiles");
+  return text.substr(at + 7, 32);
+}
+
 std::string WithDigest(std::string_view bytes)
 {
   static const std::string digest = TheSite().Catalog.Find("tetrahedron")->Description().digest;
-  constexpr std::string_view name = "DIGEST";
+  static const std::string version = VersionOfTileset();
   std::string text(bytes);
-  for (auto at = text.find(name); at != std::string::npos; at = text.find(name, at))
-  {
-    text.replace(at, name.size(), digest);
-  }
+  ReplaceAll(text, "DIGEST", digest);
+  ReplaceAll(text, "VERSION", version);
   return text;
 }
 

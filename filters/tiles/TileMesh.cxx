@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps: 1. whose triangles are whose  2. those that are shown  3. skirts: lowered copies of the
 // neighbours' triangles, and bands from outer edges  4. what the vertices carry.
-#include "filters/app/TileMesh.h"
+#include "filters/tiles/TileMesh.h"
 
 #include "filters/core/BitCast.h"
 #include "filters/core/VectorMath.h"
@@ -19,7 +19,7 @@ namespace kdstream
 namespace
 {
 
-using Corners = std::array<PictureCoordinate, 3>;
+using Corners = std::array<PicturePlace, 3>;
 
 const Attribute* FindTileArray(std::span<const Attribute> attributes, AttributeRole role)
 {
@@ -40,7 +40,7 @@ struct TileCorner
 {
   std::uint32_t vertex = 0; // of the piece
   bool lowered = false;
-  PictureCoordinate place{};
+  PicturePlace place{};
 };
 
 struct TileCornerHash
@@ -152,6 +152,14 @@ std::vector<Vec3> SumsOf(const Piece& piece, std::span<const BorderNormal> borde
   return sums;
 }
 
+// Keys ascend from piece to piece: the lowest owner has the lowest key.
+bool ShowsTriangle(const Piece& piece, const Triangle& triangle)
+{
+  return *std::min_element(triangle.begin(), triangle.end(),
+           [&piece](VertexId a, VertexId b)
+           { return piece.keys[a] < piece.keys[b]; }) < piece.ownVertices;
+}
+
 class TileCut
 {
 public:
@@ -176,7 +184,7 @@ public:
     std::vector<std::size_t> shown, others;
     for (std::size_t t = 0; t < this->From.triangles.size(); ++t)
     {
-      (this->IsShown(this->From.triangles[t]) ? shown : others).push_back(t);
+      (ShowsTriangle(this->From, this->From.triangles[t]) ? shown : others).push_back(t);
     }
     if (shown.empty())
     {
@@ -202,14 +210,7 @@ public:
 private:
   bool IsOwn(VertexId v) const { return v < this->From.ownVertices; }
 
-  // Keys ascend from piece to piece: the lowest owner has the lowest key.
-  bool IsShown(const Triangle& triangle) const
-  {
-    return this->IsOwn(*std::min_element(triangle.begin(), triangle.end(),
-      [this](VertexId a, VertexId b) { return this->From.keys[a] < this->From.keys[b]; }));
-  }
-
-  PictureCoordinate PlaceOf(std::size_t t, std::size_t k) const
+  PicturePlace PlaceOf(std::size_t t, std::size_t k) const
   {
     if (!this->Texture)
     {
@@ -290,7 +291,7 @@ private:
         {
           continue;
         }
-        const PictureCoordinate placeP = this->PlaceOf(t, k), placeQ = this->PlaceOf(t, next);
+        const PicturePlace placeP = this->PlaceOf(t, k), placeQ = this->PlaceOf(t, next);
         const VertexId upperP = this->Number({ p, false, placeP });
         const VertexId upperQ = this->Number({ q, false, placeQ });
         const VertexId lowerP = this->Number({ p, !ownP, placeP });
@@ -364,6 +365,12 @@ std::vector<BorderNormal> BorderNormalsOf(const Piece& piece)
 TileMesh CutTileMesh(const Piece& piece, const TextureTile* texture, const TileMeshOptions& options)
 {
   return TileCut(piece, texture, options).Cut();
+}
+
+bool ShowsTriangles(const Piece& piece)
+{
+  return std::any_of(piece.triangles.begin(), piece.triangles.end(),
+    [&piece](const Triangle& triangle) { return ShowsTriangle(piece, triangle); });
 }
 
 TileMesh WholeTileMesh(const Mesh& mesh, bool normals)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where a model stands on the globe, for kdstream-store export --format 3dtiles.
+// Where a tileset stands on the globe.
 #pragma once
 
 #include "filters/core/Types.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "filters/app/GlobePlace.h"
+#include "filters/tiles/GlobePlace.h"
 
 #include <algorithm>
 #include <charconv>

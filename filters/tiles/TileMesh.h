@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a tile of other viewers' formats shows of one piece: for kdstream-store export --format
-// 3dtiles and glb.
+// What a tile of other viewers' formats shows of one piece: for tilesets of 3D Tiles, exported and
+// served, and for single .glb files.
 #pragma once
 
 #include "filters/codec/TextureTile.h"
@@ -8,7 +8,6 @@
 #include "filters/core/Result.h"
 #include "filters/core/Types.h"
 #include "filters/core/pieces/Piece.h"
-#include "filters/texture/TexturedMesh.h"
 
 #include <array>
 #include <cstdint>
@@ -32,13 +31,15 @@ bool IsTileArray(const AttributeInfo& array);
 // Whether floats hold all of its values.
 bool IsExactInTiles(const AttributeInfo& array);
 
+using PicturePlace = std::array<float, 2>;
+
 // A mesh that carries everything in its vertices, as graphics cards take them.
 struct TileMesh
 {
   std::vector<Vec3> points;
   std::vector<Vec3> normals;                       // of length 1; empty: none
   std::vector<std::array<std::uint8_t, 4>> colors; // sRGB; empty: none
-  std::vector<PictureCoordinate> places; // in the picture, 0-1, from its upper left; empty: none
+  std::vector<PicturePlace> places; // in the picture, 0-1, from its upper left; empty: none
   std::vector<TileArray> arrays;
   std::vector<Triangle> triangles;   // none: a cloud
   std::vector<Triangle> skirts;      // close gaps to neighbours of another level
@@ -77,6 +78,9 @@ struct TileMeshOptions
 // the triangles around a vertex. REQUIRES: a checked piece, and its texture.
 TileMesh CutTileMesh(
   const Piece& piece, const TextureTile* texture, const TileMeshOptions& options);
+
+// Whether CutTileMesh makes triangles of a piece. O(size).
+bool ShowsTriangles(const Piece& piece);
 
 // All of a mesh, without skirts. REQUIRES: as many tuples as points; triangles of its points.
 TileMesh WholeTileMesh(const Mesh& mesh, bool normals);

@@ -2,7 +2,7 @@
 // Steps: 1. triangles in an order that compresses well, vertices in the order of their use
 // 2. vertices as numbers of few bits  3. each array compressed  4. the JSON that tells where all
 // that lies.
-#include "filters/app/TileGlb.h"
+#include "filters/tiles/TileGlb.h"
 
 #include "filters/core/Light.h"
 #include "filters/core/VectorMath.h"

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A tile as the bytes of a .glb, small for the network: for kdstream-store export --format 3dtiles
-// and glb.
+// A tile as the bytes of a .glb, small for the network.
 #pragma once
 
-#include "filters/app/TileMesh.h"
 #include "filters/core/Result.h"
 #include "filters/core/Types.h"
+#include "filters/tiles/TileMesh.h"
 
 #include <array>
 #include <string>

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The tiles of a model: which there are, how wrong each is, where it lies, what it shows, and the
+// tilesets that name them. Layout: doc/3dtiles.md. kdstream-store exports all of them, a server
+// makes those that are asked for: the same bytes of each .glb.
+//
+// The tree of tiles is that of the nodes: a piece's children are the pieces of the next resolution
+// in its node. So each piece is in one tile, and its children show the same part of the surface.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "filters/core/Types.h"
+#include "filters/core/pieces/Piece.h"
+#include "filters/model/ModelDescription.h"
+#include "filters/protocol/BlobId.h"
+#include "filters/tiles/GlobePlace.h"
+#include "filters/tiles/TileGlb.h"
+#include "filters/tiles/TileMesh.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace kdstream
+{
+
+class JsonWriter;
+
+struct TilesOptions
+{
+  TileCompression compression = TileCompression::Meshopt;
+  bool normals = true;
+  std::optional<GlobePlace> origin; // where the model's (0, 0, 0) stands; none: on no globe
+};
+
+// What tiles are made of. Both functions may be called from any thread.
+struct TileInput
+{
+  std::function<Result<Piece>(PieceId)> readPiece; // checked
+  // Of a page of the tree, or of a texture.
+  std::function<Result<std::vector<std::uint8_t>>(const protocol::BlobId&)> readBlob;
+};
+
+struct TileFacts
+{
+  double error = 0; // model units
+  Box box;          // of what it shows, and of all below; model units
+  bool shows = false;
+  bool stays = false; // it shows something, or one below it does
+};
+
+// The tiles of one resolution.
+struct TileStep
+{
+  Resolution resolution;
+  unsigned depth = 0; // of its nodes
+  std::string folder; // its name
+  std::vector<TileFacts> tiles;
+
+  PieceId PieceOf(std::size_t tile) const
+  {
+    return { this->resolution, (NodeId{ 1 } << this->depth) + static_cast<NodeId>(tile) };
+  }
+};
+
+// The .glb of a tile. One that shows nothing has no bytes.
+struct EncodedTile
+{
+  std::string bytes;
+  Box box;
+};
+
+class TileTree
+{
+public:
+  // Of the resolutions from the preview's level to the finest that `detail` includes. O(tiles), of
+  // which the tree keeps one TileFacts each. REQUIRES: a model with levels.
+  explicit TileTree(const ModelDescription& model, ModelDetail detail = ModelDetail::Regions);
+
+  const std::vector<TileStep>& Steps() const { return this->All; } // coarse to fine
+  // How many tiles there would be.
+  static std::uint64_t CountTiles(const ModelDescription& model, ModelDetail detail);
+
+  // Finds how wrong each tile is, from the pages of the tree, fine to coarse. Errors: of the
+  // source; Damaged.
+  Status FindErrors(const TileInput& source);
+
+  // Whether tiles beside each other would be lit differently along their border.
+  bool NeedsBorders(std::size_t step, const TilesOptions& options) const;
+  // borders: of the step, at least of the owners of the piece's ghosts; ascending. Errors: of the
+  // source; Damaged; those of EncodeTileGlb. REQUIRES: FindErrors.
+  Result<EncodedTile> MakeTile(const TileInput& source, std::size_t step, std::size_t tile,
+    const TilesOptions& options, std::span<const BorderNormal> borders) const;
+  // Encloses what the tile of a piece shows, without making it; empty if it shows nothing.
+  Box ReachOf(const Piece& piece, std::size_t step, std::size_t tile) const;
+
+  // What a tile shows; `box`: empty where it shows nothing. REQUIRES: all below it are placed.
+  void Place(std::size_t step, std::size_t tile, const Box& box);
+
+  // Whether the tiles of a step are the roots of tilesets of their own: the same for each detail.
+  bool BeginsTileset(std::size_t step) const { return BeginsTileset(this->Info, step); }
+  static bool BeginsTileset(const ModelDescription& model, std::size_t step);
+  // The tileset of such a tile. up: from its place to the folder of all tiles: "", "../".
+  // REQUIRES: all tiles are placed.
+  std::string TilesetOf(
+    std::size_t step, std::size_t tile, const TilesOptions& options, const std::string& up) const;
+  // "7/12.glb"
+  static std::string FileOf(const TileStep& step, std::size_t tile, const char* ending)
+  {
+    return step.folder + "/" + std::to_string(tile) + ending;
+  }
+
+private:
+  std::pair<std::size_t, std::size_t> ChildrenOf(std::size_t step, std::size_t tile) const;
+  template <class Visit>
+  Status VisitFacts(const TileInput& source, const Visit& visit) const;
+  TileFrame FrameOf(const TileStep& step) const;
+  double SkirtDepth(std::size_t step, std::size_t tile) const;
+  double ErrorOf(const TileFacts& tile) const { return tile.error * this->Frame.scale; }
+  double Diagonal() const;
+  void PutTile(JsonWriter& json, std::size_t step, std::size_t tile, std::size_t root,
+    const TilesOptions& options, const std::string& up) const;
+  void PutBox(JsonWriter& json, const Box& box) const;
+  void PutTransform(JsonWriter& json, const TilesOptions& options) const;
+
+  ModelDescription Info;
+  TileFrame Frame;
+  std::vector<TileStep> All;
+};
+
+}
