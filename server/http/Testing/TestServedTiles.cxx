@@ -313,7 +313,7 @@ TEST_F(ServedTiles, TilesOfTheOriginalCountAsItsPartitions)
   auto book = QuotaBook::Open(this->folder / "quotas.db", limits);
   ASSERT_TRUE(book) << book.GetError().message;
   this->OpenGuarded(std::make_shared<const PartitionLedger>(
-    *book, [&](const PartitionRecord& record) { taken.push_back(record); }, [] {}));
+    std::move(*book), [&](const PartitionRecord& record) { taken.push_back(record); }, [] {}));
   const auto token = Token("regions");
   EXPECT_EQ(this->Contents(token).size(), all.size()) << "tilesets count nothing";
   EXPECT_EQ(this->Get(all.at("11/0.glb"), token).status, 200u);
