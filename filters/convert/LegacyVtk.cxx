@@ -502,7 +502,8 @@ private:
     return this->Damaged(this->HasVersion5
                            ? "has no OFFSETS after it, as version 5 has, which the first line says"
                            : "has OFFSETS after it, as version 5 has, and the first line says an "
-                             "earlier one");
+                             "earlier one",
+      true); // VTK crashes
   }
 
   // The same of version 5: where each cell begins, then the points of all.

@@ -293,8 +293,11 @@ private:
   // line: 0: none.
   void CountRemark(std::uint64_t line)
   {
-    this->FirstRemark = this->FirstRemark == 0 ? line : this->FirstRemark;
-    this->Remarks += line > 0 ? 1 : 0;
+    if (line > 0)
+    {
+      this->FirstRemark = this->Remarks == 0 ? line : std::min(line, this->FirstRemark);
+      ++this->Remarks;
+    }
   }
 
   // Splits at commas, semicolons and tabs (names may then have blanks and quotes), if this gives
@@ -910,12 +913,15 @@ private:
     }
     if (this->Remarks > 0)
     {
+      const bool isNamesToo = this->Layout && this->OtherNames > 0; // what was taken for names
+      const std::uint64_t lines = this->Remarks + (isNamesToo ? 1 : 0);
       readings.push_back(
-        std::to_string(this->Remarks) +
-        (this->Remarks == 1 ? " line before the points is not a point and is skipped"
-                            : " lines before the points are not points and are "
-                              "skipped; the first") +
-        ": line " + std::to_string(this->FirstRemark));
+        std::to_string(lines) +
+        (lines == 1 ? " line before the points is not a point and is skipped"
+                    : " lines before the points are not points and are skipped; the first") +
+        ": line " +
+        std::to_string(
+          isNamesToo ? std::min(this->FirstRemark, this->OtherNames) : this->FirstRemark));
     }
     if (this->HexColorLine > 0)
     {

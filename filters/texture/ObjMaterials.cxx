@@ -364,8 +364,9 @@ void ObjLibraries::Read(
       understood = ReadKd(rest, *material);
       if (material->ofBytes && !std::exchange(this->ToldBytes, true))
       {
-        this->Found.warnings.push_back(place + ": " + QuotedText("Kd " + std::string(rest)) +
-                                       " is taken for a colour from 0 to 255");
+        this->Found.warnings.push_back(
+          place + ": " + QuotedText("Kd " + std::string(Trimmed(rest, blanksOfNames))) +
+          " is taken for a colour from 0 to 255");
       }
     }
     else if (material && name == "map_kd")

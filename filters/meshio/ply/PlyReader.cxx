@@ -564,7 +564,7 @@ Status PlyReader::CutPolygons(Mesh& mesh)
     mesh.triangles, [&](VertexId vertex) { return this->Places->Get(vertex); });
 }
 
-// Looks at the first points, if they are floats in bytes.
+// Looks at the first points of a cloud of floats in bytes. Of a mesh the indices show the order.
 Status PlyReader::CheckOrder() const
 {
   constexpr std::uint64_t most = 4096;
@@ -574,7 +574,7 @@ Status PlyReader::CheckOrder() const
     [&](std::size_t p) { return vertices.properties[p].type == type; });
   const bool isFloat = type == PlyType::Float32 || type == PlyType::Float64;
   if (this->Header.encoding == PlyEncoding::Ascii || !isOfOne || !isFloat ||
-      this->VertexElement > 0)
+      this->VertexElement > 0 || !this->Faces.empty())
   {
     return {};
   }
