@@ -741,7 +741,7 @@ export const cases = [
   one("an OFF in one line", "a.off", offOf().replaceAll("\n", " "), cube, { isRead: false }),
   one("an OFF in one line behind a byte order mark, CR LF at its end", "a.off", `\ufeff${offOf().replaceAll("\n", " ")}\r\n`, cube, { isRead: false }),
   one("an OFF whose first vertex is behind its numbers", "a.off", offOf().replace("8 6 12\n", "8 6 12 "), cube, { isRead: false }),
-  one("an OFF in one line, with colours", "a.off", offOf("COFF\n", { row: () => "255 0 0" }).replaceAll("\n", " "), cube, { mustRefuse: true, refused: /line 1: .*colours cannot be told from coordinates: write a line for each/ }),
+  one("an OFF in one line, with colours", "a.off", offOf("COFF\n", { row: () => "255 0 0" }).replaceAll("\n", " "), cube, { mustRefuse: true, refused: /line 1: .*colours cannot be reported from coordinates: write a line for each/ }),
   one("an OFF with four counts", "a.off", offOf().replace("8 6 12", "8 6 12 0"), cube, { mustRefuse: true, refused: /line \d: / }),
   // glTF: what contradicts itself.
   one("a glTF with a matrix and another translation", "a.glb", glb([{ mesh: 0, matrix: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 0, 0, 1], translation: [0, 7, 0] }]), { ...cube, box: { low: [4, -1, -1], high: [6, 1, 1] } },
