@@ -176,7 +176,7 @@ test("it is light, and has no list, before there is a picture", async () => {
   assert.equal(await frame.locator("#browser").isVisible(), false);
   await visit.picture("embed-7-early");
   send();
-  await untilTold(visit, "a picture", "ready", "a");
+  await untilEvent(visit, "a picture", "ready", "a");
   await visit.close();
 });
 

@@ -64,8 +64,8 @@ async function pinchThroughLevels(visit, name, finest) {
   return visit.status();
 }
 
-async function walk(name, viewport, elsewhere, detail, screen = {}) {
-  const visit = await Visit.phone(browser, viewport, screen);
+async function walk(name, viewport, elsewhere, detail) {
+  const visit = await Visit.phone(browser, viewport);
   await visit.open(server.url);
   const byView = detail === 0;
 

@@ -739,9 +739,9 @@ export const cases = [
     files: { "a.obj": twoMaterials("p", "q"), "a.mtl": mtl("p", "q").replaceAll("1", "255") } },
   // One line for a whole OFF.
   one("an OFF in one line", "a.off", offOf().replaceAll("\n", " "), cube, { isRead: false }),
-  one("an OFF in one line behind a byte order mark, CR LF at its end", "a.off", `\ufeff${offOf().replaceAll("\n", " ")}\r\n`, cube, { isRead: false }),
-  one("an OFF whose first vertex is behind its numbers", "a.off", offOf().replace("8 6 12\n", "8 6 12 "), cube, { isRead: false }),
-  one("an OFF in one line, with colours", "a.off", offOf("COFF\n", { row: () => "255 0 0" }).replaceAll("\n", " "), cube, { mustRefuse: true, refused: /line 1: .*colours cannot be reported from coordinates: write a line for each/ }),
+  one("an OFF in one line after a byte order mark, CR LF at its end", "a.off", `\ufeff${offOf().replaceAll("\n", " ")}\r\n`, cube, { isRead: false }),
+  one("an OFF whose first vertex is in the line of its numbers", "a.off", offOf().replace("8 6 12\n", "8 6 12 "), cube, { isRead: false }),
+  one("an OFF in one line, with colours", "a.off", offOf("COFF\n", { row: () => "255 0 0" }).replaceAll("\n", " "), cube, { mustRefuse: true, refused: /line 1: .*colours cannot be distinguished from coordinates: write a line for each/ }),
   one("an OFF with four counts", "a.off", offOf().replace("8 6 12", "8 6 12 0"), cube, { mustRefuse: true, refused: /line \d: / }),
   // glTF: what contradicts itself.
   one("a glTF with a matrix and another translation", "a.glb", glb([{ mesh: 0, matrix: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 0, 0, 1], translation: [0, 7, 0] }]), { ...cube, box: { low: [4, -1, -1], high: [6, 1, 1] } },
@@ -756,7 +756,7 @@ export const cases = [
   one("points of a .ptx", "a.txt", ["8", "5", "0 0 0", "1 0 0", "0 1 0", "0 0 1", rowsOf(" ", () => [0.5])].join("\n"), cloud, { mustRefuse: true, refused: /lines 1 and 2 count columns and rows, as Leica's \.ptx does/ }),
   one("points with blanks between thousands", "a.csv", scatter(40).map(([, y, z], i) => `1 0${10 + i};${y};${z}`).join("\n"), cloud, { mustRefuse: true, refused: /line 1: has blanks in the number '1 010': write numbers without them/ }),
   one("points with colours as #c86432", "a.txt", rowsOf(" ", () => ["#c86432"]), { ...cloud, box: boxOfCloud }, { says: /line 1: what follows # is a comment, and looks like a colour/, isRead: false }),
-  one("points by x, with whole numbers behind", "a.pts", Array.from({ length: 40 }, (_, i) => [i / 2, (5 * i) % 11 / 2, (3 * i) % 13 / 4, 7 * i - 100].join(" ")).join("\n"), cloud, { silent: /could be/ }),
+  one("points by x, with whole numbers after the coordinates", "a.pts", Array.from({ length: 40 }, (_, i) => [i / 2, (5 * i) % 11 / 2, (3 * i) % 13 / 4, 7 * i - 100].join(" ")).join("\n"), cloud, { silent: /could be/ }),
   one("atoms", "a.xyz", "3\nwater\nO 0 0 0.117\nH 0 0.757 -0.469\nH 0 -0.757 -0.469\n", cloud, { mustRefuse: true, refused: /line 3: 'O' \(column 1\) is not a number; --columns "- x y z" leaves out what is called -/ }),
-  one("points with several words behind", "a.csv", scatter(40).map((point, i) => [...point, i ? "house old" : "tree no 1"].join(";")).join("\n"), cloud, { mustRefuse: true, refused: /line 1: 'tree' \(column 4\) is not a number; --columns "x y z -" leaves out/ }),
+  one("points with several words after the coordinates", "a.csv", scatter(40).map((point, i) => [...point, i ? "house old" : "tree no 1"].join(";")).join("\n"), cloud, { mustRefuse: true, refused: /line 1: 'tree' \(column 4\) is not a number; --columns "x y z -" leaves out/ }),
 ];

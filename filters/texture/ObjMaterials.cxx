@@ -362,7 +362,7 @@ void ObjLibraries::Read(
     else if (material && name == "kd")
     {
       understood = ReadKd(rest, *material);
-      if (material->ofBytes && !std::exchange(this->ToldBytes, true))
+      if (material->ofBytes && !std::exchange(this->WarnedOfBytes, true))
       {
         this->Found.warnings.push_back(
           place + ": " + QuotedText("Kd " + std::string(Trimmed(rest, blanksOfNames))) +

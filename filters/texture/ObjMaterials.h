@@ -87,7 +87,7 @@ private:
   std::vector<std::filesystem::path> Seen;
   ObjMaterials Found;
   std::vector<std::string> OtherMaps; // keywords of pictures that are not carried
-  bool ToldBytes = false;             // a warning says that a Kd is from 0 to 255
+  bool WarnedOfBytes = false;         // a warning says that a Kd is from 0 to 255
   bool TooMany = false, Opened = false;
   std::size_t Different = 0; // materials of a name that another has
 };

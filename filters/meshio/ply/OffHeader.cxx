@@ -274,9 +274,10 @@ Status OffText::BeginInHeader()
 {
   if (this->HasNormals || this->HasColors || this->HasTexture)
   {
-    return this->Lines.Wrong("has vertices after the numbers of vertices, faces and edges, where "
-                             "colours cannot be told from coordinates: write a line for each "
-                             "vertex and face",
+    return this->Lines.Wrong(
+      "has vertices after the numbers of vertices, faces and edges, where "
+      "colours cannot be distinguished from coordinates: write a line for each "
+      "vertex and face",
       Remedy::InMessage);
   }
   const std::string_view line = this->Lines.Line();
