@@ -77,7 +77,6 @@ export class Tools {
     this.#panel.append(carry, make("div", { id: "tabs" }, ...this.groups.map((each) => this.#tab(each))), ...this.groups);
     page.canvas.addEventListener("pointerdown", (event) => this.#press(event), true);
     page.canvas.addEventListener("pointerup", (event) => this.#lift(event)); // after the viewer got the event
-    this.show();
   }
 
   // A tap that measures nothing says so: not one of several fingers, nor one that moves the picture (fingers.js).
