@@ -2,11 +2,11 @@
 #include "filters/Parallel/DistributedFaces.h"
 
 #include "filters/Parallel/DistributedFiles.h"
-#include "filters/Parallel/NumberSet.h"
 #include "filters/Parallel/NumberTable.h"
 #include "filters/core/TakeResult.h"
 #include "filters/core/tree/PointRecord.h"
 #include "filters/outofcore/files/BucketFile.h"
+#include "filters/outofcore/files/NumberSet.h"
 #include "filters/outofcore/files/RecordFile.h"
 #include "filters/outofcore/mesh/CellTriangles.h"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/Parallel/DistributedImages.h"
 
-#include "filters/Parallel/NumberSet.h"
 #include "filters/outofcore/files/BucketFile.h"
+#include "filters/outofcore/files/NumberSet.h"
 #include "filters/outofcore/levels/LevelStates.h"
 #include "filters/outofcore/mesh/VertexMap.h"
 
