@@ -8,6 +8,7 @@
 #include "filters/texture/BakeTextures.h"
 #include "filters/texture/MakeTile.h"
 
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -75,14 +76,13 @@ void WarnOfEnding(std::string_view program, const BuildCommand& line);
 // Whether enough vertices fall together on the grid to warn of it.
 bool LosesBits(const BuildReport& report);
 
-// What a build says on stderr beside errors.
-void PrintWarnings(std::string_view program, const BuildCommand& line, const BuildReport& report);
+// A line on stderr for each.
+void PrintWarnings(
+  std::string_view program, const BuildCommand& line, const std::vector<std::string>& warnings);
 
-// The end of a build's last line: what was dropped or repaired in the input, and the model's
-// orientation if it was guessed. May be empty.
-std::string LastWords(const BuildOptions& options, const BuildReport& report);
-
-// Writes the file of statistics that was asked for; returns the exit code.
-int WriteStats(std::string_view program, const BuildCommand& line, const BuildReport& report);
+// Ends a build that has succeeded: says on stderr what it has warnings and notes of and what was
+// written, and writes the file of statistics that was asked for; returns the exit code.
+int FinishBuild(std::string_view program, const BuildCommand& line, const BuildReport& report,
+  std::chrono::steady_clock::time_point begin);
 
 }

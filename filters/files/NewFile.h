@@ -11,6 +11,9 @@
 namespace kdstream
 {
 
+// Writes all of these bytes to an open file, also in several parts. Errors: InputOutput.
+Status WriteAll(int descriptor, std::string_view bytes);
+
 // A file appears whole or not at all: if the object is destroyed before Finish, the file is
 // removed. No other file is opened or truncated, whatever files and links others have put beside
 // the target (O_EXCL, O_NOFOLLOW, random letters).
