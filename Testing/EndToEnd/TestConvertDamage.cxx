@@ -351,7 +351,7 @@ TEST_F(TestConvertDamage, VtkFilesOfOtherProgramsAreNotDamaged)
   }
 }
 
-TEST_F(TestConvertDamage, NestingWithoutEndIsNoCrash)
+TEST_F(TestConvertDamage, NestingWithoutEndDoesNotCrash)
 {
   std::string json = "{\"asset\":{\"version\":\"2.0\"},\"x\":" + std::string(2000000, '[');
   this->WriteText("deep.gltf", json);

@@ -223,7 +223,7 @@ TEST_F(TestConvertPcd, HeadersThatLieAreRefusedBeforeMemoryIsTaken)
   }
 }
 
-TEST_F(TestConvertPcd, WhatFollowsThePointsAndIsNoneIsPadding)
+TEST_F(TestConvertPcd, BytesAfterThePointsArePadding)
 {
   const std::vector<Vec3> points{ { 0, 0, 0 }, { 1, 1, 1 } };
   this->WriteText("in.pcd", this->Header("2", "ascii") + "0 0 0\n1 1.00 1\n\n \t\n\r\n");

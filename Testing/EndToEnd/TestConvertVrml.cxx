@@ -474,7 +474,7 @@ TEST_F(TestConvertVrml, InlinesAreReadBesideTheFile)
     "'http://a.example/b.wrl', which lies on the web, from which nothing is read (line 3)\n");
 }
 
-TEST_F(TestConvertVrml, WhatIsNoSurfaceIsNamed)
+TEST_F(TestConvertVrml, WhatIsNotASurfaceIsNamed)
 {
   EXPECT_EQ(this
               ->Scene(cube + "Shape { geometry IndexedLineSet { coord Coordinate { point [ 0 0 "

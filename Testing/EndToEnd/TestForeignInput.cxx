@@ -314,7 +314,7 @@ TEST_F(TestForeignInput, ReconstructedCloudsAreSurfaces)
 }
 
 // PCL reports nothing while it makes the surface; the fraction must not stand still meanwhile.
-TEST_F(TestForeignInput, ReconstructionTellsAFractionOfTheNormalsAlone)
+TEST_F(TestForeignInput, ReconstructionReportsAFractionOnlyForTheNormals)
 {
   Mesh cloud = DisplacedSphere(4);
   cloud.triangles.clear();

@@ -210,7 +210,7 @@ TEST_F(TestTolerance, OneRuleForTexturedMeshes)
   }
 }
 
-TEST_F(TestTolerance, ConvertTellsTheSame)
+TEST_F(TestTolerance, ConvertReportsTheSame)
 {
   this->WriteText("nan.ply", Spoiled(Torus(20, 10), 50));
   const Outcome reported = this->Convert("nan.ply");

@@ -27,7 +27,7 @@ constexpr unsigned sampleColumns = samplesAcross * pictureWidth,
                    sampleRows = samplesAcross * pictureHeight;
 constexpr std::uint64_t mostSamplesTested = std::uint64_t{ 100 } * sampleColumns * sampleRows;
 
-// As in viewer/session/look: Palette.h and SceneLook.h.
+// As in viewer/session/appearance: Palette.h and SceneAppearance.h.
 constexpr Vec3 stone{ 217.0 / 255, 208.0 / 255, 192.0 / 255 };
 constexpr Vec3 groundBottom{ 91.0 / 255, 94.0 / 255, 99.0 / 255 };
 constexpr Vec3 groundTop{ 33.0 / 255, 35.0 / 255, 40.0 / 255 };

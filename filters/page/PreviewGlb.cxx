@@ -24,7 +24,8 @@ namespace kdstream
 namespace
 {
 
-constexpr Vec3 stoneOfGlb{ 217.0 / 255, 208.0 / 255, 192.0 / 255 }; // viewer/session/look/Palette.h
+// As in viewer/session/appearance/Palette.h.
+constexpr Vec3 stoneOfGlb{ 217.0 / 255, 208.0 / 255, 192.0 / 255 };
 
 // From the model's coordinates to those of the file.
 struct GlbFrame

@@ -13,7 +13,7 @@
 #include "viewer/actor/RendererView.h"
 #include "viewer/client/ConnectServer.h"
 #include "viewer/client/LocalClient.h"
-#include "viewer/session/look/SceneLook.h"
+#include "viewer/session/appearance/SceneAppearance.h"
 
 #include <vtkActor.h>
 #include <vtkBoundingBox.h>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "viewer/desktop/PictureInk.h"
-#include "viewer/session/look/ColorLegend.h"
+#include "viewer/session/appearance/ColorLegend.h"
 
 #include <string>
 #include <vector>

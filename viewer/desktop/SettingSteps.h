@@ -7,7 +7,7 @@
 #include "viewer/rendering/SurfaceScene.h"
 #include "viewer/session/SessionFile.h"
 #include "viewer/session/ViewerSession.h"
-#include "viewer/session/look/Coloring.h"
+#include "viewer/session/appearance/Coloring.h"
 
 #include <cstdint>
 #include <string>

@@ -6,7 +6,7 @@
 #include "filters/program/Program.h"
 #include "viewer/rendering/SurfaceScene.h"
 #include "viewer/session/ViewerSession.h"
-#include "viewer/session/look/Coloring.h"
+#include "viewer/session/appearance/Coloring.h"
 
 #include <cstdint>
 #include <string>

@@ -4,7 +4,7 @@
 
 #include "viewer/mobile/SurfaceChunks.h"
 #include "viewer/session/Geometry.h"
-#include "viewer/session/look/SplatRadii.h"
+#include "viewer/session/appearance/SplatRadii.h"
 
 #include <algorithm>
 #include <array>

@@ -6,8 +6,8 @@
 #include "filters/core/Result.h"
 #include "viewer/mobile/GlesChunk.h"
 #include "viewer/session/SessionTypes.h"
-#include "viewer/session/look/Coloring.h"
-#include "viewer/session/look/SceneRules.h"
+#include "viewer/session/appearance/Coloring.h"
+#include "viewer/session/appearance/SceneRules.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -4,7 +4,7 @@
 
 #include "viewer/mobile/GlesPrograms.h"
 #include "viewer/mobile/GlesShaders.h"
-#include "viewer/session/look/OcclusionShaders.h"
+#include "viewer/session/appearance/OcclusionShaders.h"
 
 #include <utility>
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "filters/core/Result.h"
-#include "viewer/session/look/SceneLook.h"
+#include "viewer/session/appearance/SceneAppearance.h"
 
 #include <GLES3/gl3.h>
 

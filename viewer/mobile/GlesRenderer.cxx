@@ -5,9 +5,9 @@
 #include "viewer/mobile/GlesOcclusion.h"
 #include "viewer/mobile/GlesPrograms.h"
 #include "viewer/session/Geometry.h"
-#include "viewer/session/look/OcclusionShaders.h"
-#include "viewer/session/look/SceneLook.h"
-#include "viewer/session/look/SceneRules.h"
+#include "viewer/session/appearance/OcclusionShaders.h"
+#include "viewer/session/appearance/SceneAppearance.h"
+#include "viewer/session/appearance/SceneRules.h"
 
 #include <algorithm>
 #include <array>

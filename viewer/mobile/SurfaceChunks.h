@@ -6,8 +6,8 @@
 #include "filters/codec/TextureTile.h"
 #include "filters/core/drawing/DrawnSurface.h"
 #include "filters/core/tree/KdTree.h"
-#include "viewer/session/look/Coloring.h"
-#include "viewer/session/look/VertexNormals.h"
+#include "viewer/session/appearance/Coloring.h"
+#include "viewer/session/appearance/VertexNormals.h"
 
 #include <array>
 #include <cstddef>

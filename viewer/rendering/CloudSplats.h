@@ -8,7 +8,7 @@
 // darker with the distance: all as in viewer/mobile/GlesShaders.h.
 #pragma once
 
-#include "viewer/session/look/SceneRules.h"
+#include "viewer/session/appearance/SceneRules.h"
 
 class vtkActor;
 class vtkPolyDataMapper;

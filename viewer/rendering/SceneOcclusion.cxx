@@ -2,7 +2,7 @@
 // Ambient occlusion in a VTK renderer's picture: see SceneOcclusion.h.
 #include "viewer/rendering/SceneOcclusion.h"
 
-#include "viewer/session/look/OcclusionShaders.h"
+#include "viewer/session/appearance/OcclusionShaders.h"
 
 #include <vtkCamera.h>
 #include <vtkOpenGLFramebufferObject.h>

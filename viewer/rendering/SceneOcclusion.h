@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Ambient occlusion in a VTK renderer's picture: the passes of
-// viewer/session/look/OcclusionShaders.h. Internal to viewer/rendering.
+// viewer/session/appearance/OcclusionShaders.h. Internal to viewer/rendering.
 #pragma once
 
 #include <vtkNew.h>

@@ -5,8 +5,8 @@
 #include "viewer/rendering/CloudSplats.h"
 #include "viewer/rendering/TileTexture.h"
 #include "viewer/session/Geometry.h"
-#include "viewer/session/look/SceneLook.h"
-#include "viewer/session/look/SplatRadii.h"
+#include "viewer/session/appearance/SceneAppearance.h"
+#include "viewer/session/appearance/SplatRadii.h"
 #include "viewer/session/texture/TexturedCorners.h"
 
 #include <vtkActor.h>

@@ -6,8 +6,8 @@
 #include "filters/core/drawing/SurfaceParts.h"
 #include "filters/core/tree/KdTree.h"
 #include "viewer/rendering/SurfaceScene.h"
-#include "viewer/session/look/SceneRules.h"
-#include "viewer/session/look/VertexNormals.h"
+#include "viewer/session/appearance/SceneRules.h"
+#include "viewer/session/appearance/VertexNormals.h"
 
 #include <vtkNew.h>
 #include <vtkSmartPointer.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Recognizes gestures of fingers: the first step of "look" in the pipeline picture.
+// Recognizes gestures of fingers: the first step of "navigate" in the pipeline picture.
 //
 // One finger rotates, two pan and pinch, a double tap picks (paper sections 5.2 and 5.3). Nothing
 // here knows of cameras or meshes; ViewerSession decides what a gesture does.

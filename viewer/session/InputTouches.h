@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Touches in place of a mouse and of keys, the same in every window: part of the first step of
-// "look" in the pipeline picture. GestureRecognizer decides what they mean.
+// "navigate" in the pipeline picture. GestureRecognizer decides what they mean.
 #pragma once
 
 #include "viewer/session/Camera.h"

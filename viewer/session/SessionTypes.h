@@ -7,7 +7,7 @@
 #include "filters/model/ModelDescription.h"
 #include "filters/protocol/BlobId.h"
 #include "viewer/session/Camera.h"
-#include "viewer/session/look/SceneLook.h"
+#include "viewer/session/appearance/SceneAppearance.h"
 #include "viewer/session/section/SectionPlane.h"
 #include "viewer/session/texture/TileList.h"
 

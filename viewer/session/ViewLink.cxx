@@ -297,7 +297,7 @@ bool TakeEntry(ViewLink& link, std::string_view key, std::string_view value)
   if (key == "colours")
   {
     link.colors = value;
-    return value.substr(0, 3) == "by:" || // what that says the scene knows: look/Coloring.h
+    return value.substr(0, 3) == "by:" || // what that says the scene knows: appearance/Coloring.h
            IsOneOf(value, { "own", "none", "partition", "resolution" });
   }
   if (key == "light")

@@ -5,7 +5,7 @@
 #include "filters/core/Execution.h"
 #include "filters/core/Result.h"
 #include "filters/store/PieceSource.h"
-#include "viewer/session/look/SceneRules.h"
+#include "viewer/session/appearance/SceneRules.h"
 
 #include <cstdint>
 #include <vector>

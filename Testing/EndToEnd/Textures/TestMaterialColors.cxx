@@ -76,7 +76,7 @@ TEST_F(TestMaterialColors, ColoursOfMaterialsBecomeThoseOfVertices)
   EXPECT_TRUE(colors(redAndBlue, "", { "--textures", "off" }, "").empty());
 }
 
-TEST_F(TestMaterialColors, CoordinatesThatTellNoPlaceAreCounted)
+TEST_F(TestMaterialColors, CoordinatesWithoutAPlaceAreCounted)
 {
   const std::vector<std::uint8_t> png =
     EncodePicture({ 2, 2, 1, { 10, 90, 160, 250 } }, PictureType::Png);

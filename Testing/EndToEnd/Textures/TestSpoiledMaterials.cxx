@@ -37,7 +37,7 @@ TEST_F(TestSpoiledMaterials, CoordinatesOutsideRepeatOrAreClamped)
     { blue, red, red });
 }
 
-TEST_F(TestSpoiledMaterials, CoordinatesThatAreNoneHaveTheMaterialsColour)
+TEST_F(TestSpoiledMaterials, InvalidCoordinatesHaveTheMaterialsColour)
 {
   const std::string none = " no texture coordinates, or ones that are not numbers (the first is "
                            "triangle 1): the material's colour is taken";

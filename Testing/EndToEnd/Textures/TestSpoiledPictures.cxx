@@ -108,7 +108,7 @@ TEST_F(TestSpoiledPictures, CutOnesAreNamed)
   this->ExpectBad("a.webp", cut(TwoHalves(PictureType::Webp)), "it is a damaged or truncated WebP");
 }
 
-TEST_F(TestSpoiledPictures, WhatIsNoPictureIsNamed)
+TEST_F(TestSpoiledPictures, WhatIsNotAPictureIsNamed)
 {
   this->ExpectBad("a.png", {}, "it is empty");
   const std::string text = "A text, and a long one, that somebody has named as a picture.\n";

@@ -285,7 +285,7 @@ TEST_F(TestTexturedExtract, LevelsAndPlainModelsAreGlbToo)
   EXPECT_NE(this->Store({ "info", "level.kds" }).out.find("RGB"), std::string::npos);
 }
 
-TEST_F(TestTexturedExtract, QualityIsCheckedAndColoursAreKeptAlone)
+TEST_F(TestTexturedExtract, QualityIsCheckedAndOnlyColoursAreKept)
 {
   this->WriteHardObj("hard", 4);
   this->ExpectError(this->Build({ "hard.obj", "-o", "m.kds", "--texture-quality", "0" }), 2,

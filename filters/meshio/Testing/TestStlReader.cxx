@@ -245,7 +245,7 @@ TEST(StlReader, DropsFacetsThatAreNotFinite)
   }
 }
 
-TEST(StlReader, ReadsWhatStandsBehindTheEnd)
+TEST(StlReader, ReadsWhatFollowsTheEnd)
 {
   const std::string binary = BinaryStl("solid exported", onePlace);
   const auto warnings = [](const std::string& bytes)

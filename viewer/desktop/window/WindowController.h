@@ -16,7 +16,7 @@
 #include "viewer/desktop/window/WindowInput.h"
 #include "viewer/desktop/window/WindowSession.h"
 #include "viewer/rendering/Picture.h"
-#include "viewer/session/look/OcclusionClock.h"
+#include "viewer/session/appearance/OcclusionClock.h"
 
 #include <vtkNew.h>
 

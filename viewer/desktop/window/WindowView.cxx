@@ -9,7 +9,7 @@
 
 #include "viewer/desktop/window/ToolsPanel.h"
 #include "viewer/desktop/window/WindowController.h"
-#include "viewer/session/look/SceneLook.h"
+#include "viewer/session/appearance/SceneAppearance.h"
 
 #include <vtkRenderer.h>
 

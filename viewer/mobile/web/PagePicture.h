@@ -10,9 +10,9 @@
 #include "viewer/mobile/GlesRenderer.h"
 #include "viewer/mobile/SurfacePace.h"
 #include "viewer/mobile/web/PageSession.h"
-#include "viewer/session/look/Coloring.h"
-#include "viewer/session/look/OcclusionClock.h"
-#include "viewer/session/look/SceneLook.h"
+#include "viewer/session/appearance/Coloring.h"
+#include "viewer/session/appearance/OcclusionClock.h"
+#include "viewer/session/appearance/SceneAppearance.h"
 
 #include <array>
 #include <cstddef>

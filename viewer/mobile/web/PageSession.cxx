@@ -9,7 +9,7 @@
 #include "viewer/session/Geometry.h"
 #include "viewer/session/Picker.h"
 #include "viewer/session/SessionParts.h"
-#include "viewer/session/look/SceneRules.h"
+#include "viewer/session/appearance/SceneRules.h"
 
 #include <algorithm>
 #include <map>

@@ -12,8 +12,8 @@
 #include "viewer/mobile/web/PageSession.h"
 #include "viewer/session/InputTouches.h"
 #include "viewer/session/SessionParts.h"
-#include "viewer/session/look/ColorLegend.h"
-#include "viewer/session/look/Palette.h"
+#include "viewer/session/appearance/ColorLegend.h"
+#include "viewer/session/appearance/Palette.h"
 
 #include <emscripten/emmalloc.h>
 #include <emscripten/emscripten.h>

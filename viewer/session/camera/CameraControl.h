@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Moves the camera by fingers, wheel and keys, and keeps the user from getting lost: step "look" of
-// the pipeline picture.
+// Moves the camera by fingers, wheel and keys, and keeps the user from getting lost: step
+// "navigate" of the pipeline picture.
 #pragma once
 
 #include "viewer/session/Camera.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Turns a model by itself: for a moment after a finger has released it, or continuously. Step
-// "look" of the pipeline picture.
+// "navigate" of the pipeline picture.
 #pragma once
 
 #include "viewer/session/Camera.h"

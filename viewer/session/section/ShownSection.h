@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The section that the user has put through the model: moving it, and its outline and cap. Below
-// the steps "look" and "draw" of the pipeline picture.
+// the steps "navigate" and "draw" of the pipeline picture.
 #pragma once
 
 #include "viewer/session/Picker.h"

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The tools that a user may choose, and what fingers do with them: distances, a section, raking
-// light. Steps "look" and "draw" of the pipeline picture.
+// light. Steps "navigate" and "draw" of the pipeline picture.
 #pragma once
 
 #include "viewer/session/GestureRecognizer.h"
 #include "viewer/session/ViewLink.h"
-#include "viewer/session/look/RakingLight.h"
+#include "viewer/session/appearance/RakingLight.h"
 #include "viewer/session/model/ShownModel.h"
 #include "viewer/session/tools/MeasureTool.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What colours mean: see ColorLegend.h.
-#include "viewer/session/look/ColorLegend.h"
+#include "viewer/session/appearance/ColorLegend.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What a surface is coloured by: see Coloring.h.
-#include "viewer/session/look/Coloring.h"
+#include "viewer/session/appearance/Coloring.h"
 
 #include "filters/core/Texts.h"
 #include "filters/model/Json.h"
 #include "filters/model/JsonWriter.h"
-#include "viewer/session/look/SceneRules.h"
+#include "viewer/session/appearance/SceneRules.h"
 
 #include <algorithm>
 #include <cmath>

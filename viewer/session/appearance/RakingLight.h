@@ -3,7 +3,7 @@
 // invisible in light from the front. Below step "render" of the pipeline picture.
 #pragma once
 
-#include "viewer/session/look/SceneLook.h"
+#include "viewer/session/appearance/SceneAppearance.h"
 
 #include <algorithm>
 #include <array>

@@ -3,7 +3,7 @@
 // pipeline picture.
 #pragma once
 
-#include "viewer/session/look/Coloring.h"
+#include "viewer/session/appearance/Coloring.h"
 
 #include <cstdint>
 #include <string>

@@ -5,8 +5,8 @@
 
 #include "filters/core/drawing/Surface.h"
 #include "filters/model/ModelDescription.h"
-#include "viewer/session/look/ColorMaps.h"
-#include "viewer/session/look/Palette.h"
+#include "viewer/session/appearance/ColorMaps.h"
+#include "viewer/session/appearance/Palette.h"
 
 #include <array>
 #include <cstddef>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "viewer/session/line/BlobHistory.h"
+#include "viewer/session/requests/BlobHistory.h"
 
 #include <utility>
 

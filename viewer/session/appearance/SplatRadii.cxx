@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // How large the points of a cloud are drawn: see SplatRadii.h.
-#include "viewer/session/look/SplatRadii.h"
+#include "viewer/session/appearance/SplatRadii.h"
 
 #include "viewer/session/Geometry.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What every renderer decides alike about a scene: see SceneRules.h.
-#include "viewer/session/look/SceneRules.h"
+#include "viewer/session/appearance/SceneRules.h"
 
 #include "filters/model/JsonWriter.h"
 #include "viewer/session/Geometry.h"

@@ -6,8 +6,8 @@
 #include "filters/core/Result.h"
 #include "filters/core/drawing/DrawnSurface.h"
 #include "filters/core/tree/KdTree.h"
-#include "viewer/session/look/Palette.h"
-#include "viewer/session/look/VertexNormals.h"
+#include "viewer/session/appearance/Palette.h"
+#include "viewer/session/appearance/VertexNormals.h"
 
 #include <array>
 #include <cstddef>
