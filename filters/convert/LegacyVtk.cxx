@@ -129,17 +129,16 @@ public:
     if (isWhole && this->Dataset.empty())
     {
       this->Part = "it";
-      this->Damaged("has no DATASET, but fields or nothing: there is no mesh in it", true);
+      this->Damaged("has no DATASET: it contains no mesh", true);
     }
     this->Damage.hasOtherNumbers = this->HasOtherNumbers;
     this->Damage.forgiven = std::move(this->Forgiven);
     this->Order.leftOut = std::move(this->LeftOut);
     this->Damage.order = std::move(this->Order);
     this->Damage.lastPart =
-      isWhole
-        ? "what its parts hold does not fit together: they are whole up to the end of the file"
-        : "something after " + (this->LastPart.empty() ? "its head" : this->LastPart) +
-            " cannot be read";
+      isWhole ? "its parts are complete up to the end of the file but contradict each other"
+              : "something after " + (this->LastPart.empty() ? "its header" : this->LastPart) +
+                  " cannot be read";
     return std::move(this->Damage);
   }
 
@@ -499,10 +498,10 @@ private:
     {
       return true;
     }
-    return this->Damaged(this->HasVersion5
-                           ? "has no OFFSETS after it, as version 5 has, which the first line says"
-                           : "has OFFSETS after it, as version 5 has, and the first line says an "
-                             "earlier one",
+    return this->Damaged(
+      this->HasVersion5
+        ? "is not followed by OFFSETS, which version 5 of the first line requires"
+        : "is followed by OFFSETS, as in version 5, but the first line names an earlier version",
       true); // VTK crashes
   }
 

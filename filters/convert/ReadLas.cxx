@@ -48,7 +48,7 @@ public:
       if (view->size() < bytes)
       {
         return BadInput(
-          "was cut while it was read, at point " + std::to_string(done), Remedy::Retry);
+          "became shorter while it was read, at point " + std::to_string(done), Remedy::Retry);
       }
       for (std::size_t i = 0; i < count; ++i)
       {

@@ -352,8 +352,8 @@ Result<ForeignMesh> ReadPcd(const std::filesystem::path& file, const Execution& 
   }
   if (read && header->hasViewpoint)
   {
-    read->warnings.emplace_back(
-      "its VIEWPOINT, where the scanner stood, moves nothing: points stay where they are written");
+    read->warnings.emplace_back("its VIEWPOINT (the scanner's position) is not applied: the "
+                                "coordinates are read as they are written");
   }
   if (read && header->textOfFloats)
   {

@@ -149,19 +149,19 @@ private:
   static std::string Meaning(std::string_view said)
   {
     constexpr std::pair<std::string_view, const char*> meanings[] = {
-      { "Couldn't read value for field", "no value that the field may have" },
-      { "Unable to read value", "no value that the field may have" },
-      { "Unable to read default value", "no value that the field may have" },
+      { "Couldn't read value for field", "a value that this field does not allow" },
+      { "Unable to read value", "a value that this field does not allow" },
+      { "Unable to read default value", "a value that this field does not allow" },
       { "Unknown field type", "a field of a type that VRML does not have" },
       { "Unknown field", "a field that its node does not have" },
-      { "Unknown enumeration", "a word that its field does not have" },
-      { "Unknown SoSFBitMask", "a word that its field does not have" },
+      { "Unknown enumeration", "a word that this field does not allow" },
+      { "Unknown SoSFBitMask", "a word that this field does not allow" },
       { "Unknown reference", "USE of a name that no node has" },
       { "Premature end", "the text ends inside a node" },
       { "Premature EOF", "the text ends inside a node" },
       { "premature EOF", "the text ends inside a node" },
-      { "after end of scene", "there is something after the last node" },
-      { "is not derived from", "a node where one of another kind belongs" },
+      { "after end of scene", "there is text after the last node" },
+      { "is not derived from", "a node of a type that is not allowed there" },
       { "ROUTE", "a ROUTE that cannot be read" },
       { "PROTO", "a PROTO that cannot be read" },
     };
@@ -182,7 +182,7 @@ private:
     if (Text().empty())
     {
       Text() = error->getDebugString().getString();
-      Text() += Text().empty() ? "an error without words" : "";
+      Text() += Text().empty() ? "an error without a message" : "";
     }
   }
   static void PassOver(const SoError*, void*) {}

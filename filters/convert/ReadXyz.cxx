@@ -459,9 +459,8 @@ private:
     if (this->Words[0].size() == 5 &&
         this->Words[0].find_first_not_of("nNcCoOlLsS") == this->Words[0].npos)
     {
-      return BadInput(
-        "is a grid of heights (Esri's ASCII grid), not points: make an .xyz of it, by "
-        "gdal_translate -of XYZ",
+      return BadInput("is a grid of heights (Esri's ASCII grid), not points: convert it with "
+                      "gdal_translate -of XYZ",
         Remedy::InMessage);
     }
     if (this->Layout && this->NamesInFile > 0 && this->NamedColumns != this->ColumnCount)
@@ -685,7 +684,7 @@ private:
     this->Out.tolerance.Count(Lapse::PaddedEnd, this->Lines.Padding());
     if (this->SinceCount == 0 && this->OtherNames + this->Remarks > 0)
     {
-      return this->Lines.Wrong("the text ends, and none of its lines is a point", Remedy::Rename);
+      return this->Lines.Wrong("none of its lines is a point", Remedy::Rename);
     }
     if (mesh.points.empty())
     {
@@ -888,8 +887,9 @@ private:
     else if (this->Comma == Commas::Separators && this->AlsoDecimal && !this->PointSeen &&
              this->ColumnCount == 6 && !this->Layout)
     {
-      readings.push_back(line + "to part the columns; as decimal commas they would leave 3 "
-                                "(--columns decides)");
+      readings.push_back(
+        line +
+        "to separate columns; as decimal commas they would leave 3 columns (--columns decides)");
     }
   }
 
@@ -898,8 +898,8 @@ private:
     if (this->OtherNames > 0 && !this->Layout)
     {
       readings.push_back("line " + std::to_string(this->OtherNames) +
-                         " is taken for names that are not known: the columns are read by their "
-                         "order (--columns names them)");
+                         " seems to name the columns, but with unknown names: they are read by "
+                         "their order (--columns names them)");
     }
     else if (this->Layout && !this->Degrees.empty())
     {
@@ -909,7 +909,7 @@ private:
     }
     if (!this->WordColumns.empty())
     {
-      readings.push_back("not carried: columns of words: " + this->WordColumns);
+      readings.push_back("left out: columns of text: " + this->WordColumns);
     }
     if (this->Remarks > 0)
     {

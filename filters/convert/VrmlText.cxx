@@ -220,7 +220,7 @@ private:
     if (!this->Out.isFirst && !head.starts_with("#vrml v2.0"))
     {
       return head.starts_with("#vrml")
-               ? BadInput("is of another version than VRML 1 and 2", Remedy::SaveOtherwise)
+               ? BadInput("has another version than VRML 1 and 2", Remedy::SaveOtherwise)
                : BadInput("is not a VRML file: its first line does not begin with '#VRML'",
                    Remedy::Rename);
     }
@@ -305,7 +305,7 @@ private:
     if (this->At == this->File.size())
     {
       this->Line = line;
-      return this->Wrong("a string begins that does not end");
+      return this->Wrong("a string has no closing quote");
     }
     ++this->At;
     this->Out.text += '"';
@@ -849,7 +849,7 @@ private:
     if (!std::exchange(this->HasNodesWithoutField, true))
     {
       this->Out.tolerance.Tell(
-        place + " stands where a field should be named: it is taken for one of its children");
+        place + " is where a field's name is expected: it is read as a child of the node");
     }
     node.isListOpen = true;
     node.hasChildren = true;

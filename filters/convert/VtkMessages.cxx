@@ -106,7 +106,7 @@ std::string PlainVtkMessage(const std::string& text)
   // A pipeline's message: it prints the whole request.
   if (text.find("returned failure for request") != std::string::npos)
   {
-    return "VTK's reader of this format failed on it";
+    return "VTK's reader of this format failed";
   }
   // ERROR: In SOURCE, line 12\nvtkSTLReader (0x55d0): What it is\n\n
   std::string plain = text;

@@ -188,7 +188,7 @@ public:
       this->FileInfo.tolerance.Count(Lapse::NotCounted, this->Facets,
         "byte " + std::to_string(headerBytes) + ", where the header counts " +
           std::to_string(counted) +
-          ", as programs do that do not know the number yet: all are read");
+          ", because the program that wrote it did not know the number yet: all are read");
     }
     KDSTREAM_TRY(this->LookAtHeader());
     KDSTREAM_TRY(this->CheckBytesAfterEnd());
@@ -711,7 +711,7 @@ Status TextStlReader::Start(const Execution& execution)
   if (this->At.foreign > 0)
   {
     this->FileInfo.ignoredAttributes.push_back(
-      "words between facets that are none of STL (" + this->At.firstForeign + ")");
+      "words between facets that STL does not have (" + this->At.firstForeign + ")");
   }
   this->At = {};
   this->Words.Seek(this->Source.Start());
@@ -876,7 +876,7 @@ Result<std::unique_ptr<MeshReader>> OpenStlReader(ByteSource source, const Execu
       source.Size() == headerBytes + std::uint64_t{ facetBytes } * other)
   {
     return BadInput("is big-endian: its " + std::to_string(other) +
-                      " triangles have their bytes in the other order than STL wants",
+                      " triangles have swapped bytes, but STL is little-endian",
       Remedy::SaveOtherwise);
   }
   return BadInput("the header claims " + std::to_string(facets) + " triangles, " +

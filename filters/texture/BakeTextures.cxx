@@ -198,7 +198,7 @@ private:
         std::to_string(bare) + (bare == 1 ? " triangle has" : " triangles have") +
         " no texture coordinates, or ones that are not numbers (the "
         "first is triangle " +
-        std::to_string(firstBare) + "): the material's colour is taken");
+        std::to_string(firstBare) + "): the material's colour is used");
     }
     return ofPicture;
   }

@@ -113,8 +113,8 @@ std::string WhyMissing(std::string_view written, bool isPlural)
     return isPlural ? "are not there" : "is not there";
   }
   return std::string(isPlural ? "lie" : "lies") +
-         (isAddress ? " on the web, from which nothing is read"
-                    : " outside the mesh's folder, where nothing is read");
+         (isAddress ? " on the web, and nothing is downloaded"
+                    : " outside the mesh's folder, and nothing is read there");
 }
 
 PictureSource PictureBeside(const std::filesystem::path& file, std::string_view written,

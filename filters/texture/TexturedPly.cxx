@@ -100,7 +100,7 @@ private:
       {
         return word->empty() ? cut
                              : Error{ ErrorCode::InvalidInput,
-                                 QuotedText(*word) + " is not a number of its type" };
+                                 QuotedText(*word) + " does not fit the type of its property" };
       }
       return double(value);
     }
@@ -263,7 +263,7 @@ private:
     {
       this->Out.warnings.push_back(
         std::to_string(count) + " " + element + (count == 1 ? " has " : "s have ") + what +
-        " (the first is " + element + " " + std::to_string(first) + "): they count as white");
+        " (the first is " + element + " " + std::to_string(first) + "): they are drawn white");
     }
   }
 
@@ -382,7 +382,7 @@ private:
     if (std::any_of(arrays.begin(), arrays.end(),
           [](const Attribute& attribute) { return RoleOf(attribute) == AttributeRole::Colors; }))
     {
-      this->Out.warnings.push_back("colours of vertices are left out: pictures paint instead");
+      this->Out.warnings.push_back("vertex colours are left out: textures replace them");
     }
     std::erase_if(arrays,
       [](const Attribute& attribute)

@@ -1087,13 +1087,13 @@ Result<std::string> EncodeTileGlb(
   if (compression == TileCompression::Draco && !HasDracoCompression())
   {
     return Error{ ErrorCode::Unsupported,
-      "libdraco-dev was not there when KdStream was built: use another --compression", {}, {},
+      "this program was built without libdraco-dev: use another --compression", {}, {},
       Remedy::InMessage };
   }
   if (compression == TileCompression::Meshopt && !HasMeshoptCompression())
   {
     return Error{ ErrorCode::Unsupported,
-      "libmeshoptimizer-dev was not there when KdStream was built: use --compression none", {}, {},
+      "this program was built without libmeshoptimizer-dev: use --compression none", {}, {},
       Remedy::InMessage };
   }
 #ifdef KDSTREAM_HAS_MESHOPTIMIZER

@@ -237,7 +237,7 @@ TEST_F(TestTexturedExtract, WrongImagesAreNamed)
     EncodePicture({ 2, 2, 1, { 1, 2, 3, 4 } }, PictureType::Png);
   for (const auto& [image, what] :
     { std::pair{ small, "its image does not have the size that the tile states" },
-      { std::vector<std::uint8_t>{ 1, 2 }, "it is no JPEG, PNG or WebP" },
+      { std::vector<std::uint8_t>{ 1, 2 }, "it is neither JPEG, PNG nor WebP" },
       { std::vector<std::uint8_t>(small.begin(), small.end() - 20),
         "it is a damaged or truncated PNG (it ends too early)" } })
   {

@@ -16,7 +16,7 @@ std::string OtherByteOrder(std::int64_t number, std::uint64_t limit)
   constexpr std::int64_t large = 1 << 16;
   const std::uint32_t other = __builtin_bswap32(static_cast<std::uint32_t>(number));
   return number < 0 || (number >= large && number <= 0xFFFFFFFF)
-           ? (other < limit ? "; with its bytes in the other order it is " + std::to_string(other) +
+           ? (other < limit ? "; with its bytes swapped it is " + std::to_string(other) +
                                 ": the header's format may be wrong"
                             : "")
            : "";

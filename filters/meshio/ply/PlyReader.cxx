@@ -267,7 +267,7 @@ void PlyReader::ListIgnoredAttributes()
   std::vector<std::string>& ignored = this->FileInfo.ignoredAttributes;
   if (!this->Header.strayLine.empty())
   {
-    ignored.push_back("a line of the header that is not one of PLY's: " + this->Header.strayLine);
+    ignored.push_back("an unknown line of the header: " + this->Header.strayLine);
   }
   for (std::size_t i = 0; i < this->Header.elements.size(); ++i)
   {
