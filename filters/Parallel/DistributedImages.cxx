@@ -152,7 +152,7 @@ private:
   const bool ByClusters;
   const unsigned Step; // depths from the level's blocks to the finer ones
   const BlockRange FinerHere, Here;
-  std::optional<RecordBuckets<Triangle>> Received; // by block; none where none are here
+  std::optional<RecordBuckets<Triangle>> Received; // by block; null if this rank has no triangles
 };
 
 }

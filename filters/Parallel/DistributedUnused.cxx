@@ -255,7 +255,7 @@ private:
     const Result<std::vector<std::uint64_t>> counts = this->Group.Gather(own.count);
     KDSTREAM_TRY(counts);
     const std::size_t bytes = this->Vertices.kept.tupleBytes, entryBytes = sizeof(Vec3) + bytes;
-    std::vector<std::uint64_t> next{ 0 }; // of each rank, where its next one goes
+    std::vector<std::uint64_t> next{ 0 }; // for each rank, where its next vertex goes
     for (const std::uint64_t count : *counts)
     {
       next.push_back(next.back() + count);

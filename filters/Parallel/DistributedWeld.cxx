@@ -281,9 +281,10 @@ private:
   const VertexId First;
   const MapSections Sections; // of the vertices that were read here
   std::optional<RecordBuckets<WeldedVertex>> GoneOfSection;
-  WeldedVertexFile Gone; // of those that were read here: places from First on
-  SpillFile Places;      // VertexId: of each vertex that was read here, its place among those kept
-  SpillFile GoneNumbers; // VertexId: of each that goes the number of the lowest one
+  WeldedVertexFile Gone; // of the vertices that this rank read: places from First on
+  // VertexId: for each vertex that this rank read, its place among the kept ones.
+  SpillFile Places;
+  SpillFile GoneNumbers; // VertexId: for each dropped vertex, the lowest vertex equal to it
 };
 
 }

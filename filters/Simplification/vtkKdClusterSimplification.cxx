@@ -63,8 +63,8 @@ const char* const geometricErrorName = "Deviation";
 struct Simplifiable
 {
   Mesh mesh;                            // with what levels carry: normals and colours
-  std::vector<Attribute> points, cells; // other arrays; they must not keep points apart
-  std::vector<VertexId> newIds; // of each point the one that it was welded to; noVertex: none
+  std::vector<Attribute> points, cells; // other arrays; points are merged even if these differ
+  std::vector<VertexId> newIds; // the point that each point was welded to; noVertex: not welded
 };
 
 // Whether an array is active as global or pedigree ids, whatever its type: they have no means.

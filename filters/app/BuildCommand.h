@@ -39,7 +39,7 @@ struct BuildCommand
   bool plainMaterials = false;       // FoundTextures::isPlain, which ChooseReader sets
   std::optional<StrayPoint> stray{}; // that costs bits, if LosesBits
   std::optional<BakeReport> baked{}; // what became of its pictures
-  std::optional<TileCounts> tiled{}; // and of them in the original
+  std::optional<TileCounts> tiled{}; // and numbers of textures in the original
 
   // Whether the original keeps its pictures, if there are any.
   bool WantsTiles() const { return this->textures == "on" || this->textures == "tiles"; }

@@ -179,7 +179,7 @@ Result<bool> ReadCommandLine(
 // What rank 0 has made of a textured mesh; nothing where the mesh is read itself.
 struct SharedConversion
 {
-  std::optional<ConvertedInput> own; // of rank 0; its files go with it
+  std::optional<ConvertedInput> own; // of rank 0; its files are removed with it
   std::filesystem::path mesh, textures;
 };
 
@@ -319,7 +319,7 @@ int Build(MpiGroup& group, CLI::App& app, int argc, char** argv)
 // MPI_Finalize, MPI ends the job.
 [[noreturn]] void EndJob(const MpiGroup& group, const std::string& program, const Error& error)
 {
-  std::cerr.clear(); // this rank speaks, whichever it is
+  std::cerr.clear(); // this rank prints the error, whatever its number
   std::_Exit(PrintError(program, "", group.NameRank(error)));
 }
 
@@ -329,7 +329,7 @@ int main(int argc, char** argv)
 {
   MpiJob job(argc, argv);
   MpiGroup group(job.Messages());
-  if (!group.IsFirst()) // one rank speaks for all
+  if (!group.IsFirst()) // only the first rank prints
   {
     std::cout.setstate(std::ios::failbit);
     std::cerr.setstate(std::ios::failbit);

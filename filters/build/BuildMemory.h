@@ -50,7 +50,7 @@ std::uint64_t KeptMemory(std::uint64_t stepMemory);
 struct BlockedSize
 {
   std::uint64_t vertices = 0, triangles = 0;
-  std::uint64_t pointTupleBytes = 0, cellTupleBytes = 0; // of one vertex, of one triangle
+  std::uint64_t pointTupleBytes = 0, cellTupleBytes = 0; // for one vertex, for one triangle
 };
 // The depth, `least` to `most`, of the largest blocks of which one fits the memory in every step.
 unsigned DepthOfBlocks(

@@ -237,7 +237,7 @@ private:
   bool PlacesDiffer = false; // AllPlacesDiffer
   KdTree Tree;               // up to the numbers, as the levels
   TriangleBuckets Buckets;   // the triangles by partition, from faces to levels
-  std::vector<VertexId> Ids; // of each vertex, where it has another number since
+  std::vector<VertexId> Ids; // the new number of each vertex, if vertices were renumbered
   ClusterLevels Levels;
   VertexTree Numbered;
 };
@@ -269,7 +269,8 @@ void RemoveBuildFolder(const std::filesystem::path& folder)
   std::error_code ignored;
   if (std::filesystem::exists(folder, ignored))
   {
-    (void)BuildFolder::Open(folder, {}, false); // without a fingerprint nothing in it is kept
+    // Without a fingerprint no file in the folder is kept.
+    (void)BuildFolder::Open(folder, {}, false);
   }
 }
 

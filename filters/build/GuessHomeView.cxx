@@ -17,12 +17,12 @@ namespace
 {
 
 constexpr double flatPart = 0.2;      // of the next longer side: this flat things lie
-constexpr double slabPart = 0.02;     // of the diagonal: as near to the floor touches it
+constexpr double slabPart = 0.02;     // of the diagonal: a point as near to the floor touches it
 constexpr double leastLead = 0.1;     // of the best axis before the next
 constexpr double unequalEnds = 0.5;   // for an axis across which the shape is not symmetric
 constexpr double detailAhead = 0.3;   // for y, if all detail is towards +z
 constexpr double unlikelyAxis = 0.1;  // less for x, which few files have up
-constexpr double usualAxis = 0.1;     // more for y in formats that mostly have it up
+constexpr double usualAxis = 0.1;     // bonus for y in formats in which y is usually up
 constexpr double upsideDown = 0.3;    // more at the upper end, to be taken for the floor
 constexpr double widerSide = 1.2;     // of the box is looked at
 constexpr double longBody = 1.6;      // of its width: is not looked at from its front
@@ -65,7 +65,7 @@ std::vector<Point2> ConvexHull(std::vector<Point2> points)
       }
       hull.push_back(*point);
     }
-    hull.pop_back(); // the other way begins with it
+    hull.pop_back(); // the other half of the hull begins with it
   };
   addAll(points.begin(), points.end());
   addAll(points.rbegin(), points.rend());
@@ -238,7 +238,7 @@ private:
   std::span<const Triangle> Triangles;
   Box Around;
   Vec3 Sides{}, Middle{};
-  mutable std::optional<Vec3> Mirrored; // once it is asked for
+  mutable std::optional<Vec3> Mirrored; // computed at the first use
 };
 
 std::vector<Shape::Sample> Shape::Samples() const

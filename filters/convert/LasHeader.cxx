@@ -159,7 +159,7 @@ Result<LasHeader> ParseLasHeader(std::string_view begin, std::uint64_t fileSize)
   LasHeader header;
   const unsigned format = LasNumberAt<std::uint8_t>(begin.data(), 104);
   header.format = format & 63U;
-  header.compressed = format != header.format; // its two highest bits are those of LAZ
+  header.compressed = format != header.format; // LAZ sets the two highest bits
   header.isOldest = minor == 0;
   if (header.format >= leastPointBytes.size())
   {

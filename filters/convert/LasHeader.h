@@ -25,7 +25,7 @@ struct LasHeader
   bool compressed = false; // LAZ: the file's size does not tell how many points there are
   bool isOldest = false;   // 1.0: a class has its whole byte, and no point is withheld
   Vec3 scale{}, offset{};
-  Box box{}; // of the points, as the header tells it
+  Box box{}; // of the points, as the header states it
 
   // At which byte of a point its colour is; nothing where it has none.
   std::optional<std::size_t> ColorPlace() const;

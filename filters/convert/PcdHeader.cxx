@@ -416,7 +416,7 @@ private:
   TextLines Lines;
   std::map<std::string, std::vector<std::string>> Values;
   std::vector<std::size_t> Places; // columns of x, y and z
-  DecimalPrecision Precision;      // of them
+  DecimalPrecision Precision;      // the precision of the decimals
   std::uint64_t BodyBegin = 0;
 };
 

@@ -27,8 +27,8 @@ struct PcdHeader
   std::uint64_t values = 0;     // of one point
   PcdData data = PcdData::Ascii;
   std::uint64_t bodyBegin = 0; // in the file
-  std::string text;            // a header that says the same, as PCL reads it
-  Tolerance tolerance;         // what it does not count
+  std::string text;            // an equivalent header in the form that PCL reads
+  Tolerance tolerance;         // what the header does not count
   bool hasOddLines = false;    // among those of the points lines with #, or that end with \r alone,
                                // or with exponents of Fortran, which PCL does not know
   bool hasViewpoint = false;   // the scanner stood somewhere

@@ -84,7 +84,7 @@ namespace
 
 constexpr std::uint64_t mostVrmlBytes = std::uint64_t{ 1 } << 31; // Coin counts in int
 constexpr std::size_t deepestNodes = 2000;
-constexpr std::uint64_t mostNodes = 10'000'000; // that are gone through, each time they are used
+constexpr std::uint64_t mostNodes = 10'000'000; // nodes that are visited, each time they are used
 constexpr std::size_t deepestInlines = 8, mostInlines = 1000;
 constexpr std::uint64_t mostGridCorners = std::uint64_t{ 1 } << 28;
 // What extrusions may make of a file, each time they are used: spine times cross section.
@@ -1131,7 +1131,7 @@ private:
     faces.colorValues = materials;
     const std::span<const std::int32_t> specified = IndicesOf(node.materialIndex);
     const bool isSpecified =
-      specified.size() > 1 || (!specified.empty() && specified[0] >= 0); // else it is [ -1 ]
+      specified.size() > 1 || (!specified.empty() && specified[0] >= 0); // otherwise it is [ -1 ]
     const auto index = isSpecified ? specified : std::span<const std::int32_t>();
     switch (action.getMaterialBinding())
     {
@@ -1498,7 +1498,7 @@ private:
   {
     std::filesystem::path file;
     const std::vector<VrmlUrl>* urls = nullptr;
-    Transform placed;      // by the file that names this one
+    Transform placed;      // the transform of the Inline that names this file
     bool byMatrix = false; // there were transforms that VRML 2 does not have
     std::map<const SoNode*, Material> materials{};
     std::optional<FilesBeside> files{};

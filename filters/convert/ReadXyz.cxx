@@ -282,7 +282,7 @@ private:
     const auto hasDigit = [](std::string_view word)
     { return std::any_of(word.begin(), word.end(), IsDigit); };
     const std::string first = this->Words.empty() ? "" : LowercaseText(this->Words[0]);
-    double number = 0; // nan is one
+    double number = 0; // nan counts as a number
     return !this->Layout && this->Remarks < most && !first.empty() && first != "ncols" &&
            ParseNumber(first, number) == NumberTextError::NotANumber &&
            ((first[0] >= 'a' && first[0] <= 'z') ||
@@ -1038,8 +1038,8 @@ private:
   TextLines Lines;
   std::optional<XyzLayout> Layout; // by --columns, or by names in the file
   std::size_t NamedColumns = 0;    // of it
-  std::uint64_t NamesInFile = 0;   // the line; 0: none
-  bool NamesAlone = false;         // it is not a comment
+  std::uint64_t NamesInFile = 0;   // the line with names; 0: none
+  bool NamesAlone = false;         // the line with names is not a comment
   std::vector<std::string_view> Words;
   std::string_view Cells;     // the line, with its quotes
   std::string CellText;       // the same with decimal points
@@ -1052,8 +1052,8 @@ private:
   std::vector<bool> LeftOut, HasNumbers;      // of each column, where the layout is known
   std::string WordColumns;                    // names of columns of words, for a message
   std::optional<XyzColumns> Columns;          // once there is a point
-  std::uint64_t CountLine = 0;                // of the last count; 0: none
-  std::uint64_t Counted = 0, SinceCount = 0;  // points, by it, and after it
+  std::uint64_t CountLine = 0;                // the line of the last count; 0: none
+  std::uint64_t Counted = 0, SinceCount = 0;  // points that the count states, and points after it
   std::uint64_t OtherNames = 0;               // the line of names that name no columns; 0: none
   std::uint64_t Remarks = 0, FirstRemark = 0; // lines before the points that are skipped
   std::uint64_t HexColorLine = 0;             // of a colour as #c86432; 0: none

@@ -14,7 +14,7 @@ namespace kdstream
 namespace
 {
 
-constexpr std::size_t mostMessages = 20; // of each kind; a bad file can give one a line
+constexpr std::size_t mostMessages = 20; // of each kind; a damaged file can cause one for each line
 
 // Some readers only warn that data could not be read, and continue with uninitialized memory: such
 // a warning is an error. All other warnings stay warnings.

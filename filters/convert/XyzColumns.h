@@ -92,8 +92,8 @@ private:
   };
   struct Triple
   {
-    bool unit = true;      // every one is of length one, or none: zero or not finite
-    bool someUnit = false; // one is of length one
+    bool unit = true;      // every vector has length one, or is zero or not finite
+    bool someUnit = false; // at least one vector has length one
   };
   // Where the colours and the normals begin, if there are any.
   struct Candidate

@@ -188,7 +188,7 @@ void PolygonCutter::CutQueued(Rule rule)
     {
       if (this->Next[corner] == none || this->Left <= 3)
       {
-        continue; // it was cut off
+        continue; // this corner was cut off already
       }
       if (this->TouchedIn[corner] == this->BatchNumber)
       {

@@ -171,7 +171,7 @@ Status NewFile::Make()
 {
   struct stat replaced = {};
   const bool replaces = ::stat(this->Place.c_str(), &replaced) == 0;
-  if (!replaces && errno != ENOENT) // then nobody knows what permissions it would need
+  if (!replaces && errno != ENOENT) // the permissions for the new file are then unknown
   {
     return SystemError("cannot be written", errno);
   }

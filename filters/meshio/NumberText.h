@@ -18,7 +18,7 @@ enum class NumberTextError
 {
   None,
   NotANumber, // the word is not wholly a number of the kind
-  OutOfRange  // it is one, too large for its type
+  OutOfRange  // a number that is too large for its type
 };
 
 // True if the absolute value of the decimal number `word` is below one. REQUIRES: std::from_chars

@@ -102,7 +102,7 @@ private:
   MeshFileInfo FileInfo;
   std::unique_ptr<ObjVertices> Tables; // only if corners name more than places
   PolygonFaces Polygons;
-  std::unique_ptr<ScratchTable<Vec3>> Places; // once polygons need it
+  std::unique_ptr<ScratchTable<Vec3>> Places; // made for the first polygon
 
   ObjCorners Corners; // of a face
 

@@ -490,7 +490,7 @@ private:
   TextWords Words;
   TextState At;
   std::vector<Vec3> Facet;   // the corners of the last that was read
-  PolygonCutter Cutter;      // of it
+  PolygonCutter Cutter;      // cuts the facet's polygon
   std::vector<Vec3> Corners; // of its triangles: what ReadPoints gives
   std::size_t Given = 0;     // of these
 };
@@ -793,7 +793,7 @@ Status TextStlReader::ReadFacet()
 
 Status TextStlReader::ReadPoints(std::vector<Vec3>& points, std::size_t number)
 {
-  MakeRoom(points, number); // they were counted
+  MakeRoom(points, number); // the facets were counted before
   for (std::size_t i = 0; i < number; ++i)
   {
     if (this->Given == this->Corners.size())

@@ -207,7 +207,7 @@ double DivideExactly(const Decimal& decimal)
 struct Interval
 {
   Natural value, less, more, whole;
-  bool hasEnds; // they round to it, too
+  bool hasEnds; // the ends of the interval round to the number, too
 
   explicit Interval(double positive)
     : hasEnds(false)

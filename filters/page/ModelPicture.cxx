@@ -77,7 +77,7 @@ struct PictureVertex
 {
   double x = 0, y = 0; // in samples, from the upper left
   double near = 0;     // 1 / distance from the eye
-  Vec3 normal{};       // in the picture's axes; 0: it is not known
+  Vec3 normal{};       // in the picture's axes; 0: unknown
   Vec3 color = stone;
   bool IsFinite() const
   {

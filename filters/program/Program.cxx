@@ -32,7 +32,7 @@ std::atomic<bool> interrupted{ false };
 extern "C" void OnInterrupt(int signal)
 {
   interrupted = true;
-  std::signal(signal, SIG_DFL); // a second one ends the process
+  std::signal(signal, SIG_DFL); // a second signal ends the process
 }
 
 // What EndAtInterrupts prints: prepared, because a signal handler may do very little.

@@ -172,7 +172,7 @@ private:
   }
 
   Piece Part;
-  std::vector<Entry> Order; // those of a node are together
+  std::vector<Entry> Order; // the entries of a node are adjacent
   unsigned Depth = 0;       // of the leaves
   std::vector<Ball> Balls;  // heap order; the first entry is unused
 };
@@ -245,7 +245,7 @@ private:
   struct Walk
   {
     const Vec3& from;
-    double ends, best; // squares: it ends when the best is so near
+    double ends, best; // squared; the search ends at a distance of `ends`
     std::uint32_t found;
     std::uint64_t mostVisits, visits;
   };
@@ -535,7 +535,7 @@ private:
   unsigned Depth, PiecesAt; // PiecesAt: depth of the nodes that are searched as a whole
   NodeId Loaded = 0;
   std::optional<LevelSurface> Level;
-  std::uint32_t Last = 0; // the triangle found last: the next one is often near
+  std::uint32_t Last = 0; // the last result: the next point is often near it
   std::uint64_t Visits = 0, MostVisits = visitsAtFirst;
   double Most;
   std::priority_queue<Suspect> Suspects; // of a partition, the farthest first

@@ -101,7 +101,7 @@ struct StoreWriter::State
   Status Insert(Statement& insert, std::int64_t part, std::span<const std::uint8_t> data) const;
   // Among the pieces of its resolution.
   static std::size_t PlaceOf(PieceId id) { return id.node - (NodeId{ 1 } << DepthOfNode(id.node)); }
-  std::size_t PiecesOfLevels(unsigned end) const; // of those coarser than `end`
+  std::size_t PiecesOfLevels(unsigned end) const; // number of pieces of levels coarser than `end`
   // The blob of a piece that was added, or its texture. Any number of threads. Errors: with the
   // store's name.
   Result<std::vector<std::uint8_t>> ReadPiece(PieceId id);

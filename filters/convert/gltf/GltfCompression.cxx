@@ -226,7 +226,7 @@ Result<DracoPart> DecodeDraco(std::span<const std::uint8_t> bytes,
     const auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
     return decoded.ok() ? ReadDraco(*decoded.value(), attributes, normalized) : damaged;
   }
-  catch (const std::exception&) // of sizes that it believes
+  catch (const std::exception&) // meshoptimizer trusts sizes in the data
   {
     return damaged;
   }

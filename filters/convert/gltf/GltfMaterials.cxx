@@ -327,7 +327,7 @@ private:
 
   static TextureWrap WrapOf(const Json& value)
   {
-    constexpr double clampToEdge = 33071, mirroredRepeat = 33648; // as glTF names them
+    constexpr double clampToEdge = 33071, mirroredRepeat = 33648; // the numbers in glTF
     const double number = NumberOf(value, 0);
     return number == clampToEdge      ? TextureWrap::Clamp
            : number == mirroredRepeat ? TextureWrap::Mirror
@@ -358,7 +358,7 @@ private:
   const GltfBuffers& Buffers;
   std::filesystem::path File;
   FilesBeside Files;
-  std::map<std::size_t, std::size_t> ImageOfView; // the first one
+  std::map<std::size_t, std::size_t> ImageOfView; // the first image that uses the view
   std::uint64_t BytesTaken = 0;                   // out of data URIs
   std::vector<std::string> Warnings, Others;      // Others: pictures that are not carried
   LostLooks Lost;

@@ -812,7 +812,7 @@ Result<GltfMeshes::Claims> GltfMeshes::ClaimsOf(std::size_t mesh) const
     claims.Add(claimed);
     if (claims.points >= noVertex)
     {
-      break; // that is enough to refuse it
+      break; // as many points are refused later
     }
   }
   return claims;

@@ -26,11 +26,11 @@ struct GltfPart
 {
   std::vector<Vec3> points;
   std::vector<Triangle> triangles;
-  std::vector<Vec3> normals;               // of each point, or none
+  std::vector<Vec3> normals;               // one for each point, or empty
   std::vector<Color> colors;               // the same, in linear light
   std::vector<PictureCoordinate> pictures; // the same: where its material's picture is looked at
   std::vector<Attribute> arrays;           // what else each point has
-  std::size_t material = 0;                // the number of materials where it has none
+  std::size_t material = 0;                // the number of materials if the part has no material
   // How a skin moves a point: joints and their weights, the same number for each point.
   std::vector<std::pair<std::uint32_t, double>> joints;
   std::size_t jointsOfPoint = 0;

@@ -515,7 +515,7 @@ Result<ForeignMesh> JoinedScenes::Finish(const std::vector<std::string>& scenes,
 Status JoinedScenes::Bake(const Execution& execution)
 {
   this->Textured.materials = std::move(this->Materials);
-  this->Textured.materials.push_back({}); // of parts without one
+  this->Textured.materials.push_back({}); // for parts without a material
   this->Textured.pictures = std::move(this->Pictures);
   this->Textured.mesh = std::move(this->Joined.mesh);
   TextureOptions used = this->Textures;

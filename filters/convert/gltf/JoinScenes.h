@@ -122,7 +122,7 @@ private:
   GltfSource* Source = nullptr; // the same
 
   ForeignMesh Joined;
-  std::vector<Color> Colors; // of the points; where pictures paint, what multiplies them
+  std::vector<Color> Colors; // vertex colours; with textures, the factors of the texture's colours
   TexturedMesh Textured;
   Box Whole, Placed; // of all; of the part that is appended
   JoinedBorders Borders;
@@ -130,7 +130,8 @@ private:
   std::size_t Lines = 0;
   bool AreDoubles = false, IsPosed = false, IsAnimated = false;
   bool AreFloats = true; // all places
-  bool IsTinted = false; // by colours that are not white, as modellers write where none is painted
+  // Some vertex colours are not white (white is written where nothing is painted).
+  bool IsTinted = false;
 };
 
 }

@@ -455,7 +455,8 @@ private:
         around, Within("has a subtree " + Quoted(uri) + " that ", subtree.GetError()));
     }
     this->Found.tilesets.push_back(*file);
-    KDSTREAM_TRY(this->CountTiles(1 + implicit.shape.tiles / 64)); // the work for those not there
+    // Work for tiles that are not available.
+    KDSTREAM_TRY(this->CountTiles(1 + implicit.shape.tiles / 64));
     // From the last level up: of each tile of a level, whether it or one below has a content.
     std::vector<bool> below(implicit.shape.children);
     for (std::size_t child = 0; child < below.size(); ++child)

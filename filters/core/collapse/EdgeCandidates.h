@@ -75,7 +75,7 @@ private:
     double cost;
     VertexId u, v;
     std::uint32_t stamp;
-    std::uint32_t next; // in the same bucket, or of those that are free
+    std::uint32_t next; // the next one in the same bucket, or the next free one
   };
 
   static std::size_t RoomFor(std::size_t candidates)
@@ -95,8 +95,9 @@ private:
 
   std::vector<EdgeCandidate> Near; // a heap: what costs no more than the buckets below Begin
   std::size_t Begin = 0;
-  std::size_t Lowest = buckets;     // no bucket below has any
-  std::vector<std::uint32_t> First; // of each bucket, those not measured and those measured
+  std::size_t Lowest = buckets; // no bucket below has any
+  // For each bucket: first entry not measured, first entry measured.
+  std::vector<std::uint32_t> First;
   std::vector<Waiting> Slots;
   std::uint32_t Free = none;
 };

@@ -148,7 +148,7 @@ private:
     }
     else
     {
-      this->Base = finest; // one piece, which is wanted
+      this->Base = finest; // one piece, and it is wanted
     }
   }
 

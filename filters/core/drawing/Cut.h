@@ -54,7 +54,7 @@ std::vector<PieceId> MissingPieces(const Cut& cut, const PieceLookup& lookup);
 struct Closure
 {
   std::vector<PieceId> pieces;  // ascending: what is known to be needed, the wanted ones too
-  std::vector<PieceId> missing; // those of them that are not loaded, ascending
+  std::vector<PieceId> missing; // needed pieces that are not loaded, ascending
 };
 
 // The pieces that show all vertices of the wanted pieces at these pieces' resolution or finer. Only

@@ -24,7 +24,8 @@ struct ClusterPart
   std::span<const ClusterSum> clusters;
   std::span<const std::uint32_t> cellOf; // finest cell of each cluster's lowest original vertex
   VertexId first = 0;                    // the number of the first cluster
-  std::span<const Triangle> triangles;   // all that touch one of the clusters, others perhaps
+  // All triangles that touch one of the clusters, perhaps more.
+  std::span<const Triangle> triangles;
   // Pairs of clusters that only collapsed triangles, or coincident vertices, tie together.
   std::span<const Link> links;
 };

@@ -49,9 +49,9 @@ struct SpillLedger
   std::atomic<std::uint64_t> bytesRead{ 0 }, bytesWritten{ 0 }, onDisk{ 0 }, peakOnDisk{ 0 };
   std::atomic<std::uint64_t> files{ 0 };
   bool keepFolder = false;
-  bool sums = false; // files of it may be kept: what is written in order is summed on the way
+  bool sums = false; // files may be kept: checksums are computed while they are written in order
   FileHook hook;
-  std::shared_ptr<void> lock; // of the folder, as long as a file of it is open
+  std::shared_ptr<void> lock; // the folder's lock, held while one of its files is open
 
   std::uint64_t expected = 0; // SpillFolder::Expect; 0: nobody knows
 
@@ -109,8 +109,8 @@ private:
   std::atomic<std::uint64_t> Bytes{ 0 };
   int Descriptor = -1;
   bool Kept = false;
-  std::uint64_t KeptSum = 0;                    // of one that is kept
-  std::shared_ptr<detail::SumOfWrites> Written; // of one that may be
+  std::uint64_t KeptSum = 0;                    // checksum of a kept file
+  std::shared_ptr<detail::SumOfWrites> Written; // running checksum of a file that may be kept
 };
 
 // A hidden folder with a name of its own below a given one. The destructor removes it with all its

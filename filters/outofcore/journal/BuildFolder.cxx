@@ -198,7 +198,7 @@ fs::path BuildFolder::PathFor(const fs::path& store, const fs::path& temporaryFo
 Result<BuildFolder> BuildFolder::Open(
   const fs::path& path, std::string_view fingerprint, bool resume, FileHook hook)
 {
-  const std::string disk = path.parent_path().string(); // what a user knows of it
+  const std::string disk = path.parent_path().string(); // the folder that the user knows
   Result<std::shared_ptr<void>> lock = Lock(LockOf(path), hook);
   if (!lock && lock.GetError().code != ErrorCode::LimitExceeded) // not the folder's fault
   {

@@ -22,7 +22,7 @@ namespace
 struct Side
 {
   std::uint64_t count = 0;
-  double coordinates = 0, ids = 0; // sums: they only choose pivots
+  double coordinates = 0, ids = 0; // sums, used only to choose pivots
 
   void Add(const OrderKey& key, double sign = 1)
   {
