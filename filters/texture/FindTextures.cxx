@@ -44,7 +44,7 @@ Result<bool> HasWord(ByteSource& source, std::string_view word)
     {
       return false;
     }
-    source.Consume(block->size() - (word.size() - 1)); // the next block may begin within it
+    source.Consume(block->size() - (word.size() - 1)); // the word may continue in the next block
   }
 }
 

@@ -17,7 +17,7 @@ namespace kdstream
 struct FoundTextures
 {
   bool any = false;
-  bool colors = false; // any, but no picture: materials of several colours, or one that is not grey
+  bool colors = false; // materials without pictures, of several colours or of one that is not grey
   // What the user should know where there are none: materials that are not there.
   std::vector<std::string> warnings{};
   // None, and besides what `warnings` say nothing that could be seen is lost: the materials that

@@ -56,7 +56,8 @@ public:
 
 private:
   static constexpr std::size_t looks = 4;
-  std::array<std::pair<std::string, std::size_t>, looks> Of; // the first one, and how many
+  // The first material, and the number of materials.
+  std::array<std::pair<std::string, std::size_t>, looks> Of;
 };
 
 }

@@ -432,7 +432,7 @@ private:
   const TileOptions& Options;
   const TileCharts Charts;
   std::vector<Rgba> Patches;
-  std::vector<std::uint32_t> PatchOf; // of each triangle; noChartBox: none
+  std::vector<std::uint32_t> PatchOf; // the patch of each triangle; noChartBox: none
   unsigned Halvings = 0;
   PackedBoxes Packed;               // of boxes, then patches
   std::vector<std::uint8_t> Texels; // RGBA, of the tile

@@ -30,7 +30,8 @@ struct TileCounts
   std::uint64_t tiles = 0, halved = 0; // tiles that had to be made smaller
   std::uint64_t texels = 0;            // of all tiles
   std::uint64_t triangles = 0,
-                repeating = 0; // all; and those that have the mean of what they repeat
+                // All triangles; and those that show the mean of a picture that they repeat.
+    repeating = 0;
   void Add(const TileCounts& more);
 };
 

@@ -70,7 +70,7 @@ private:
   const std::vector<PictureSource>& Pictures;
   const std::uint64_t MostPixels;
   TextureFolderWriter* const Folder;
-  std::vector<std::optional<Outcome>> Ahead; // of each picture; gone once it was read
+  std::vector<std::optional<Outcome>> Ahead; // of each picture; removed when it was read
   std::vector<std::string> Reported;
   std::size_t Unread = 0;
 };

@@ -23,7 +23,7 @@ struct TexelValues
 struct FewSums
 {
   static constexpr std::size_t most = 64;   // parts, times the square of a white texel: 0.7 × 2^24
-  TexelValues whole{}, byColumn{}, byRow{}; // as they are, and times their column and row
+  TexelValues whole{}, byColumn{}, byRow{}; // the values, and the values times their column and row
   std::size_t parts = 0;
 };
 
@@ -31,7 +31,8 @@ struct FewSums
 struct PartSums
 {
   using Values = std::array<double, 8>; // light, what is shown, its square
-  Values whole{}, second{}, last{};     // as it is, and by the second and the last corner's shares
+  // The value, and the value times the second and the last corner's weights.
+  Values whole{}, second{}, last{};
 
   // A part's second corner has a share of (its column + third) / cuts, its last one so by rows.
   void Add(const FewSums& few, double third, double cuts)

@@ -12,7 +12,7 @@ namespace
 struct Run
 {
   std::int64_t from = 0;  // lowest of the picture's
-  std::int64_t count = 0; // of the box's; all are one of the picture's where step is 0
+  std::int64_t count = 0; // of the box; if step is 0, all of them are one texel of the picture
   int step = 1;           // -1: mirrored
 };
 

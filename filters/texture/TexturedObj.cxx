@@ -142,7 +142,7 @@ private:
     }
     this->Out.libraries = std::move(found.libraries);
     TexturedMesh& textured = this->Out.textured;
-    textured.materials.push_back({}); // of faces without one
+    textured.materials.push_back({}); // for faces without a material
     std::map<std::filesystem::path, std::uint32_t> pictures;
     FilesBeside files(this->File);
     for (ObjMaterial& read : found.materials)

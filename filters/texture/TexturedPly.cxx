@@ -396,7 +396,7 @@ private:
   std::filesystem::path File;
   TexturedFile Out;
   std::vector<float> Coordinates; // of a face
-  std::vector<Vec3> Corners;      // of it
+  std::vector<Vec3> Corners;      // corners of the face
   PolygonCutter Cutter;
   std::vector<bool> BeginsFace; // of each triangle
   bool NoneHas = true;          // no face has a texcoord

@@ -127,7 +127,7 @@ private:
   const std::vector<Vec3> Sums; // of the areas around each point; empty of a cloud
   const Attribute* const Normals;
   const Attribute* const Colors;
-  std::vector<const Attribute*> Arrays; // those of Out
+  std::vector<const Attribute*> Arrays; // the arrays of Out
   const bool WithNormals;
   const double Depth;
 };

@@ -34,7 +34,8 @@ struct TilesOptions
 {
   TileCompression compression = TileCompression::Meshopt;
   bool normals = true;
-  std::optional<GlobePlace> origin; // where the model's (0, 0, 0) stands; none: on no globe
+  // The place of the model's (0, 0, 0) on the globe; nothing: no globe.
+  std::optional<GlobePlace> origin;
 };
 
 // What tiles are made of. Both functions may be called from any thread.
@@ -48,9 +49,9 @@ struct TileInput
 struct TileFacts
 {
   double error = 0; // model units
-  Box box;          // of what it shows, and of all below; model units
+  Box box;          // of the tile's content and of all tiles below; model units
   bool shows = false;
-  bool stays = false; // it shows something, or one below it does
+  bool stays = false; // the tile or one below it has content
 };
 
 // The tiles of one resolution.

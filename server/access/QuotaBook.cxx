@@ -264,8 +264,8 @@ struct QuotaBook::File
   std::mutex mutex;                         // for what follows
   std::atomic<std::uint64_t> failures{ 0 }; // to begin, for a lock
   std::chrono::steady_clock::time_point lastFailure;
-  std::unique_ptr<Connection> open;     // null: it failed, or was never opened
-  std::optional<FileIdentity> lastOpen; // whose file it was
+  std::unique_ptr<Connection> open;     // null: opening failed, or was never tried
+  std::optional<FileIdentity> lastOpen; // the file of the last connection
   std::set<dev_t> devicesAbove;         // its folder then
 
   Status Open(std::int64_t now);
@@ -406,7 +406,7 @@ Status QuotaBook::Connection::Open()
   }
   KDSTREAM_TRY(this->Prepare());
   const auto is = IdentityOf(this->path);
-  int hasMoved = 0; // since it was opened
+  int hasMoved = 0; // whether the file was moved since it was opened
   sqlite3_file_control(this->database.get(), nullptr, SQLITE_FCNTL_HAS_MOVED, &hasMoved);
   if (!is || hasMoved != 0)
   {
@@ -538,7 +538,7 @@ Result<std::string> QuotaBook::Connection::OriginalOf(const CountedModel& model)
     KDSTREAM_TRY(
       this->Ask(this->enter, std::string_view(input), of, std::string_view(), std::int64_t{ 0 }));
   }
-  if (isInputKnown && *ofInput) // there are others
+  if (isInputKnown && *ofInput) // other models of the same input exist
   {
     KDSTREAM_TRY(this->Ask(this->removeTwice, of));
     KDSTREAM_TRY(this->Ask(this->countAnew, of));
@@ -682,7 +682,8 @@ QuotaBook::Taken QuotaBook::TryTransaction(const CountedModel& model, const Work
   } const atEnd{ file, fails };
   const auto failed = [&](Error error) -> Taken
   {
-    fails = !connection.IsLocked() && connection.IsThere(); // else the next call follows it
+    // Otherwise the next call opens the new file.
+    fails = !connection.IsLocked() && connection.IsThere();
     return error;
   };
   if (const auto begun = file.Begin(); !begun)
@@ -694,7 +695,7 @@ QuotaBook::Taken QuotaBook::TryTransaction(const CountedModel& model, const Work
   {
     return failed(models.GetError());
   }
-  if (connection.hasEntered) // which models are one stays known where this is refused
+  if (connection.hasEntered) // models of one input stay known even if this request is refused
   {
     if (const auto committed = connection.Ask(connection.commit); !committed)
     {

@@ -334,7 +334,7 @@ Result<TokenClaims> ParseClaims(const JsonValue& json)
     return WrongToken("must have \"preview\", \"levels\" or \"regions\" as \"detail\"");
   }
   claims.detail = *parsed;
-  if (FindMember(json, "aud")) // it was made for somebody else (RFC 7519, 4.1.3)
+  if (FindMember(json, "aud")) // the token is for another audience (RFC 7519, 4.1.3)
   {
     return WrongToken("is for another audience");
   }

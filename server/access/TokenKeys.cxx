@@ -164,7 +164,7 @@ Result<TokenKeys> ReadTokenKeys(const std::filesystem::path& file)
   }
   if (std::filesystem::exists(file, error) && kind != std::filesystem::file_type::regular)
   {
-    return Error{ ErrorCode::InputOutput, "is not a file" }; // of a pipe one might wait for ever
+    return Error{ ErrorCode::InputOutput, "is not a file" }; // reading a pipe could block for ever
   }
   errno = 0;
   std::ifstream input(file, std::ios::binary);

@@ -133,7 +133,7 @@ struct Environment
   StoreCatalog& catalog;
   FolderFollower& folder;
   const Logs& logs;
-  TokensWatch* tokens; // null: none are asked for
+  TokensWatch* tokens; // null: no tokens are required
   HttpServer& server;
 };
 
@@ -173,7 +173,7 @@ void Try(Messages& messages, std::string_view what, const Work& work)
       messages.Fail(std::string(what) + ": " + CaughtError().message);
     }
   }
-  catch (...) // nor is there memory to say so
+  catch (...) // there is no memory for a message either
   {
   }
 }

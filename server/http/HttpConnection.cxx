@@ -432,7 +432,7 @@ private:
       this->Send(std::move(*response), this->Input.Request().keep_alive());
       return;
     }
-    this->SetIdle(patienceWithDisk); // others need the slot more
+    this->SetIdle(patienceWithDisk); // other clients need the slot more
     this->AwaitReader();
     this->AskReader(std::make_shared<const Routes::Reading>(std::move(*reading)));
   }
@@ -465,7 +465,7 @@ private:
         self->Guard(
           [&]
           {
-            if (isTrial && isDone && !*found) // it counts
+            if (isTrial && isDone && !*found) // the request counts against a quota
             {
               self->AskReader(reading, true);
             }
@@ -645,7 +645,7 @@ private:
     const bool goesOn = !error && this->KeepAlive && !this->State.Draining();
     if (goesOn)
     {
-      this->MarkIdle({}); // before it is counted: whoever has seen that knows it as idle
+      this->MarkIdle({}); // before counting it: who sees the count must find the connection idle
     }
     if (!this->Admitted.isAdmin)
     {
@@ -740,7 +740,7 @@ private:
   std::array<char, 4096> Discarded{};
   Clock::time_point Began;
   bool Answering = false;
-  std::function<void()> StopWaiting; // for a disk; empty: it does not wait for one
+  std::function<void()> StopWaiting; // stops waiting for a disk; empty: not waiting
 };
 
 }

@@ -160,14 +160,14 @@ struct Routes::AskedBlob
   Permission permission;
   std::string name, tag;
   bool isCounted = false;
-  bool isKnown = false; // no byte of it is sent: the client has it, or asks for only the head
+  bool isKnown = false; // no body is sent: the client has it already, or sent HEAD
 };
 
 // A file of a model's tileset that a client may have.
 struct Routes::AskedTile
 {
   std::shared_ptr<const ServedModel> model;
-  protocol::BlobId piece; // that it shows; of a tileset its root
+  protocol::BlobId piece; // the piece in the tile; for a tileset its root
   Permission permission;
   TileKeeper::Wanted wanted;
   std::string name, tag;
@@ -392,7 +392,7 @@ Routes::Found Routes::FindApi(const HttpRequest& request, std::string_view path)
     return found;
   }
   return Changed(std::move(found),
-    [](HttpResponse response) // caches must not give it to somebody else
+    [](HttpResponse response) // caches must not give it to other clients
     {
       response.fields.emplace_back("Vary", "Authorization");
       return response;

@@ -614,7 +614,7 @@ private:
   // What comes.
   WebSocketReader Frames;
   std::vector<char> Arrived;
-  std::string_view Unread; // of it
+  std::string_view Unread; // bytes that were not read yet
   bool Reading = false;
   Clock::time_point HeardAt = Clock::now();
   // What goes.

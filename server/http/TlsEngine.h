@@ -25,7 +25,7 @@ public:
   {
     Done,
     WantsInput, // of the other side's; the same call again then
-    Ended,      // the other side says that it sends no more
+    Ended,      // the other side has announced that it sends nothing more
     Failed      // what came is not TLS, or not for us
   };
 

@@ -50,7 +50,7 @@ public:
   std::size_t Size() const { return this->Bytes; }
 
 private:
-  std::array<char, TlsEngine::mostWritten> Gathered; // as much as Bytes, if it begins here
+  std::array<char, TlsEngine::mostWritten> Gathered; // bytes gathered from the first buffers
   const char* Begin = Gathered.data();
   std::size_t Bytes = 0;
 };

@@ -142,8 +142,9 @@ public:
   struct Tally
   {
     std::uint64_t failedBlobs = 0; // that could not be read
-    std::uint64_t forbidden = 0;   // requests that its token does not allow, and that it has ended
-    std::uint64_t tooMany = 0;     // requests beyond ConversationLimits::requests
+    // Requests refused because of the token, or ended when it expired.
+    std::uint64_t forbidden = 0;
+    std::uint64_t tooMany = 0; // requests beyond ConversationLimits::requests
   };
   const Tally& Counted() const { return this->Counts; }
 
@@ -181,7 +182,7 @@ private:
   const Catalog& Models;
   ConversationLimits Limits;
   Permission May;
-  std::shared_ptr<const ServedModel> Model; // the open one
+  std::shared_ptr<const ServedModel> Model; // the open model
   std::deque<Received> Waiting;
   std::unique_ptr<Job> Current;
   std::shared_ptr<Task> Pending;               // of the current request

@@ -22,7 +22,7 @@ struct Loop
   std::mutex mutex; // for what follows
   std::condition_variable changed;
   std::size_t next = 0; // that nobody has begun
-  unsigned thread = 0;  // the number of the one that works
+  unsigned thread = 0;  // the number of the working thread
   std::exception_ptr thrown;
   bool done = false;
 

@@ -67,7 +67,8 @@ namespace
 
 // To look whether a file has changed takes no time, but where its disk hangs.
 constexpr std::chrono::seconds patienceWithLook{ 1 };
-constexpr std::size_t mostReplaced = 4; // of one model: each keeps a file and a tree
+// Replaced versions of one model; each keeps a file and a tree open.
+constexpr std::size_t mostReplaced = 4;
 
 // The file may be a copy in progress. A file that was a store before is waited for less, because
 // clients ask again and again in the meantime.
@@ -345,7 +346,7 @@ Status StoreCatalog::ReadFolder(Patience patience)
     else if (*held->second.ended)
     {
       this->Add(state, file.path, file.id, file.old, held->second.opening.get());
-      state.passing = true; // it may have changed since
+      state.passing = true; // the file may have changed since
       this->HeldByDisk.erase(held);
     }
     else
@@ -435,7 +436,7 @@ void StoreCatalog::Refresh()
   const auto now = Clock::now();
   const bool outlived = std::any_of(present->replaced.begin(), present->replaced.end(),
     [now](const Replaced& replaced) { return replaced.until <= now; });
-  const bool otherNotes = present->notes != this->Notes->Version(); // somebody has asked for them
+  const bool otherNotes = present->notes != this->Notes->Version(); // the notes were read since
   if (this->Again || this->HasChanged(*present) || outlived || otherNotes)
   {
     this->Look();

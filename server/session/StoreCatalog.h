@@ -95,7 +95,7 @@ private:
   struct Held
   {
     std::shared_ptr<const std::atomic<bool>> ended;
-    std::shared_ptr<const Opening> opening; // null: it was only looked at
+    std::shared_ptr<const Opening> opening; // null: the file was only examined
   };
   std::shared_ptr<const State> Current() const;
   std::filesystem::path FileOf(const std::string& id) const;
@@ -103,7 +103,8 @@ private:
   enum class Patience
   {
     None,
-    WithNew // what was written just now, and is not a store, may become one: it is not reported yet
+    // A recently written file that is not a store is not reported yet, because it may become one.
+    WithNew
   };
   Status Try(Patience patience);
   Status ReadFolder(Patience patience);

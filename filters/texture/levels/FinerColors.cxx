@@ -231,7 +231,7 @@ void FinerColors::FindNeighbours()
 {
   struct EdgeSide
   {
-    std::uint64_t vertices; // the lower one in the upper half
+    std::uint64_t vertices; // the lower vertex in the upper half
     std::uint32_t triangle, edge;
   };
   const std::vector<Triangle>& triangles = this->Finer.piece.triangles;

@@ -38,7 +38,7 @@ struct FinerTiles
   struct Place
   {
     Box box;           // of the piece's own vertices
-    bool below = true; // it covers part of the piece; else it is beside it
+    bool below = true; // true: the tile covers part of the piece; false: it is beside the piece
   };
   std::vector<Place> places;
   // That of a place. Called more than once.
