@@ -321,7 +321,7 @@ int vtkKdStreamActor::RenderOpaqueGeometry(vtkViewport* viewport)
     return 0;
   }
   auto view = ViewOf(*renderer, *this->GetMatrix());
-  if (!view) // splats cannot be drawn before they know it
+  if (!view) // splats need the view before they can be drawn
   {
     return 0;
   }

@@ -193,7 +193,7 @@ private:
   Job Current;
   std::mutex Mutex; // of Jobs
   std::deque<Job> Jobs;
-  ClientThread Thread; // last: it uses all of the above
+  ClientThread Thread; // the last member, because the thread uses all members above
 };
 
 LocalClient::LocalClient(std::vector<std::shared_ptr<const ServedModel>> models,

@@ -181,7 +181,8 @@ void StreamConversation::Opened(std::uint32_t request, const ModelDescription& m
     event.request = request;
     event.model = model;
     this->Events.push_back(std::move(event));
-    this->Outstanding.erase(pending); // last: without memory for the event it is outstanding still
+    // Last: if memory for the event is missing, the request stays outstanding.
+    this->Outstanding.erase(pending);
   }
 }
 

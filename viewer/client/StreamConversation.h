@@ -73,12 +73,12 @@ public:
   bool IsWaiting() const { return !this->Outstanding.empty(); }
 
 private:
-  struct PendingRequest // of the server to one request of the session
+  struct PendingRequest // a request to the server, for one request of the session
   {
     bool open = false;
     std::string model;                      // of an open
-    std::vector<protocol::BlobId> wanted;   // all of them, in the order of the request
-    std::set<protocol::BlobId> outstanding; // those that have not come
+    std::vector<protocol::BlobId> wanted;   // all wanted blobs, in the order of the request
+    std::set<protocol::BlobId> outstanding; // the blobs that have not arrived
 
     std::vector<protocol::BlobId> OutstandingInOrder() const;
     bool IsOutstanding() const
@@ -87,8 +87,8 @@ private:
     }
     bool IsInBackoff() const; // all that is outstanding is to be asked for again
     std::size_t messages = 0; // not yet ended
-    std::string busy;         // what a busy server said of it; empty = it was not
-    std::size_t tries = 0;    // times that it has been asked for again
+    std::string busy;         // what a busy server answered; empty: it was not busy
+    std::size_t tries = 0;    // number of retries
   };
   struct Message
   {
@@ -128,14 +128,14 @@ private:
   protocol::FrameAssembler Frames;
   double LastBlob = 0;
   Oldest Longest;          // outstanding,
-  double LastProgress = 0; // with it;
+  double LastProgress = 0; // time of the last progress;
   // Messages that had been sent when the first other answer arrived since then; 0: none has
   // arrived.
   std::uint32_t AskedByThen = 0;
   std::size_t Strays = 0;     // messages that bring nothing of what was asked for, since then
   bool OthersArrived = false; // since the last progress
   std::string Model, Digest;  // that is open, or was when the connection was lost
-  std::string Refusal;        // why nothing more can be had of it; empty = it can
+  std::string Refusal;        // why the server sends nothing more; empty: it still sends
   std::vector<std::string> Messages;
   std::vector<ClientEvent> Events;
 };

@@ -21,7 +21,7 @@ struct SceneSettings
   ColorChoice colors;
   bool occlusion = true;
   bool boxes = false;     // of the region's partitions
-  bool legend = false;    // where colours are those of an array
+  bool legend = false;    // whether a legend is shown for an array's colours
   bool distances = false; // that were measured
   bool operator==(const SceneSettings&) const = default;
 };

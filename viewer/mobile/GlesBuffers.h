@@ -110,12 +110,13 @@ private:
   std::uint64_t Colored = 0; // ColorsVersion
   Box Bounds;                // of what is drawn, relative to the center; not scaled
   double FacetOfAll = 0.0;
-  std::size_t Points = 0; // of a cloud; 0 if it has triangles
+  std::size_t Points = 0; // points of a cloud; 0 for a mesh with triangles
 
   Coloring Colors;
   std::uint64_t ColorsVersion = 0; // grows whenever Colors change
   double MorphedShare = 1;
-  std::optional<double> LongestWay; // of what morphs, in the model's unit; none where nothing does
+  // Longest way of a morphing vertex, in the model's unit; nothing if none morphs.
+  std::optional<double> LongestWay;
 };
 
 }

@@ -292,7 +292,7 @@ bool ScenePart::ShowTextured(const SurfacePart& part, const UnitNormals& normals
   }
   const TexturedCorners textured =
     TexturedCornersOf(part.surface, part.corners, *textureSource.tile);
-  const auto texture = this->Texture; // Show lets it go
+  const auto texture = this->Texture; // Show releases it
   this->Show(Split(part.surface, textured), Split(normals, textured), depths, center, style);
   this->Texture = texture;
   this->Tile = textureSource.tile;
@@ -343,7 +343,7 @@ void ScenePart::AddShaders()
   DrawNoSplats(*this->Drawing, *this->Mapper);
   if (this->IsCut)
   {
-    DiscardNothing(*this->Drawing); // until it is cut anew
+    DiscardNothing(*this->Drawing); // until the section is made again
     this->IsCut = false;
   }
   if (this->IsCloud)

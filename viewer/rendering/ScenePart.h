@@ -83,11 +83,11 @@ private:
   bool IsLit = true;                       // in the last picture
   double LargestRadius = 0.0;              // of the points of a cloud; 0 for a surface
   std::vector<ColorSource> Sources;        // one a point
-  Surface Arrays;                          // without points: what they may be coloured by
+  Surface Arrays;                          // arrays for colours, without the points
   std::shared_ptr<const TextureTile> Tile; // whose picture is in Texture; or null
   vtkSmartPointer<vtkTexture> Texture;     // or null
-  bool IsTextured = false;                 // by it
-  std::array<double, 3> Plain;             // colour of what has none of its own
+  bool IsTextured = false;                 // whether the texture is shown
+  std::array<double, 3> Plain;             // colour of points without their own colour
 };
 
 }

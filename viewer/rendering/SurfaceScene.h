@@ -107,7 +107,7 @@ private:
   SceneLighting Lighting;
   std::optional<SectionPlane> Section;
   std::shared_ptr<const Surface> Cap;  // null without
-  std::unique_ptr<ScenePart> CapDrawn; // once there has been one
+  std::unique_ptr<ScenePart> CapDrawn; // made for the first section
   std::uint64_t CapVersion = 0;
 };
 

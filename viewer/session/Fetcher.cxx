@@ -191,7 +191,7 @@ void Fetcher::Fail(const BlobId& blob, const std::string& message)
 {
   if (this->Wanted.GiveUpPrefetch(blob))
   {
-    return; // nobody has missed it
+    return; // nobody waits for this blob
   }
   std::optional<PieceId> piece;
   if (IsOfPiece(blob))

@@ -15,7 +15,7 @@ namespace kdstream
 // A finger or a mouse's button that is down.
 struct Pointer
 {
-  std::int64_t id = 0; // of its touch; a pair's other one has the next
+  std::int64_t id = 0; // id of its touch; the other touch of a pair has the next id
   double x = 0, y = 0; // pixels of the window
   bool isPair = false; // stands for two fingers, left and right of it: a mouse's right button
   bool operator==(const Pointer&) const = default;

@@ -15,7 +15,7 @@ constexpr std::size_t standardTreeBytes = std::size_t{ 16 } << 20;
 // What a session may hold (SessionOptions::TakeShares).
 struct MemoryShares
 {
-  std::size_t cacheBytes = 0;        // decoded pieces, those that are shown among them
+  std::size_t cacheBytes = 0;        // decoded pieces, including those that are shown
   std::size_t treeBytes = 0;         // of the model's tree
   std::size_t viewBytes = 0;         // about, of pieces that the view wants, decoded and drawn
   std::uint64_t triangles = 0;       // that the view wants

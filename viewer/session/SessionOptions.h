@@ -50,7 +50,7 @@ struct LodOptions
 {
   DetailMode detail = DetailMode::View;
   RefinementOptions refinement; // by the view
-  LevelPolicyOptions policy;    // by one level for all
+  LevelPolicyOptions policy;    // for views by one level
 };
 
 struct RegionLimits
@@ -69,7 +69,7 @@ struct SessionOptions : LodOptions
 {
   unsigned rings = 1; // around a picked cell, 1-3
   Turning turning = Turning::Upright;
-  bool coasts = false; // the model turns on for a moment when it is let go (Advance)
+  bool coasts = false; // the model keeps turning for a moment when it is released (Advance)
   RegionLimits region; // around a tap
   // Decoded pieces that are kept beyond what is shown, bytes.
   std::size_t cacheBytes = std::size_t{ 256 } << 20;

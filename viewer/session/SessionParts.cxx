@@ -53,7 +53,7 @@ void SessionParts::Update()
   {
     if (this->region.IsPicking() && !this->previewsOnly && this->region.Follow(this->lod.ByView()))
     {
-      this->fetcher.GiveWayToTap(); // nor does what waits go before it
+      this->fetcher.GiveWayToTap(); // waiting requests do not go before the tap's
     }
     if (this->tools.Measuring().Waits())
     {

@@ -23,7 +23,7 @@ namespace kdstream
 struct SessionParts
 {
   SessionOptions options;
-  ShownModel model; // that all others are about
+  ShownModel model; // the model that all other parts use
   LodSelection lod;
   PickedRegion region;
   CameraControl camera;

@@ -46,8 +46,8 @@ std::string FormatRequest(const SessionRequest& request, bool isPreview = false)
 // What became of a blob that has come.
 enum class BlobArrival
 {
-  Taken,    // undamaged, as far as it was looked at
-  Unwanted, // nobody has asked for it, or it is too late to tell
+  Taken,    // undamaged, as far as it was checked
+  Unwanted, // not requested, or not any more
   Damaged
 };
 
@@ -61,12 +61,12 @@ struct ViewerScene
   Quaternion orientation;               // of the camera: x right, y up, view along -z
   double viewAngle = Camera::viewAngle; // radians, vertical
   TreeDepths depths;                    // of the model
-  ScalarDescriptions scalars;           // that it may be coloured by
+  ScalarDescriptions scalars;           // arrays that can colour the model
   std::optional<SectionPlane> section;  // what is above is not drawn
   std::shared_ptr<const Surface> cap;   // in the section's plane, where the model is solid; or null
   std::uint64_t capVersion = 0;         // grows whenever `cap` is another one
   SceneLighting lighting;
-  std::shared_ptr<const TileList> tiles; // that paint parts of the surface; null: none
+  std::shared_ptr<const TileList> tiles; // texture tiles of parts of the surface; null: none
 };
 
 // What decides which pieces are shown in full screen.
@@ -107,13 +107,13 @@ struct ViewerStatus
   // The level that the zoom asks for. In view mode: the finest wanted one. Nothing before the model
   // is open.
   std::optional<unsigned> targetLevel;
-  bool original = false;     // by the view: some of it is
+  bool original = false;     // by the view: some of the original is shown
   double remainingError = 0; // by the view: points on the screen that a budget leaves; else 0
   struct Region
   {
     NodeId cell = 1; // picked
     unsigned rings = 1;
-    std::uint64_t partitions = 0; // it has
+    std::uint64_t partitions = 0; // of the model
     std::uint64_t shown = 0;      // are shown as the original
   };
   std::optional<Region> region;

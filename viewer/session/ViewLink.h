@@ -33,7 +33,7 @@ struct ViewLink
   };
 
   std::string model;                // its id
-  std::string digest;               // how the model's digest begins; empty: whichever it has
+  std::string digest;               // beginning of the model's digest; empty: any
   std::optional<CameraPlace> place; // of the camera; nothing: the first view
   Turning turning = Turning::Upright;
   DetailMode detail = DetailMode::View;

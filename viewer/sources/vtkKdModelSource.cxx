@@ -192,7 +192,7 @@ vtkMTimeType vtkKdModelSource::GetMTime()
 {
   if (std::exchange(this->IsStale, false))
   {
-    this->Modified(); // not sooner: the pipeline takes it for loaded
+    this->Modified(); // only now, or the pipeline would consider it loaded
   }
   return std::max(
     { this->Superclass::GetMTime(), this->PointArrays->GetMTime(), this->CellArrays->GetMTime() });

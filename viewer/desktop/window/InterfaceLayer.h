@@ -85,7 +85,7 @@ private:
   bool FontsAreDue = true;
   std::deque<WindowEvent> Events;
   bool KeyIsDown = false, KeyWasDown = false; // in this frame, in the last one
-  std::vector<Shape> Shapes;                  // when they were described last
+  std::vector<Shape> Shapes;                  // the shapes of the last frame
 };
 
 // ---- The letters of the window's texts: the desktop's fonts, by fontconfig (InterfaceFonts.cxx).

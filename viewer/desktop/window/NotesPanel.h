@@ -22,7 +22,7 @@ struct NotesWishes
     std::string title, text;
   };
   std::optional<std::size_t> show, remove;
-  std::optional<std::pair<std::size_t, int>> move; // a note, by one place
+  std::optional<std::pair<std::size_t, int>> move; // moves a note by one place
   std::optional<Written> keep;
   bool list = false, save = false;
 };

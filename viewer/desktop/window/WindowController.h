@@ -114,7 +114,7 @@ private:
   ViewOptions Options;
   std::unique_ptr<DisplayWindow> Display;
 
-  vtkNew<vtkRenderer> Ground; // behind all
+  vtkNew<vtkRenderer> Ground; // drawn first, behind everything
   SessionScene Scene;
   RegionBoxes Boxes;
   InterfaceLayer Interface;
@@ -131,7 +131,7 @@ private:
   std::vector<Tile> Tiles;
   Viewport View;
   OcclusionClock Occlusion;
-  bool LacksOcclusion = false;    // the picture, which is to have it
+  bool LacksOcclusion = false;    // the current picture lacks the occlusion that it should have
   std::optional<SceneSight> Seen; // in the last picture
   bool PressIsOfPanels = false;
   bool Ended = false;

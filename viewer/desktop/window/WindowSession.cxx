@@ -18,7 +18,7 @@ WindowSession::WindowSession(
   , Record(std::move(recorder))
   , Session(SessionOptionsOf(options))
 {
-  this->Session.SetCoasting(!this->Record.IsOn()); // of which no file tells
+  this->Session.SetCoasting(!this->Record.IsOn()); // session files do not record coasting
   this->Retry();
 }
 

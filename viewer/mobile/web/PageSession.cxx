@@ -144,7 +144,7 @@ void PageSession::Follow(const std::string& text)
   const std::string wrong = link ? "" : link.GetError().message;
   if (!link)
   {
-    link = ParseViewLink(ModelAlone(text)); // it opens all the same
+    link = ParseViewLink(ModelAlone(text)); // the model opens even if the view is invalid
   }
   if (link && link->detail == DetailMode::Full)
   {
@@ -323,7 +323,7 @@ void PageSession::EndSearch(std::uint32_t search, bool isKept, double now)
   }
   if (this->IsAway && !std::exchange(searched->isAgain, true))
   {
-    searched->isReported = false; // the server has gone while it was searched
+    searched->isReported = false; // the server went away during the search
     return;
   }
   const SessionRequest left = LeftOf(std::move(searched->request), searched->found);
@@ -436,7 +436,8 @@ void PageSession::PlaceMarks()
 
 bool PageSession::Sees(const Vec3& point) const
 {
-  constexpr double slack = 0.01; // of the distance: a mark lies on what hides it, but for rounding
+  // Of the distance: without this slack, rounding would let the surface hide its own mark.
+  constexpr double slack = 0.01;
   const ViewerScene scene = this->Viewer.Scene();
   if (scene.section && scene.section->CutsAway(point))
   {

@@ -132,7 +132,8 @@ private:
   bool IsAway = false;            // nothing comes from the server
   bool Misses = false;            // what has failed for that reason
   std::vector<Mark> Marks;
-  std::optional<std::uint64_t> MarkedSurface; // its version; none: marks are to be placed anew
+  // Version of the surface of the marks; nothing: marks must be placed again.
+  std::optional<std::uint64_t> MarkedSurface;
 };
 
 }

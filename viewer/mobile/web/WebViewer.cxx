@@ -46,7 +46,7 @@ struct WebViewer
 {
   PageSession page{ Now };
   PagePicture picture{ page, Now };
-  std::vector<ServerLine::Action> actions; // to do, the next one last
+  std::vector<ServerLine::Action> actions; // actions to do; the next one is the last element
   std::size_t mostBytes = 0;               // of the last Fetch
 
   std::string inbox, outbox;

@@ -52,7 +52,7 @@ struct Coloring
   ColorMap map = ColorMap::Viridis;
   double low = 0, high = 1; // low <= high
   bool hasClasses = false;  // which have colours of their own, and no map
-  bool isLas = false;       // they are those of LAS
+  bool isLas = false;       // the classes are those of LAS
   bool operator==(const Coloring&) const = default;
 
   // What a number of the attribute looks like; stone where it is NaN.

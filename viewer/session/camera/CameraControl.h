@@ -53,7 +53,7 @@ public:
   // Where a link says. isJump: from where one was; otherwise it is the first view.
   void TakePlace(const std::optional<CameraPlace>& place, bool isJump);
   bool CanUndo() const { return !this->Earlier.empty(); }
-  bool Undo(); // false where there was none
+  bool Undo(); // false if there was no jump
   // Sets the view of a host's own camera, which may be inside the surface. False, and no change, if
   // the view is the same; but the host's first call always counts as a motion.
   bool LookFrom(const Vec3& eye, const Vec3& focal, const Vec3& up, double tangent, bool begins);
@@ -103,7 +103,7 @@ private:
   struct LeftView
   {
     View view;
-    Camera eye; // in the window as it is now
+    Camera eye; // for the current window
   };
 
   View Now() const { return { this->Eye, this->EyeMoved }; }

@@ -106,7 +106,7 @@ private:
   struct Choosers
   {
     LevelPolicy policy;
-    ViewRefinement refinement, next; // for the view, and for one that is nearer
+    ViewRefinement refinement, next; // for the view, and for a nearer view
     VisiblePartitions seen;
   };
 

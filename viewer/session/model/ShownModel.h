@@ -45,7 +45,7 @@ struct ShownModel
   {
   }
 
-  void Select(const std::string& model); // forgets the last one
+  void Select(const std::string& model); // forgets the last model
   // treeBytes: of its tree, that are kept. False, and reported, where it cannot be shown.
   bool Open(const ModelDescription& model, std::size_t treeBytes);
 

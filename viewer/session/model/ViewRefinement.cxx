@@ -43,7 +43,7 @@ struct FoundBelow
 {
   double urgency = 0;
   std::size_t seen = 0;    // pieces below it that are in view
-  std::size_t refined = 0; // those of them that take its place
+  std::size_t refined = 0; // visible child pieces that replace it
 };
 
 struct ViewRefinement::Walk

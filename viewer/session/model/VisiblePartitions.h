@@ -53,10 +53,10 @@ public:
   bool MayBeVisible(NodeId node) const;
 
 private:
-  struct Face // a triangle, relative to an origin near it
+  struct Face // a triangle, relative to a near origin
   {
     std::array<float, 3> centre, normal; // of length 1
-    float radius = 0;                    // of a sphere around it
+    float radius = 0;                    // of a sphere around the triangle
   };
   struct FaceList
   {

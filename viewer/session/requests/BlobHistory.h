@@ -47,7 +47,8 @@ private:
   std::map<PieceId, std::uint64_t> NotShown; // number of its entry
   std::vector<std::uint64_t> JustShown;      // by the frame that has begun
   SessionTraffic Sum;
-  std::map<PieceId, std::size_t> NeverShown; // bytes that count as wasted until it is
+  // Bytes of pieces that were never shown: they count as wasted until then.
+  std::map<PieceId, std::size_t> NeverShown;
 };
 
 }

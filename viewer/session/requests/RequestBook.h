@@ -77,7 +77,7 @@ private:
   std::map<std::uint32_t, Entry> Open;
   std::map<protocol::BlobId, std::uint32_t> Outstanding;
   std::vector<SessionRequest> Unsent;
-  std::map<std::uint32_t, Entry> Cancelled; // after they had been sent
+  std::map<std::uint32_t, Entry> Cancelled; // cancelled after they had been sent
 };
 
 }

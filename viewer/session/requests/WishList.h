@@ -109,8 +109,8 @@ private:
   std::set<protocol::BlobId> Prefetched; // asked for though not wanted yet
   std::vector<PieceId> PrefetchedFor;    // the wanted pieces beyond which that was,
   std::size_t PrefetchBytes,
-    PrefetchLeft;                // bytes for a view, and what is left of them for this one
-  std::uint32_t LoneRequest = 0; // sent while nothing was outstanding; none of it has come
+    PrefetchLeft;                // bytes for each view, and what is left for this view
+  std::uint32_t LoneRequest = 0; // sent while nothing was outstanding; nothing of it has arrived
   Progress Counts;
 };
 

@@ -64,7 +64,7 @@ private:
 
   Box Around;
   std::optional<SectionPlane> Cut;
-  Vec3 Turned{}; // the normal as fingers have turned it
+  Vec3 Turned{}; // the normal as turned by fingers
   struct Basis
   {
     SectionPlane plane;

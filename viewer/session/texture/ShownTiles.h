@@ -81,7 +81,7 @@ private:
   std::size_t Limit;
   TreeDepths Depths;
   std::vector<ExpectedTile> Expected; // of levels, and of the original; empty without textures
-  TileList Kept;                      // in the order in which they were wanted, the last ones last
+  TileList Kept;                      // in the order in which they were wanted
   std::shared_ptr<const TileList> Here;
   std::vector<protocol::BlobId> Lacking;
   std::set<protocol::BlobId> Failed;
