@@ -3,7 +3,7 @@
 //
 // In WebAssembly WebGL objects are numbers; 0 means none.
 
-const objects = new WeakMap(); // by context: its objects by number, which go with it, and places
+const objects = new WeakMap(); // by context: its objects by number, and places; freed with the context
 let things; // of the context that is used, and
 let places; // of its uniforms: their numbers, by the number of the program and their name
 let lastThing = 0;

@@ -53,7 +53,7 @@ export class Tools {
   #list = make("ol", { id: "measurements" });
   #drawn = "";
   #room = make("a", { id: "room", className: "tool", hidden: true, textContent: t("In my room") });
-  #roomFor = null; // which model it leads to
+  #roomFor = null; // the model of the link
 
   constructor(page) {
     this.#page = page;

@@ -4,7 +4,7 @@
 // (?lang=de). Texts that a file lacks are shown in English.
 
 const directions = { de: "ltr", ar: "rtl" }; // of the languages that there are
-const longestWait = 3000; // ms, for a language's file: until it comes, English is better than nothing
+const longestWait = 3000; // ms to wait for a language's file; until it arrives, the page is in English
 const withOne = (one, other) => ({ one: `{n} ${one}`, other: `{n} ${other}` });
 export const manyForms = {
   "{n} triangles": withOne("triangle", "triangles"),
