@@ -115,7 +115,7 @@ private:
       Take(MarkVertices(this->Folder, sections,
              [&](std::size_t section, SectionMarks& mark) { return pass(section, &mark); }),
         marks));
-    // Others have more sections: of this rank nothing is named in them.
+    // Other ranks have more sections; this rank has nothing in them.
     for (std::uint64_t section = sections.Number(); section < *passes; ++section)
     {
       KDSTREAM_TRY(pass(static_cast<std::size_t>(section), nullptr));

@@ -64,7 +64,7 @@ public:
   }
 
 private:
-  // What is sent to the ranks that have read the vertices, and put into buckets there.
+  // Sends the result to the ranks that read the vertices; they put it into buckets.
   Status SendToReaders(WeldedVertexFile found)
   {
     Result<RecordBuckets<WeldedVertex>> buckets = RecordBuckets<WeldedVertex>::Create(this->Folder,

@@ -875,7 +875,7 @@ private:
              }) == all.end();
   }
 
-  // What each rank's partitions need of this rank.
+  // The data of this rank that each rank's partitions need.
   std::vector<Bytes> Pack() const
   {
     std::vector<std::vector<std::size_t>> elementsTo(this->Ranks.Count()); // places in Kept

@@ -280,7 +280,7 @@ private:
     for (std::size_t i = 0; i < count; ++i)
     {
       pcl::PointNormal& place = (*this->Places)[i];
-      // What still has none lies where its neighbours are on a line; any will do.
+      // A point still without a normal has all its neighbours on a line: any normal will do.
       const Vec3 normal = Dot(normals[i], normals[i]) > 0 ? normals[i] : Vec3{ 0, 0, 1 };
       place.normal_x = float(normal[0]);
       place.normal_y = float(normal[1]);

@@ -224,7 +224,7 @@ void FillCells(const ClusterLevel& level, bool cloud, vtkPolyData& output)
   output.SetPolys(cells);
 }
 
-// What the level has beside normals and colours.
+// The level's arrays besides normals and colours.
 std::vector<Attribute> CarryArrays(
   const Simplifiable& input, const SimplifiedLevel& simplified, const Execution& execution)
 {
@@ -241,7 +241,7 @@ std::vector<Attribute> CarryArrays(
   return arrays;
 }
 
-// What was active stays so, under the same name.
+// Active arrays stay active, under the same name.
 void KeepActive(vtkDataSetAttributes& input, vtkDataSetAttributes& output)
 {
   for (int type = 0; type < vtkDataSetAttributes::NUM_ATTRIBUTES; ++type)

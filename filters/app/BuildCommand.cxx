@@ -30,7 +30,7 @@ namespace kdstream
 namespace
 {
 
-// Not by CLI::App::count, which ends the process where memory runs out.
+// CLI::App::count would end the process if memory runs out.
 bool IsGiven(const CLI::App& app, const std::string& name)
 {
   const auto options = app.get_options();
@@ -254,7 +254,7 @@ Status InterpretQuality(BuildCommand& line)
   return {};
 }
 
-// What would be given in vain.
+// Errors for options that would have no effect.
 Status CheckTextureOptions(const CLI::App& app, BuildCommand& line)
 {
   line.qualityGiven = IsGiven(app, "--texture-quality");

@@ -73,7 +73,8 @@ std::size_t RanksHere(std::size_t ranks)
   return ranks;
 }
 
-// What only one process does. Not in this program's help, but understood, to say where it is done.
+// Options of kdstream-build only: hidden in the help, but accepted, so that an error names
+// kdstream-build.
 void HideOptionsOfOneProcess(CLI::App& app)
 {
   for (const char* const name : { "--columns", "--partitioner", "--reconstruct", "--resume" })

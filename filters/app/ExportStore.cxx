@@ -491,7 +491,7 @@ Status PutPreview(const Store& store, const ModelDescription& model, Writer& wri
     { reinterpret_cast<const char*>(bytes->data()), bytes->size() });
 }
 
-// Nothing where there are none.
+// Nothing if there are no notes.
 Result<std::optional<NotesText>> NotesIn(const fs::path& file)
 {
   auto notes = file.empty() ? Result<NotesText>(Error{ ErrorCode::NotFound, "" }) : ReadNotes(file);
@@ -507,7 +507,7 @@ Result<std::optional<NotesText>> NotesIn(const fs::path& file)
   return Error{ error.code, error.message, file.string() };
 }
 
-// What says of the model what is not its content.
+// Writes the files about the model that are not its content.
 Status PutTexts(
   const ModelDescription& model, const std::optional<NotesText>& notes, Writer& writer)
 {

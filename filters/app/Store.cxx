@@ -10,8 +10,6 @@
 #include "filters/app/ExtractTextured.h"
 #include "filters/app/OutputFolders.h"
 #include "filters/app/PrintStoreInfo.h"
-#include "filters/tiles/TileGlb.h"
-#include "filters/tiles/TileMesh.h"
 #include "filters/app/WriteTextured.h"
 #include "filters/core/CaughtError.h"
 #include "filters/core/MeshDistance.h"
@@ -29,6 +27,8 @@
 #include "filters/store/StoreEdit.h"
 #include "filters/store/StoreMesh.h"
 #include "filters/store/StoreNotes.h"
+#include "filters/tiles/TileGlb.h"
+#include "filters/tiles/TileMesh.h"
 
 #include <algorithm>
 #include <chrono>
@@ -48,7 +48,7 @@ constexpr const char* description =
   "Describes and checks a store, and extracts meshes, the files of a web server or a tileset for "
   "other viewers from it.";
 
-// What each command's help ends with, and the program's with all of them.
+// Examples at the end of each command's help; the program's help has all of them.
 constexpr const char* infoExample = "  kdstream-store info dragon.kds\n";
 constexpr const char* verifyExample = "  kdstream-store verify dragon.kds\n";
 constexpr const char* extractExamples =
@@ -525,7 +525,7 @@ private:
     return exitDone;
   }
 
-  // What neither a tileset nor a small .glb has of the model.
+  // Warns of parts of the model that neither a tileset nor a small .glb has.
   void WarnOfTileLosses(const ModelDescription& model) const
   {
     std::vector<AttributeInfo> left, rounded;

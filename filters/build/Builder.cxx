@@ -303,7 +303,7 @@ Result<BuildReport> BuildStore(const std::filesystem::path& input,
   {
     options.tellEarlierBuild(resumable);
   }
-  // What a reader must spill goes where the build out of core would.
+  // A reader's temporary files go to the folder that the build out of core would use.
   OpenedInput opened;
   KDSTREAM_TRY(Take(MeshReader::Open(input, execution, folder.parent_path()), opened.reader));
   if (const Status fits = CheckInputMemory(*opened.reader, options); !fits)

@@ -230,7 +230,7 @@ private:
 
   // A cell apart.
   std::vector<Sample> Samples() const;
-  // Nothing outside of the grid.
+  // Nothing for places outside of the grid.
   std::optional<std::size_t> CellOf(const Vec3& place) const;
   Vec3 Mirrors() const;
 
@@ -455,7 +455,7 @@ struct SeenAlong
   bool showsFront = false; // left and right are mirror images
 };
 
-// What is symmetric across one of the axes, as a head or somebody standing, has its front towards
+// A shape that is symmetric across one of the axes, such as a head, has its front towards
 // the other one, unless it is long.
 SeenAlong ChooseSide(const Shape& shape, std::size_t ahead, std::size_t aside)
 {

@@ -39,7 +39,7 @@ struct FinerPieces
     bool below = true; // true: the tile covers part of the piece; false: it is beside the piece
   };
   std::vector<Place> places;
-  // That of a place. Called any number of times.
+  // Reads the texture at a place. Called any number of times.
   std::function<Result<FinerPiece>(std::size_t)> read;
 };
 

@@ -59,7 +59,7 @@ Result<ForeignMesh> Bake(
   return result;
 }
 
-// What kdstream-build reads itself, unless it has pictures.
+// Formats that kdstream-build reads itself, except files with textures.
 Result<ForeignMesh> ReadOwn(
   const std::filesystem::path& file, const TextureOptions& textures, const Execution& execution)
 {

@@ -69,7 +69,7 @@ public:
     }
   }
 
-  // What is reported of the file.
+  // The warnings about the file.
   Tolerance& Forgiven() { return this->Output.tolerance; }
 
   // Errors: InvalidInput where no point is left.

@@ -41,7 +41,7 @@ std::size_t SizeOfType(const std::string& type)
   return found == std::end(sizes) ? 0 : found->size;
 }
 
-// Those that are of the same size on all systems, and in all versions of the format.
+// Types with the same size on all systems and in all versions of the format.
 bool IsSizeCertain(const std::string& type)
 {
   return type.find("long") == std::string::npos && type != "vtkidtype";
@@ -380,7 +380,7 @@ private:
     return true;
   }
 
-  // What the arrays that follow have values of. all: the file's points; 0: not known.
+  // Reads how many tuples the following arrays have. all: the file's points; 0: unknown.
   bool TakeTuples(std::uint64_t all)
   {
     return this->TakeCount(this->Tuples) &&

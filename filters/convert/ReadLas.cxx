@@ -62,7 +62,7 @@ public:
   }
 
 private:
-  // What the header does not count.
+  // Bytes that the header does not count.
   Status CheckBytesAfterPoints()
   {
     const std::uint64_t counted =

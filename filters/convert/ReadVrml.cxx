@@ -96,7 +96,7 @@ constexpr double vrmlGrey = 0.8;
 
 // --- Coin's messages -----------------------------------------------------------------------------
 
-// What Coin says of what it reads while one lives. Not for use by two threads at once.
+// Collects Coin's messages during its lifetime. Not for use by two threads at once.
 class CoinMessages
 {
 public:
@@ -634,7 +634,7 @@ private:
     }
   }
 
-  // Those of an Inline: the first that is there.
+  // Reads the first existing file of an Inline.
   void ReadInline(SoCallbackAction& action, const std::vector<std::string>& numbers)
   {
     std::string missing;
@@ -769,7 +769,7 @@ private:
     return node.isOfType(Node::getClassTypeId()) ? static_cast<const Node*>(&node) : nullptr;
   }
 
-  // What of a node is known here. PRUNE: Coin is not asked for its triangles.
+  // Handles the node types known here. PRUNE: Coin does not make triangles of the node.
   SoCallbackAction::Response Visit(SoCallbackAction& action, const SoNode& node)
   {
     constexpr auto done = SoCallbackAction::PRUNE;
@@ -977,7 +977,7 @@ private:
     float transparency = 0;
 
     bool Emits() const { return IsLight(this->emission); }
-    // What gives light only, as unlit scenes have it, has the light's colour.
+    // A material that only emits light, as in unlit scenes, has the colour of its light.
     bool IsUnlit() const { return !IsLight(this->diffuse) && this->Emits(); }
     static bool IsLight(const SbColor& c) { return c[0] > 0 || c[1] > 0 || c[2] > 0; }
   };
@@ -1013,7 +1013,7 @@ private:
     return ColorOf(look.Emits() ? look.emission : look.diffuse);
   }
 
-  // What of a lit shape's material is not carried.
+  // Notes properties of a lit shape's material that are left out.
   void NoteLooks(SoCallbackAction& action)
   {
     const Look look = LookOf(action);
@@ -1207,7 +1207,7 @@ private:
     this->AddFaces(action, node, faces, MaterialOfPoints(action));
   }
 
-  // What a shape of Inventor's has in a node of its own, while one lives.
+  // During its lifetime, properties of an Inventor shape are taken from the shape's own node.
   class OwnProperties
   {
   public:

@@ -489,7 +489,7 @@ private:
       name, std::exchange(proto, NamedProto{ written, this->Hidden.size() }));
   }
 
-  // What its body declares ends with it.
+  // Declarations in the body of a PROTO end with it.
   void EndProto(const Bracket& body)
   {
     const auto inside = std::move(this->Hidden.back());
@@ -499,7 +499,7 @@ private:
     this->DeclareProto(body.protoName, body.proto);
   }
 
-  // What a bracket holds is that high.
+  // Notes how deep the content of a bracket is nested.
   Status Hold(std::size_t height)
   {
     if (height > deepestUses)
@@ -817,7 +817,7 @@ private:
     return at < this->CommasEnd && this->File[at] == ',' && isDigit(at - 1) && isDigit(at + 1);
   }
 
-  // What a node holds that is left out is left out with it.
+  // Fields of a node that is left out are left out with it.
   void CountField(const std::string& place)
   {
     const bool isInside = std::any_of(

@@ -484,7 +484,7 @@ double XyzColumns::Greatest(const std::array<std::size_t, 3>& columns) const
   return greatest;
 }
 
-// Those that make the most of the columns.
+// The candidates that use the most columns.
 std::vector<XyzColumns::Candidate> XyzColumns::Candidates() const
 {
   std::vector<std::optional<std::size_t>> colors, normals;
@@ -509,7 +509,7 @@ std::vector<XyzColumns::Candidate> XyzColumns::Candidates() const
     {
       const bool apart = !n || !c || *n + 3 <= *c || *c + 3 <= *n;
       const std::size_t known = (n ? 3U : 0U) + (c ? 3U : 0U);
-      // What is left is one number, or three.
+      // The remaining columns are one number, or three.
       const std::size_t before = std::min(n.value_or(this->Count), c.value_or(this->Count));
       const bool pieces = known == 0 || this->Count - known != 3 || before % 3 == 0;
       if (!apart || !pieces || known < most)

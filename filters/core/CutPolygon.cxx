@@ -249,7 +249,7 @@ void PolygonCutter::CutOff(std::uint32_t corner)
   }
 }
 
-// What no rule cuts: three corners, or what has no area.
+// The rest, which no rule cuts: three corners, or no area.
 void PolygonCutter::FanRest()
 {
   std::uint32_t second = this->Next[this->Some];

@@ -36,9 +36,9 @@ public:
   NewFile& operator=(NewFile&& other) noexcept;
   ~NewFile();
 
-  // What it is to become.
+  // The path that the file gets in the end.
   const std::filesystem::path& Target() const { return this->Place; }
-  // What it is called now.
+  // The path of the temporary file.
   const std::filesystem::path& Path() const { return this->Temporary; }
   // The folder of both.
   std::filesystem::path Folder() const;

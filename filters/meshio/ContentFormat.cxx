@@ -69,7 +69,7 @@ constexpr std::string_view blender = "open it in Blender and export it as .ply, 
                            vtkSurface = "save its surface as .vtp (in ParaView: "
                                         "Extract Surface)";
 
-// What is not read, and what makes something of it that is.
+// Formats that cannot be read, and how to convert them.
 constexpr Unread unread[] = { { ".3mf", "a 3MF file",
                                 "export it as .stl or .obj with the slicer "
                                 "that made it, or open it in MeshLab and "
@@ -272,7 +272,7 @@ std::string TellZip(const std::vector<std::string>& names, std::string_view itsE
 
 // --- What is reported ----------------------------------------------------------------------------
 
-// What to do with content that is never read, whatever the ending.
+// What the user can do with an unsupported format, whatever the ending.
 std::string UnreadHint(
   ByteSource& source, std::string_view begin, std::string_view format, std::string_view ending)
 {

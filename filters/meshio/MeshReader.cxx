@@ -91,7 +91,7 @@ Result<std::unique_ptr<MeshReader>> MeshReader::Open(const std::filesystem::path
   {
     return reader;
   }
-  // What white is shows when all vertices were seen.
+  // The value of white is known when all vertices were read.
   ColorScale scale(std::move(*colors));
   for (std::size_t count = 1; count > 0;)
   {

@@ -203,7 +203,7 @@ NumberTextError ParseNumber(std::string_view word, T& value)
 class DecimalPrecision
 {
 public:
-  // What is not a number makes no difference that can be relied on.
+  // Words that are not numbers have an undefined effect.
   void Add(std::string_view word);
   bool FloatsSuffice() const { return this->Suffice; }
 

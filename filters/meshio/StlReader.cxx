@@ -471,7 +471,7 @@ private:
   Result<bool> NextFacet();
   // Goes to the coordinates of its next vertex; false after its end.
   Result<bool> NextVertex();
-  // What stands between facets: true at the end of the text, or where a facet begins.
+  // Skips the text between facets: true at the end of the text, or where a facet begins.
   Result<bool> PassBetween();
   // Skips a name or a remark, up to the facet that follows it, or the end of the line. word: named
   // in the error if this would skip a facet; empty: a word of the facet.
@@ -740,7 +740,7 @@ Status TextStlReader::ReadPoint(Vec3& point)
   return {};
 }
 
-// The next one of three corners or more: its triangles become Corners.
+// Reads the next facet of three corners or more; its triangles become Corners.
 Status TextStlReader::ReadFacet()
 {
   bool finite = true;

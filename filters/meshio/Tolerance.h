@@ -55,7 +55,7 @@ public:
 
   // Adds the counts of another part of the same file.
   void Add(const Tolerance& other);
-  // What was counted and reported after `before`, a former state of this.
+  // The difference to `before`, an earlier state of this.
   Tolerance Since(const Tolerance& before) const;
 
   // A sentence for each kind that was counted, then the readings: warnings without the file's name.

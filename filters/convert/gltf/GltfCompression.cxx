@@ -45,7 +45,8 @@ int Decode(const std::string& mode, std::size_t count, std::size_t stride,
            : meshopt_decodeIndexSequence(to, count, stride, from.data(), from.size());
 }
 
-// What is done to attributes after that. Whether there is a filter of the name, for that stride.
+// Applies a filter to decompressed attributes. False if there is no filter of this name for this
+// stride.
 bool Filter(const std::string& filter, std::size_t count, std::size_t stride, std::uint8_t* values)
 {
   if (filter == "OCTAHEDRAL" && (stride == 4 || stride == 8))

@@ -161,7 +161,7 @@ Result<std::string> ReadGlb(std::ifstream& file, std::uint64_t begin, std::uint6
   return text;
 }
 
-// What glTF extends with that is read, and beginnings of names of what changes only looks.
+// Extensions that are read, and prefixes of extensions that change only the appearance.
 constexpr std::array<std::string_view, 10> readExtensions{ "CESIUM_RTC", "EXT_mesh_gpu_instancing",
   "EXT_meshopt_compression", "EXT_texture_webp", "KHR_draco_mesh_compression",
   "KHR_materials_pbrSpecularGlossiness", "KHR_mesh_quantization", "KHR_meshopt_compression",

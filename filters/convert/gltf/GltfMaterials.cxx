@@ -103,7 +103,7 @@ public:
     return read;
   }
 
-  // What is wrong, and what is not carried.
+  // Warnings about errors, and about properties that are left out.
   std::vector<std::string> TakeWarnings()
   {
     if (this->Wrong > mostWarnings)

@@ -56,7 +56,7 @@ std::string NameOf(std::size_t mesh, std::size_t part)
   return "mesh " + std::to_string(mesh) + ", part " + std::to_string(part) + ": ";
 }
 
-// What a tile has beside its surface, to close gaps to its neighbours (doc/3dtiles.md).
+// A skirt closes gaps between a tile and its neighbours (doc/3dtiles.md).
 bool IsSkirt(const Json& part)
 {
   return Member(Member(part, "extras"), "skirt") == true;
@@ -121,7 +121,7 @@ std::map<std::string, std::string> NamesOfProperties(const Json& json)
   return names;
 }
 
-// Those of a part that the reader does not use up, in their order.
+// The part's arrays that the reader does not use itself, in their order.
 std::vector<PlainArray> PlainArraysOf(
   const Json& accessors, const Json& attributes, const std::map<std::string, std::string>& names)
 {
@@ -643,7 +643,7 @@ private:
     part.lines = mode == linesMode                       ? count / 2
                  : mode == lineLoop || mode == lineStrip ? std::min<std::size_t>(count, 1)
                                                          : 0;
-    // What Draco compresses is triangles, whatever its mode.
+    // Draco's data are triangles, whatever the mode says.
     part.triangles = TrianglesOf(this->Draco ? trianglesMode : mode, corners);
     if (mode == trianglesMode && count % 3 > 0)
     {

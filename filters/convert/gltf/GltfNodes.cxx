@@ -210,7 +210,7 @@ GltfPlace PlaceInParent(const Json& node)
     { m[12], m[13], m[14] } };
 }
 
-// But for rounding.
+// Equal except for rounding.
 bool IsSamePlace(const GltfPlace& one, const GltfPlace& other)
 {
   constexpr double rounding = 1e-5;

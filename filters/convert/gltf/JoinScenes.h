@@ -42,7 +42,7 @@ public:
 
   // The files that it names, but its own.
   std::vector<std::filesystem::path> Named() const;
-  // What users should know of its scene; of its materials; and, once it is read, of the rest.
+  // Warnings for the user: about the scene; about materials; after reading, about the rest.
   const std::vector<std::string>& SceneNotes() const { return this->Nodes.Notes(); }
   std::vector<std::string> MaterialNotes() const;
   std::vector<std::string> OtherNotes() const;
@@ -64,7 +64,7 @@ private:
 class JoinedScenes
 {
 public:
-  // What the mesh is joined of.
+  // The parts that the mesh is joined from.
   // OfOneFile: it has doubles if floats would leave one of its parts fewer than 2^16 steps along
   // its longest side, and the part's own numbers are finer.
   // OfTiles: the same of all parts together; and borders of tiles beside each other are closed
@@ -90,7 +90,7 @@ public:
     const std::vector<std::string>& materials, const Execution& execution);
 
   std::uint64_t Points() const { return this->Claims.points; } // that were claimed
-  // What all places lie in, and how many parts were left out because they only close gaps.
+  // The box of all points, and the number of skirts that were left out.
   const Box& Bounds() const { return this->Whole; }
   std::uint64_t Skirts() const { return this->Claims.skirts; }
 

@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
 constexpr const char* batchNumbers = "_BATCHID";
 constexpr std::size_t mostTileNotes = 20;
 
-// What should be said of tiles: each sentence once, with the number of tiles.
+// Warnings about tiles: each sentence once, with the number of tiles.
 class TileNotes
 {
 public:

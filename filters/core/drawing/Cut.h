@@ -46,7 +46,7 @@ using PieceLookup = std::function<const Piece*(PieceId)>;
 // The pieces that drawing needs, ascending: those of the base that show anything, and active ones.
 // O(active log active + partitions).
 std::vector<PieceId> PiecesOf(const Cut& cut);
-// Those of them that `lookup` does not find, ascending.
+// The needed pieces that `lookup` does not find, ascending.
 std::vector<PieceId> MissingPieces(const Cut& cut, const PieceLookup& lookup);
 
 // The dependency set: the pieces that must be active so that given pieces are shown whole, over a

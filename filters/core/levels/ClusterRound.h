@@ -65,7 +65,7 @@ inline Triangle CollapsedTriangleOf(const Link& link)
 // In order, each once. O(l log l).
 void SortLinks(std::vector<Link>& links);
 
-// What is linked where a map takes the corners of triangles and of links. O(l log l).
+// The links between the images of the ends of triangles' edges and links. O(l log l).
 std::vector<Link> ImageOfLinks(
   std::span<const Triangle> triangles, std::span<const Link> links, std::span<const VertexId> map);
 

@@ -42,7 +42,7 @@ bool IsNormal(const double* v)
   return std::abs(v[0] * v[0] + v[1] * v[1] + v[2] * v[2] - 1) < rounding;
 }
 
-// What all lines of vertices, or of faces, have.
+// The columns that all lines of vertices, or of faces, have.
 class OffColumns
 {
 public:
