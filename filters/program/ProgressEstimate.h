@@ -40,7 +40,7 @@ public:
     double seconds = 0; // above 0
     bool whole = false; // true: estimate for all steps; false: for this step
   };
-  // None at the end.
+  // Nothing at the end.
   std::optional<Time> Left() const;
 
 private:

@@ -412,7 +412,7 @@ private:
     return {};
   }
 
-  // What may be farther from the level than the bound so far: a ball, or a part of a triangle.
+  // A ball or a part of a triangle that may be farther from the level than the bound so far.
   struct Suspect
   {
     double most = 0; // an upper bound of its distance
@@ -605,7 +605,7 @@ Result<std::vector<double>> BoundLevels(const ModelDescription& model, const Rea
       }));
     KDSTREAM_TRY(execution.Report("encode", 1));
   }
-  // What rounding takes from sums of a few products, and more.
+  // An upper bound of rounding errors in sums of a few products.
   double scale = 0;
   for (std::size_t k = 0; k < 3; ++k)
   {

@@ -82,7 +82,7 @@ private:
     void operator()(sqlite3_stmt* statement) const;
   };
   std::unique_ptr<sqlite3_stmt, Finalize> Handle;
-  // What it has taken since Reset.
+  // Steps since Reset.
   std::uint64_t Steps = 0;
   std::chrono::nanoseconds Time{ 0 };
 };

@@ -167,7 +167,7 @@ void Store::Connection::Return(std::unique_ptr<StoreBlobs> blobs)
   }
 }
 
-// What `read` gives, unless the file is another one by now.
+// The result of `read`, unless the file has been replaced.
 template <class Value, class ReadBlob>
 Result<Value> Store::Connection::ReadUnchanged(const BlobRow& blob, const ReadBlob& read)
 {

@@ -23,7 +23,7 @@ struct FileState
 
   // The same file, with as much in it, last written at the same time.
   bool SameContent(const FileState& other) const;
-  // Nothing at all has been done to it.
+  // Equal: the file was not touched at all.
   bool operator==(const FileState& other) const;
 
   // The state of the file at a path; all zero if there is none.

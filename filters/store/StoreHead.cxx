@@ -249,7 +249,7 @@ std::optional<SchemaRow> RowOfCell(Bytes cell, std::size_t pageBytes)
   return row;
 }
 
-// What the row has that a store does not have.
+// Names what a store's schema does not have.
 Error StrangeRow(const SchemaRow& row, bool isExpected)
 {
   const std::string name = InQuotes(row.name);

@@ -17,7 +17,7 @@
 namespace kdstream
 {
 
-// That are written: the second where pieces of levels have textures.
+// The versions that are written: the second one if pieces of levels have textures.
 inline constexpr int storeVersion = 13, texturedLevelsVersion = 14;
 inline constexpr int newestStoreVersion = texturedLevelsVersion;
 int VersionOfStore(const ModelDescription& model);

@@ -70,7 +70,7 @@ private:
     }
   }
 
-  // Nothing is taken for as many pieces as the store claims.
+  // No memory is taken for the number of pieces that the store claims.
   Status CheckPieces()
   {
     const double all = this->CountPieces();

@@ -43,7 +43,7 @@ std::int64_t CeilHalved(std::int64_t value, unsigned halvings)
   return -(-value >> halvings);
 }
 
-// What a material makes of a texel.
+// A texel's colour with its material.
 class MaterialLight
 {
 public:

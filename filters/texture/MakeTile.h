@@ -24,7 +24,7 @@ struct TileOptions
   std::mutex* oneLarge = nullptr;
 };
 
-// What became of triangles; of several tiles they can be added up.
+// Numbers of triangles by result; counts of several tiles can be added.
 struct TileCounts
 {
   std::uint64_t tiles = 0, halved = 0; // tiles that had to be made smaller

@@ -63,7 +63,7 @@ private:
     PictureType type = PictureType::Unknown;
   };
 
-  // Nothing where it is to be decoded by rows, and is not.
+  // Nothing if the picture must be decoded by rows but cannot be.
   std::optional<Outcome> Load(std::uint32_t number, bool byRows) const;
   Result<ReadablePicture> Decode(std::uint32_t number, std::span<const std::uint8_t> bytes) const;
 

@@ -11,7 +11,7 @@ namespace
 
 typedef float Four __attribute__((vector_size(16))); // of GCC and Clang
 
-// What is summed of a texel. What is shown of a byte, and its square, are whole numbers.
+// The summed values of a texel. The shown value of a byte, and its square, are whole numbers.
 struct TexelValues
 {
   Four light; // linear, and alpha
@@ -27,7 +27,7 @@ struct FewSums
   std::size_t parts = 0;
 };
 
-// What the parts of a triangle add up to, all of them of one size.
+// Sums over the parts of a triangle, which all have the same size.
 struct PartSums
 {
   using Values = std::array<double, 8>; // light, what is shown, its square

@@ -55,7 +55,7 @@ std::int64_t Place(const Run& run, std::int64_t i)
   return run.step == 0 ? 0 : run.step > 0 ? i : run.count - 1 - i;
 }
 
-// What was read of a row, as it comes in the box. RGBA.
+// Copies the part of a row that was read into the box. RGBA.
 void CopyRun(const Run& columns, const std::uint8_t* line, std::uint8_t* to)
 {
   if (columns.step > 0)

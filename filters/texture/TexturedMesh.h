@@ -16,7 +16,7 @@
 namespace kdstream
 {
 
-// What is beyond the picture's edge.
+// How the texture continues beyond the picture's edge.
 enum class TextureWrap
 {
   Repeat,

@@ -206,7 +206,7 @@ private:
     return {};
   }
 
-  // One for each picture, and a last one, white, for faces without.
+  // Makes one material for each picture, and a last, white one for faces without a picture.
   void MakeMaterials(const PlyHeader& header)
   {
     TexturedMesh& textured = this->Out.textured;

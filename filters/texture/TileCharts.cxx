@@ -219,7 +219,7 @@ private:
     }
   }
 
-  // One of a chart that is cut up.
+  // Adds a triangle of a chart that is cut up.
   void AddTriangle(std::size_t t)
   {
     const TexelBox box = this->BoxOf(t);

@@ -95,7 +95,7 @@ std::string InCapitals(std::string text)
   return text;
 }
 
-// What stands for the names of arrays: letters, digits and _, unlike each other in capitals, too.
+// Identifiers for the names of arrays: letters, digits and _; they also differ if case is ignored.
 std::vector<std::string> IdentifiersOf(const std::vector<TileArray>& arrays)
 {
   std::vector<std::string> identifiers;
@@ -815,7 +815,7 @@ private:
     }
   }
 
-  // What the attributes of arrays are called, and of what kind they are.
+  // Writes the names and types of arrays' attributes.
   void PutMetadata(JsonWriter& json) const
   {
     static constexpr const char* types[] = { "SCALAR", "VEC2", "VEC3", "VEC4" };

@@ -99,7 +99,8 @@ public:
   // Encloses what the tile of a piece shows, without making it; empty if it shows nothing.
   Box ReachOf(const Piece& piece, std::size_t step, std::size_t tile) const;
 
-  // What a tile shows; `box`: empty where it shows nothing. REQUIRES: all below it are placed.
+  // Places the content of a tile; `box`: empty if it has none. REQUIRES: all tiles below it are
+  // placed.
   void Place(std::size_t step, std::size_t tile, const Box& box);
 
   // Whether the tiles of a step are the roots of tilesets of their own: the same for each detail.

@@ -84,7 +84,7 @@ constexpr const char* merge[] = {
   " WHERE model IN (SELECT name FROM originals WHERE original = ?1)"
 };
 
-// What has expired of subjects that do not come any more.
+// Removes expired entries of subjects that do not come any more.
 constexpr const char* tidy =
   "BEGIN IMMEDIATE;"
   "DELETE FROM had WHERE time <= @;"
@@ -119,7 +119,7 @@ QuotaRefusal Refusal(const std::string& what, std::int64_t now, std::int64_t end
 
 using FileIdentity = std::pair<dev_t, ino_t>;
 
-// Nothing where it is not there, or cannot be examined.
+// Nothing if the file does not exist or cannot be examined.
 std::optional<FileIdentity> IdentityOf(const std::filesystem::path& file)
 {
   struct stat status = {};
@@ -231,7 +231,7 @@ struct QuotaBook::Connection
   }
   Status Open();
   Status Prepare();
-  // What has expired before now goes.
+  // Removes entries that expired before now.
   Status Tidy(std::int64_t before);
   // Rolls back what is not committed. Whether nothing is open then.
   bool RollBack();
@@ -244,7 +244,7 @@ struct QuotaBook::Connection
   // Goes through the rows that a statement answers.
   template <class OnRow, class... Values>
   Status ForEach(Statement& statement, const OnRow& onRow, const Values&... values);
-  // What a statement answers, a number; nothing where it has no row.
+  // The number that a statement returns; nothing if it has no row.
   template <class... Values>
   Result<std::optional<std::int64_t>> Ask(Statement& statement, const Values&... values);
   template <class... Values>
@@ -636,7 +636,7 @@ Result<std::unique_ptr<QuotaBook>> QuotaBook::Open(
   return book;
 }
 
-// Nothing is entered where it is refused, or fails.
+// Nothing is entered if the work is refused or fails.
 template <class Work>
 QuotaBook::Taken QuotaBook::InTransaction(const CountedModel& model, const Work& work)
 {
@@ -797,7 +797,8 @@ Result<std::int64_t> QuotaBook::DueOf(
   return from;
 }
 
-// One more is always allowed while the pace is kept: a partition of any size passes.
+// One more partition is always allowed while the pace is kept, so that a partition of any size
+// passes.
 QuotaBook::Taken QuotaBook::EnterBytes(
   const Holder& holder, std::uint64_t bytes, std::int64_t now) const
 {

@@ -208,7 +208,7 @@ Jwk KeyOf(const std::string& secret)
     reinterpret_cast<const std::uint8_t*>(secret.data()), secret.size(), nullptr));
 }
 
-// What a token holds whose signature is right, as text.
+// The claims of a token with a valid signature, as text.
 Result<std::string> ReadSigned(std::string_view token, const TokenKeys& keys)
 {
   const Reserve reserve;

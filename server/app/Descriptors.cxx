@@ -14,7 +14,7 @@ namespace kdstream
 namespace
 {
 
-// That are open now. Where none is left to look with, each number is asked for.
+// The number of open descriptors. If no descriptor is left for listing them, each number is tried.
 std::uint64_t OpenDescriptors(std::uint64_t limit)
 {
   std::uint64_t count = 0;

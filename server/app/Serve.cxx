@@ -252,7 +252,7 @@ bool EndWithin(std::chrono::milliseconds time, const Environment& around)
   std::_Exit(exitDone);
 }
 
-// No more clients than there are descriptors for.
+// Limits the clients to the available descriptors.
 Status FitDescriptors(
   Messages& messages, std::optional<std::uint64_t> limit, HttpServerOptions& server)
 {

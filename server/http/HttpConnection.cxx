@@ -90,8 +90,8 @@ public:
     asio::post(this->Executor,
       [self = this->shared_from_this()]
       {
-        // And it has not become a WebSocket. A client that came too late for a slot is still
-        // answered.
+        // The connection has not become a WebSocket. A client that came too late for a slot is
+        // still answered.
         if (!self->Answering && self->Admitted.slot.ofAll)
         {
           self->Socket.Close();
@@ -437,7 +437,7 @@ private:
     this->AskReader(std::make_shared<const Routes::Reading>(std::move(*reading)));
   }
 
-  // One that waits for no quotas first, where it may be that nothing counts.
+  // If perhaps nothing counts against a quota, first asks a reader that does not wait for quotas.
   void AskReader(std::shared_ptr<const Routes::Reading> reading, bool isTried = false)
   {
     auto& state = this->State;
@@ -662,7 +662,7 @@ private:
     }
   }
 
-  // What was sent: for the metrics and the log.
+  // Records the answer for the metrics and the log.
   void Record(beast::error_code error)
   {
     const auto& request = this->Input.Request();

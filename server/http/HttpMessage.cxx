@@ -27,7 +27,7 @@ std::string HttpDate(std::time_t time)
   return text;
 }
 
-// That of now, written once a second.
+// The date of now, formatted once a second.
 const std::string& DateNow()
 {
   thread_local std::time_t written = -1;

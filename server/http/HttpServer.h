@@ -73,7 +73,7 @@ struct HttpServerOptions
   std::string contact;            // RouteOptions::contact
   // Whose tokens clients need to have models; null: everybody may have all.
   std::shared_ptr<const TokenGuard> guard;
-  // What the bearers of tokens may have of the original; null: any number of it.
+  // Quotas for the original; null: no quotas.
   std::shared_ptr<QuotaBook> quotas;
   std::optional<StaticFiles> web;
   std::string version;

@@ -71,7 +71,7 @@ public:
   // The answer, if it needs no waiting; else the Reading that makes it. From any thread.
   std::variant<HttpResponse, Reading> Find(const HttpRequest& request) const;
 
-  // What the administrator may ask: /metrics, /healthz, /readyz. Waits for nobody.
+  // Answers the administrator: /metrics, /healthz, /readyz. Never waits.
   HttpResponse AnswerAdmin(const HttpRequest& request) const;
 
   // Whether the target asks how the server is: /healthz or /readyz.

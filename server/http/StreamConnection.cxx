@@ -544,8 +544,8 @@ private:
   // informed within this time.
   static constexpr std::chrono::milliseconds tokenInterval{ 250 };
 
-  // One timer for all: it checks again when it expires, and is set anew only if it would expire too
-  // late.
+  // One timer for all deadlines: it checks again when it expires, and is set anew only if it would
+  // expire too late.
   void Watch()
   {
     auto next = this->Deadline();

@@ -41,9 +41,9 @@ public:
     // Called once, from any thread, if the task has waited or run for too long: nobody waits for it
     // any more. A task that has not begun is dropped. Empty: the task is never given up.
     Work giveUp = {};
-    // What it waits for, by address; null: for nothing that may hang.
+    // The source that it waits for, by address; null: nothing that may hang.
     const void* source = nullptr;
-    // What of the source it reads; "": nothing that another task might read as well.
+    // The part of the source that it reads; "": nothing that another task might also read.
     std::string part = {};
   };
 

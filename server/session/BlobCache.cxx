@@ -46,7 +46,7 @@ BlobBytes BlobCache::FindOrMiss(Model model, const protocol::BlobId& blob)
   return bytes;
 }
 
-// What the entry has, as the latest that was asked for.
+// The entry's bytes; the entry becomes the most recently used one.
 BlobBytes BlobCache::Touch(EntryMap::iterator entry)
 {
   if (entry->second.kept)

@@ -138,7 +138,7 @@ public:
   };
   const Milestone& Reached() const { return this->Latest; }
 
-  // What became of its requests so far.
+  // Counts of its requests so far.
   struct Tally
   {
     std::uint64_t failedBlobs = 0; // that could not be read

@@ -43,7 +43,7 @@ public:
       this->Function(file, what);
     }
   }
-  // Nothing is wrong with the file: what will be is reported anew.
+  // The file has no error now: later errors are reported again.
   void Forget(const std::filesystem::path& file)
   {
     const std::lock_guard lock(this->Mutex);
@@ -79,7 +79,7 @@ bool WasWrittenJustNow(const std::filesystem::path& file, std::chrono::seconds p
   std::error_code error;
   const auto age =
     std::filesystem::file_time_type::clock::now() - std::filesystem::last_write_time(file, error);
-  // Not for ever where the clock has been set back.
+  // The absolute value, in case the clock was set back.
   return !error && std::chrono::abs(age) < patience;
 }
 
@@ -317,7 +317,8 @@ Status StoreCatalog::ReadFolder(Patience patience)
   KDSTREAM_TRY(paths); // a disk that is not there for the moment, or no descriptors
   const auto before = this->Current();
   this->Reports->Forget(this->Folder);
-  // What has been looked at is opened again; what has been opened meanwhile is taken.
+  // Files that were only examined are opened again; files that were opened in the meantime are
+  // taken.
   std::erase_if(this->HeldByDisk,
     [](const auto& entry) { return *entry.second.ended && !entry.second.opening; });
   Files files{ {}, this->Cache, this->Reports, this->Notes, this->Stores };
@@ -354,7 +355,7 @@ Status StoreCatalog::ReadFolder(Patience patience)
       this->Add(state, file.path, file.id, file.old, nullptr);
     }
   }
-  // What has come to an end just now is opened again.
+  // Files whose examination has just ended are opened again.
   std::erase_if(this->HeldByDisk, [](const auto& entry) { return entry.second.ended->load(); });
   this->KeepReplaced(state, *before);
   const bool passing = state.passing;
@@ -443,7 +444,7 @@ void StoreCatalog::Refresh()
   }
 }
 
-// Also if a link leads to another file now, which no folder reports.
+// Also detects a link that leads to another file now, which no folder reports.
 bool StoreCatalog::HasChanged(const State& present)
 {
   struct Looking

@@ -81,7 +81,7 @@ private:
     std::shared_ptr<const StoreModel> model;
     Clock::time_point until;
   };
-  // What is served at a time.
+  // The models that are served at a time.
   struct State
   {
     std::map<std::string, std::shared_ptr<const StoreModel>, std::less<>> byId;
@@ -90,7 +90,7 @@ private:
     std::uint64_t notes = 0;        // the version of the notes that the list tells of
     BlobBytes list;
   };
-  // What has been found of a file, and whether that has come to an end.
+  // The result of opening a file, and whether opening has ended.
   struct Opening;
   struct Held
   {

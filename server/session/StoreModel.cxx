@@ -222,7 +222,7 @@ private:
     return this->LastState;
   }
 
-  // No client takes another size.
+  // Clients refuse blobs of another size.
   static Status CheckSize(const protocol::BlobId& blob, std::uint64_t bytes)
   {
     return bytes != 0 && bytes <= protocol::maximumBlobBytes
@@ -260,7 +260,7 @@ private:
     this->ReportPassing(error);
   }
 
-  // What may pass is reported once until something can be read again.
+  // A temporary error is reported once until something can be read again.
   void ReportPassing(const Error& error) const
   {
     const bool passes =

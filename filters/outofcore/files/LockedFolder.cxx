@@ -81,7 +81,7 @@ bool IsOnDiskOfMachine(int descriptor)
          std::find(disks.begin(), disks.end(), static_cast<long>(state.f_type)) != disks.end();
 }
 
-// Nothing where that cannot be known: errno says why.
+// Nothing if it cannot be examined: errno says why.
 std::optional<bool> IsSameFolder(int descriptor, const fs::path& path)
 {
   struct stat opened = {}, named = {};

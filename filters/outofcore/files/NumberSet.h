@@ -21,7 +21,7 @@ public:
   {
   }
 
-  // So that the first `all` numbers move nothing.
+  // Reserves memory, so that the first `all` numbers are not moved.
   void Reserve(std::size_t all) { this->Numbers.reserve(std::min(this->Most, all)); }
 
   void Add(Number number)

@@ -30,7 +30,7 @@ struct SpillCounts
   std::uint64_t peakBytesOnDisk = 0;
 };
 
-// What is about to be done in a folder. Only tests look: they end a process there.
+// The next operation in a folder. Only for tests, which end a process there.
 enum class FileOperation
 {
   Create,
@@ -57,7 +57,7 @@ struct SpillLedger
 
   void Note(FileOperation operation) const;
 
-  // What a user knows of it, for errors: the folder for temporary files that this one was made in.
+  // The name for error messages: the user's folder for temporary files, which contains this folder.
   std::string Disk() const;
 
   void Grow(std::uint64_t bytes);

@@ -132,7 +132,7 @@ private:
   Status TakeUp(std::string_view fingerprint, bool resume);
   // Whether the file of a phase is there, by its size and time.
   bool IsThere(const JournalFile& file) const;
-  // And by its sum.
+  // Also compares its checksum.
   bool IsWhole(const JournalFile& file) const;
   void RemoveUnnamed();
   Result<PhaseJournal> ReadJournal() const;

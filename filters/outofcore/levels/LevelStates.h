@@ -63,7 +63,7 @@ public:
   Status Begin(SpillFolder& folder, std::uint64_t expected);
   // All of a state without ghosts, and the sums of its attributes.
   Status Append(const CollapseState& block, const AttributeSums& attributes);
-  // So far.
+  // The number of clusters so far.
   VertexId ClusterCount() const { return this->Level.ClusterCount(); }
 
 private:

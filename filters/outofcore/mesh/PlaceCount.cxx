@@ -51,7 +51,7 @@ public:
   {
   }
 
-  // None where they do not fit.
+  // Nothing if the hashes do not fit.
   Result<std::optional<std::uint64_t>> CountPlaces()
   {
     std::vector<std::uint64_t> repeats(this->Shape.slots, 0);

@@ -163,7 +163,7 @@ Status Classify(KeySource& keys, const KeyRange& range, const OrderKey& pivot, M
   return {};
 }
 
-// What is left of a side without its heap.
+// The side without the keys of its heap.
 Side Without(Side side, const std::vector<OrderKey>& heap)
 {
   for (const OrderKey& key : heap)

@@ -268,7 +268,7 @@ private:
     return places;
   }
 
-  // Those of the triangles that lie beside each other on the plane.
+  // The triangles that lie beside each other on the plane.
   std::vector<std::uint32_t> Unfold(std::vector<std::uint32_t> grown, const Vec3& normal) const
   {
     const auto [u, v] = AxesOf(normal);

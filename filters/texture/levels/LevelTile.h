@@ -41,7 +41,7 @@ struct FinerTiles
     bool below = true; // true: the tile covers part of the piece; false: it is beside the piece
   };
   std::vector<Place> places;
-  // That of a place. Called more than once.
+  // Reads the tile at a place. Called more than once.
   std::function<Result<std::shared_ptr<const FinerColors>>(std::size_t)> read;
 };
 
