@@ -26,7 +26,7 @@ namespace
 // A parallel projection has a distant eye: this number of heights of the picture away.
 constexpr double farAway = 1e4;
 
-// What a window without a size gets.
+// The size of a window without a size.
 constexpr int defaultSide = 300;
 
 // The picture in pixels, and what part of it is drawn now: from 0 to 1.

@@ -239,7 +239,7 @@ Result<std::unique_ptr<LocalClient>> LocalClient::Open(
   }
   else
   {
-    // What is read again lies in the operating system's memory anyway.
+    // No cache: repeated reads come from the operating system's cache.
     const auto model = OpenStoreModel(storeOrFolder, ModelIdLike(storeOrFolder.stem().string()),
       std::make_shared<BlobCache>(0), [](const std::string&) {});
     KDSTREAM_TRY(model);

@@ -261,7 +261,7 @@ private:
 
   void Connect()
   {
-    // What a connection says that was given up counts no more.
+    // Messages of an abandoned connection are ignored.
     const auto current = [this, mine = this->Connection] { return mine == this->Connection; };
     StreamSocket::Handlers handlers;
     handlers.onOpen = [this, current]

@@ -122,7 +122,7 @@ void ServerLine::SocketEnded(bool refused, const std::string& why, double now, d
   this->EndProbe(now);
 }
 
-// There is no stream (yet).
+// The server has no stream (yet).
 void ServerLine::EndProbe(double now)
 {
   this->Probing = false;

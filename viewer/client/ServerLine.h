@@ -101,7 +101,7 @@ public:
   // ---- what comes out
   // What to do since the last call, in order.
   std::vector<Action> TakeActions();
-  // What has come for the session since the last call, in order.
+  // The events for the session since the last call, in order.
   std::vector<ClientEvent> TakeEvents();
   State GetState() const { return this->Current; }
   // Why nothing arrives (the connection was lost, the server does not answer); empty when all is

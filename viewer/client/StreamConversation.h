@@ -109,7 +109,7 @@ private:
   void Fail(std::uint32_t request, const std::string& message);
   void Failed(std::uint32_t wire, const protocol::ErrorAnswer& answer, double now);
 
-  // What is stalled longest.
+  // The request that has been stalled longest.
   struct Oldest
   {
     std::uint32_t request = 0; // 0: nothing

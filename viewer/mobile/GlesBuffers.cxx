@@ -328,7 +328,7 @@ void GlesBuffers::FollowTiles(std::vector<Part>& parts)
   }
 }
 
-// What paints a part, or null.
+// The texture tile of a part, or null.
 std::shared_ptr<const TextureTile> GlesBuffers::TileOf(
   const ViewerScene& scene, const SurfacePart& part) const
 {

@@ -50,7 +50,7 @@ public:
   // The context was lost: nothing is deleted.
   void Forget();
 
-  // These four as GlesRenderer's.
+  // These four are described in GlesRenderer.
   using TileUpload = void (*)(unsigned texture, const TextureTile& tile);
   static void SetTileUpload(TileUpload upload);
   void SetColoring(const Coloring& coloring);
@@ -85,7 +85,7 @@ private:
   std::shared_ptr<const TextureTile> TileOf(
     const ViewerScene& scene, const SurfacePart& part) const;
 
-  // What is in the graphics memory, and how it is to be looked at.
+  // The surface in the graphics memory, and how it is coloured.
   struct Content
   {
     std::uint64_t version = 0;

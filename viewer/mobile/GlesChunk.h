@@ -37,7 +37,7 @@ struct GlesChunk
 // glGetError reports whether there was memory for it.
 GlesChunk UploadChunk(const SurfaceChunk& content);
 void FreeChunk(const GlesChunk& chunk);
-// What has arrived needs its former places no more.
+// Frees the earlier positions after a geomorph has ended.
 void StopMorphingOf(GlesChunk& chunk);
 
 }

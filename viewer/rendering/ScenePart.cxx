@@ -129,7 +129,7 @@ void RemoveTexture(vtkActor& actor)
   }
 }
 
-// Not by the mapper's clipping planes: at edges of the surface, these are evaluated beside the
+// Not with the mapper's clipping planes: at edges of the surface, these are evaluated beside the
 // surface, and single pixels of what is cut away remain.
 void DiscardWhatIsAbove(vtkActor& actor)
 {
@@ -155,7 +155,7 @@ void DiscardNothing(vtkActor& actor)
   shader->GetVertexCustomUniforms()->RemoveUniform("section");
 }
 
-// One a point; none: (0, 0, 0), since VTK lights no points without.
+// One for each point; (0, 0, 0) if there is none, because VTK needs normals to light points.
 vtkSmartPointer<vtkFloatArray> Normals(std::size_t points, const UnitNormals& normals)
 {
   auto result = vtkSmartPointer<vtkFloatArray>::New();

@@ -24,7 +24,7 @@ struct Pointer
 // Appends its one or two touches. pixelRatio: as Viewport's.
 void AddTouches(const Pointer& pointer, double pixelRatio, std::vector<Touch>& touches);
 
-// What a key that zooms in enlarges by; one that zooms out reduces by it.
+// The factor of a key that zooms in; a key that zooms out divides by it.
 inline constexpr double keyZoom = 1.25;
 
 // An arrow key: a finger that drags from the middle of the window by 50 points times `right` and

@@ -12,7 +12,7 @@ namespace kdstream
 // The memory of a model's tree by default.
 constexpr std::size_t standardTreeBytes = std::size_t{ 16 } << 20;
 
-// What a session may hold (SessionOptions::TakeShares).
+// The memory that a session may use (SessionOptions::TakeShares).
 struct MemoryShares
 {
   std::size_t cacheBytes = 0;        // decoded pieces, including those that are shown

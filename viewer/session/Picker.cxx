@@ -139,7 +139,7 @@ struct Nearest
   double Distance() const { return this->hit ? this->hit->distance : never; }
 };
 
-// What a triangle, or a point of a cloud, is for a ray.
+// The target of a ray: a triangle, or a point of a cloud.
 class Target
 {
 public:
@@ -167,7 +167,7 @@ public:
     return this->IsCloud() ? EntryOfCone(this->Along, box, this->Slack, 2 * this->Margin)
                            : EntryOf(this->Along, box, 2 * this->Margin);
   }
-  // What is nearer than its box by rounding is not nearer by more.
+  // By at most this, rounding makes a hit nearer than its box.
   double Tolerance() const { return 4 * this->Margin; }
 
 private:

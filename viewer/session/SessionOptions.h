@@ -73,7 +73,7 @@ struct SessionOptions : LodOptions
   RegionLimits region; // around a tap
   // Decoded pieces that are kept beyond what is shown, bytes.
   std::size_t cacheBytes = std::size_t{ 256 } << 20;
-  // What is kept of the model's tree, bytes.
+  // Bytes for the loaded pages of the model's tree.
   std::size_t treeBytes = standardTreeBytes;
   // Decoded pictures of textures that are kept, bytes.
   std::size_t pictureBytes = std::size_t{ 512 } << 20;

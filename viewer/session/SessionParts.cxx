@@ -125,7 +125,7 @@ void SessionParts::DoubleTap(const Gesture& gesture)
   this->FollowZoom();
 }
 
-// What a link says of the model that is open.
+// Applies a link to the open model.
 void SessionParts::TakeLink(bool isJump)
 {
   const ViewLink link = *std::exchange(this->followed, std::nullopt);

@@ -38,12 +38,12 @@ struct SessionRequest
   std::vector<protocol::BlobId> blobs; // of Blobs: that will answer
   bool operator==(const SessionRequest&) const = default;
 };
-// What is left to ask for where these of the request's blobs are here already.
+// The rest of a request, without these blobs, which are loaded already.
 SessionRequest LeftOf(SessionRequest request, const std::vector<protocol::BlobId>& here);
 // A request as a line of JSON, for traces. isPreview: it is only for the preview, and named so.
 std::string FormatRequest(const SessionRequest& request, bool isPreview = false);
 
-// What became of a blob that has come.
+// The result of taking a blob.
 enum class BlobArrival
 {
   Taken,    // undamaged, as far as it was checked
@@ -51,7 +51,7 @@ enum class BlobArrival
   Damaged
 };
 
-// What to draw.
+// The scene to draw.
 struct ViewerScene
 {
   std::shared_ptr<const DrawnSurface> surface; // never null; empty at first
@@ -128,7 +128,7 @@ struct ViewerStatus
                      // person
 };
 
-// What a session has received.
+// Statistics of what a session has received.
 struct SessionTraffic
 {
   std::uint64_t blobs = 0, bytes = 0;

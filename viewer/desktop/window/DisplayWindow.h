@@ -40,7 +40,7 @@ public:
 
   // Waits for input or another event of the window, at most this time.
   void Wait(std::chrono::milliseconds atMost);
-  // What has been done since the last call, in order.
+  // The user's actions since the last call, in order.
   std::vector<WindowEvent> TakeEvents();
   // Whether the window has been resized or uncovered since the last call.
   bool TakeDamage();

@@ -39,7 +39,7 @@ constexpr auto controlKey = ImGuiKey_ModCtrl;
 constexpr auto shiftKey = ImGuiKey_ModShift;
 #endif
 
-// What fields know, and what X calls it.
+// Keys of text fields, and X's names for them.
 constexpr std::array<std::pair<decltype(ImGuiKey_Tab), std::string_view>, 16> keys{
   { { ImGuiKey_Tab, "Tab" }, { ImGuiKey_LeftArrow, "Left" }, { ImGuiKey_RightArrow, "Right" },
     { ImGuiKey_UpArrow, "Up" }, { ImGuiKey_DownArrow, "Down" }, { ImGuiKey_Home, "Home" },

@@ -22,7 +22,7 @@ class vtkRenderer;
 namespace kdstream
 {
 
-// One at a time.
+// Only one object may exist at a time.
 class InterfaceLayer
 {
 public:
@@ -32,7 +32,7 @@ public:
   InterfaceLayer(const InterfaceLayer&) = delete;
   InterfaceLayer& operator=(const InterfaceLayer&) = delete;
 
-  // That these letters may be drawn.
+  // Makes sure that these letters can be drawn.
   void KnowText(std::string_view text);
 
   // Takes the mouse, fingers as if they were a mouse, and keys while text is written.

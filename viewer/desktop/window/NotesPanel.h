@@ -34,7 +34,7 @@ public:
 
   // width: of the window, pixels. ratio: pixels a point.
   NotesWishes Draw(const NotesBook& book, int width, double ratio);
-  // What is in the model's fields is kept, or is not to be.
+  // Drops the text in the model's fields.
   void EndEdit(const std::string& model) { this->Drafts.erase(model); }
   // Whether something is written, on any model, that would be lost.
   bool HasDraft() const;
@@ -42,7 +42,7 @@ public:
 private:
   void DrawShown(const NotesBook& book, NotesWishes& wishes) const;
   void DrawList(const NotesBook& book, NotesWishes& wishes);
-  // What is written on one model waits while others are looked at.
+  // The text for one model is kept while others are viewed.
   struct Fields
   {
     std::optional<std::size_t> index;

@@ -39,7 +39,7 @@ struct ViewSettings
   bool operator==(const ViewSettings&) const = default;
 };
 
-// What is reported.
+// The values that panels show.
 struct PanelFacts
 {
   int width = 0, height = 0; // of the window, pixels

@@ -41,7 +41,7 @@ inline double SteadySeconds()
 
 inline constexpr std::size_t windowPrefetchBytes = std::size_t{ 1 } << 20;
 
-// What the model is seen as.
+// The inputs of a picture: if they are equal, it does not change.
 struct SceneSight
 {
   std::uint64_t surfaceVersion = 0;

@@ -6,7 +6,7 @@
 
 #include <utility>
 
-// Only declared here: in gl.js, the browser decodes it.
+// Only declared here: gl.js lets the browser decode it.
 // clang-format off
 EM_JS(void, kdstream_upload_picture, (unsigned texture, const void* begin, std::size_t bytes,
   unsigned format, unsigned width, unsigned height), {})

@@ -187,7 +187,7 @@ void PageSession::Take(const ClientEvent& event)
   const bool keeps = this->Keeps && event.kind == ClientEvent::Kind::Blob && !event.fromCache &&
                      event.request > this->OpenRequest;
   const bool isTaken = Deliver(event, this->Viewer) == BlobArrival::Taken;
-  // What came late for the tree, or is there already, was not decoded.
+  // Late pages of the tree and blobs that were loaded already have not been decoded.
   if (keeps && isTaken && !this->Open.id.empty() && IsSealed(event.bytes))
   {
     this->Arrivals.push_back(
@@ -313,7 +313,7 @@ void PageSession::Found(std::uint32_t search, std::size_t index, std::vector<std
   this->Receive(std::move(event));
 }
 
-// What was found comes once more where it is outstanding, and something else of the same request.
+// Ends a search in the stored blobs: requests those that were not found.
 void PageSession::EndSearch(std::uint32_t search, bool isKept, double now)
 {
   Searched* const searched = this->FindSearch(search);
@@ -351,7 +351,7 @@ void PageSession::EndSearch(std::uint32_t search, bool isKept, double now)
   }
 }
 
-// What the list says of the model that is open: "" (all is well), "removed" or "replaced".
+// The open model's state in the list: "" (unchanged), "removed" or "replaced".
 std::string PageSession::Staleness() const
 {
   const std::string model = this->Viewer.GetStatus().model;

@@ -62,7 +62,7 @@ public:
   };
   // Whether arrivals are gathered and searches made; not at first.
   void SetKeeps(bool keeps) { this->Keeps = keeps; }
-  // The next one since the last call, or none.
+  // The next blob to store, or nothing.
   std::optional<Arrival> TakeArrival();
   // The next search for blobs that the page may have stored: its number and their paths at the
   // server, a line each; or "". Blobs that are not found are requested from the server. While

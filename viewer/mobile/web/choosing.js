@@ -64,7 +64,7 @@ export async function openGallery() {
   }
 }
 
-// What can wait until there is a picture.
+// Work that can wait until there is a picture.
 export async function goOnOnce() {
   if (keptPage) {
     return;
@@ -81,7 +81,7 @@ export async function goOnOnce() {
   });
 }
 
-// What a link shows, or, after a reload in full screen, that model again. Offline one that is kept, or none.
+// Selects a link's model, or, after a reload in full screen, the same model again. Offline: a stored model, or none.
 async function selectFirst() {
   if (linked) {
     followLink(linked);

@@ -70,7 +70,7 @@ function followHistory() {
 
 // ---- buttons and keys
 
-// What a choice in the menu does.
+// The actions of the menu.
 const options = {
   detail: (value) => viewer.setDetail(Number(value)),
   turning: (value) => viewer.setTurning(Number(value)),

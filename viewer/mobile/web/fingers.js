@@ -50,7 +50,7 @@ export class Fingers {
     this.#down.size && this.#drop();
   }
 
-  // One finger turns from now on; or scrolls again.
+  // From now on one finger turns the model, or scrolls the page again.
   enter(enters = true) {
     if (this.entered !== enters) {
       this.entered = enters;

@@ -23,7 +23,7 @@ export const tokenInLink = /^(.*[#&])token=([\w.-]{1,4096})(?:&(.*))?$/;
 export const root = new URL(".", import.meta.url).href; // the page's folder: a model's page is below it
 export const rememberedKey = `kdstream.token ${new URL(root).pathname}`;
 
-// What `act` gives; null where the browser keeps nothing for us.
+// The result of `act`; null if the browser denies storage.
 export function unlessDenied(act) {
   try {
     return act();
@@ -74,7 +74,7 @@ function contactIn(bytes) {
   }
 }
 
-// What needs a token is for its bearer, and not for the next user of this browser.
+// Data that need a token are for its bearer, not for the next user of this browser.
 export const mayKeep = () => !token;
 
 // Whether the list is that of an earlier day, as the server cannot be reached.
@@ -193,7 +193,7 @@ function keepPreview({ path, bytes }) {
   }
 }
 
-// What is kept of the models that were looked at: sets of paths, by how these begin.
+// Stored blobs of viewed models: sets of paths, by their prefixes.
 const kept = new Map();
 const keptSoon = new Map(); // promises of stored blobs
 
@@ -328,7 +328,7 @@ export class Line {
     this.#socket = socket;
     socket.binaryType = "arraybuffer";
     let opened = false;
-    // What a connection says after it was given up no longer counts.
+    // Messages of an abandoned connection are ignored.
     const listen = (name, handle) => socket.addEventListener(name, (event) => {
       if (this.#socket === socket) {
         handle(event);

@@ -181,7 +181,7 @@ export class Notes {
     this.play.textContent = t(plays ? "Pause" : "Play the tour");
   }
 
-  // The next one once this one can have been read.
+  // Shows the next note after the time for reading this one.
   #playOn() {
     const { title, text } = this.#notes[this.#at];
     const time = Math.min(leastTime + timeOfLetter * (title.length + text.length), mostTime);
@@ -305,7 +305,7 @@ export class Notes {
     this.text.value = text;
   }
 
-  // What is written on one model waits while others are looked at.
+  // The draft for one model is kept while others are viewed.
   #keepDraft() {
     if (this.#author && this.#model && this.#isBegun()) {
       this.#drafts.set(this.#model, { index: this.edited, title: this.title.value, text: this.text.value });

@@ -112,7 +112,7 @@ async function keepModel(own, { id, digest, ...description }) {
   }
 }
 
-// What stands in the way pauses the job.
+// Errors pause the job.
 async function keepBlob(own, run, path) {
   const pause = (trouble) => {
     if (own.run === run) {

@@ -42,7 +42,7 @@ export function refusalOf(status, retryAfter = 0, hasToken = false) {
 
 const quotaRefusal = (time) => refusalOf(403, Math.max((Date.parse(time) - Date.now()) / 1000, 1));
 
-// What session and servers say, for developers.
+// Messages of session and servers, which are for developers.
 const known = [
   [/^the connection to the server was lost: (.*)$/s, (why) => t("the connection to the server was lost: {why}", { why: inPlainWords(why) })],
   [/^(\S+) cannot be opened: (.*)$/s, (name, why) => t("{name} cannot be opened: {why}", { name, why: inPlainWords(why) })],

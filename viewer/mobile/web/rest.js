@@ -82,7 +82,7 @@ export class Rest {
     this.#changed();
   }
 
-  // Not all at once when a server comes back.
+  // Random, so that not all pages return at once to a restarted server.
   #pause(seconds) {
     return new Promise((resolve) => {
       this.#goOn = resolve;

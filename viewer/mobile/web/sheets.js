@@ -45,7 +45,7 @@ export async function openTools(open) {
   wake();
 }
 
-// They draw the distances, too.
+// The tools draw the distances, too.
 async function getTools() {
   await rest.wait();
   const { Tools } = await import("./tools.js");

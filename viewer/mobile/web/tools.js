@@ -111,7 +111,7 @@ export class Tools {
     return tab;
   }
 
-  // What writes notes is fetched with them.
+  // The code that writes notes is loaded together with the notes.
   #notesGroup() {
     const write = async () => (await this.#page.getNotes()).write(place);
     const place = make("div", {}, makeButton("Write notes", write, { className: "tool", id: "write-notes" }));

@@ -80,7 +80,7 @@ export function translated(sentence) {
   return sentence;
 }
 
-// What stands in index.html.
+// Translates index.html.
 function translate(root) {
   const known = (text) => texts[text.trim().replace(/\s+/g, " ")];
   const walk = document.createTreeWalker(root, NodeFilter.SHOW_ELEMENT | NodeFilter.SHOW_TEXT);

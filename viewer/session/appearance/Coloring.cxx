@@ -25,7 +25,7 @@ constexpr std::array<std::pair<std::string_view, SurfaceColoring>, 4> words{ {
 
 constexpr std::string_view byAttribute = "by:";
 
-// What stands before the first `end`, which goes with it.
+// Removes and returns the text before the first `end`, and removes `end`.
 std::string_view TakeUpTo(std::string_view& text, char end)
 {
   const std::string_view part = text.substr(0, text.find(end));

@@ -38,7 +38,7 @@ std::optional<ColorChoice> ParseColors(std::string_view text);
 // Two finite numbers, the first below the second, with `between` between them.
 std::optional<std::array<double, 2>> ParseRange(std::string_view text, char between);
 
-// What renderers go by.
+// The colouring for renderers.
 struct Coloring
 {
   Coloring(SurfaceColoring byWhat = SurfaceColoring::Own)
@@ -55,7 +55,7 @@ struct Coloring
   bool isLas = false;       // the classes are those of LAS
   bool operator==(const Coloring&) const = default;
 
-  // What a number of the attribute looks like; stone where it is NaN.
+  // The colour of a value of the attribute; stone for NaN.
   Color Of(double value) const;
   // Whether colours are those of points, which go over into each other: Own and Attribute.
   bool IsOfPoints() const

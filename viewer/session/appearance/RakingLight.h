@@ -33,7 +33,7 @@ struct RakingLight
   static constexpr double rim = 0.997; // of the disc: from behind the rim there is no light
 };
 
-// What is finite and in its range.
+// The value clamped to its range; `least` for NaN.
 inline double InRange(double value, double least, double most)
 {
   return std::isfinite(value) ? std::clamp(value, least, most) : least;

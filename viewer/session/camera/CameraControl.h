@@ -69,7 +69,7 @@ public:
   // Like a pinch there, at once; the model stops turning by itself. False if nothing is open, or if
   // the factor is not finite or not above 0.
   bool ZoomAbout(double factor, double x, double y);
-  // What lies under a finger.
+  // The surface's point under a finger.
   std::optional<SurfaceHit> PickUnder(double x, double y) const;
 
   // ---- turning by itself. Whether the model continues to turn after it is released.

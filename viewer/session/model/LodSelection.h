@@ -27,7 +27,7 @@ namespace kdstream
 class LodSelection
 {
 public:
-  // What is chosen by.
+  // The inputs of the selection.
   struct View
   {
     const Camera& camera;
@@ -58,7 +58,7 @@ public:
 
   // A piece has come.
   void Add(const Piece& piece);
-  // What is wanted, and what of the tree and of textures is missing for it.
+  // Finds the wanted pieces, and the missing pages of the tree and textures.
   void Follow(const View& view);
   // Something is wanted, or has come, since the last choice.
   bool IsDue() const { return this->ChoiceIsDue; }
@@ -72,7 +72,7 @@ public:
   // Nothing if the preview has just appeared: then Follow must be called again.
   std::optional<std::vector<protocol::BlobId>> Choose(const View& view);
 
-  // What is missing for a view that is nearer, the tree first, then the most urgent.
+  // The missing blobs of a nearer view, the tree first, then the most urgent.
   std::vector<protocol::BlobId> WantedNext(const View& view);
   // About, of a blob that has not come.
   std::size_t BytesOf(const protocol::BlobId& blob) const;
@@ -85,7 +85,7 @@ public:
   }
 
   const std::vector<PieceId>& WantedByView() const { return this->Chooser->refinement.Pieces(); }
-  // What ViewerStatus has of these; nothing before a model is open.
+  // Fills in its part of ViewerStatus; nothing before a model is open.
   void PutInto(ViewerStatus& status) const;
   // How often Choose was called.
   std::uint64_t Choices() const { return this->ChoicesMade; }

@@ -82,7 +82,7 @@ private:
   unsigned Rings;
   RegionLimits Limits;
   std::uint64_t ViewTriangles;
-  // What a tap waits for: which partition it means, and which are around that.
+  // A tap waits for these: its partition, and those around it.
   std::optional<Vec3> Point;
   std::optional<NodeId> Cell;
   std::size_t Asked = 0;

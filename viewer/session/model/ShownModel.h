@@ -78,7 +78,7 @@ struct ShownModel
   {
     return this->section.Plane() ? &*this->section.Plane() : nullptr;
   }
-  // What a ray meets of what is shown and not cut away: as PickSurface.
+  // The point where a ray meets the shown surface that is not cut away: see PickSurface.
   std::optional<SurfaceHit> Pick(const Ray& ray, double slack = 0) const
   {
     return this->section.Pick(this->Drawn(), ray, slack);

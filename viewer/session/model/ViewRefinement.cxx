@@ -188,7 +188,7 @@ bool ViewRefinement::NeedsSubstitute(const Walk& walk, std::size_t step, NodeId 
          walk.failed.count(this->Above(piece, step - 1)) == 0;
 }
 
-// What would take the place of a piece.
+// Pushes the candidates that would replace a piece.
 void ViewRefinement::PushBelow(Walk& walk, std::size_t step, NodeId node, double urgency) const
 {
   if (step + 1 >= this->Allowed)

@@ -74,10 +74,10 @@ public:
   // first. `failed`: pieces that cannot be fetched. The tree records as missing which pages are
   // needed to continue. O(p log p) for p wanted pieces.
   void Follow(const View& view, std::span<const PieceId> first, const std::set<PieceId>& failed);
-  // Nothing is wanted but the preview.
+  // Only the preview is wanted.
   void Reset();
 
-  // That are wanted, ascending, without those that are wanted anyway; and what stands in for them.
+  // The wanted pieces, ascending, without those that are wanted anyway; and their substitutes.
   const std::vector<PieceId>& Pieces() const { return this->Wanted; }
   // The finest resolution among them; the preview's if there is none.
   Resolution Finest() const;

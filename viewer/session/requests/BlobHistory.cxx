@@ -8,7 +8,8 @@ namespace kdstream
 namespace
 {
 
-// One more than there are, so that a piece without triangles has a share in its frame too.
+// The number of triangles plus one, so that a piece without triangles also has a share in its
+// frame.
 double WeightOf(const BlobStatistics& blob)
 {
   return static_cast<double>(blob.triangles + 1);

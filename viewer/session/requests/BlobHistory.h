@@ -26,7 +26,7 @@ public:
   void Count(std::size_t bytes, bool isWasted);
   // A piece has been decoded, and `entry` says how it came.
   void Add(PieceId piece, BlobStatistics entry);
-  // One that counts as wasted may be shown still.
+  // A blob that counts as wasted may still be shown later.
   void AddLate(PieceId piece, std::size_t bytes) { this->NeverShown[piece] += bytes; }
   // A frame has begun that shows these pieces. Those that it is the first to show share its time.
   void BeginFrame(const std::set<PieceId>& shown);

@@ -40,7 +40,7 @@ public:
   // Replaces the list by these blobs, most urgent first. Blobs in flight are not requested again;
   // requests with no wanted blob are cancelled. If nothing is missing, prefetching continues.
   void Want(const std::vector<protocol::BlobId>& missing);
-  // Nothing more, until the next Want.
+  // Requests nothing more until the next Want.
   void Clear() { this->Queue.clear(); }
   // The same, and cancels each request with anything outstanding other than pages and boxes.
   void KeepTreeOnly();

@@ -43,7 +43,7 @@ public:
   // Computes the outline and, if the surface is closed, the cap, if plane or surface have changed.
   // surfaceVersion: of `surface`. As CutSurface and CapOf.
   void Follow(const DrawnSurface& surface, std::uint64_t surfaceVersion, bool isClosed);
-  // What fills the plane where the model is solid; null if nothing is filled. Its version grows
+  // The cap that fills the plane where the model is solid; null if there is none. Its version grows
   // whenever it changes.
   const std::shared_ptr<const Surface>& Cap() const { return this->Filling; }
   std::uint64_t CapVersion() const { return this->FillingVersion; }

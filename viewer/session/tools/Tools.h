@@ -34,7 +34,7 @@ public:
   // the zoom of a pinch.
   bool Take(const Gesture& gesture, const Camera& camera);
 
-  // There is another surface.
+  // The surface has changed.
   void FollowSurface(const Camera& camera)
   {
     this->Measures.FollowSurface(camera.TangentOf(fingerPoints));
@@ -46,7 +46,7 @@ public:
   // Nothing: the standard light. What is out of its range is brought into that.
   void SetLight(const std::optional<RakingLight>& light);
 
-  // What a link says of them, relative to the camera's fitted box.
+  // Writes the tools into a link, relative to the camera's fitted box.
   void PutInto(ViewLink& link, const Camera& camera) const;
   void TakeFrom(const ViewLink& link, const Camera& camera);
 
