@@ -146,7 +146,7 @@ void AddTextOptions(CLI::App& app, BuildCommand& line)
   CheckText(app.add_option("--credit", line.build.credit, "who made or scanned it"))->group(group);
   const std::string license = "terms of use";
   CheckText(app.add_option("--license", line.build.license, license))->group(group);
-  CheckText(app.add_option("--licence", line.build.license, license))->group(""); // understood too
+  CheckText(app.add_option("--licence", line.build.license, license))->group(""); // also accepted
   CheckText(app.add_option("--unit", line.build.unit, "unit of the coordinates, such as mm"))
     ->group(group);
 }

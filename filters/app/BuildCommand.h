@@ -80,8 +80,8 @@ bool LosesBits(const BuildReport& report);
 void PrintWarnings(
   std::string_view program, const BuildCommand& line, const std::vector<std::string>& warnings);
 
-// Ends a build that has succeeded: says on stderr what it has warnings and notes of and what was
-// written, and writes the file of statistics that was asked for; returns the exit code.
+// Ends a successful build: prints warnings, notes and the result on stderr,
+// and writes the file of statistics if requested. Returns the exit code.
 int FinishBuild(std::string_view program, const BuildCommand& line, const BuildReport& report,
   std::chrono::steady_clock::time_point begin);
 

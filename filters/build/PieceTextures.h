@@ -49,7 +49,7 @@ class PieceTextures
 public:
   virtual ~PieceTextures() = default;
 
-  // What the model's description says of them, except counts. `levels`: whether MakeOfLevel is
+  // Their entry in the model's description, without counts. `levels`: whether MakeOfLevel is
   // implemented; without levels in the model it is not called.
   virtual TextureDescription Describe() const = 0;
   // Makes the texture of a piece of the original; removes the arrays of texture coordinates from

@@ -454,7 +454,7 @@ private:
     }
   }
 
-  // In the order of the vertices, down to balls whose radius leaves room for a distance.
+  // Visits balls in the order of the vertices, down to a radius of at most half the bound.
   void Descend(const BallTree& balls, std::size_t node)
   {
     if (balls.At(node).radius <= this->Most / 2 || balls.IsLeaf(node))

@@ -93,7 +93,7 @@ void SumRow(FewSums& few, std::size_t row, std::size_t first, std::size_t end,
   few.parts += end - first;
 }
 
-// Sums over the upright parts, or those upside down, of which each row has one less.
+// Sums over the upright parts, or over the inverted ones; each row has one inverted part less.
 template <class ValueOf>
 void SumAlike(PartSums& sums, const std::array<PlaceInPicture, 3>& at, std::size_t cuts,
   bool upright, const ValueOf& valueOf)

@@ -172,7 +172,7 @@ public:
 private:
   Mesh& TheMesh() { return this->Out.textured.mesh; }
 
-  // all: with what is not finite, as long as the faces' coordinates are to come.
+  // all: also keeps points that are not finite, because the faces' coordinates are read later.
   Status ReadMesh(const Execution& execution, bool all)
   {
     Result<ByteSource> source = ByteSource::Open(this->File);

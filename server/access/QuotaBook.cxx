@@ -393,7 +393,7 @@ Status QuotaBook::Connection::Open()
   {
     return QuotaError("the file is read-only", this->path);
   }
-  // A file that was put in its place has tables, and nothing that acts.
+  // Somebody may have replaced the file: triggers and views in it must not run.
   for (const int off :
     { SQLITE_DBCONFIG_ENABLE_TRIGGER, SQLITE_DBCONFIG_ENABLE_VIEW, SQLITE_DBCONFIG_TRUSTED_SCHEMA })
   {

@@ -93,8 +93,8 @@ void BlobCache::LetGo(EntryMap::iterator entry)
   }
 }
 
-// Released blobs that nobody uses any more leave an entry: removes such entries when there are more
-// of them than of others.
+// Released blobs that nobody uses any more leave an entry: removes these entries when there are
+// more of them than of others.
 void BlobCache::Sweep()
 {
   constexpr std::size_t few = 1000;

@@ -218,7 +218,7 @@ public:
     around.place = place;
     around.error = std::numeric_limits<double>::infinity();
     std::vector<std::size_t> numbers;
-    this->Numbers.swap(numbers); // of its own tiles
+    this->Numbers.swap(numbers); // the numbers of the inner tileset's own tiles
     const Result<bool> has = this->Tile(root, around);
     this->Numbers.swap(numbers);
     this->Open.pop_back();

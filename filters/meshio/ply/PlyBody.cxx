@@ -9,7 +9,7 @@ namespace kdstream
 namespace
 {
 
-// For a number of four bytes that is too large: the hint that it would not be in the other
+// For a 4-byte number that is too large: a hint that it would fit with its bytes in the other
 // order, else nothing.
 std::string OtherByteOrder(std::int64_t number, std::uint64_t limit)
 {

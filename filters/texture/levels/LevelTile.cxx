@@ -308,7 +308,7 @@ private:
     return squared;
   }
 
-  // Which finer piece has the nearest box; `last` where the point is in its.
+  // The finer piece with the nearest box; `last` if its box contains the point.
   std::size_t NearestPlace(const Vec3& point, std::size_t last) const
   {
     std::size_t nearest = last;

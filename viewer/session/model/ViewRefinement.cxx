@@ -224,7 +224,7 @@ void ViewRefinement::PushBelow(Walk& walk, std::size_t step, NodeId node, double
     if (!box)
     {
       view.tree.NeedAround(below.node);
-      ++walk.found[above].seen; // perhaps
+      ++walk.found[above].seen; // it may be visible
     }
     else if (this->MayBeVisible(walk, below.node) &&
              (!isReported || step >= this->Stitch || view.seen->MayBeVisible(below)))
