@@ -50,7 +50,7 @@ struct Reconstruction
   // Poisson: the surface's points. Greedy: empty, because triangles use the input's points.
   std::vector<Vec3> points;
   std::vector<VertexId> nearest; // Poisson: for each of `points` the nearest point that came in
-  std::vector<Vec3> normals;     // of the points that the triangles are of, unit length
+  std::vector<Vec3> normals;     // normals of the triangles' points, unit length
   double spacing = 0; // median distance to the sixth nearest point, or the farthest of fewer
 };
 

@@ -21,7 +21,7 @@ struct PartPoints
   std::vector<bool> isCopy;      // a ghost: another part's point
   std::vector<bool> isPresent;   // all other points are dropped
   std::vector<std::int64_t> ids; // global ids; empty if a part has no ids
-  std::optional<Box> box;        // of the whole mesh, where these are some of its points
+  std::optional<Box> box;        // of the whole mesh, if these are only some of its points
   // A hash of the values that a point has in all arrays.
   std::function<std::uint64_t(VertexId)> hashOfArrays;
 };

@@ -37,8 +37,8 @@ struct BuildCommand
   // Whether kdstream-convert reads the input: set by ChooseReader.
   bool converts = false;
   bool plainMaterials = false;       // FoundTextures::isPlain, which ChooseReader sets
-  std::optional<StrayPoint> stray{}; // that costs bits, if LosesBits
-  std::optional<BakeReport> baked{}; // what became of its pictures
+  std::optional<StrayPoint> stray{}; // the point that costs bits, if LosesBits
+  std::optional<BakeReport> baked{}; // the result of baking its textures
   std::optional<TileCounts> tiled{}; // and numbers of textures in the original
 
   // Whether the original keeps its pictures, if there are any.

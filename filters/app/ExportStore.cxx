@@ -434,7 +434,7 @@ private:
   TargetFolder& Folder;
   const NewFolder& Part;
   const Execution& Runs;
-  std::optional<HeldFolder> Entered; // that of the file before
+  std::optional<HeldFolder> Entered; // the folder of the previous file
   fs::path EnteredName;
 };
 

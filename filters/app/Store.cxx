@@ -905,7 +905,8 @@ void AddEdit(CLI::App& edit, CommandLine& line)
   CheckText(texts->add_option("--credit", line.texts.credit, "who made or scanned it"));
   const std::string license = "terms of use";
   CheckText(texts->add_option("--license", line.texts.license, license));
-  CheckText(texts->add_option("--licence", line.texts.license, license))->group(""); // as well
+  // Also accepted.
+  CheckText(texts->add_option("--licence", line.texts.license, license))->group("");
   CheckText(texts->add_option("--unit", line.texts.unit, "unit of the coordinates, such as mm"));
   AddDirectionOption(*texts, "--up", line.texts.up, "upward direction");
   AddDirectionOption(*texts, "--view", line.texts.view,

@@ -150,7 +150,7 @@ Status CheckPartitionMemory(const BlockedSize& mesh, const KdTreeOptions& tree, 
   const Result<TreeDepths> depths = ComputeDepths(mesh.vertices, tree);
   if (!depths)
   {
-    return {}; // that is reported when the tree is made
+    return {}; // reported when the tree is made
   }
   const unsigned depth = depths->partition;
   const std::uint64_t bytes = BytesOfBlocks(mesh) >> depth;

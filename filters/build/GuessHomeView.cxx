@@ -16,7 +16,7 @@ namespace kdstream
 namespace
 {
 
-constexpr double flatPart = 0.2;      // of the next longer side: this flat things lie
+constexpr double flatPart = 0.2;      // of the next longer side: flatter things lie
 constexpr double slabPart = 0.02;     // of the diagonal: a point as near to the floor touches it
 constexpr double leastLead = 0.1;     // of the best axis before the next
 constexpr double unequalEnds = 0.5;   // for an axis across which the shape is not symmetric
@@ -25,7 +25,7 @@ constexpr double unlikelyAxis = 0.1;  // less for x, which few files have up
 constexpr double usualAxis = 0.1;     // bonus for y in formats in which y is usually up
 constexpr double upsideDown = 0.3;    // more at the upper end, to be taken for the floor
 constexpr double widerSide = 1.2;     // of the box is looked at
-constexpr double longBody = 1.6;      // of its width: is not looked at from its front
+constexpr double longBody = 1.6;      // times its width: a longer body is seen from its side
 constexpr double mirrored = 0.9;      // of the surface: the shape is symmetric
 constexpr double moreMirrored = 0.05; // than across the other horizontal axis
 constexpr double mostMirrorSamples = 4e5;

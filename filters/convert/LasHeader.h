@@ -19,7 +19,8 @@ struct LasHeader
 {
   std::uint64_t pointsBegin = 0; // in the file
   std::uint64_t points = 0;      // as the header counts them
-  std::uint64_t pointsEnd = 0; // of the file's room for points: there may be more than are counted
+  // End of the space for points: there may be more points than are counted.
+  std::uint64_t pointsEnd = 0;
   std::size_t pointBytes = 0, extraBytes = 0; // of a point; more than its format has
   unsigned format = 0;
   bool compressed = false; // LAZ: the file's size does not tell how many points there are

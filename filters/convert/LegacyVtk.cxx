@@ -741,7 +741,7 @@ private:
   std::uint64_t HeadEnd = 0;
   VtkOrder Order;
   std::vector<std::array<std::uint64_t, 2>> LeftOut; // of Order
-  bool IsAfterArray = false;                         // which METADATA may follow for VTK
+  bool IsAfterArray = false;                         // VTK allows METADATA after an array
   bool HasOtherNumbers = false;
   bool SizesAreSure = true; // of the parts so far
   Tolerance Forgiven;

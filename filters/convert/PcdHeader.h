@@ -22,7 +22,7 @@ enum class PcdData
 
 struct PcdHeader
 {
-  std::uint64_t points = 0;     // that are there: at least as many as are claimed
+  std::uint64_t points = 0;     // points in the file: at least the claimed number
   std::uint64_t pointBytes = 0; // of one point in memory
   std::uint64_t values = 0;     // of one point
   PcdData data = PcdData::Ascii;

@@ -1524,7 +1524,7 @@ private:
   std::vector<ForeignMesh> Parts;
   Tolerance Tolerated;
   std::vector<std::filesystem::path> Named;
-  std::map<std::string, std::uint64_t> LeftOut; // that a mesh does not have: lines, texts
+  std::map<std::string, std::uint64_t> LeftOut; // nodes that a mesh cannot hold: lines, texts
   VrmlNodesLeftOut NodesLeftOut;
   std::vector<std::string> Warnings;
   std::optional<Error> Failure;

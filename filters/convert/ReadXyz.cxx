@@ -1057,10 +1057,10 @@ private:
   std::uint64_t OtherNames = 0;               // the line of names that name no columns; 0: none
   std::uint64_t Remarks = 0, FirstRemark = 0; // lines before the points that are skipped
   std::uint64_t HexColorLine = 0;             // of a colour as #c86432; 0: none
-  std::vector<std::optional<std::size_t>> NameAxes; // of the columns that the line of names names
-  std::vector<std::string> OtherWords;              // that line's
+  std::vector<std::optional<std::size_t>> NameAxes; // axes of the named columns
+  std::vector<std::string> OtherWords;              // the words of that line
   std::string Degrees;      // longitudes and latitudes that names name, as messages quote them
-  std::string PartNames;    // of r g b or nx ny nz a part, which names numbers
+  std::string PartNames;    // incomplete r g b or nx ny nz, which name plain numbers
   std::vector<float> Extra; // the columns but for the coordinates
   DecimalPrecision Precision;
   // The columns if the first one is not a coordinate, while that is possible; none if the layout is

@@ -20,7 +20,7 @@ namespace
 using Kind = XyzLayout::Kind;
 using Block = XyzLayout::Block;
 
-constexpr std::uint64_t manyPoints = 20; // of which small values say something
+constexpr std::uint64_t manyPoints = 20; // from this number on, small values are significant
 
 std::string_view NameWithoutQuotes(std::string_view word)
 {

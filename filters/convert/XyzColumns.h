@@ -29,7 +29,7 @@ struct XyzLayout
   struct Block
   {
     Kind kind = Kind::Number;
-    std::array<std::size_t, 3> columns{}; // of a number the first
+    std::array<std::size_t, 3> columns{}; // for a number only the first counts
     std::string name{};                   // of a number
   };
 

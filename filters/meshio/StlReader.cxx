@@ -218,7 +218,7 @@ private:
   void SpreadNotFinite(std::uint64_t facet, std::size_t first, std::size_t last);
 
   std::uint64_t Facets;
-  bool HasAttributes = false; // that was reported
+  bool HasAttributes = false; // attribute bytes were reported
   std::array<Vec3, 3 * facetBatch> Batch;
 };
 
@@ -492,7 +492,7 @@ private:
   std::vector<Vec3> Facet;   // the corners of the last that was read
   PolygonCutter Cutter;      // cuts the facet's polygon
   std::vector<Vec3> Corners; // of its triangles: what ReadPoints gives
-  std::size_t Given = 0;     // of these
+  std::size_t Given = 0;     // corners given so far
 };
 
 Error TextStlReader::Unexpected(std::string_view word, const std::string& expected) const

@@ -78,7 +78,7 @@ struct UnusedDescription
 {
   std::uint64_t vertices = 0; // at least 1
   std::uint64_t bytes = 0;    // of the list
-  Vec3 farthest{};            // that is farthest from the model's box, the first of equals
+  Vec3 farthest{};            // the vertex farthest from the model's box, the first of equals
   bool operator==(const UnusedDescription&) const = default;
 };
 

@@ -116,7 +116,7 @@ private:
         Times(this->Frame.Turned(Minus(position, this->Frame.origin)), this->Frame.scale);
       for (double& coordinate : placed)
       {
-        coordinate = static_cast<float>(coordinate); // of which the bounds are to be
+        coordinate = static_cast<float>(coordinate); // the bounds must be those of the floats
       }
       this->Bounds.Add(placed);
       AppendVector(this->Buffer, placed);

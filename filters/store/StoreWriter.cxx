@@ -68,9 +68,9 @@ struct StoreWriter::State
   ScalarStatistics scalars{ info.attributes };
   Database database{}; // closed before the file goes
   Statement directory{}, content{};
-  std::vector<std::uint8_t> contentRow{};          // that is being filled
+  std::vector<std::uint8_t> contentRow{};          // the row being filled
   std::vector<BlobPlace> directoryRow{};           // the same
-  std::int64_t contentRows = 0, directoryRows = 0; // that are written
+  std::int64_t contentRows = 0, directoryRows = 0; // rows written
   std::uint64_t contentBytes = 0;
   std::unique_ptr<ContentDigest> digest{};
   std::unique_ptr<GeometricErrorList> geometricErrors{}; // of the resolution that is being written

@@ -27,7 +27,7 @@ constexpr std::int64_t gutter = 2; // of the tile's texels
 constexpr std::int64_t smallPatch = 4, largePatch = 32, blockSide = 16;
 constexpr std::size_t mostLargePatches = 64;
 constexpr unsigned mostHalvings = 14;
-constexpr std::int64_t texelsAtOnce = 1 << 20;  // of a picture, that are in memory
+constexpr std::int64_t texelsAtOnce = 1 << 20;  // of a picture in memory
 constexpr std::int64_t texelsOfLarge = 1 << 21; // of a tile
 constexpr std::uint8_t emptyTexel = 128;
 

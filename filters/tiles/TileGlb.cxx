@@ -154,14 +154,14 @@ private:
     std::vector<std::pair<std::string, std::size_t>> attributes; // and their accessors
     bool isSkirt = false;
     std::optional<std::size_t> packed = {};                // the view of what Draco compressed
-    std::vector<std::pair<std::string, int>> numbers = {}; // of attributes in that
+    std::vector<std::pair<std::string, int>> numbers = {}; // ids of the compressed attributes
   };
 
   struct View
   {
     std::size_t begin = 0, size = 0;   // of what is in the file
     std::size_t count = 0, stride = 0; // of the decompressed elements
-    std::size_t fallback = 0;          // where that would be
+    std::size_t fallback = 0;          // place of the uncompressed data in the fallback buffer
     int target = 0;
     const char* mode = nullptr; // null: not compressed
     const char* filter = nullptr;

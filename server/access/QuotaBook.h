@@ -48,7 +48,7 @@ struct QuotaRefusal
 {
   std::string message; // says when the quota is renewed
   std::chrono::seconds endsIn{ 1 };
-  bool isShare = false; // which is used up, not only asked for too fast
+  bool isShare = false; // the share is used up; false: requests came too fast
 };
 
 class QuotaBook

@@ -98,9 +98,9 @@ struct LineLog::Writer
   std::mutex mutex;
   std::condition_variable changed;
   std::string waiting;
-  std::string before; // what goes to the old file yet
+  std::string before; // text that still goes to the old file
   std::uint64_t lost = 0;
-  std::uint64_t unreported = 0; // of the lost ones
+  std::uint64_t unreported = 0; // lost lines not yet reported
   int failure = 0;              // errno of the last line that was not written
   TellLost tellLost = LostAsText;
   int file = -1;

@@ -680,7 +680,7 @@ private:
     {
       return;
     }
-    const auto known = [](beast::string_view text) // of half a request
+    const auto known = [](beast::string_view text) // as far as known of an incomplete request
     { return text.empty() ? std::string("-") : std::string(text.data(), text.size()); };
     this->State.Log(
       { this->Admitted.client.address, known(request.method_string()), known(request.target()),

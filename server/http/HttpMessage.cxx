@@ -77,7 +77,7 @@ std::string WriteResponseHead(
   {
     field("Strict-Transport-Security", "max-age=" + std::to_string(strictTransport.count()));
   }
-  if (keepAlive == isOld) // what this version would not take for granted
+  if (keepAlive == isOld) // differs from the default of this version
   {
     field("Connection", isOld ? "keep-alive" : "close");
   }

@@ -75,7 +75,7 @@ public:
     Connection, // a connection was ended by this failure
     Answer,     // of HTTP: 503
     Quota,      // quotas could not be kept
-    Disk,       // what an answer waited for was given up
+    Disk,       // a disk did not respond in time
     Count
   };
   void CountFailure(Failure failure) { ++this->Failures[static_cast<std::size_t>(failure)]; }

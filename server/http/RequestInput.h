@@ -48,7 +48,7 @@ public:
     {
       return error;
     }
-    if (AnnouncesBody(*this->Parser)) // which is not waited for
+    if (AnnouncesBody(*this->Parser)) // the body is not waited for
     {
       return make_error_code(http::error::body_limit);
     }

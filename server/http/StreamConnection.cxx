@@ -608,7 +608,7 @@ private:
   ConnectionSlot Slot;
   AccessRecord Record;
   Conversation Stream;
-  Conversation::Tally Counted; // what the metrics know of
+  Conversation::Tally Counted; // counts that the metrics already have
   Clock::time_point Opened = Clock::now();
   Phase Now = Phase::Opening;
   // What comes.
@@ -629,7 +629,7 @@ private:
   bool SendsMessage = false;
   bool WasControl = false;
   bool PingIsDue = false;
-  bool Pinged = false; // since something was heard
+  bool Pinged = false; // a ping was sent since the client was last heard
   bool IsOver = false; // nothing that the client sends matters any more
   // When the current message must be sent, and when everything must have ended after our Close
   // frame.

@@ -152,7 +152,7 @@ bool WebSocketReader::CheckStart()
     const unsigned first = this->Head[0];
     this->IsLast = (first & last) != 0;
     this->Opcode = static_cast<WebSocketOpcode>(first & opcode);
-    bool isRight = false; // of the opcodes that there are
+    bool isRight = false; // whether the opcode exists
     switch (this->Opcode)
     {
       case WebSocketOpcode::Text:

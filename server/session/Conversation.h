@@ -94,7 +94,7 @@ public:
   using Message = std::variant<std::string, std::vector<std::uint8_t>>;
 
   static constexpr std::size_t maximumPendingAnswers =
-    64; // to messages that are no accepted requests
+    64; // answers to messages that are not accepted requests
 
   // Requests beyond the limits (400, 413, 429), and those that `permission` does not allow (403),
   // are refused. REQUIRES: the catalog outlives the conversation.

@@ -226,7 +226,7 @@ Status StoreCatalog::Try(Patience patience)
 struct StoreCatalog::Opening
 {
   std::atomic<bool> ended{ false };
-  bool isSame = false; // as the model of before
+  bool isSame = false; // the same as the earlier model
   Result<std::shared_ptr<const StoreModel>> model = Error{ ErrorCode::InputOutput, "" };
   bool isGone = false, isNew = false;
 };
@@ -239,7 +239,7 @@ struct StoreCatalog::Files
   {
     std::filesystem::path path;
     std::string id;
-    std::shared_ptr<const StoreModel> old; // of before; may be null
+    std::shared_ptr<const StoreModel> old; // the earlier model; may be null
     std::shared_ptr<Opening> opening = std::make_shared<Opening>();
   };
   std::vector<File> files;

@@ -332,7 +332,7 @@ private:
     const ServedModel& model, const TileStep& step, const Piece& piece)
   {
     std::vector<BorderNormal> found;
-    PieceBorder owner; // of the ghosts before
+    PieceBorder owner; // the owner of the previous ghosts
     std::optional<std::size_t> ownerTile;
     const TreeDepths& depths = model.Description().depths;
     const bool byPartition =

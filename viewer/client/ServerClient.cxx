@@ -342,7 +342,7 @@ private:
   std::shared_ptr<std::promise<Result<HttpReply>>> Waiting; // FetchAndWait's
   std::vector<ClientEvent> Unpublished;
   asio::steady_timer Ticks{ this->Thread.Context() };
-  double TickAt = std::numeric_limits<double>::infinity(); // what Ticks waits for
+  double TickAt = std::numeric_limits<double>::infinity(); // the time that Ticks waits for
 };
 
 ServerClient::ServerClient(std::unique_ptr<Line> line)

@@ -95,7 +95,7 @@ private:
     std::uint32_t request = 0; // the session's; 0 = ours, to open the model again
     protocol::ClientMessage content;
     double sent = 0;
-    std::set<protocol::BlobId> cancelled; // that may come all the same, once
+    std::set<protocol::BlobId> cancelled; // cancelled blobs that may still arrive, once
   };
 
   void MakeRoomForEvent();
@@ -113,7 +113,7 @@ private:
   struct Oldest
   {
     std::uint32_t request = 0; // 0: nothing
-    std::uint32_t wire = 0;    // of its message; 0: that waits to be sent
+    std::uint32_t wire = 0;    // id of its message; 0: not sent yet
     bool operator==(const Oldest&) const = default;
   };
   Oldest FindOldest() const;

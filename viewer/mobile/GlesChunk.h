@@ -31,7 +31,7 @@ struct GlesChunk
   std::array<GLuint, 5> buffers{};
   GLsizei count = 0;        // of indices, or points of a cloud
   std::size_t bytes = 0;    // of all buffers, and
-  std::size_t morphing = 0; // of that of geomorphs
+  std::size_t morphing = 0; // of the geomorph buffer
 };
 
 // glGetError reports whether there was memory for it.

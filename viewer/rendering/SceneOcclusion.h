@@ -40,11 +40,11 @@ private:
   void Run(vtkOpenGLQuadHelper& pass, vtkTextureObject& target, const Area& area,
     std::initializer_list<std::pair<const char*, vtkTextureObject*>> sources);
 
-  vtkWeakPointer<vtkOpenGLRenderWindow> Window; // that the following are of
+  vtkWeakPointer<vtkOpenGLRenderWindow> Window; // the window that owns the following
   vtkNew<vtkOpenGLFramebufferObject> Framebuffer;
   vtkNew<vtkTextureObject> Depths, Occluded, Mean;
   std::unique_ptr<vtkOpenGLQuadHelper> Gather, Occlude, Average, Light;
-  int Samples = 0; // that Gather reads
+  int Samples = 0; // samples that Gather reads
   int Sides[2]{};  // of the textures
 };
 

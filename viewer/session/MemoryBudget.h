@@ -57,7 +57,7 @@ public:
 private:
   std::size_t Budget;
   std::size_t Reached; // that was answered by smaller shares, or need not be
-  double Part = 1;     // of the shares that is left
+  double Part = 1;     // remaining part of the shares
 };
 
 }

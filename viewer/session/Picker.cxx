@@ -123,7 +123,7 @@ std::optional<double> MeetPoint(const Ray& ray, const Vec3& point, double slack)
 // The nearest of what is offered, of the lowest number among equals.
 struct Nearest
 {
-  double begin = 0; // what is nearer does not count
+  double begin = 0; // nearer hits do not count
   std::optional<SurfaceHit> hit{};
 
   void Offer(std::optional<double> t, std::size_t number, const Vec3& point)

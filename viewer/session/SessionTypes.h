@@ -35,7 +35,7 @@ struct SessionRequest
   Kind kind = Kind::Open;
   std::uint32_t id = 0;                // from 1; of a Cancel: the request that is cancelled
   std::string model;                   // of Open
-  std::vector<protocol::BlobId> blobs; // of Blobs: that will answer
+  std::vector<protocol::BlobId> blobs; // of Blobs: the requested blobs
   bool operator==(const SessionRequest&) const = default;
 };
 // The rest of a request, without these blobs, which are loaded already.
@@ -121,9 +121,10 @@ struct ViewerStatus
   bool coasting = false; // the model turns on, or by itself
   bool spinning = false; // by itself
   bool picking = false;  // a double tap waits for the part of the tree that it needs
-  std::uint64_t vertices = 0, triangles = 0;      // of the drawn surface
-  std::uint64_t blobsLoaded = 0, blobsWanted = 0; // since nothing was outstanding last
-  std::uint64_t bytesLoaded = 0;                  // of these
+  std::uint64_t vertices = 0, triangles = 0; // of the drawn surface
+  // Since the last moment without outstanding requests.
+  std::uint64_t blobsLoaded = 0, blobsWanted = 0;
+  std::uint64_t bytesLoaded = 0; // of these
   std::string error; // a sentence about the last failure; empty again after the next request of the
                      // person
 };

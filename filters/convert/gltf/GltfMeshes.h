@@ -34,7 +34,7 @@ struct GltfPart
   // How a skin moves a point: joints and their weights, the same number for each point.
   std::vector<std::pair<std::uint32_t, double>> joints;
   std::size_t jointsOfPoint = 0;
-  std::size_t lines = 0; // of which only points are kept
+  std::size_t lines = 0; // line cells, of which only points are kept
 };
 
 class GltfMeshes
@@ -48,7 +48,7 @@ public:
   struct Claims
   {
     std::uint64_t points = 0, triangles = 0;
-    std::uint64_t parts = 0;    // that have points
+    std::uint64_t parts = 0;    // parts with points
     std::uint64_t coloured = 0; // of these, by themselves or by their material
     std::uint64_t zeros = 0;    // elements of all attributes and indices that have no bytes
     std::uint64_t skirts = 0;   // parts that only close gaps between tiles: they are not read

@@ -89,7 +89,7 @@ public:
   Result<ForeignMesh> Finish(const std::vector<std::string>& scenes,
     const std::vector<std::string>& materials, const Execution& execution);
 
-  std::uint64_t Points() const { return this->Claims.points; } // that were claimed
+  std::uint64_t Points() const { return this->Claims.points; } // as claimed
   // The box of all points, and the number of skirts that were left out.
   const Box& Bounds() const { return this->Whole; }
   std::uint64_t Skirts() const { return this->Claims.skirts; }

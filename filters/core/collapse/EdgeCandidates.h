@@ -67,7 +67,7 @@ public:
 private:
   static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
   static constexpr std::size_t leastRoom = 1024;
-  static constexpr unsigned shift = 51; // what is left of a double: exponent and a binary digit
+  static constexpr unsigned shift = 51; // keeps a double's exponent and one binary digit
   static constexpr std::size_t buckets = std::size_t{ 1 } << (63 - shift);
 
   struct Waiting

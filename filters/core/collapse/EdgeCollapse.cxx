@@ -431,7 +431,7 @@ bool EdgeCollapse::KeepsFacing(VertexId u, VertexId v, const Vec3& position)
     const bool rightAfter = Dot(Cross(Minus(q, position), Minus(r, position)), reference) >= 0;
     if (keeps && rightAfter)
     {
-      continue; // as nearly all do
+      continue; // most edges do
     }
     this->FoldsOverAfter |= !rightAfter;
     const bool wrongBefore = Dot(Cross(Minus(q, p), Minus(r, p)), reference) < 0;

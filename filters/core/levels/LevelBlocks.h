@@ -29,7 +29,7 @@ struct MergeList
 enum class TargetStage
 {
   Merged, // only by merges of edges
-  Grouped // and the clusters of nodes that are too full by cells
+  Grouped // and clusters in nodes that are too full are grouped by cells
 };
 
 // Blocks that follow each other.

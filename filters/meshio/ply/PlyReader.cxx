@@ -161,7 +161,7 @@ std::uint64_t PlyReader::MostTriangles() const
     return 0;
   }
   const bool isText = this->Header.encoding == PlyEncoding::Ascii;
-  const auto bytesOf = [&](PlyType type) // in a text a digit and a blank
+  const auto bytesOf = [&](PlyType type) // at least a digit and a blank in a text
   { return isText ? std::size_t{ 2 } : SizeOf(type); };
   std::uint64_t rest = this->Source.Size() - this->Source.Position() + (isText ? 1 : 0);
   std::uint64_t ofCorner = sizeof(double);

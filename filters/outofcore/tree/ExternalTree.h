@@ -43,7 +43,7 @@ struct ExternalDepthStatistics
 struct ExternalTreeStatistics
 {
   std::vector<ExternalDepthStatistics> depths; // from the root's; empty where all fits the memory
-  std::uint64_t cellsInMemory = 0;             // that were finished there
+  std::uint64_t cellsInMemory = 0;             // cells finished in memory
   std::uint64_t bytesRead = 0, bytesWritten = 0, peakBytesOnDisk = 0;
 };
 

@@ -53,7 +53,7 @@ struct PanelFacts
   std::string warnings;                              // warnings about the source
 
   ViewerStatus status;
-  const ModelDescription* model = nullptr; // that is open
+  const ModelDescription* model = nullptr; // the open model
   const std::deque<BlobStatistics>* blobs = nullptr;
   SessionTraffic traffic;
   double frameSeconds = 0; // of the last frames

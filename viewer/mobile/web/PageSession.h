@@ -130,7 +130,7 @@ private:
   std::deque<Arrival> Arrivals;
   std::vector<Searched> Searches; // that have not ended
   bool IsAway = false;            // nothing comes from the server
-  bool Misses = false;            // what has failed for that reason
+  bool Misses = false;            // something has failed for this reason
   std::vector<Mark> Marks;
   // Version of the surface of the marks; nothing: marks must be placed again.
   std::optional<std::uint64_t> MarkedSurface;

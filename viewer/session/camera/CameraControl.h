@@ -128,8 +128,8 @@ private:
   bool CoastsOn;
   std::deque<View> Earlier;         // before the last jumps, the last one last
   std::optional<LinkedView> Linked; // the last link's
-  std::optional<LeftView> Left;     // that changes of the window are made from
-  bool IsArriving = false;          // at the view of a link, whose surface comes
+  std::optional<LeftView> Left;     // the view from which changes of the window are computed
+  bool IsArriving = false;          // at a link's view, until its surface is loaded
   bool IsLed = false;               // by the host's own camera
   Momentum Turned;                  // by itself
 };

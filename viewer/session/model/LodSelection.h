@@ -96,8 +96,8 @@ private:
   {
     SurfaceWish wish;
     std::pair<NodeId, unsigned> region;
-    std::set<protocol::BlobId> tree;     // that is missing
-    std::vector<protocol::BlobId> tiles; // that are missing
+    std::set<protocol::BlobId> tree;     // missing pages of the tree
+    std::vector<protocol::BlobId> tiles; // missing tiles
     std::set<PieceId> failedPieces;
     std::set<protocol::BlobId> failedTree;
     std::uint64_t pieces = 0; // their version
@@ -122,8 +122,8 @@ private:
   LodOptions Options;
   std::optional<Choosers> Chooser;        // of the model that is open
   unsigned Target = 0;                    // level that the zoom asks for
-  std::set<protocol::BlobId> MissingTree; // what is needed now
-  std::optional<Situation> Last;          // that was followed
+  std::set<protocol::BlobId> MissingTree; // missing pages for the current view
+  std::optional<Situation> Last;          // the last situation that was followed
   bool ChoiceIsDue = false;
   std::uint64_t ChoicesMade = 0;
 };

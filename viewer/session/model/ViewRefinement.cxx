@@ -50,11 +50,11 @@ struct ViewRefinement::Walk
 {
   const View& view;
   const std::set<PieceId>& failed;
-  const std::set<PieceId> before; // what was refined
+  const std::set<PieceId> before; // pieces that were refined before
   std::priority_queue<Candidate> waiting;
   std::map<PieceId, FoundBelow> found;
   std::map<NodeId, bool> seen; // of nodes that were asked for
-  std::set<NodeId> pages;      // that tell of what was refined
+  std::set<NodeId> pages;      // pages of pieces that were refined
 };
 
 bool ViewRefinement::Candidate::operator<(const Candidate& other) const
@@ -199,7 +199,7 @@ void ViewRefinement::PushBelow(Walk& walk, std::size_t step, NodeId node, double
   walk.pages.insert(TreePageOfNode(node, this->Depths));
   if (walk.pages.size() > view.tree.MostPages() / 2)
   {
-    return; // what is looked for would push out what is needed
+    return; // more pages would evict needed ones
   }
   const auto geometricError = this->GeometricErrorOf(step, node, view.tree);
   if (!geometricError)
@@ -211,7 +211,7 @@ void ViewRefinement::PushBelow(Walk& walk, std::size_t step, NodeId node, double
   const bool isReported = view.seen && view.seen->Knows(teller);
   if (view.seen && !isReported && !view.loaded.Peek(teller))
   {
-    walk.found[above].seen = 1; // which of what is below may be visible, that piece will tell
+    walk.found[above].seen = 1; // that piece will say which of the pieces below may be visible
     return;
   }
   const Step& next = this->Steps[step + 1];

@@ -105,7 +105,7 @@ private:
 
   RequestBook Requests;
   BandwidthMeter Meter;
-  std::deque<protocol::BlobId> Queue;    // that has not been asked for
+  std::deque<protocol::BlobId> Queue;    // blobs not requested yet
   std::set<protocol::BlobId> Prefetched; // asked for though not wanted yet
   std::vector<PieceId> PrefetchedFor;    // the wanted pieces beyond which that was,
   std::size_t PrefetchBytes,

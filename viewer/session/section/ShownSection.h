@@ -72,7 +72,7 @@ private:
     bool isClosed = false;
     bool operator==(const Basis&) const = default;
   };
-  std::optional<Basis> Made; // what the next three are of
+  std::optional<Basis> Made; // the inputs of the next three members
   std::vector<SectionSegment> Segments;
   std::shared_ptr<const Surface> Filling;
   std::uint64_t FillingVersion = 0;
