@@ -130,8 +130,7 @@ private:
     KDSTREAM_TRY(this->AddImages(finer, triangles));
     for (const Triangle& t : triangles)
     {
-      const bool line = t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
-      if (!line || (this->ByClusters && (t[0] != t[1] || t[1] != t[2])))
+      if (!IsDegenerate(t) || (this->ByClusters && (t[0] != t[1] || t[1] != t[2])))
       {
         list.push_back({ t, static_cast<std::uint32_t>(block) });
       }

@@ -3,6 +3,7 @@
 
 #include "filters/adapter/PolyDataCells.h"
 #include "filters/core/CutPolygon.h"
+#include "filters/core/VectorMath.h"
 
 #include <vtkCellArray.h>
 #include <vtkDoubleArray.h>
@@ -91,11 +92,6 @@ Status ReadCells(vtkCellArray* cells, vtkIdType firstCell, vtkIdType pointCount,
       add(corners, elements.corners);
       elements.cells.resize(elements.corners.size(), cell);
     });
-}
-
-bool IsFinite(const Vec3& p)
-{
-  return std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]);
 }
 
 // Copies the points from `first` on, contiguous ones as a block.

@@ -70,11 +70,6 @@ struct WalkVertex
   }
 };
 
-constexpr bool IsDegenerate(const std::array<std::uint32_t, 3>& t)
-{
-  return t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
-}
-
 struct WalkCounts
 {
   std::size_t own = 0, ghosts = 0, triangles = 0;

@@ -7,6 +7,7 @@
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/PcdHeader.h"
 #include "filters/convert/PointAttributes.h"
+#include "filters/core/VectorMath.h"
 
 #include <pcl/PCLPointCloud2.h>
 #include <pcl/console/print.h>
@@ -259,7 +260,7 @@ private:
     for (std::size_t i = 0; i < this->Size; ++i)
     {
       const Vec3 point{ axes[0].Get(i, 0), axes[1].Get(i, 0), axes[2].Get(i, 0) };
-      if (std::isfinite(point[0]) && std::isfinite(point[1]) && std::isfinite(point[2]))
+      if (IsFinite(point))
       {
         mesh.points.push_back(point);
         this->Kept.push_back(i);

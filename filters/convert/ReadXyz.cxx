@@ -970,15 +970,15 @@ private:
     {
       return {};
     }
-    constexpr std::array<const char*, 3> axes{ "x", "y", "z" };
     for (std::size_t k = 0; k < this->NameAxes.size(); ++k)
     {
       const std::optional<std::size_t> axis = this->NameAxes[k];
       if (axis && layout.coordinates[*axis] != k)
       {
         return BadInput("line " + std::to_string(this->OtherNames) + " names column " +
-                          std::to_string(k + 1) + " as " + axes[*axis] + ", and by its order " +
-                          "column " + std::to_string(layout.coordinates[*axis] + 1) +
+                          std::to_string(k + 1) + " as " + std::string(axisNames[*axis]) +
+                          ", and by its order " + "column " +
+                          std::to_string(layout.coordinates[*axis] + 1) +
                           " would be: name all columns with --columns",
           Remedy::InMessage);
       }

@@ -142,7 +142,6 @@ constexpr std::array coordinateNames{ CoordinateName{ "x", 0 }, CoordinateName{ 
   CoordinateName{ "altitude", 2 }, CoordinateName{ "alt", 2 }, CoordinateName{ "hoehe", 2 },
   CoordinateName{ "höhe", 2 }, CoordinateName{ "altura", 2 }, CoordinateName{ "cota", 2 },
   CoordinateName{ "quota", 2 }, CoordinateName{ "h", 2 } };
-constexpr std::array<std::string_view, 3> axisNames{ "x", "y", "z" };
 
 // The place in coordinateNames of a name, without its unit; nothing for all others.
 std::optional<std::size_t> FindCoordinateName(std::string_view name)

@@ -16,6 +16,7 @@ namespace kdstream
 {
 
 inline constexpr std::size_t mostXyzColumns = 64;
+inline constexpr std::array<std::string_view, 3> axisNames{ "x", "y", "z" };
 
 // Which columns are the coordinates, and what the others form. Columns are counted from 0.
 struct XyzLayout

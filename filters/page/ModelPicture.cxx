@@ -99,13 +99,6 @@ Vec3 MiddleOf(const Box& box)
   return Times(Plus(box.lo, box.hi), 0.5);
 }
 
-const Attribute* FindPictureArray(const Piece& piece, AttributeRole role)
-{
-  const auto found = std::find_if(piece.attributes.begin(), piece.attributes.end(),
-    [role](const Attribute& each) { return RoleOf(each) == role; });
-  return found == piece.attributes.end() ? nullptr : &*found;
-}
-
 // Where they are seen from a distance of some sizes of the model, as large as they fit.
 void PlaceVertices(
   const Piece& piece, const PictureAxes& axes, std::vector<PictureVertex>& vertices)
@@ -155,8 +148,8 @@ std::vector<PictureVertex> VerticesOf(const Piece& piece, const PictureAxes& axe
   PlaceVertices(piece, axes, vertices);
   const auto sums = SumOfNormals(piece.positions, piece.triangles);
   const Attribute* const normals =
-    piece.triangles.empty() ? FindPictureArray(piece, AttributeRole::Normals) : nullptr;
-  const Attribute* const colors = FindPictureArray(piece, AttributeRole::Colors);
+    piece.triangles.empty() ? FindRole(piece.attributes, AttributeRole::Normals) : nullptr;
+  const Attribute* const colors = FindRole(piece.attributes, AttributeRole::Colors);
   for (std::size_t i = 0; i < vertices.size(); ++i)
   {
     const Vec3 normal =

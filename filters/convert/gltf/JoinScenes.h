@@ -90,9 +90,8 @@ public:
     const std::vector<std::string>& materials, const Execution& execution);
 
   std::uint64_t Points() const { return this->Claims.points; } // as claimed
-  // The box of all points, and the number of skirts that were left out.
+  // The box of all points.
   const Box& Bounds() const { return this->Whole; }
-  std::uint64_t Skirts() const { return this->Claims.skirts; }
 
 private:
   static std::size_t MeshOf(const GltfSource& source, std::size_t node);

@@ -51,7 +51,7 @@ CollapseState MakeCoarserClusters(const ClusterPart& below, unsigned depth,
 inline void AppendLinkOf(const Triangle& t, std::vector<Link>& links)
 {
   const VertexId other = t[0] == t[1] ? t[2] : t[1];
-  if (t[0] != other && (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]))
+  if (t[0] != other && IsDegenerate(t))
   {
     links.emplace_back(std::min(t[0], other), std::max(t[0], other));
   }
