@@ -259,7 +259,7 @@ TEST_F(TestConvert, ObjHasColorsNormalsAndTextureCoordinates)
   const Mesh read = this->Converted("in.obj",
     "kdstream-convert: warning: in.obj: line 2: the materials 'none.mtl' are not there: they are "
     "drawn white\n"
-    "kdstream-convert: warning: in.obj: not carried: 1 line, free-form curve or surface\n");
+    "kdstream-convert: warning: in.obj: left out: 1 line, free-form curve or surface\n");
   // The second face's first corner is another combination of the first vertex.
   EXPECT_EQ(read.triangles, (std::vector<Triangle>{ { 0, 1, 2 }, { 4, 1, 2 } }));
   EXPECT_EQ(read.points.size(), 5U);

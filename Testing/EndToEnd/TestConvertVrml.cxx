@@ -750,8 +750,8 @@ TEST_F(TestConvertVrml, WhatEmitsLightHasItsColour)
   const std::string glass = "diffuseColor 0 1 0 emissiveColor 0.1 0 0 transparency 0.5";
   EXPECT_EQ(
     first(this->Scene("DEF G " + shape(glass, "Box { }") + shape(glass, "Sphere { }") + "USE G",
-      Warning("the emission of the material 0 and of 1 other is not carried") +
-        Warning("the transparency of the material 0 and of 1 other is not carried"))),
+      Warning("the emission of the material 0 and of 1 other is left out") +
+        Warning("the transparency of the material 0 and of 1 other is left out"))),
     (Vec3{ 0, 255, 0 }));
 }
 

@@ -189,7 +189,7 @@ public:
       if (!option->empty() && formats.find(this->Line.format) == std::string::npos)
       {
         return PrintError(this->Program, "",
-          { ErrorCode::InvalidArgument, option->get_name() + " does not go with --format " +
+          { ErrorCode::InvalidArgument, option->get_name() + " cannot be used with --format " +
                                           this->Line.format + ", only with " + formats });
       }
     }
@@ -613,9 +613,9 @@ private:
     {
       const auto kilometres = std::llround(std::min(metres / 1000, mostKilometres));
       this->WarnOfLoss("the model lies " + std::to_string(kilometres) +
-                       " km from its point (0, 0, 0), which is put at --origin, as map coordinates "
-                       "(UTM) do: it stands as far from there; subtract the coordinates of that "
-                       "place from the input's");
+                       " km from its point (0, 0, 0), perhaps in map coordinates (UTM). It will "
+                       "stand that far from --origin: subtract the map coordinates of --origin "
+                       "from the input's");
     }
   }
 

@@ -18,7 +18,7 @@ namespace kdstream
 namespace
 {
 
-const std::string notCarried = "not carried: ";
+const std::string notCarried = "left out: ";
 
 // What kdstream-build reads itself.
 Result<ForeignMesh> ReadInChunks(const std::filesystem::path& file, const Execution& execution)

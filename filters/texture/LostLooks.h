@@ -48,7 +48,7 @@ public:
                                      ? " and of 1 other"
                                      : " and of " + std::to_string(count - 1) + " others";
         sentences.push_back(std::string("the ") + names[look] + " of the material " + first +
-                            others + " is not carried");
+                            others + " is left out");
       }
     }
     return sentences;

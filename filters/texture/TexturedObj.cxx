@@ -138,7 +138,7 @@ private:
     this->PassedOver.Name(notCarried);
     for (const std::string& name : notCarried)
     {
-      this->Out.warnings.push_back("not carried: " + name);
+      this->Out.warnings.push_back("left out: " + name);
     }
     this->Out.libraries = std::move(found.libraries);
     TexturedMesh& textured = this->Out.textured;

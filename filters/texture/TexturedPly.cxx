@@ -26,7 +26,7 @@ namespace
 {
 
 constexpr std::size_t readChunk = std::size_t{ 1 } << 18; // vertices or faces
-constexpr const char* strangeNumber = "a texnumber that no TextureFile has";
+constexpr const char* strangeNumber = "a texnumber without a TextureFile";
 
 const PlyElement* FindElement(const PlyHeader& header, std::string_view name)
 {
@@ -155,7 +155,7 @@ public:
       else
       {
         this->Warn(
-          this->Odd, this->FirstOdd, "face", "a texcoord of another length than its corners");
+          this->Odd, this->FirstOdd, "face", "a texcoord whose length does not match its corners");
         this->Warn(this->Strange, this->FirstStrange, "face", strangeNumber);
       }
       KDSTREAM_TRY(DropNotFiniteFaces(this->TheMesh(), this->BeginsFace, this->Out.tolerance,
@@ -199,7 +199,7 @@ private:
     {
       if (name != "face.texcoord" && !name.starts_with("texture "))
       {
-        this->Out.warnings.push_back("not carried: " + name);
+        this->Out.warnings.push_back("left out: " + name);
       }
     }
     this->Out.tolerance = reader.Info().tolerance;

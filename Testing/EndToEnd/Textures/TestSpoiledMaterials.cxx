@@ -147,10 +147,10 @@ TEST_F(TestSpoiledMaterials, PicturesOfPlysThatAreNotThereAreCounted)
   const std::string white0 = " (the first is face 0): they are drawn white";
   this->WritePly("a.png", { List("0.25") + " 7", List("0.75") + " 0" }, number);
   this->ExpectBuilt(
-    "m.ply", { "1 face has a texnumber that no TextureFile has" + white0 }, { white, blue });
+    "m.ply", { "1 face has a texnumber without a TextureFile" + white0 }, { white, blue });
   this->WritePly("a.png", { List("0.25") + " -1", List("0.75") + " 1" }, number);
   this->ExpectBuilt(
-    "m.ply", { "2 faces have a texnumber that no TextureFile has" + white0 }, { white, white });
+    "m.ply", { "2 faces have a texnumber without a TextureFile" + white0 }, { white, white });
   // Numbers of faces and coordinates of vertices.
   this->WriteText("v.ply",
     "ply\nformat ascii 1.0\ncomment TextureFile a.png\nelement vertex 6\nproperty float x\n"
@@ -159,7 +159,7 @@ TEST_F(TestSpoiledMaterials, PicturesOfPlysThatAreNotThereAreCounted)
     "0 0 0 0.25 0.5\n0 1 0 0.25 0.5\n0.5 0 1 0.25 0.5\n1 0 0 0.75 0.5\n1 1 0 0.75 0.5\n"
     "1.5 0 1 0.75 0.5\n3 0 1 2 9\n3 3 4 5 0\n");
   this->ExpectBuilt("v.ply",
-    { "1 triangle has a texnumber that no TextureFile has (the first is triangle 0): they are "
+    { "1 triangle has a texnumber without a TextureFile (the first is triangle 0): they are "
       "drawn white" },
     { white, blue });
 }
@@ -170,7 +170,8 @@ TEST_F(TestSpoiledMaterials, ListsOfPlysThatDoNotFitAreCountedOrRefused)
   {
     this->WritePly("a.png", { list, List("0.75") });
     this->ExpectBuilt("m.ply",
-      { "1 face has a texcoord of another length than its corners (the first is face 0): they are "
+      { "1 face has a texcoord whose length does not match its corners (the first is face 0): they "
+        "are "
         "drawn white" },
       { white, blue });
   }

@@ -245,9 +245,9 @@ TEST_F(TestTextures, PlyIsTexturedByItsTextureFiles)
                places + "3 0 1 2 4 0.25 0.5 0.25 0.5 0\n3 3 4 5" + list("0.75") + " 0\n3 6 7 8" +
                list("nan") + " 2\n");
   EXPECT_EQ(WarningsOf("m.ply"),
-    "1 face has a texcoord of another length than its corners (the first is face 0): they are "
+    "1 face has a texcoord whose length does not match its corners (the first is face 0): they are "
     "drawn white\n"
-    "1 face has a texnumber that no TextureFile has (the first is face 2): they are drawn white\n");
+    "1 face has a texnumber without a TextureFile (the first is face 2): they are drawn white\n");
   EXPECT_EQ(ColorsOf(this->Read("out.ply")), (std::vector{ white, blue, white }));
   this->WriteText("m.ply", head + "property list uchar float texcoord\nend_header\n" + places +
                              "3 0 1 2" + list("0.25") + "\n3 3 4 5" + list("0.75") +
