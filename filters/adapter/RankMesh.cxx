@@ -914,7 +914,7 @@ private:
   std::uint64_t FirstPart = 0, AllParts = 0; // this rank's first among all ranks' parts
   bool IsWhole = false; // the input is one part without ghosts, which JoinPolyData does not change
   bool AnyCopies = false;                 // on any rank
-  bool ByIds = false, HasCellIds = false; // that are believed
+  bool ByIds = false, HasCellIds = false; // ids are present and plausible
   RankArrays PointArrays, CellArrays;
   std::vector<PointTarget> Targets;  // of each point of this rank's parts
   std::vector<VertexId> Number;      // the same, in the joined mesh; noVertex: none

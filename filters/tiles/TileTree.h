@@ -78,8 +78,8 @@ struct EncodedTile
 class TileTree
 {
 public:
-  // Of the resolutions from the preview's level to the finest that `detail` includes. O(tiles), of
-  // which the tree keeps one TileFacts each. REQUIRES: a model with levels.
+  // Makes the tree for resolutions from the preview's level to the finest one that `detail`
+  // includes. O(tiles), of which the tree keeps one TileFacts each. REQUIRES: a model with levels.
   explicit TileTree(const ModelDescription& model, ModelDetail detail = ModelDetail::Regions);
 
   const std::vector<TileStep>& Steps() const { return this->All; } // coarse to fine

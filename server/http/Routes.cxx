@@ -337,7 +337,7 @@ Routes::Found Routes::Route(const HttpRequest& request, std::string_view path) c
   return this->FindFile(request, path);
 }
 
-// How the server itself is.
+// The health of the server.
 std::optional<HttpResponse> Routes::AnswerOwn(std::string_view path, bool metrics) const
 {
   if (path == "/healthz")

@@ -420,7 +420,7 @@ private:
     }
   }
 
-  // If what was sent is the first or the last of its request.
+  // Measures the time if the sent blob is the first or the last one of its request.
   void CountBlob()
   {
     const auto time = Clock::now() - this->Sending.received;

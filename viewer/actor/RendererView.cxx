@@ -131,7 +131,8 @@ std::optional<RendererView> ViewOf(vtkRenderer& renderer, vtkMatrix4x4& placed)
     return std::pair(begin, Normalized(end - begin));
   };
   const auto [middle, sight] = ray(0.5, 0.5);
-  // Where it meets a plane across the line of sight: at distance 1, or in parallel anywhere.
+  // The point where it meets a plane across the line of sight: at distance 1; anywhere for parallel
+  // projections.
   const auto place = [&, sight = sight](double x, double y)
   {
     const auto [begin, direction] = ray(x, y);

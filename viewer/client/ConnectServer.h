@@ -38,7 +38,7 @@ struct ServerAddress
   std::string token, authorities;
   std::filesystem::path cache;        // a folder (DiskCache); empty: none
   std::uint64_t cacheBytes = 0;       // the cache's maximum size
-  std::chrono::seconds timeout{ 60 }; // without anything that comes
+  std::chrono::seconds timeout{ 60 }; // of silence, after which the server counts as lost
 
   bool operator==(const ServerAddress&) const = default;
 };

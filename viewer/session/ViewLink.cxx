@@ -113,7 +113,8 @@ std::optional<CameraPlace> ParsePlace(std::string_view text)
   return place;
 }
 
-// A point is 15 bytes; 30 are 40 characters, so that any number of distances follow each other.
+// A point has 15 bytes. Two points, 30 bytes, are 40 characters of base64 without padding, so
+// distances can be joined.
 std::string FormatMeasurements(const std::vector<std::array<Vec3, 2>>& measurements)
 {
   std::vector<std::uint8_t> bytes;

@@ -20,7 +20,7 @@ struct EdgeCandidate
   double cost;   // at least 0
   VertexId u, v; // u < v
   std::uint32_t stamp;
-  bool measured; // whether the cost knows how far the surface goes back
+  bool measured; // whether the cost includes how far the surface retreats
 
   // By cost, of equal ones by vertices: what comes later is greater.
   bool operator<(const EdgeCandidate& other) const

@@ -56,7 +56,7 @@ const known = [
   [/^the token is not for the model /, () => t("your link is not for this model")],
 ];
 
-// Whether a server says that it will not give something, and not that it, or the way to it, is broken.
+// Whether a status is a deliberate refusal by the server, and not a failure of it or of the connection.
 export const isRefusal = (text) => known.slice(4).some(([pattern]) => pattern.test(text.replace(known[2][0], "$1")));
 
 // The same as a sentence for users, and in their language if its file has it.

@@ -47,7 +47,7 @@ public:
   // pointsPerUnit: of a model unit in the focal plane.
   void FollowZoom(double pointsPerUnit);
   bool IsShown() const { return this->Shown.has_value(); }
-  // Whether there is any partition of the regions before. Forgets those that have left the view.
+  // Whether partitions of earlier regions are left. Forgets those that have left the view.
   bool HasEarlier() const { return !this->Earlier.empty(); }
   void ForgetEarlier(const Camera& camera);
   void ForgetEarlier() { this->Earlier.clear(); }

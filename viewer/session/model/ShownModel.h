@@ -46,7 +46,8 @@ struct ShownModel
   }
 
   void Select(const std::string& model); // forgets the last model
-  // treeBytes: of its tree, that are kept. False, and reported, where it cannot be shown.
+  // treeBytes: limit for loaded pages of the tree. False, and reported, if the model cannot be
+  // shown.
   bool Open(const ModelDescription& model, std::size_t treeBytes);
 
   // The depths of the open model.
