@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The interface between builders and the code that makes textures: part of step "encode" of the
-// pipeline picture. Builders carry the texture coordinates of triangles (IsTextureArray) as any
-// other array, and hand over each piece of the original when it is cut, and then each piece of a
-// level with the finer pieces around it. They know nothing of images.
+// pipeline picture. Builders know nothing of images: they carry the texture coordinates of
+// triangles (IsTextureArray) like any other array. They pass each piece of the original when it is
+// cut. Then they pass each piece of a level with the finer pieces around it.
 #pragma once
 
 #include "filters/core/Result.h"

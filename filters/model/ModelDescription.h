@@ -38,9 +38,9 @@ struct ResolutionDescription
   std::uint64_t triangles = 0; // each once
   std::uint64_t pieces = 0;
   std::uint64_t bytes = 0;
-  // For a level, in model units: an upper bound of the distance of the original from the level's
-  // surface (geometricError), and an estimate that 99 of 100 of its vertices do not exceed
-  // (geometricError99), by which viewers choose levels. 0 for the original.
+  // For a level, in model units; 0 for the original. geometricError: an upper bound of the distance
+  // of the original from the level's surface. geometricError99: an estimate that 99 of 100 of its
+  // vertices do not exceed; viewers choose levels by it.
   double geometricError = 0;
   double geometricError99 = 0;
   // For a level: the spacing of its coordinates, in steps of the grid, 1 … mostSpacing. 1 for the

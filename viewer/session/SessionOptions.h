@@ -78,8 +78,8 @@ struct SessionOptions : LodOptions
   // Decoded pictures of textures that are kept, bytes.
   std::size_t pictureBytes = std::size_t{ 512 } << 20;
   // Prefetch, by the view: when everything that is wanted has arrived, pieces for a view at half
-  // the distance, in the middle of the screen, are fetched, once for each view, up to about this
-  // number of bytes. 0: no prefetch.
+  // the distance are fetched, in the middle of the screen. At most about this number of bytes for
+  // each view; 0: no prefetch.
   std::size_t prefetchBytes = 0;
   // Seconds of a steady clock, for parsing times only; without one these are 0.
   std::function<double()> clock;
