@@ -197,7 +197,7 @@ TEST_F(TestConvertPcd, HeadersThatLieAreRefusedBeforeMemoryIsTaken)
     { this->Header("3", "text") + three, "DATA is 'text'" },
     { this->Header("3", "ascii", "", "x y z", "4 4 3") + three, "is not a valid field" },
     { this->Header("3", "ascii", "", "x y z", "4 4 4", "F F Q") + three, "is not a valid field" },
-    { this->Header("3", "ascii", "", "x y z", "4 4") + three, "not as many values" },
+    { this->Header("3", "ascii", "", "x y z", "4 4") + three, "another number of values" },
     { this->Header("3", "ascii", "", "x y z", "4 4 4", "F F F", "1 1 4000000000") + three,
       "is not a valid field" },
     { this->Header("3", "ascii", "", "a b c") + three, "has no field x" },

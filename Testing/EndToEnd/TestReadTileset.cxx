@@ -441,7 +441,7 @@ TEST_F(TestReadTileset, HostileTilesetsAreNamed)
          "\"geometricError\":1" })
   {
     this->ExpectTileError(
-      "\"children\":[{" + claim + "}]", "tile root/0 has a boundingVolume that cannot be");
+      "\"children\":[{" + claim + "}]", "tile root/0 has an invalid boundingVolume");
   }
   for (const std::string error : { "-1", "\"x\"", "null" })
   {
@@ -494,7 +494,7 @@ TEST_F(TestReadTileset, DamagedTilesAreNamed)
   wrong = whole;
   wrong[4] = 2;
   this->WriteText("a.b3dm", wrong);
-  this->ExpectError("tileset.json", "tile \"a.b3dm\": is a tile of version 2");
+  this->ExpectError("tileset.json", "tile \"a.b3dm\": has version 2 of its format");
   this->WriteText("a.b3dm", "\x1f\x8b\x08 packed");
   this->ExpectError("tileset.json", "tile \"a.b3dm\": is compressed by gzip");
   std::string composite = "cmpt" + BytesOf(std::uint32_t{ 1 }) + BytesOf(std::uint32_t{ 28 }) +

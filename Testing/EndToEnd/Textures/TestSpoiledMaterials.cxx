@@ -104,8 +104,9 @@ TEST_F(TestSpoiledMaterials, LibrariesThatNameEachOtherAreReadOnce)
   this->WriteText("m.mtl", "mtllib m.mtl\nmtllib n.mtl\nnewmtl a\nmap_Kd a.png\nmtllib m.mtl\n");
   this->WriteText("n.mtl", "mtllib m.mtl\nnewmtl a\nKd 0 0 0\n");
   this->WriteObj(leftAndRight, "", "mtllib m.mtl n.mtl m.obj m.mtl\nmtllib n.mtl\nusemtl a\n");
-  this->ExpectObj({ "the material 'a' is in 'm.mtl' and, in another way, in 'n.mtl': the first is "
-                    "used for all faces" },
+  this->ExpectObj(
+    { "the material 'a' is in 'm.mtl' and, with different values, in 'n.mtl': the first is "
+      "used for all faces" },
     { red, blue });
 }
 
