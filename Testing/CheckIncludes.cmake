@@ -142,28 +142,28 @@ check(server/tiles server/session filters/tiles filters/store filters/protocol f
 check(server/http server/pages server/tiles filters/page server/session server/access filters/protocol filters/model ${core})
 check(server/app filters/page server/http server/session server/access filters/protocol filters/program filters/store filters/model ${core})
 check(viewer/session/section viewer/session/Camera.h viewer/session/Picker.h filters/model ${core})
-check(viewer/session/look viewer/session/Geometry.h filters/model ${core})
+check(viewer/session/appearance viewer/session/Geometry.h filters/model ${core})
 check(viewer/session/texture viewer/session/Camera.h filters/protocol filters/model filters/codec ${core})
-check(viewer/session/line viewer/session/SessionTypes.h)
+check(viewer/session/requests viewer/session/SessionTypes.h)
 set(session viewer/session/Camera.h viewer/session/Geometry.h viewer/session/Picker.h viewer/session/SessionOptions.h viewer/session/SessionTypes.h)
 check(viewer/session/model ${session} viewer/session/section viewer/session/texture filters/protocol filters/model filters/codec ${core})
 check(viewer/session/camera ${session} viewer/session/GestureRecognizer.h viewer/session/model ${core})
 check(viewer/session/tools ${session} viewer/session/GestureRecognizer.h viewer/session/ViewLink.h viewer/session/model viewer/session/section
-  viewer/session/look/RakingLight.h filters/model ${core})
-check(viewer/session FLAT viewer/session/camera viewer/session/model viewer/session/tools viewer/session/line viewer/session/section viewer/session/texture
-  viewer/session/look/Coloring.h viewer/session/look/RakingLight.h viewer/session/look/SceneLook.h filters/protocol filters/model filters/codec ${core})
+  viewer/session/appearance/RakingLight.h filters/model ${core})
+check(viewer/session FLAT viewer/session/camera viewer/session/model viewer/session/tools viewer/session/requests viewer/session/section viewer/session/texture
+  viewer/session/appearance/Coloring.h viewer/session/appearance/RakingLight.h viewer/session/appearance/SceneAppearance.h filters/protocol filters/model filters/codec ${core})
 check(viewer/client filters/files viewer/session server/session filters/protocol filters/store filters/model filters/codec ${core})
 check(viewer/offscreen VTK filters/core)
-check(viewer/rendering VTK filters/files filters/texture/Picture.h viewer/session viewer/session/look viewer/session/section viewer/session/texture ${core})
-check(viewer/sources VTK viewer/client viewer/session viewer/session/model viewer/session/look filters/protocol filters/adapter filters/store filters/texture filters/model
+check(viewer/rendering VTK filters/files filters/texture/Picture.h viewer/session viewer/session/appearance viewer/session/section viewer/session/texture ${core})
+check(viewer/sources VTK viewer/client viewer/session viewer/session/model viewer/session/appearance filters/protocol filters/adapter filters/store filters/texture filters/model
   filters/codec ${core})
-check(viewer/actor VTK filters/adapter viewer/rendering viewer/client viewer/session viewer/session/look ${core})
+check(viewer/actor VTK filters/adapter viewer/rendering viewer/client viewer/session viewer/session/appearance ${core})
 check(viewer/paraview)
-check(viewer/mobile FLAT viewer/session viewer/session/look viewer/session/section viewer/session/texture filters/codec ${core})
-check(viewer/mobile/web viewer/mobile viewer/client viewer/session viewer/session/look filters/protocol filters/model filters/codec ${core})
-check(viewer/desktop VTK FLAT filters/files viewer/desktop/window/WindowView.h viewer/offscreen viewer/rendering viewer/client viewer/session viewer/session/tools viewer/session/look
+check(viewer/mobile FLAT viewer/session viewer/session/appearance viewer/session/section viewer/session/texture filters/codec ${core})
+check(viewer/mobile/web viewer/mobile viewer/client viewer/session viewer/session/appearance filters/protocol filters/model filters/codec ${core})
+check(viewer/desktop VTK FLAT filters/files viewer/desktop/window/WindowView.h viewer/offscreen viewer/rendering viewer/client viewer/session viewer/session/tools viewer/session/appearance
   filters/protocol filters/program filters/texture filters/model ${core})
-check(viewer/desktop/window VTK viewer/desktop viewer/offscreen viewer/rendering viewer/client viewer/session viewer/session/tools viewer/session/look
+check(viewer/desktop/window VTK viewer/desktop viewer/offscreen viewer/rendering viewer/client viewer/session viewer/session/tools viewer/session/appearance
   filters/program filters/store filters/model ${core})
 
 check_scripts(viewer/mobile/web)

@@ -33,7 +33,7 @@ set(KDSTREAM_API_HEADERS
   viewer/session/SessionOptions.h
   viewer/session/SessionTypes.h
   viewer/session/ViewerSession.h
-  viewer/session/look/SceneLook.h)
+  viewer/session/appearance/SceneAppearance.h)
 
 # What is installed: the API, and what its headers include of ours.
 function(kdstream_find_installed_headers result)

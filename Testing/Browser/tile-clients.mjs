@@ -177,7 +177,7 @@ function radiusOf(programs, store) {
 
 // ---- pages: each has open(tileset, options), look(camera) and settle(), which draws
 
-// Lit as kdstream-view lights it (viewer/session/look/SceneLook.h), whatever the client does, so that pictures can be compared.
+// Lit as kdstream-view lights it (viewer/session/appearance/SceneAppearance.h), whatever the client does, so that pictures can be compared.
 const stone = "vec3(217.0, 208.0, 192.0) / 255.0"; // what has no colours is made of it there
 const lit = `
 vec3 litAsKdStream(vec3 base, vec3 normal, vec3 toEye) {

@@ -63,7 +63,7 @@ const wanted = new Set([...scripts.flatMap((name) => textsOfScript(read(name))),
 const namesIn = (text) => [...new Set([...text.matchAll(/\{(\w+)\}/g)].map(([, name]) => name))].sort();
 
 test("classes of LAS are called as in the window", () => {
-  const names = readFileSync(join(web, "..", "..", "session", "look", "ColorLegend.cxx"), "utf8").match(/lasNames\{([^}]*)\}/)[1];
+  const names = readFileSync(join(web, "..", "..", "session", "appearance", "ColorLegend.cxx"), "utf8").match(/lasNames\{([^}]*)\}/)[1];
   const all = [...names.matchAll(/"([^"]+)"/g)].map(([, name]) => name);
   const here = [...read("legend.js").match(/const classes = \{([^}]*)\}/)[1].matchAll(/(\d+): "([^"]+)"/g)];
   assert.ok(here.length > 8);

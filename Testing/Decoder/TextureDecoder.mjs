@@ -22,7 +22,7 @@ function readTables(symbols, triangles) {
     const source = { picture: number(), width: number(), height: number(), rows: [] };
     for (let k = 0; k < 6; ++k) source.rows.push(bitsToDouble(symbols.big(context.table)));
     const wrap = number();
-    need(wrap <= 8, "no wrap mode");
+    need(wrap <= 8, "an unknown wrap mode");
     sources.push(source);
   }
   const chartCount = number();

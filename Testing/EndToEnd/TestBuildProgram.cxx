@@ -428,7 +428,7 @@ TEST_F(BuildProgram, WarnsOfFloatsFarFromTheOrigin)
   EXPECT_EQ(warning(ScalarType::Float32, 0), "") << "0.03 m at 430 km, a thirtieth of the spacing";
 }
 
-TEST_F(BuildProgram, TheLastLineTellsWhatIsWritten)
+TEST_F(BuildProgram, TheLastLineReportsWhatIsWritten)
 {
   this->Write("in.ply", Torus(40, 20));
   const Outcome built = this->Build({ "in.ply", "-o", "m.kds" });
@@ -587,7 +587,7 @@ TEST_F(BuildProgram, NeverOverwritesItsInput)
   EXPECT_TRUE(ReadWhole(this->Folder / "m.ply") == store);
 }
 
-TEST_F(BuildProgram, RefusesOutputsThatAreNoFiles)
+TEST_F(BuildProgram, RefusesOutputsThatAreNotFiles)
 {
   this->Write("in.ply", Torus(40, 20));
   std::filesystem::create_directory(this->Folder / "folder");
@@ -616,7 +616,7 @@ TEST_F(BuildProgram, TextsMustBeShowable)
   EXPECT_EQ(this->Build({ "in.ply", "-o", "m.kds", "--title", "Ångström" }).exitCode, 0);
 }
 
-TEST_F(BuildProgram, AnInterruptLeavesNothingBehind)
+TEST_F(BuildProgram, AnInterruptLeavesNoFiles)
 {
   this->Write("in.ply", DisplacedSphere(8));
   const std::string program = std::string(KDSTREAM_PROGRAMS) + "/kdstream-build";

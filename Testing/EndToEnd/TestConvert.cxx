@@ -244,8 +244,7 @@ TEST_F(TestConvert, AGridGivesItsSurface)
   writer->SetFileName((this->Folder / "in.vtk").c_str());
   writer->Write();
   const Mesh read = this->Converted("in.vtk", "kdstream-convert: warning: in.vtk: holds "
-                                              "vtkUnstructuredGrid, of which the surface is "
-                                              "taken\n");
+                                              "vtkUnstructuredGrid, whose surface is used\n");
   EXPECT_EQ(read.triangles.size(), 20U) << "ten outer faces of two boxes";
   EXPECT_TRUE(BoundaryEdges(read.triangles).empty());
 }
@@ -258,9 +257,9 @@ TEST_F(TestConvert, ObjHasColorsNormalsAndTextureCoordinates)
     "vt 0.25 0.75\nvt 1 1\nvn 0 0 2\nvn 0 1 0\nusemtl m\nf 1/1/1 2/2/1 \\\n3/1/1\n"
     "f -4/-1/-1 -3/2/1 -2/1/1\nl 1 2\n");
   const Mesh read = this->Converted("in.obj",
-    "kdstream-convert: warning: in.obj: line 2: the materials 'none.mtl' are not there: they "
-    "count as white\n"
-    "kdstream-convert: warning: in.obj: not carried: 1 line, free-form curve or surface\n");
+    "kdstream-convert: warning: in.obj: line 2: the materials 'none.mtl' are not there: they are "
+    "drawn white\n"
+    "kdstream-convert: warning: in.obj: left out: 1 line, free-form curve or surface\n");
   // The second face's first corner is another combination of the first vertex.
   EXPECT_EQ(read.triangles, (std::vector<Triangle>{ { 0, 1, 2 }, { 4, 1, 2 } }));
   EXPECT_EQ(read.points.size(), 5U);
@@ -439,7 +438,7 @@ TEST_F(TestConvert, TextIsRefusedWithItsLine)
       "1\n",
       "POINTS (line 5) has 4 of its 6 numbers, then 'two'" },
     { "c.vtk", "# vtk DataFile Version 3.0\nt\nASCII\nFIELD f 1\na 1 1 float\n1\n",
-      "has no DATASET, but fields or nothing" },
+      "has no DATASET: it contains no mesh" },
     { "a.stl", "solid nothing\nendsolid nothing\n", "holds no points" },
     { "a.gltf", "{\"asset\":{\"version\":\"2.0\"}}", "" },
     { "a.vtp", "<?xml version=\"1.0\"?><VTKFile type=\"PolyData\"><PolyData/></VTKFile>",

@@ -245,8 +245,8 @@ TEST_F(TestConvertDamage, CellsOfVtkFilesAreNotBelieved)
                                  "CELL_TYPES 1\n5\nPOINT_DATA 3\nFIELD f 1\nshort 1 1 float\n7\n");
   const Mesh read = this->Converted("array.vtk",
     "kdstream-convert: warning: array.vtk: dropped: point array \"short\": has 1 tuples for 3 "
-    "points\nkdstream-convert: warning: array.vtk: holds vtkUnstructuredGrid, of which the surface "
-    "is taken\n");
+    "points\nkdstream-convert: warning: array.vtk: holds vtkUnstructuredGrid, whose surface is "
+    "used\n");
   EXPECT_EQ(read.triangles.size(), 1U);
   EXPECT_TRUE(read.attributes.empty());
 }
@@ -351,7 +351,7 @@ TEST_F(TestConvertDamage, VtkFilesOfOtherProgramsAreNotDamaged)
   }
 }
 
-TEST_F(TestConvertDamage, NestingWithoutEndIsNoCrash)
+TEST_F(TestConvertDamage, NestingWithoutEndDoesNotCrash)
 {
   std::string json = "{\"asset\":{\"version\":\"2.0\"},\"x\":" + std::string(2000000, '[');
   this->WriteText("deep.gltf", json);

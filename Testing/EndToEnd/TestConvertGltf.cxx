@@ -274,7 +274,7 @@ TEST_F(TestConvertGltf, InstancesAreExpanded)
                    ",\"ROTATION\":" + std::to_string(turned)),
     24, 36, { -1, -1, 9 }, { 9, 1, 11 }, 32);
   this->ExpectGlbError(glb(translation + ",\"SCALE\":" + std::to_string(places)),
-    "node 0: its instances' SCALE is of another kind, or has not as many elements as the others");
+    "node 0: its instances' SCALE has another type or another number of elements than the others");
   this->ExpectGlbError(glb("\"TRANSLATION\":77"),
     "node 0: its instances' TRANSLATION names accessor 77, but there are 5");
 }
@@ -310,11 +310,11 @@ TEST_F(TestConvertGltf, SparseAccessorsAreOverlaid)
   // Over zeros, all of them.
   this->Expect(sparse(8, eight, "5125", 0), 8, 12, { -1, -1, -1 }, { 1, 1, 1 }, 8);
   this->ExpectGlbError(sparse(3, one, "5121", values, view),
-    "is sparse, and what lies over it claims 3 elements, more than its bufferView has");
+    "has a property 'sparse' that claims 3 elements, more than its bufferView has");
   this->ExpectGlbError(sparse(1, one, "5126", values, view), "its indices are not whole numbers");
   this->ExpectGlbError(sparse(1, values, "5125", values, view), "is sparse, and names its element");
   this->ExpectGlbError(sparse(1, 99, "5121", values, view),
-    "is sparse, and what lies over it names bufferView 99, but there are 5");
+    "has a property 'sparse' that names bufferView 99, but there are 5");
 }
 
 TEST_F(TestConvertGltf, WholeNumbersAreRead)
@@ -393,7 +393,7 @@ TEST_F(TestConvertGltf, TheSceneToBeShownIsRead)
   const std::string two = "\"scenes\":[{\"nodes\":[0]},{\"nodes\":[1]}],";
   this->Expect(glb("\"scene\":1," + two), 8, 12, { 8, -1, -1 }, { 10, 1, 1 }, 8);
   this->Expect(glb(two), 8, 12, { -1, -1, -1 }, { 1, 1, 1 }, 8,
-    "none of its 2 scenes is the one to be shown: the first is read");
+    "the default scene does not exist; the first of 2 is read");
   this->Expect(glb("\"scenes\":[{\"nodes\":[1]}],"), 8, 12, { 8, -1, -1 }, { 10, 1, 1 }, 8);
   this->Expect(glb(""), 16, 24, { -1, -1, -1 }, { 10, 1, 1 }, 16,
     "it has no scene: all of its nodes are read");
@@ -419,7 +419,7 @@ TEST_F(TestConvertGltf, SkinsAndShapesStandAsTheirNodesDo)
     ",\"JOINTS_0\":" + std::to_string(buffer.Add(numbers, "VEC4", gltfUnsignedByte)) +
     ",\"WEIGHTS_0\":" + std::to_string(buffer.Add(weights, "VEC4", gltfFloat));
   const std::string pose =
-    "skins and animations are not carried: the mesh is in the pose that its nodes have";
+    "skins and animations are left out: the mesh is read as its nodes place it";
   const auto skinned = [&](const std::string& attributes, const std::string& joint)
   {
     GltfBuffer copy = buffer;
@@ -512,15 +512,15 @@ TEST_F(TestConvertGltf, AGlbMayEndLaterAndNotEarlier)
   EXPECT_EQ(later.exitCode, 0) << later.err;
   EXPECT_EQ(this->Read("out.ply").points.size(), 8U);
   this->ExpectGlbError(glb.substr(0, glb.size() - 1), "bytes; the file has");
-  this->ExpectGlbError("glTF" + std::string(3, '\0'), "ends in its head: it has 7 bytes");
+  this->ExpectGlbError("glTF" + std::string(3, '\0'), "ends inside its header: it has 7 bytes");
   std::string first = glb;
   first[4] = 1;
-  this->ExpectGlbError(first, "is a glTF of version 1, of which only version 2 is read");
+  this->ExpectGlbError(first, "has version 1 of glTF; only version 2 can be read");
   std::string json = glb;
   json[60] = '\x01';
   this->ExpectGlbError(json, "its JSON is damaged at byte 60");
   this->WriteText("in.gltf", "{\"asset\":{\"version\":\"1.0\"}}");
-  this->ExpectError("in.gltf", "is a glTF of version \"1.0\", of which only version 2 is read");
+  this->ExpectError("in.gltf", "has version \"1.0\" of glTF; only version 2 can be read");
   this->WriteText("in.gltf", "{\"asset\":{\"version\":\"2.0\"}");
   this->ExpectError("in.gltf", "its JSON breaks off at byte 26");
   this->WriteText("in.gltf", "{\"a\":1}");
@@ -810,7 +810,7 @@ TEST_F(TestConvertGltf, WhatMeshoptimizerCompressedIsRead)
   this->Expect(glb(filtered, Corners(false)), 8, 12, { -1, -1, -1 }, { 1, 1, 1 }, 8);
   filtered.filter = "ODD";
   this->ExpectGlbError(
-    glb(filtered, Corners(false)), "meshoptimizer with a filter that is not known: 'ODD'");
+    glb(filtered, Corners(false)), "meshoptimizer with an unknown filter: 'ODD'");
   Compressed damaged = places;
   damaged.bytes[0] = 0;
   this->ExpectGlbError(glb(damaged, Corners(false)),
@@ -826,7 +826,7 @@ TEST_F(TestConvertGltf, WhatMeshoptimizerCompressedIsRead)
   this->ExpectGlbError(glb(greedy, Corners(false)), "claims 1000000000 compressed elements");
   Compressed cut = Corners(false);
   cut.bytes.resize(cut.bytes.size() / 2);
-  this->ExpectGlbError(glb(places, cut), "are not what meshoptimizer compresses");
+  this->ExpectGlbError(glb(places, cut), "are not compressed by meshoptimizer");
 }
 
 #endif
@@ -877,7 +877,7 @@ TEST_F(TestConvertGltf, WhatDracoCompressedIsRead)
   EXPECT_EQ(ValuesOf(this->Last, "RGB")[1], 0);
   this->ExpectGlbError(glb(bytes.substr(0, bytes.size() / 2), 0),
     "mesh 0, part 0: is damaged: its " + std::to_string(bytes.size() / 2) +
-      " bytes are not what Draco compresses");
+      " bytes are not compressed by Draco");
   this->ExpectGlbError(
     glb(bytes, 7), "'POSITION' names attribute 7 of what Draco compressed, which is not there");
 }

@@ -87,10 +87,9 @@ protected:
   // warnings: but that of what MakeLas puts at the end of each point.
   Mesh Converted(const std::string& input, const std::string& warnings = "")
   {
-    return ConvertTest::Converted(input,
-      warnings + "kdstream-convert: warning: " + input +
-        ": each point has 3 bytes that its format does not have (extra dimensions): they are not "
-        "carried\n");
+    return ConvertTest::Converted(input, warnings + "kdstream-convert: warning: " + input +
+                                           ": each point has 3 bytes after its format's fields "
+                                           "(extra dimensions), which are left out\n");
   }
 
   std::string DigestOfStore(const std::string& input)
@@ -223,8 +222,9 @@ TEST_F(TestConvertLas, PointsThatTheHeaderDoesNotCountAreRead)
     format < 6 ? Put(las, 107, std::uint32_t{ 10 }) : Put(las, 247, std::uint64_t{ 10 });
     this->WriteText("in.las", las);
     const Mesh read = this->Converted("in.las",
-      withheld + Warning("30 points or faces are in the file but not counted by its header; the "
-                         "first: point 10"));
+      withheld + Warning(
+                   "30 points or faces are in the file but its header does not count them; the "
+                   "first: point 10"));
     EXPECT_EQ(read.points.size(), points - 1);
     EXPECT_EQ(read.points.back(), (Vec3{ 39 * 0.01 + 1e6, 39 * -0.01 + 2e6, 39 * 0.5 }));
     // What follows them, by the header's own fields, does not count as points.
@@ -234,9 +234,9 @@ TEST_F(TestConvertLas, PointsThatTheHeaderDoesNotCountAreRead)
       Put(las, 243, std::uint32_t{ 1 });
       this->WriteText("in.las", las);
       EXPECT_EQ(this
-                  ->Converted("in.las",
-                    withheld + Warning("10 points or faces are in the file but not counted by "
-                                       "its header; the first: point 10"))
+                  ->Converted(
+                    "in.las", withheld + Warning("10 points or faces are in the file but its "
+                                                 "header does not count them; the first: point 10"))
                   .points.size(),
         19U);
     }
@@ -260,11 +260,11 @@ TEST_F(TestConvertLas, PointsThatTheHeaderDoesNotCountAreRead)
     points - 1);
   Put(las, 107, std::uint32_t{ 10 });
   this->WriteText("in.las", las);
-  EXPECT_EQ(this
-              ->Converted("in.las",
-                withheld + Warning("30 points or faces are in the file but not counted by its "
-                                   "header; the first: point 10"))
-              .points.size(),
+  EXPECT_EQ(
+    this
+      ->Converted("in.las", withheld + Warning("30 points or faces are in the file but its header "
+                                               "does not count them; the first: point 10"))
+      .points.size(),
     points - 1);
   std::string padded = MakeLas(3);
   padded.resize(padded.size() - 11);
@@ -298,7 +298,7 @@ TEST_F(TestConvertLas, ColoursAreThoseOfMost)
   this->WriteText("in.las", las);
   const std::vector<double> rgb = ValuesOf(
     this->Converted("in.las",
-      withheld + Warning("colours are read as of 8 bits, as most of their channels are: 2 of 78 "
+      withheld + Warning("colours are read as 8-bit values, because most channels are: 2 of 78 "
                          "are above 255 and count as 255")),
     "RGB");
   ASSERT_EQ(rgb.size(), 3 * (points - 1));
@@ -327,10 +327,10 @@ TEST_F(TestConvertLas, LiarsAreRefusedByWhatIsWrong)
     { "is not a LAS file", [](std::string& las) { las[0] = 'X'; } },
     { "truncated: ends inside its header", [](std::string& las) { las.resize(200); } },
     { "truncated: ends inside its header", [](std::string& las) { las.resize(374); }, 6 },
-    { "is of version 2.2 of LAS, where 1.0 to 1.4 are read",
+    { "has version 2.2 of LAS; versions 1.0 to 1.4 can be read",
       [](std::string& las) { las[24] = 2; } },
-    { "is of version 1.5 of LAS", [](std::string& las) { las[25] = 5; } },
-    { "its points are of format 11, where 0 to 10 are read",
+    { "has version 1.5 of LAS", [](std::string& las) { las[25] = 5; } },
+    { "its points have format 11; formats 0 to 10 can be read",
       [](std::string& las) { las[104] = 11; } },
     { "a point of format 3 takes 34 bytes, not 33",
       [](std::string& las) { Put(las, 105, std::uint16_t{ 33 }); } },

@@ -93,8 +93,8 @@ TEST_F(TestConvertPcd, FilesOfOtherProgramsAreRead)
   this->WriteText("in.pcd", moved);
   EXPECT_EQ(this
               ->Converted("in.pcd",
-                "kdstream-convert: warning: in.pcd: its VIEWPOINT, where the scanner stood, moves "
-                "nothing: points stay where they are written\n")
+                "kdstream-convert: warning: in.pcd: its VIEWPOINT (the scanner's position) is not "
+                "applied: the coordinates are read as they are written\n")
               .points,
     points);
   this->WriteText("in.pcd",
@@ -197,7 +197,7 @@ TEST_F(TestConvertPcd, HeadersThatLieAreRefusedBeforeMemoryIsTaken)
     { this->Header("3", "text") + three, "DATA is 'text'" },
     { this->Header("3", "ascii", "", "x y z", "4 4 3") + three, "is not a valid field" },
     { this->Header("3", "ascii", "", "x y z", "4 4 4", "F F Q") + three, "is not a valid field" },
-    { this->Header("3", "ascii", "", "x y z", "4 4") + three, "not as many values" },
+    { this->Header("3", "ascii", "", "x y z", "4 4") + three, "another number of values" },
     { this->Header("3", "ascii", "", "x y z", "4 4 4", "F F F", "1 1 4000000000") + three,
       "is not a valid field" },
     { this->Header("3", "ascii", "", "a b c") + three, "has no field x" },
@@ -223,7 +223,7 @@ TEST_F(TestConvertPcd, HeadersThatLieAreRefusedBeforeMemoryIsTaken)
   }
 }
 
-TEST_F(TestConvertPcd, WhatFollowsThePointsAndIsNoneIsPadding)
+TEST_F(TestConvertPcd, BytesAfterThePointsArePadding)
 {
   const std::vector<Vec3> points{ { 0, 0, 0 }, { 1, 1, 1 } };
   this->WriteText("in.pcd", this->Header("2", "ascii") + "0 0 0\n1 1.00 1\n\n \t\n\r\n");
@@ -262,7 +262,7 @@ TEST_F(TestConvertPcd, HeadersThatFallShortLoseNothing)
   this->WriteText("in.pcd", this->Header("2", "ascii") + "0 0 0\n1 1 1\n2 2 2\n\n3 3 3\n");
   const Mesh longer = this->Converted("in.pcd",
     warning +
-      "2 points or faces are in the file but not counted by its header; the first: line 14\n");
+      "2 points or faces are in the file but its header does not count them; the first: line 14\n");
   ASSERT_EQ(longer.points.size(), 4U);
   EXPECT_EQ(longer.points.back(), (Vec3{ 3, 3, 3 }));
   const auto cloud = this->MakeScan();
@@ -281,7 +281,8 @@ TEST_F(TestConvertPcd, HeadersThatFallShortLoseNothing)
     this->WriteText("in.pcd", text);
     const Mesh read = this->Converted("in.pcd",
       warning + "9 points are not finite and are dropped; the first: point 3\n" + warning +
-        "30 points or faces are in the file but not counted by its header; the first: point 10\n");
+        "30 points or faces are in the file but its header does not count them; the first: point "
+        "10\n");
     EXPECT_EQ(read.points, whole.points);
     EXPECT_TRUE(read.attributes == whole.attributes);
   }

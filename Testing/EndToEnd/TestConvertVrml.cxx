@@ -328,7 +328,7 @@ TEST_F(TestConvertVrml, FieldsAreThoseOfTheirProtos)
   const std::string own = "Shape { geometry Box { size IS ";
   const std::string proto = "PROTO A [ field SFVec3f s 4 4 4 ] { ";
   const auto reported = [](const std::string& what)
-  { return Warning("1 field is not one of the format's and is left out: " + what); };
+  { return Warning("1 field is unknown in the format and is left out: " + what); };
   EXPECT_NEAR(
     VolumeOf(this->Scene(proto + own + "t } } }\nA { }",
       reported("'size' of 'Box' (line 2), which IS 't', but its PROTO 'A' has no such field"))),
@@ -371,7 +371,7 @@ TEST_F(TestConvertVrml, TheFirstNodeOfAProtoIsShown)
               "PROTO A [ ] { PROTO B [ ] { " + cube + more + " } B { } " + more + "B { } }\nA { }"),
     { -1, -1, -1 }, { 1, 1, 1 });
   this->Refused("PROTO A [ ] { " + cube + more + " }\nA { }\nShape { geometry Box { size x } }",
-    "line 6: no value that the field may have ('size')");
+    "line 6: a value that this field does not allow ('size')");
 }
 
 TEST_F(TestConvertVrml, NodesThatAreUsedAgainAreThereAgain)
@@ -467,14 +467,14 @@ TEST_F(TestConvertVrml, InlinesAreReadBesideTheFile)
   this->WriteText("inner/in.wrl", header + cube + "Inline { url \"../cube.wrl\" }");
   this->Converted("inner/in.wrl",
     "kdstream-convert: warning: inner/in.wrl: 1 node cannot be read and is left out: the Inline "
-    "'../cube.wrl', which lies outside the mesh's folder, where nothing is read (line 3)\n");
+    "'../cube.wrl', which lies outside the mesh's folder, and nothing is read there (line 3)\n");
   this->WriteText("inner/in.wrl", header + cube + "Inline { url \"http://a.example/b.wrl\" }");
   this->Converted("inner/in.wrl",
     "kdstream-convert: warning: inner/in.wrl: 1 node cannot be read and is left out: the Inline "
-    "'http://a.example/b.wrl', which lies on the web, from which nothing is read (line 3)\n");
+    "'http://a.example/b.wrl', which lies on the web, and nothing is downloaded (line 3)\n");
 }
 
-TEST_F(TestConvertVrml, WhatIsNoSurfaceIsNamed)
+TEST_F(TestConvertVrml, WhatIsNotASurfaceIsNamed)
 {
   EXPECT_EQ(this
               ->Scene(cube + "Shape { geometry IndexedLineSet { coord Coordinate { point [ 0 0 "
@@ -529,7 +529,7 @@ TEST_F(TestConvertVrml, MistakesAreNamedWithTheirLine)
   this->Refused(cube + "Shape { geometry Box { size 1 a 1 } }", "line 3: ");
   this->Refused("Shape {\n geometry IndexedFaceSet {\n", "ends inside what a '{' in line 3 begins");
   this->Refused("Shape { geometry ]", "line 2: a ']' closes nothing");
-  this->Refused("WorldInfo { title \"a", "line 2: a string begins that does not end");
+  this->Refused("WorldInfo { title \"a", "line 2: a string has no closing quote");
   this->Refused(cube + std::string(1, '\0') + cube, "line 3: a control character (byte 0)");
   this->Refused("Shape { geometry IndexedFaceSet { " + cubePoints + " coordIndex [ 0 1 9 -1 ] } }",
     "shape 0, face 0 names point 9, but there are 8, counted from 0");
@@ -538,7 +538,7 @@ TEST_F(TestConvertVrml, MistakesAreNamedWithTheirLine)
     "another file (line 3)");
   this->Refused("", "holds no points; it shows no shape");
   this->WriteText("in.wrl", "#VRML V3.0 utf8\n");
-  this->ExpectError("in.wrl", "is of another version than VRML 1 and 2");
+  this->ExpectError("in.wrl", "has another version than VRML 1 and 2");
   this->WriteText("in.wrl", "Shape { }\n");
   this->ExpectError("in.wrl", "is not a VRML file: its first line does not begin with '#VRML'");
   this->WriteText("in.wrl", std::string("\x1f\x8b\x08\0aaaa", 8));
@@ -750,8 +750,8 @@ TEST_F(TestConvertVrml, WhatEmitsLightHasItsColour)
   const std::string glass = "diffuseColor 0 1 0 emissiveColor 0.1 0 0 transparency 0.5";
   EXPECT_EQ(
     first(this->Scene("DEF G " + shape(glass, "Box { }") + shape(glass, "Sphere { }") + "USE G",
-      Warning("the emission of the material 0 and of 1 other is not carried") +
-        Warning("the transparency of the material 0 and of 1 other is not carried"))),
+      Warning("the emission of the material 0 and of 1 other is left out") +
+        Warning("the transparency of the material 0 and of 1 other is left out"))),
     (Vec3{ 0, 255, 0 }));
 }
 
@@ -814,8 +814,8 @@ TEST_F(TestConvertVrml, NodesWithoutAFieldAreChildrenOrLeftOut)
 {
   const auto reported = [](const std::string& place)
   {
-    return Warning(place + " stands where a field should be named: it is taken for one of its "
-                           "children");
+    return Warning(
+      place + " is where a field's name is expected: it is read as a child of the node");
   };
   ExpectBox(this->Scene("Transform { translation 5 0 0 " + cube + " DEF A " + cube +
                           "\nscale 2 2 2 }\n" + Transformed("", "USE A"),
@@ -829,15 +829,13 @@ TEST_F(TestConvertVrml, NodesWithoutAFieldAreChildrenOrLeftOut)
     VolumeOf(this->Scene("Shape { appearance Appearance { material Material { } ImageTexture { url "
                          "\"a.png\" } } geometry Box { } }",
       Warning("its pictures are not read") +
-        Warning(
-          "1 field is not one of the format's and is left out: 'ImageTexture' of 'Appearance' "
-          "(line 2), a node without a field"))),
+        Warning("1 field is unknown in the format and is left out: 'ImageTexture' of 'Appearance' "
+                "(line 2), a node without a field"))),
     8, 1e-9);
-  EXPECT_NEAR(
-    VolumeOf(this->Scene(
-      "Group { children [ " + cube + " ] " + Transformed("translation 9 0 0", cube) + " }",
-      Warning("1 field is not one of the format's and is left out: 'Transform' of 'Group' "
-              "(line 3), a node without a field"))),
+  EXPECT_NEAR(VolumeOf(this->Scene("Group { children [ " + cube + " ] " +
+                                     Transformed("translation 9 0 0", cube) + " }",
+                Warning("1 field is unknown in the format and is left out: 'Transform' of 'Group' "
+                        "(line 3), a node without a field"))),
     8, 1e-9);
 }
 

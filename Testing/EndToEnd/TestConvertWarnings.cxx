@@ -138,7 +138,7 @@ TEST_F(TestConvertWarnings, MissingBuffersOfGltfAreNamed)
   EXPECT_EQ(this->Converted("in.gltf").points.size(), 3U);
   escaped.replace(escaped.find("a%20b.bin"), 9, "%2e%2e/a%20b.bin");
   this->WriteText("sub/in.gltf", escaped);
-  this->ExpectError("sub/in.gltf", "lies outside the mesh's folder, where nothing is read");
+  this->ExpectError("sub/in.gltf", "lies outside the mesh's folder, and nothing is read there");
 }
 
 TEST_F(TestConvertWarnings, ColumnsOfXyzAreTakenForWhatTheyAre)

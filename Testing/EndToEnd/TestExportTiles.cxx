@@ -295,9 +295,9 @@ TEST_F(TestExportTiles, WrongUsageIsNamed)
 {
   this->Make("ring", Torus(40, 20));
   this->ExpectError(this->Export({ "ring.kds", "out", "--page", "web" }), 2,
-    "kdstream-store: error: --page does not go with --format 3dtiles, only with files");
+    "kdstream-store: error: --page cannot be used with --format 3dtiles, only with files");
   this->ExpectError(this->Export({ "ring.kds", "out", "--origin", "1,2,3" }, "glb"), 2,
-    "kdstream-store: error: --origin does not go with --format glb, only with 3dtiles");
+    "kdstream-store: error: --origin cannot be used with --format glb, only with 3dtiles");
   this->ExpectError(this->Export({ "ring.kds", "out" }, "glb"), 2,
     "kdstream-store: error: out: does not end in .glb, as a file of --format glb does");
   for (const std::string place : { "1,2", "1,2,3,4,5", "181,0,0", "0,91,0", "a,b,c", "1,2,nan" })
@@ -330,7 +330,7 @@ TEST_F(TestExportTiles, AModelFarFromItsOriginIsSaid)
   }
   this->Make("far", mesh);
   this->Make("small", mesh, { "--unit", "mm" });
-  const std::string far = "lies 5440 km from its point (0, 0, 0), which is put at --origin";
+  const std::string far = "lies 5440 km from its point (0, 0, 0), perhaps in map coordinates (UTM)";
   for (const std::string name : { "near", "far", "small" })
   {
     const Outcome placed = this->Export({ name + ".kds", name, "--origin", "13.05,47.8,430" });

@@ -100,9 +100,8 @@ TEST_F(TestForeignInput, WarningsArePassedOn)
   this->WriteText("in.obj", "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
   const Outcome built = this->Build({ "in.obj", "-o", "m.kds", "--quiet" });
   EXPECT_EQ(built.exitCode, 0);
-  EXPECT_EQ(built.err,
-    "kdstream-build: warning: in.obj: line 1: the materials 'a.mtl' are not there: they count as "
-    "white\n");
+  EXPECT_EQ(built.err, "kdstream-build: warning: in.obj: line 1: the materials 'a.mtl' are not "
+                       "there: they are drawn white\n");
   this->WriteText("in.xyz", "0 0 0\n1 0 0\nnan 1 0\n");
   EXPECT_EQ(this->Build({ "in.xyz", "-o", "m.kds", "--quiet" }).err,
     "kdstream-build: warning: in.xyz: 1 point is not finite and is dropped: line 3\n");
@@ -314,7 +313,7 @@ TEST_F(TestForeignInput, ReconstructedCloudsAreSurfaces)
 }
 
 // PCL reports nothing while it makes the surface; the fraction must not stand still meanwhile.
-TEST_F(TestForeignInput, ReconstructionTellsAFractionOfTheNormalsAlone)
+TEST_F(TestForeignInput, ReconstructionReportsAFractionOnlyForTheNormals)
 {
   Mesh cloud = DisplacedSphere(4);
   cloud.triangles.clear();

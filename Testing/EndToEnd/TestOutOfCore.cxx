@@ -385,7 +385,7 @@ TEST_F(OutOfCore, AKilledBuildIsResumedAndAnInterruptedOneLeavesNothing)
   }
 }
 
-TEST_F(OutOfCore, ResumeTellsWhatItFound)
+TEST_F(OutOfCore, ResumeReportsWhatItFound)
 {
   this->Write(Plate);
   const Arguments build{ "in.ply", "-o", "m.kds", "--temp-dir", "spill", "--memory", "64M" };

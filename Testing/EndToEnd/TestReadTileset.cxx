@@ -285,7 +285,7 @@ TEST_F(TestReadTileset, TilesOfVersionOne)
                               "{\"height\":[1,2],\"name\":[\"a\",\"b\"]}", BoxGlb("", true)));
   this->Tileset("tileset.json", "\"content\":{\"url\":\"a.b3dm\"}");
   this->Expect(1, { 100, 197, 300 }, { 101, 200, 302 },
-    "tile \"a.b3dm\": its batch table is not carried: \"height\", \"name\"");
+    "tile \"a.b3dm\": its batch table is left out: \"height\", \"name\"");
 
   // Its centre as floats, and that of the glTF itself, which is in the tileset's axes, too.
   const std::string center = BytesOf(1.0F) + BytesOf(2.0F) + BytesOf(3.0F) + "    ";
@@ -310,8 +310,8 @@ TEST_F(TestReadTileset, TilesOfVersionOne)
                               BytesOf(static_cast<std::uint32_t>(16 + 2 * inner.size() + 16)) +
                               BytesOf(std::uint32_t{ 3 }) + inner + points + inner);
   this->Tileset("tileset.json", Content("a.cmpt"));
-  this->Expect(
-    2, { 0, -3, 0 }, { 1, 0, 2 }, "tile \"a.cmpt\": left out: tiles of the kind pnts are not read");
+  this->Expect(2, { 0, -3, 0 }, { 1, 0, 2 },
+    "tile \"a.cmpt\": left out: tiles of the unsupported kind pnts are not read");
 }
 
 TEST_F(TestReadTileset, ImplicitTiling)
@@ -388,8 +388,8 @@ TEST_F(TestReadTileset, OnTheGlobeCoordinatesAreDoubles)
   this->WriteText("box.glb", BoxGlb());
   this->Tileset("tileset.json", At(4180000.125, 968000, 4702000) + "," + Content("box.glb"));
   this->Expect(1, { 4180000.125, 967997, 4702000 }, { 4180001.125, 968000, 4702002 },
-    "it stands on the globe, and its coordinates are those from the middle of the earth: "
-    "kdstream-build --up 0.6543,0.1515,0.7409 sets it upright");
+    "its coordinates are relative to the centre of the earth (ECEF): kdstream-build --up "
+    "0.6543,0.1515,0.7409 sets it upright");
   EXPECT_EQ(this->Read("out.ply").scalarType, ScalarType::Float64);
 }
 
@@ -406,7 +406,7 @@ TEST_F(TestReadTileset, HostileTilesetsAreNamed)
     this->Tileset("in/tileset.json", tile);
     this->ExpectError("in/tileset.json", what);
   };
-  const std::string outside = "which lies outside the tileset's folder, where nothing is read";
+  const std::string outside = "which is outside the tileset's folder, and nothing is read there";
   inFolder(Content("../box.glb"), "tile root names \"../box.glb\", " + outside);
   inFolder(Content("%2e%2e/box.glb"), outside);
   inFolder(Content("/etc/passwd"), "tile root names \"/etc/passwd\", " + outside);
@@ -415,24 +415,25 @@ TEST_F(TestReadTileset, HostileTilesetsAreNamed)
   for (const std::string address :
     { "https://example.org/a.glb", "data:,glTF", "file:///etc/passwd", "C:/a.glb" })
   {
-    inFolder(Content(address), "which is an address, and nothing is fetched");
+    inFolder(Content(address), "which is a web address, and nothing is downloaded");
   }
   inFolder(Content("none.glb"), "which is not there");
   inFolder("\"children\":[{" + claims + "},{" + claims + ",\"children\":[{" + claims + "," +
              Content("none.glb") + "}]}]",
     "tile root/1/0 names \"none.glb\"");
   // Loops, and depth.
-  this->ExpectTileError(Content("tileset.json"), "is below itself");
+  this->ExpectTileError(
+    Content("tileset.json"), "contains itself, directly or through another tileset");
   this->Tileset("a.json", Content("b.json"));
   this->Tileset("b.json", Content("a.json"));
-  this->ExpectTileError(Content("a.json"), "tileset \"a.json\": is below itself");
+  this->ExpectTileError(Content("a.json"), "tileset \"a.json\": contains itself");
   std::string deep, ends;
   for (int i = 0; i < 600; ++i)
   {
     deep += (i > 0 ? "," : "") + std::string("\"children\":[{") + claims;
     ends += "}]";
   }
-  this->ExpectTileError(deep + ends, "lies in 512 others, deeper than is read");
+  this->ExpectTileError(deep + ends, "is nested in 512 others; this is the maximum");
   // Claims that cannot be.
   for (const std::string claim : { "\"boundingVolume\":{\"box\":[1,2]},\"geometricError\":1",
          "\"boundingVolume\":{\"sphere\":[0,0,0,-1]},\"geometricError\":1",
@@ -440,7 +441,7 @@ TEST_F(TestReadTileset, HostileTilesetsAreNamed)
          "\"geometricError\":1" })
   {
     this->ExpectTileError(
-      "\"children\":[{" + claim + "}]", "tile root/0 has a boundingVolume that cannot be");
+      "\"children\":[{" + claim + "}]", "tile root/0 has an invalid boundingVolume");
   }
   for (const std::string error : { "-1", "\"x\"", "null" })
   {
@@ -448,10 +449,10 @@ TEST_F(TestReadTileset, HostileTilesetsAreNamed)
       "\"children\":[{\"boundingVolume\":{\"sphere\":[0,0,0,9]},\"geometricError\":" + error + "}]",
       "tile root/0 has a geometricError that is not 0 or more");
   }
-  this->ExpectTileError("\"transform\":[1,2,3]", "has a transform that is not of 16 numbers");
+  this->ExpectTileError("\"transform\":[1,2,3]", "has a transform that does not have 16 numbers");
   this->ExpectTileError(
     "\"transform\":[1,0,0,5,0,1,0,0,0,0,1,0,0,0,0,1]", "whose last row is not 0 0 0 1");
-  this->ExpectTileError("\"refine\":\"PERHAPS\"", "is refined in a way that is not known");
+  this->ExpectTileError("\"refine\":\"PERHAPS\"", "has an unknown refinement");
   this->Tileset("tileset.json", Content("box.glb") +
                                   ",\"children\":[{\"boundingVolume\":{\"sphere\":"
                                   "[0,0,0,9]},\"geometricError\":5}]");
@@ -493,7 +494,7 @@ TEST_F(TestReadTileset, DamagedTilesAreNamed)
   wrong = whole;
   wrong[4] = 2;
   this->WriteText("a.b3dm", wrong);
-  this->ExpectError("tileset.json", "tile \"a.b3dm\": is a tile of version 2");
+  this->ExpectError("tileset.json", "tile \"a.b3dm\": has version 2 of its format");
   this->WriteText("a.b3dm", "\x1f\x8b\x08 packed");
   this->ExpectError("tileset.json", "tile \"a.b3dm\": is compressed by gzip");
   std::string composite = "cmpt" + BytesOf(std::uint32_t{ 1 }) + BytesOf(std::uint32_t{ 28 }) +

@@ -46,7 +46,7 @@ protected:
 
 }
 
-TEST_F(StoreMessages, AFileThatIsNoStoreIsCalledThat)
+TEST_F(StoreMessages, AFileThatIsNotAStoreIsReportedAsSuch)
 {
   const Outcome mesh = this->Run("kdstream-store", { "info", "torus.ply" });
   EXPECT_EQ(mesh.exitCode, 1);
@@ -95,7 +95,7 @@ TEST_F(StoreMessages, AStoreThatMayNotBeReadSaysWhy)
   EXPECT_EQ(info.err, "kdstream-store: error: torus.kds: cannot be opened: Permission denied\n");
 }
 
-TEST_F(StoreMessages, InfoTellsWhatTheGeometricErrorIs)
+TEST_F(StoreMessages, InfoReportsTheGeometricError)
 {
   const Outcome info = this->Run("kdstream-store", { "info", "torus.kds" });
   ASSERT_EQ(info.exitCode, 0) << info.err;

@@ -210,7 +210,7 @@ TEST_F(TestTolerance, OneRuleForTexturedMeshes)
   }
 }
 
-TEST_F(TestTolerance, ConvertTellsTheSame)
+TEST_F(TestTolerance, ConvertReportsTheSame)
 {
   this->WriteText("nan.ply", Spoiled(Torus(20, 10), 50));
   const Outcome reported = this->Convert("nan.ply");
@@ -408,8 +408,7 @@ TEST_F(TestTolerance, ColumnsOfAnXyzByTheirNames)
   this->WriteText("words.csv", "name,x,y,z,class\nA1,1,2,3,ground\nA2,4,5,6,tree\n");
   const Outcome ofWords = this->Convert("words.csv");
   EXPECT_EQ(ofWords.exitCode, 0);
-  EXPECT_NE(
-    ofWords.err.find("words.csv: not carried: columns of words: 'name', 'classification'\n"),
+  EXPECT_NE(ofWords.err.find("words.csv: left out: columns of text: 'name', 'classification'\n"),
     std::string::npos)
     << ofWords.err;
   EXPECT_EQ(this->Read("out.ply").points, (std::vector<Vec3>{ { 1, 2, 3 }, { 4, 5, 6 } }));
@@ -558,8 +557,9 @@ TEST_F(TestTolerance, CountsOfPointsAsText)
   EXPECT_EQ(this->Converted("in.pts").points.size(), 4U);
   this->WriteText("in.pts", "2\n" + points + "1\n" + points);
   EXPECT_EQ(this->Built("in.pts", { { "not_counted", 3 } }),
-    Warnings{ "3 points or faces are in the file but not counted by its header; the first: line 1 "
-              "counts 2 points" });
+    Warnings{
+      "3 points or faces are in the file but its header does not count them; the first: line 1 "
+      "counts 2 points" });
 }
 
 TEST_F(TestTolerance, CountsOfVtpThatFallShort)
@@ -621,7 +621,7 @@ TEST_F(TestTolerance, VrmlOfOtherPrograms)
   }
   const std::string first = "#VRML V1.0 ascii\n", second = "#VRML V2.0 utf8\n";
   const std::string pictures = "its pictures are not read";
-  const std::string field = "1 field is not one of the format's and is left out: ";
+  const std::string field = "1 field is unknown in the format and is left out: ";
   for (const auto& [text, warning] :
     {
       std::pair{
@@ -635,7 +635,7 @@ TEST_F(TestTolerance, VrmlOfOtherPrograms)
         "1 node cannot be read and is left out: 'Knob', which VRML does not have (line 2)" },
       { first + "Separator { glow 1 DEF c Cube { width 2 shine [ 1, 2 ] } ShapeHints { shapeType "
                 "SOLID faceType CONVEX } }",
-        std::string("2 fields are not those of the format and are left out; the first: 'glow' of "
+        std::string("2 fields are unknown in the format and are left out; the first: 'glow' of "
                     "'Separator' (line 2)") },
       { second + "Shape { geometry Box { solid2 TRUE size 2 2 2 } }",
         field + "'solid2' of 'Box' (line 2)" },
@@ -737,7 +737,7 @@ TEST_F(TestTolerance, AnStlMayLackItsEnd)
                             "1 0.5\nendloop\nendfacet\n";
   this->WriteText("in.stl", "solid a\n" + facet + facet);
   EXPECT_EQ(this->Built("in.stl", { { "end_missing", 1 } }),
-    (Warnings{ "1 end of a part is missing, which may be cut there: 'endsolid'" }));
+    (Warnings{ "1 end of a part is missing: the part may be truncated: 'endsolid'" }));
 }
 
 TEST_F(TestTolerance, OffGoesThroughTheProgramsAsPlyDoes)

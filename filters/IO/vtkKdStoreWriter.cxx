@@ -111,7 +111,7 @@ Result<std::uint64_t> RanksHere(RankGroup& ranks)
   return static_cast<std::uint64_t>(std::count(all->begin(), all->end(), hash));
 }
 
-// What of the options must be the same on all ranks: those of rank 0, and the store.
+// Takes options that must be equal on all ranks, and the store, from rank 0.
 Status TakeOptionsOfFirst(
   RankGroup& ranks, bool& weldByPlace, std::string& store, BuildOptions& options)
 {

@@ -6,9 +6,9 @@
 //   3. Send the resulting pairs to the processes that have their lower ends.
 #include "filters/Parallel/DistributedCoincidence.h"
 
-#include "filters/Parallel/NumberSet.h"
 #include "filters/core/levels/ClusterRound.h"
 #include "filters/core/tree/PointRecord.h"
+#include "filters/outofcore/files/NumberSet.h"
 #include "filters/outofcore/mesh/CellTriangles.h"
 #include "filters/outofcore/mesh/LastRanks.h"
 

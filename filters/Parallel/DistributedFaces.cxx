@@ -2,11 +2,11 @@
 #include "filters/Parallel/DistributedFaces.h"
 
 #include "filters/Parallel/DistributedFiles.h"
-#include "filters/Parallel/NumberSet.h"
 #include "filters/Parallel/NumberTable.h"
 #include "filters/core/TakeResult.h"
 #include "filters/core/tree/PointRecord.h"
 #include "filters/outofcore/files/BucketFile.h"
+#include "filters/outofcore/files/NumberSet.h"
 #include "filters/outofcore/files/RecordFile.h"
 #include "filters/outofcore/mesh/CellTriangles.h"
 
@@ -431,8 +431,9 @@ private:
   const bool Renumbered; // vertices have other numbers than in the file
   MapSections Sections;  // of the vertices that are numbered here
   std::optional<RecordBuckets<Place>> Places;
-  NumberTable Ranks;                   // of these vertices
-  NumberTable RanksOfRead;             // of those that were read here; empty unless renumbered
+  NumberTable Ranks; // of these vertices
+  // Final ranks of the vertices that this rank read; empty unless renumbered.
+  NumberTable RanksOfRead;
   NumberSet<VertexId> Foreign;         // ranks of other processes' vertices
   std::size_t Batch = trianglesAtOnce; // triangles
   std::uint64_t FirstNumber = 0;       // of this rank's triangles

@@ -11,7 +11,7 @@ namespace kdstream
 namespace
 {
 
-// What is wanted of each other rank, ascending.
+// The vertices to request from each other rank, ascending.
 RankLists<VertexId> ListsToAsk(
   const MpiGroup& group, std::span<const std::uint64_t> places, std::span<const VertexId> wanted)
 {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/Parallel/DistributedImages.h"
 
-#include "filters/Parallel/NumberSet.h"
 #include "filters/outofcore/files/BucketFile.h"
+#include "filters/outofcore/files/NumberSet.h"
 #include "filters/outofcore/levels/LevelStates.h"
 #include "filters/outofcore/mesh/VertexMap.h"
 
@@ -130,8 +130,7 @@ private:
     KDSTREAM_TRY(this->AddImages(finer, triangles));
     for (const Triangle& t : triangles)
     {
-      const bool line = t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
-      if (!line || (this->ByClusters && (t[0] != t[1] || t[1] != t[2])))
+      if (!IsDegenerate(t) || (this->ByClusters && (t[0] != t[1] || t[1] != t[2])))
       {
         list.push_back({ t, static_cast<std::uint32_t>(block) });
       }
@@ -152,7 +151,7 @@ private:
   const bool ByClusters;
   const unsigned Step; // depths from the level's blocks to the finer ones
   const BlockRange FinerHere, Here;
-  std::optional<RecordBuckets<Triangle>> Received; // by block; none where none are here
+  std::optional<RecordBuckets<Triangle>> Received; // by block; null if this rank has no triangles
 };
 
 }

@@ -23,7 +23,8 @@ struct FinerTriangles
 {
   // Appends those of a block that is here; their corners are places in `map`.
   std::function<Status(std::size_t block, std::vector<Triangle>&)> load;
-  const SpillFile& map;            // VertexId: cluster of the level; others' are filled in
+  // VertexId: cluster of the level; clusters of other ranks are filled in.
+  const SpillFile& map;
   std::span<const VertexId> begin; // place of each block in it, and the end
   unsigned blockDepth;
 };

@@ -167,7 +167,7 @@ private:
     KDSTREAM_TRY(this->Files.MakeBlocks(
       level, this->States, std::min(below.blockDepth, this->Steps.BlockDepthOf(depth, 62))));
     KDSTREAM_TRY(this->MapTriangles(below, level));
-    // Nothing coarser is made of the level below any more.
+    // No coarser level needs the level below any more.
     return depth < this->Mesh.depths.stitch
              ? this->Files.MoveToFirst(below, this->States, this->Links)
              : Status{};

@@ -106,7 +106,7 @@ Status DistributedPieces::Write(std::span<const std::byte> bytes, Resolution res
     std::memcpy(&head, bytes.data(), sizeof(head));
     bytes = bytes.subspan(sizeof(head));
     EncodedPiece encoded;
-    Piece& piece = encoded.piece; // as much of it as the writer reads
+    Piece& piece = encoded.piece; // only the members that the writer reads
     piece.id = { resolution, head.node };
     piece.ownVertices = head.ownVertices;
     piece.triangles.resize(head.triangles);

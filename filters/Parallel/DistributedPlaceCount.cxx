@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/Parallel/DistributedPlaceCount.h"
 
-#include "filters/Parallel/NumberSet.h"
 #include "filters/core/SeededHash.h"
 #include "filters/core/VectorMath.h"
 #include "filters/outofcore/files/BucketFile.h"
+#include "filters/outofcore/files/NumberSet.h"
 #include "filters/outofcore/files/RecordFile.h"
 #include "filters/outofcore/files/RepeatedHashes.h"
 
@@ -80,7 +80,7 @@ Result<std::uint64_t> CountDifferent(
       }
       return {};
     }));
-  return count + different.Take().size();
+  return count + different.CountAndClear();
 }
 
 }

@@ -33,7 +33,7 @@ public:
     , Boxes(std::size_t{ 2 } << mesh.depths.partition)
     , SplitDepth(group.Shares().DividedDepth())
   {
-    // What is left to a single rank fits its memory.
+    // Subtrees that belong to a single rank fit its memory.
     while (this->SplitDepth < mesh.depths.partition &&
            (mesh.vertexCount >> this->SplitDepth) > memory / 2 / sizeof(Record))
     {

@@ -115,7 +115,7 @@ private:
       Take(MarkVertices(this->Folder, sections,
              [&](std::size_t section, SectionMarks& mark) { return pass(section, &mark); }),
         marks));
-    // Others have more sections: of this rank nothing is named in them.
+    // Other ranks have more sections; this rank has nothing in them.
     for (std::uint64_t section = sections.Number(); section < *passes; ++section)
     {
       KDSTREAM_TRY(pass(static_cast<std::size_t>(section), nullptr));
@@ -255,7 +255,7 @@ private:
     const Result<std::vector<std::uint64_t>> counts = this->Group.Gather(own.count);
     KDSTREAM_TRY(counts);
     const std::size_t bytes = this->Vertices.kept.tupleBytes, entryBytes = sizeof(Vec3) + bytes;
-    std::vector<std::uint64_t> next{ 0 }; // of each rank, where its next one goes
+    std::vector<std::uint64_t> next{ 0 }; // for each rank, where its next vertex goes
     for (const std::uint64_t count : *counts)
     {
       next.push_back(next.back() + count);

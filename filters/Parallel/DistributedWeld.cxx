@@ -64,7 +64,7 @@ public:
   }
 
 private:
-  // What is sent to the ranks that have read the vertices, and put into buckets there.
+  // Sends the result to the ranks that read the vertices; they put it into buckets.
   Status SendToReaders(WeldedVertexFile found)
   {
     Result<RecordBuckets<WeldedVertex>> buckets = RecordBuckets<WeldedVertex>::Create(this->Folder,
@@ -281,9 +281,10 @@ private:
   const VertexId First;
   const MapSections Sections; // of the vertices that were read here
   std::optional<RecordBuckets<WeldedVertex>> GoneOfSection;
-  WeldedVertexFile Gone; // of those that were read here: places from First on
-  SpillFile Places;      // VertexId: of each vertex that was read here, its place among those kept
-  SpillFile GoneNumbers; // VertexId: of each that goes the number of the lowest one
+  WeldedVertexFile Gone; // of the vertices that this rank read: places from First on
+  // VertexId: for each vertex that this rank read, its place among the kept ones.
+  SpillFile Places;
+  SpillFile GoneNumbers; // VertexId: for each dropped vertex, the lowest vertex equal to it
 };
 
 }

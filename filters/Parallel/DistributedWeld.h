@@ -19,7 +19,7 @@ struct DistributedVertices
 {
   std::vector<VertexId> readBegin; // of each rank the first number in the file, and the end
   std::vector<VertexId> begin;     // of each rank the first number now, and the end
-  VertexFiles kept;                // those that stay
+  VertexFiles kept;                // the vertices that stay
   SpillFile numberOf; // VertexId: of each vertex that was read here the number now; closed where
                       // all have the file's numbers
   std::uint64_t welded = 0; // how many went, of all ranks

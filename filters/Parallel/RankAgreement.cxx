@@ -51,7 +51,7 @@ std::vector<std::string> Split(std::span<const char> text)
   return parts;
 }
 
-// What the first rank that differs from rank 0 has otherwise.
+// The first rank that differs from rank 0, and its value.
 Difference Compare(const std::vector<std::vector<std::string>>& ranks)
 {
   const std::vector<std::string>& first = ranks[0];

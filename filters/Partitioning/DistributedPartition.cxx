@@ -875,7 +875,7 @@ private:
              }) == all.end();
   }
 
-  // What each rank's partitions need of this rank.
+  // The data of this rank that each rank's partitions need.
   std::vector<Bytes> Pack() const
   {
     std::vector<std::vector<std::size_t>> elementsTo(this->Ranks.Count()); // places in Kept
@@ -1004,7 +1004,7 @@ private:
   std::vector<std::uint32_t> NodeOf; // of points, of the depth that is reached
   std::uint64_t Total = 0;           // points of all ranks
   TreeDepths Depths;
-  bool HasPointIds = false, HasCellIds = false; // that are believed
+  bool HasPointIds = false, HasCellIds = false; // ids are present and plausible
   std::vector<SharedArray> Arrays;
   int PointType = VTK_FLOAT;
 };

@@ -29,7 +29,7 @@ struct DistributedPartitions
 {
   std::vector<std::uint32_t> partitionOf; // of each point of this rank's input, ghosts too
   std::size_t partitions = 0;             // of the whole mesh
-  std::size_t first = 0;                  // this rank's, where they were asked for
+  std::size_t first = 0;                  // the first one of this rank, if requested
   std::vector<vtkSmartPointer<vtkPolyData>> made;
   std::vector<std::string> skipped; // arrays that did not come along, each with a reason
   bool areSame = false;             // all ranks have the same points, and each counts

@@ -43,7 +43,7 @@ struct vtkMeshPartition::Run
 {
   vtkMeshPartition& Self;
   vtkPolyData& Input;
-  vtkMTimeType InputTime; // when what it was joined of was changed last
+  vtkMTimeType InputTime; // when the inputs of the joined mesh were last changed
   const Execution& Runs;
 
   Status Make(bool isCut, vtkInformationVector& outputVector) const

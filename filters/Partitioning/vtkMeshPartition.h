@@ -149,7 +149,7 @@ private:
   vtkIdType NumberOfPartitions = 0;
   bool GeneratePartitionIds = false;
   bool WeldByPlace = false;
-  std::unique_ptr<kdstream::PartitionAssignment> Assigned; // until port 0 is made of it
+  std::unique_ptr<kdstream::PartitionAssignment> Assigned; // until port 0 has been made from it
 };
 
 #endif

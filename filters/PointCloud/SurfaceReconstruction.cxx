@@ -280,7 +280,7 @@ private:
     for (std::size_t i = 0; i < count; ++i)
     {
       pcl::PointNormal& place = (*this->Places)[i];
-      // What still has none lies where its neighbours are on a line; any will do.
+      // A point still without a normal has all its neighbours on a line: any normal will do.
       const Vec3 normal = Dot(normals[i], normals[i]) > 0 ? normals[i] : Vec3{ 0, 0, 1 };
       place.normal_x = float(normal[0]);
       place.normal_y = float(normal[1]);
@@ -485,11 +485,12 @@ private:
   const Execution& Exec;
   Vec3 Centre{};
   double Extent = 0; // longest side of the box
-  double Unit = 1;   // a power of two near it, in which places are measured: squares fit floats
+  // A power of two near Extent: places are divided by it, so that squares fit floats.
+  double Unit = 1;
   Cloud::Ptr Places;
   std::vector<VertexId> PointOfPlace;
   pcl::KdTreeFLANN<pcl::PointNormal> Tree;
-  std::size_t Valence = 0; // entries of Neighbors a place: itself and the nearest others
+  std::size_t Valence = 0; // entries of Neighbors for each place: itself and its nearest neighbours
   std::vector<VertexId> Neighbors;
   Reconstruction Output;
 };

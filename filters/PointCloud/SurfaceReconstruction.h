@@ -18,7 +18,7 @@ struct ReconstructionOptions
 {
   enum class Method
   {
-    Greedy, // joins the points themselves to triangles; leaves holes where they are far apart
+    Greedy, // joins the points to triangles; leaves holes where points are far apart
     Poisson // a closed surface near the points
   };
   Method method = Method::Greedy;
@@ -40,7 +40,8 @@ struct ReconstructionOptions
   std::uint32_t depth = 0;   // of the octree, 2^depth cells along a side; 0: by the spacing, 6-10
   double samplesPerNode = 1; // more for noisy points
   double pointWeight = 4;    // how much the surface keeps to the points
-  double trimDistance = 0; // drops triangles farther than so many spacings from all points; 0: none
+  // Drops triangles farther than this number of spacings from all points; 0: keeps all.
+  double trimDistance = 0;
 };
 
 struct Reconstruction
@@ -49,7 +50,7 @@ struct Reconstruction
   // Poisson: the surface's points. Greedy: empty, because triangles use the input's points.
   std::vector<Vec3> points;
   std::vector<VertexId> nearest; // Poisson: for each of `points` the nearest point that came in
-  std::vector<Vec3> normals;     // of the points that the triangles are of, unit length
+  std::vector<Vec3> normals;     // normals of the triangles' points, unit length
   double spacing = 0; // median distance to the sixth nearest point, or the farthest of fewer
 };
 

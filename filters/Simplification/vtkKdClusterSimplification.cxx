@@ -63,8 +63,8 @@ const char* const geometricErrorName = "Deviation";
 struct Simplifiable
 {
   Mesh mesh;                            // with what levels carry: normals and colours
-  std::vector<Attribute> points, cells; // other arrays; they must not keep points apart
-  std::vector<VertexId> newIds; // of each point the one that it was welded to; noVertex: none
+  std::vector<Attribute> points, cells; // other arrays; points are merged even if these differ
+  std::vector<VertexId> newIds; // the point that each point was welded to; noVertex: not welded
 };
 
 // Whether an array is active as global or pedigree ids, whatever its type: they have no means.
@@ -224,7 +224,7 @@ void FillCells(const ClusterLevel& level, bool cloud, vtkPolyData& output)
   output.SetPolys(cells);
 }
 
-// What the level has beside normals and colours.
+// The level's arrays besides normals and colours.
 std::vector<Attribute> CarryArrays(
   const Simplifiable& input, const SimplifiedLevel& simplified, const Execution& execution)
 {
@@ -241,7 +241,7 @@ std::vector<Attribute> CarryArrays(
   return arrays;
 }
 
-// What was active stays so, under the same name.
+// Active arrays stay active, under the same name.
 void KeepActive(vtkDataSetAttributes& input, vtkDataSetAttributes& output)
 {
   for (int type = 0; type < vtkDataSetAttributes::NUM_ATTRIBUTES; ++type)

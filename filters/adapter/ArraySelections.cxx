@@ -35,7 +35,8 @@ void ArraySelections::Follow(std::span<const AttributeInfo> arrays) const
   }
   for (const AttributeInfo& array : arrays)
   {
-    this->Of(array.association).AddArray(array.name.c_str()); // none twice; enabled
+    // Enabled; does nothing if the array is listed already.
+    this->Of(array.association).AddArray(array.name.c_str());
   }
 }
 

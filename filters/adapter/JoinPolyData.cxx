@@ -57,7 +57,7 @@ public:
   }
 
 private:
-  // That of all parts, or double.
+  // The type of all parts, or double if they differ.
   int PointType() const
   {
     const auto typeOf = [](const InputPart& part) { return part.mesh->GetPoints()->GetDataType(); };
@@ -166,7 +166,7 @@ private:
   std::vector<VertexId> NewPoint; // of each of all parts' points
 };
 
-// One part without ghosts: itself, or all of it but arrays of a wrong length.
+// One part without ghosts: returned as it is, without arrays of a wrong length.
 JoinedPolyData TakeWhole(vtkPolyData& mesh)
 {
   JoinedPolyData whole{ vtkSmartPointer<vtkPolyData>::New(), {} };

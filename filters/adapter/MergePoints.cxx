@@ -22,7 +22,8 @@ namespace kdstream
 namespace
 {
 
-constexpr double idTolerance = 1.0 / (1 << 20); // of the diagonal: points of one id are one place
+// Of the diagonal: points of one id that are nearer count as one place.
+constexpr double idTolerance = 1.0 / (1 << 20);
 
 // Calls visit(run) for each longest run of equal neighbours.
 template <class Equal, class Visit>
@@ -239,7 +240,7 @@ private:
     }
     if (!kept.empty() && (isOther(kept.front()) || isOther(kept.back())))
     {
-      return noVertex; // all of them are others of this part
+      return noVertex; // all candidates are other points of this part
     }
     const auto other = std::find_if(
       firstOf.begin(), firstOf.end(), [&](VertexId first) { return this->PartOf(first) != part; });
@@ -248,7 +249,7 @@ private:
 
   const PartPoints& Points;
   bool WeldByPlace;
-  std::vector<VertexId> Target; // of each point; itself: it stays
+  std::vector<VertexId> Target; // the point that each point becomes; itself: it stays
   std::vector<VertexId> Kept;
 };
 

@@ -19,9 +19,9 @@ struct PartPoints
   std::vector<Vec3> places;      // finite
   std::vector<VertexId> first;   // of each part its first point; then the number of all
   std::vector<bool> isCopy;      // a ghost: another part's point
-  std::vector<bool> isPresent;   // all others are dropped, whatever they are
-  std::vector<std::int64_t> ids; // global ones; none where a part has none
-  std::optional<Box> box;        // of the whole mesh, where these are some of its points
+  std::vector<bool> isPresent;   // all other points are dropped
+  std::vector<std::int64_t> ids; // global ids; empty if a part has no ids
+  std::optional<Box> box;        // of the whole mesh, if these are only some of its points
   // A hash of the values that a point has in all arrays.
   std::function<std::uint64_t(VertexId)> hashOfArrays;
 };
@@ -30,7 +30,7 @@ struct MergedPoints
 {
   std::vector<VertexId> kept;    // which points stay, in their new order
   std::vector<VertexId> becomes; // for each point its new number; noVertex: dropped
-  bool byIds = false;            // there were global ids, and they were believed
+  bool byIds = false;            // global ids were present and plausible
 };
 
 // The square of the greatest distance of points of the same global id: 2^-20 of the diagonal of the

@@ -15,9 +15,9 @@
 namespace kdstream
 {
 
-// Fills an empty vtkPolyData with the points (float or double, as the mesh's), the triangles, or,
-// of a cloud, a vertex cell for each of its first `cloudCells` points, and the arrays that
-// `isWanted` takes (WriteAttributes). O(size); "fill" is reported every 2^18 points and triangles.
+// Fills an empty vtkPolyData with points (float or double, like the mesh's), triangles, and the
+// arrays that `isWanted` takes (WriteAttributes). A cloud gets a vertex cell for each of its first
+// `cloudCells` points. O(size); "fill" is reported every 2^18 points and triangles.
 // Errors: Cancelled; those of WriteAttributes, with only points and cells filled in.
 Status FillPolyData(const Mesh& mesh, std::size_t cloudCells,
   const std::function<bool(const AttributeInfo&)>& isWanted, vtkPolyData& output,

@@ -35,7 +35,6 @@ public:
   PartitionLayout(std::vector<std::uint32_t> partitionOf, std::size_t partitions,
     std::span<const Triangle> elements);
 
-  std::size_t PartitionCount() const { return this->OwnBegin.size() - 1; }
   std::uint32_t PartitionOf(VertexId vertex) const { return this->Partition[vertex]; }
   // Any number of threads may cut at once.
   PartitionPiece Cut(std::size_t partition) const;

@@ -3,6 +3,7 @@
 
 #include "filters/adapter/PolyDataCells.h"
 #include "filters/core/CutPolygon.h"
+#include "filters/core/VectorMath.h"
 
 #include <vtkCellArray.h>
 #include <vtkDoubleArray.h>
@@ -93,12 +94,7 @@ Status ReadCells(vtkCellArray* cells, vtkIdType firstCell, vtkIdType pointCount,
     });
 }
 
-bool IsFinite(const Vec3& p)
-{
-  return std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]);
-}
-
-// Points from `first` on. Those that lie one after the other are not asked for one by one.
+// Copies the points from `first` on, contiguous ones as a block.
 void CopyPoints(vtkPoints& points, std::size_t first, std::span<Vec3> copies)
 {
   const auto copy = [&](const auto* coordinates)

@@ -40,7 +40,7 @@ Result<std::vector<Vec3>> ReadPoints(
 // array, or the cell and point where a cell uses a point that is not there; LimitExceeded.
 Result<PolyDataElements> ReadElements(vtkPolyData& input);
 
-// What ReadElements says is wrong with the cells; nothing is read where all is well. O(cells).
+// The errors of ReadElements about cells, without reading them. O(cells).
 Status CheckCells(vtkPolyData& input);
 
 // Makes core's mesh: points and triangles; vertex and line cells are left out. Errors: those of

@@ -65,7 +65,7 @@ struct PointTarget
 // What an array is, on all ranks.
 struct ArrayKind
 {
-  std::string name; // empty: known by what it is active as
+  std::string name; // empty: the array is found by its role (active scalars …)
   int type = VTK_FLOAT, components = 1;
   std::vector<int> attributes; // vtkDataSetAttributes::AttributeTypes
 
@@ -89,7 +89,7 @@ ArrayKind KindOf(const SharedArray& array)
 struct RankArrays
 {
   bool counts = false;           // whether this rank has any
-  std::vector<SharedArray> here; // as in `kinds`, where it counts
+  std::vector<SharedArray> here; // as in `kinds`, if `counts`
   std::vector<ArrayKind> kinds;  // of all ranks
 
   // Adds them, with these tuples of this rank's parts, and those that are active in all.
@@ -522,7 +522,7 @@ private:
   Status NumberPoints()
   {
     this->Number.assign(this->Targets.size(), noVertex);
-    std::vector<VertexId> numbers(this->Kept.size()); // of those that stay
+    std::vector<VertexId> numbers(this->Kept.size()); // of the points that stay
     if (this->ByIds)
     {
       KDSTREAM_TRY(this->OrderPoints(numbers));
@@ -912,16 +912,17 @@ private:
   std::vector<InputPart> Parts;
   PartsRead Input;
   std::uint64_t FirstPart = 0, AllParts = 0; // this rank's first among all ranks' parts
-  bool IsWhole = false; // all there is is one part without ghosts, which JoinPolyData leaves alone
+  bool IsWhole = false; // the input is one part without ghosts, which JoinPolyData does not change
   bool AnyCopies = false;                 // on any rank
-  bool ByIds = false, HasCellIds = false; // that are believed
+  bool ByIds = false, HasCellIds = false; // ids are present and plausible
   RankArrays PointArrays, CellArrays;
-  std::vector<PointTarget> Targets;      // of each point of this rank's parts
-  std::vector<VertexId> Number;          // the same, in the mesh of all; noVertex: none
-  std::vector<VertexId> Kept;            // which of them stay
-  std::vector<std::int64_t> CellIds;     // of each cell that stays
-  std::array<vtkIdType, 4> CellCounts{}; // of those that stay: vertices, lines, polygons, strips
-  std::vector<vtkIdType> CellOfTriangle; // among them
+  std::vector<PointTarget> Targets;  // of each point of this rank's parts
+  std::vector<VertexId> Number;      // the same, in the joined mesh; noVertex: none
+  std::vector<VertexId> Kept;        // the points that stay
+  std::vector<std::int64_t> CellIds; // of each cell that stays
+  // Numbers of cells that stay: vertices, lines, polygons, strips.
+  std::array<vtkIdType, 4> CellCounts{};
+  std::vector<vtkIdType> CellOfTriangle; // the cell of each triangle, among the cells that stay
   std::vector<std::size_t> ScatteredTo;  // of each row that was dealt, the rank
   MeshShare Share;
 };

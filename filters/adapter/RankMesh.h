@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the ranks of a group have of a mesh, as shares of one mesh: none has more of it than before.
+// Joins the parts of a mesh on all ranks of a group to shares of one mesh: no rank gets more than
+// it had.
 #pragma once
 
 #include "filters/core/Execution.h"

@@ -55,7 +55,7 @@ private:
 
   vtkMultiProcessController* const* Controller = nullptr;
   std::function<void(unsigned long)> SetErrorCode;
-  bool IsAgreed = false; // of the pass for data: that all have their input
+  bool IsAgreed = false; // in the data pass: whether all ranks have their input
 };
 
 // Whether there are several processes.

@@ -33,7 +33,7 @@ Result<std::vector<InputPart>> PartsOf(vtkDataObject& input);
 // Whether vtkGhostType marks a point or a cell as not the part's own.
 bool HasGhosts(vtkPolyData& part);
 
-// What stays of the cells of one kind.
+// The cells of one kind that stay.
 struct KeptCells
 {
   std::vector<TupleOfPart> from;

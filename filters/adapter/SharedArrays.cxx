@@ -169,7 +169,7 @@ std::vector<SharedArray> FindSharedArrays(
       });
   }
   std::vector<SharedArray> shared;
-  const PartData* first = nullptr; // of those that count
+  const PartData* first = nullptr; // the first part that counts
   for (const PartData& part : parts)
   {
     first = !first && part.tuples > 0 ? &part : first;

@@ -29,7 +29,7 @@ struct TupleOfPart
 
 struct SharedArray
 {
-  std::vector<vtkAbstractArray*> ofPart; // null of those that do not count
+  std::vector<vtkAbstractArray*> ofPart; // null for parts that do not count
   std::vector<int> attributes;           // vtkDataSetAttributes::AttributeTypes, active in all
   bool Is(int attribute) const;
 };

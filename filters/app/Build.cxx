@@ -153,26 +153,13 @@ int Build(const CLI::App& app, BuildCommand& line)
     report = BuildFrom(line, *store, execution, warnings);
   }
   ReleaseInterrupts();
-  for (const std::string& warning : warnings)
-  {
-    std::cerr << program << ": warning: " << line.input << ": " << warning << "\n";
-  }
+  PrintWarnings(program, line, warnings);
   if (!report)
   {
     return PrintError(program, line.input, report.GetError(), line.output);
   }
   folders->Keep();
-  PrintWarnings(program, line, *report);
-  if (!line.quiet)
-  {
-    if (line.baked && line.tiled)
-    {
-      std::cerr << program << ": note: " << line.input << ": " << line.baked->TellLevels() << "\n";
-    }
-    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
-    PrintWritten(program, line.output, LastWords(line.build, *report), seconds.count());
-  }
-  return WriteStats(program, line, *report);
+  return FinishBuild(program, line, *report, begin);
 }
 
 }

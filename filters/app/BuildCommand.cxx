@@ -30,7 +30,7 @@ namespace kdstream
 namespace
 {
 
-// Not by CLI::App::count, which ends the process where memory runs out.
+// CLI::App::count would end the process if memory runs out.
 bool IsGiven(const CLI::App& app, const std::string& name)
 {
   const auto options = app.get_options();
@@ -146,7 +146,7 @@ void AddTextOptions(CLI::App& app, BuildCommand& line)
   CheckText(app.add_option("--credit", line.build.credit, "who made or scanned it"))->group(group);
   const std::string license = "terms of use";
   CheckText(app.add_option("--license", line.build.license, license))->group(group);
-  CheckText(app.add_option("--licence", line.build.license, license))->group(""); // understood too
+  CheckText(app.add_option("--licence", line.build.license, license))->group(""); // also accepted
   CheckText(app.add_option("--unit", line.build.unit, "unit of the coordinates, such as mm"))
     ->group(group);
 }
@@ -254,7 +254,7 @@ Status InterpretQuality(BuildCommand& line)
   return {};
 }
 
-// What would be given in vain.
+// Errors for options that would have no effect.
 Status CheckTextureOptions(const CLI::App& app, BuildCommand& line)
 {
   line.qualityGiven = IsGiven(app, "--texture-quality");
@@ -584,14 +584,7 @@ std::string NoPictures(const BuildCommand& line)
   return line.baked ? "the original has no textures" : "no textures were read";
 }
 
-}
-
-bool LosesBits(const BuildReport& report)
-{
-  return report.mergedByGrid * 100 > report.info.vertices;
-}
-
-void PrintWarnings(std::string_view program, const BuildCommand& line, const BuildReport& report)
+void PrintWarningsOf(const BuildReport& report, std::string_view program, const BuildCommand& line)
 {
   for (const auto& [option, vain] :
     { std::pair{ "--texture-quality", line.qualityGiven && !line.tiled },
@@ -603,10 +596,7 @@ void PrintWarnings(std::string_view program, const BuildCommand& line, const Bui
                 << " has no effect: " << NoPictures(line) << "\n";
     }
   }
-  for (const std::string& warning : report.tolerance.Warnings())
-  {
-    std::cerr << program << ": warning: " << line.input << ": " << warning << "\n";
-  }
+  PrintWarnings(program, line, report.tolerance.Warnings());
   std::string names;
   for (const std::string& name : report.ignoredAttributes)
   {
@@ -672,6 +662,38 @@ int WriteStats(std::string_view program, const BuildCommand& line, const BuildRe
     }
   }
   return exitDone;
+}
+
+}
+
+bool LosesBits(const BuildReport& report)
+{
+  return report.mergedByGrid * 100 > report.info.vertices;
+}
+
+void PrintWarnings(
+  std::string_view program, const BuildCommand& line, const std::vector<std::string>& warnings)
+{
+  for (const std::string& warning : warnings)
+  {
+    std::cerr << program << ": warning: " << line.input << ": " << warning << "\n";
+  }
+}
+
+int FinishBuild(std::string_view program, const BuildCommand& line, const BuildReport& report,
+  std::chrono::steady_clock::time_point begin)
+{
+  PrintWarningsOf(report, program, line);
+  if (!line.quiet)
+  {
+    if (line.baked && line.tiled)
+    {
+      std::cerr << program << ": note: " << line.input << ": " << line.baked->TellLevels() << "\n";
+    }
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
+    PrintWritten(program, line.output, LastWords(line.build, report), seconds.count());
+  }
+  return WriteStats(program, line, report);
 }
 
 }

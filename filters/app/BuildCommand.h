@@ -8,6 +8,7 @@
 #include "filters/texture/BakeTextures.h"
 #include "filters/texture/MakeTile.h"
 
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -36,9 +37,9 @@ struct BuildCommand
   // Whether kdstream-convert reads the input: set by ChooseReader.
   bool converts = false;
   bool plainMaterials = false;       // FoundTextures::isPlain, which ChooseReader sets
-  std::optional<StrayPoint> stray{}; // that costs bits, if LosesBits
-  std::optional<BakeReport> baked{}; // what became of its pictures
-  std::optional<TileCounts> tiled{}; // and of them in the original
+  std::optional<StrayPoint> stray{}; // the point that costs bits, if LosesBits
+  std::optional<BakeReport> baked{}; // the result of baking its textures
+  std::optional<TileCounts> tiled{}; // and numbers of textures in the original
 
   // Whether the original keeps its pictures, if there are any.
   bool WantsTiles() const { return this->textures == "on" || this->textures == "tiles"; }
@@ -75,14 +76,13 @@ void WarnOfEnding(std::string_view program, const BuildCommand& line);
 // Whether enough vertices fall together on the grid to warn of it.
 bool LosesBits(const BuildReport& report);
 
-// What a build says on stderr beside errors.
-void PrintWarnings(std::string_view program, const BuildCommand& line, const BuildReport& report);
+// A line on stderr for each.
+void PrintWarnings(
+  std::string_view program, const BuildCommand& line, const std::vector<std::string>& warnings);
 
-// The end of a build's last line: what was dropped or repaired in the input, and the model's
-// orientation if it was guessed. May be empty.
-std::string LastWords(const BuildOptions& options, const BuildReport& report);
-
-// Writes the file of statistics that was asked for; returns the exit code.
-int WriteStats(std::string_view program, const BuildCommand& line, const BuildReport& report);
+// Ends a successful build: prints warnings, notes and the result on stderr,
+// and writes the file of statistics if requested. Returns the exit code.
+int FinishBuild(std::string_view program, const BuildCommand& line, const BuildReport& report,
+  std::chrono::steady_clock::time_point begin);
 
 }

@@ -73,7 +73,8 @@ std::size_t RanksHere(std::size_t ranks)
   return ranks;
 }
 
-// What only one process does. Not in this program's help, but understood, to say where it is done.
+// Options of kdstream-build only: hidden in the help, but accepted, so that an error names
+// kdstream-build.
 void HideOptionsOfOneProcess(CLI::App& app)
 {
   for (const char* const name : { "--columns", "--partitioner", "--reconstruct", "--resume" })
@@ -179,7 +180,7 @@ Result<bool> ReadCommandLine(
 // What rank 0 has made of a textured mesh; nothing where the mesh is read itself.
 struct SharedConversion
 {
-  std::optional<ConvertedInput> own; // of rank 0; its files go with it
+  std::optional<ConvertedInput> own; // of rank 0; its files are removed with it
   std::filesystem::path mesh, textures;
 };
 
@@ -302,10 +303,7 @@ int Build(MpiGroup& group, CLI::App& app, int argc, char** argv)
     report = BuildFrom(group, line, store, execution, warnings);
   }
   ReleaseInterrupts();
-  for (const std::string& warning : warnings)
-  {
-    std::cerr << program << ": warning: " << line.input << ": " << warning << "\n";
-  }
+  PrintWarnings(program, line, warnings);
   if (!report)
   {
     return PrintError(program, line.input, report.GetError(), line.output);
@@ -315,24 +313,14 @@ int Build(MpiGroup& group, CLI::App& app, int argc, char** argv)
     return exitDone;
   }
   folders.Keep();
-  PrintWarnings(program, line, *report);
-  if (!line.quiet)
-  {
-    if (line.baked && line.tiled)
-    {
-      std::cerr << program << ": note: " << line.input << ": " << line.baked->TellLevels() << "\n";
-    }
-    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
-    PrintWritten(program, line.output, LastWords(line.build, *report), seconds.count());
-  }
-  return WriteStats(program, line, *report);
+  return FinishBuild(program, line, *report, begin);
 }
 
 // The other ranks wait for this one. Only MPI can inform them: when a rank ends without
 // MPI_Finalize, MPI ends the job.
 [[noreturn]] void EndJob(const MpiGroup& group, const std::string& program, const Error& error)
 {
-  std::cerr.clear(); // this rank speaks, whichever it is
+  std::cerr.clear(); // this rank prints the error, whatever its number
   std::_Exit(PrintError(program, "", group.NameRank(error)));
 }
 
@@ -342,7 +330,7 @@ int main(int argc, char** argv)
 {
   MpiJob job(argc, argv);
   MpiGroup group(job.Messages());
-  if (!group.IsFirst()) // one rank speaks for all
+  if (!group.IsFirst()) // only the first rank prints
   {
     std::cout.setstate(std::ios::failbit);
     std::cerr.setstate(std::ios::failbit);

@@ -258,7 +258,7 @@ int Convert(const CLI::App& app, const CommandLine& line)
     return PrintError(program, line.output, output.GetError(), line.output);
   }
   CatchCrashes(program, line.input);
-  if (!line.progressLines) // else kdstream-build says it
+  if (!line.progressLines) // otherwise kdstream-build reports it
   {
     EndAtInterrupts(program, line.output);
   }

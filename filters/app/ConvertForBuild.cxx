@@ -32,7 +32,7 @@ Result<ConvertedInput> ConvertForBuild(
   {
     arguments.push_back("--columns=" + line.columns);
   }
-  std::vector<std::string> more = arguments; // what changes nothing
+  std::vector<std::string> more = arguments; // arguments that do not change the result
   if (line.build.strict)
   {
     more.push_back("--strict");

@@ -13,7 +13,7 @@ namespace kdstream
 namespace
 {
 
-// Not by a stream: where memory runs out in one, it reads nothing and does not say why.
+// Not with a stream: if memory runs out, a stream fails without saying why.
 std::optional<Vec3> ParseDirection(const std::string& text)
 {
   const char* at = text.data();

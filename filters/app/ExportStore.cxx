@@ -166,7 +166,7 @@ public:
   {
     for (auto made = this->Made.rbegin(); made != this->Made.rend(); ++made)
     {
-      ::rmdir(made->c_str()); // where nothing else has come into it
+      ::rmdir(made->c_str()); // only if the folder is still empty
     }
   }
   TargetFolder(const TargetFolder&) = delete;
@@ -290,7 +290,7 @@ private:
   fs::path Folder;
   std::string Digest;
   std::optional<HeldFolder> Parent;
-  HiddenFolder Hidden; // in Parent, until it is up
+  HiddenFolder Hidden; // in Parent, until the export is complete
   bool Up = false;
 };
 
@@ -434,7 +434,7 @@ private:
   TargetFolder& Folder;
   const NewFolder& Part;
   const Execution& Runs;
-  std::optional<HeldFolder> Entered; // that of the file before
+  std::optional<HeldFolder> Entered; // the folder of the previous file
   fs::path EnteredName;
 };
 
@@ -491,7 +491,7 @@ Status PutPreview(const Store& store, const ModelDescription& model, Writer& wri
     { reinterpret_cast<const char*>(bytes->data()), bytes->size() });
 }
 
-// Nothing where there are none.
+// Nothing if there are no notes.
 Result<std::optional<NotesText>> NotesIn(const fs::path& file)
 {
   auto notes = file.empty() ? Result<NotesText>(Error{ ErrorCode::NotFound, "" }) : ReadNotes(file);
@@ -507,7 +507,7 @@ Result<std::optional<NotesText>> NotesIn(const fs::path& file)
   return Error{ error.code, error.message, file.string() };
 }
 
-// What says of the model what is not its content.
+// Writes the files about the model that are not its content.
 Status PutTexts(
   const ModelDescription& model, const std::optional<NotesText>& notes, Writer& writer)
 {
@@ -574,7 +574,8 @@ Result<std::vector<ModelSummary>> ListWith(const ModelSummary& model, Writer& wr
     }
     models = std::move(*list);
   }
-  else if (text.GetError().code != ErrorCode::NotFound) // or it would lose the others
+  // Otherwise the list would lose the other models.
+  else if (text.GetError().code != ErrorCode::NotFound)
   {
     return text.GetError();
   }
@@ -607,7 +608,7 @@ Result<ExportReport> ExportStore(const Store& store, const fs::path& folder,
   KDSTREAM_TRY(PutBlobs(store, options.model, writer));
   KDSTREAM_TRY(PutPreview(store, reported, writer));
   const bool isNewModel = part.Name().filename() == options.model;
-  if (isNewModel) // else it is listed once the new digest is complete
+  if (isNewModel) // otherwise the model is listed when the new digest is complete
   {
     KDSTREAM_TRY(PutTexts(reported, *notes, writer));
   }

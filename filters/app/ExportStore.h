@@ -16,8 +16,8 @@ namespace kdstream
 struct ExportOptions
 {
   std::string model;           // IsModelId: what viewers call it
-  std::filesystem::path notes; // those on it (StoreNotes.h), where the file is there; empty: none
-  std::filesystem::path page;  // the folder of the page, copied beside; empty: none
+  std::filesystem::path notes; // notes on the model (StoreNotes.h), if the file exists; empty: none
+  std::filesystem::path page;  // the folder of the page, which is copied too; empty: no page
   // Where the folder will be on the web, with a slash at its end; empty: it is not known.
   std::string address = {};
 };

@@ -74,7 +74,7 @@ private:
   {
     std::uint32_t width = 1, height = 1;
     std::uint32_t picture = 0;            // in Out
-    std::vector<PieceId> pieces;          // that have some of it
+    std::vector<PieceId> pieces;          // the pieces that have a part of the picture
     std::vector<std::uint32_t> materials; // in Out
   };
 

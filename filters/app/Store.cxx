@@ -10,8 +10,6 @@
 #include "filters/app/ExtractTextured.h"
 #include "filters/app/OutputFolders.h"
 #include "filters/app/PrintStoreInfo.h"
-#include "filters/tiles/TileGlb.h"
-#include "filters/tiles/TileMesh.h"
 #include "filters/app/WriteTextured.h"
 #include "filters/core/CaughtError.h"
 #include "filters/core/MeshDistance.h"
@@ -29,6 +27,8 @@
 #include "filters/store/StoreEdit.h"
 #include "filters/store/StoreMesh.h"
 #include "filters/store/StoreNotes.h"
+#include "filters/tiles/TileGlb.h"
+#include "filters/tiles/TileMesh.h"
 
 #include <algorithm>
 #include <chrono>
@@ -48,7 +48,7 @@ constexpr const char* description =
   "Describes and checks a store, and extracts meshes, the files of a web server or a tileset for "
   "other viewers from it.";
 
-// What each command's help ends with, and the program's with all of them.
+// Examples at the end of each command's help; the program's help has all of them.
 constexpr const char* infoExample = "  kdstream-store info dragon.kds\n";
 constexpr const char* verifyExample = "  kdstream-store verify dragon.kds\n";
 constexpr const char* extractExamples =
@@ -189,7 +189,7 @@ public:
       if (!option->empty() && formats.find(this->Line.format) == std::string::npos)
       {
         return PrintError(this->Program, "",
-          { ErrorCode::InvalidArgument, option->get_name() + " does not go with --format " +
+          { ErrorCode::InvalidArgument, option->get_name() + " cannot be used with --format " +
                                           this->Line.format + ", only with " + formats });
       }
     }
@@ -525,7 +525,7 @@ private:
     return exitDone;
   }
 
-  // What neither a tileset nor a small .glb has of the model.
+  // Warns of parts of the model that neither a tileset nor a small .glb has.
   void WarnOfTileLosses(const ModelDescription& model) const
   {
     std::vector<AttributeInfo> left, rounded;
@@ -613,9 +613,9 @@ private:
     {
       const auto kilometres = std::llround(std::min(metres / 1000, mostKilometres));
       this->WarnOfLoss("the model lies " + std::to_string(kilometres) +
-                       " km from its point (0, 0, 0), which is put at --origin, as map coordinates "
-                       "(UTM) do: it stands as far from there; subtract the coordinates of that "
-                       "place from the input's");
+                       " km from its point (0, 0, 0), perhaps in map coordinates (UTM). It will "
+                       "stand that far from --origin: subtract the map coordinates of --origin "
+                       "from the input's");
     }
   }
 
@@ -905,7 +905,8 @@ void AddEdit(CLI::App& edit, CommandLine& line)
   CheckText(texts->add_option("--credit", line.texts.credit, "who made or scanned it"));
   const std::string license = "terms of use";
   CheckText(texts->add_option("--license", line.texts.license, license));
-  CheckText(texts->add_option("--licence", line.texts.license, license))->group(""); // as well
+  // Also accepted.
+  CheckText(texts->add_option("--licence", line.texts.license, license))->group("");
   CheckText(texts->add_option("--unit", line.texts.unit, "unit of the coordinates, such as mm"));
   AddDirectionOption(*texts, "--up", line.texts.up, "upward direction");
   AddDirectionOption(*texts, "--view", line.texts.view,

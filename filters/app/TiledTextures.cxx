@@ -105,7 +105,7 @@ void FinerCache::Keep(PieceId id, std::shared_ptr<const FinerColors> finer)
 {
   if (finer->IsLarge())
   {
-    return; // another thread waits for it to go
+    return; // another thread waits until this object is freed
   }
   const std::lock_guard lock(this->Mutex);
   this->Bytes += finer->Bytes();

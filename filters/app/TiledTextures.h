@@ -30,7 +30,7 @@ private:
   static constexpr std::size_t mostBytes = std::size_t{ 32 } << 20;
 
   std::mutex Mutex;
-  std::vector<std::pair<PieceId, std::shared_ptr<const FinerColors>>> Kept; // the last one last
+  std::vector<std::pair<PieceId, std::shared_ptr<const FinerColors>>> Kept; // the latest one last
   std::size_t Bytes = 0;
 };
 

@@ -33,13 +33,6 @@ enum ComponentType
   Float = 5126
 };
 
-const Attribute* FindRole(const Mesh& mesh, AttributeRole role)
-{
-  const auto found = std::find_if(mesh.attributes.begin(), mesh.attributes.end(),
-    [&](const Attribute& attribute) { return RoleOf(attribute) == role; });
-  return found == mesh.attributes.end() ? nullptr : &*found;
-}
-
 int WrapNumber(TextureWrap wrap)
 {
   return wrap == TextureWrap::Clamp ? 33071 : wrap == TextureWrap::Mirror ? 33648 : 10497;
@@ -52,8 +45,9 @@ public:
     : Textured(textured)
     , Axes(AxesOf(up))
     , Metres(metres)
-    , Normals(FindRole(textured.mesh, AttributeRole::Normals))
-    , Colors(textured.pictures.empty() ? FindRole(textured.mesh, AttributeRole::Colors) : nullptr)
+    , Normals(FindRole(textured.mesh.attributes, AttributeRole::Normals))
+    , Colors(textured.pictures.empty() ? FindRole(textured.mesh.attributes, AttributeRole::Colors)
+                                       : nullptr)
   {
     if (textured.mesh.scalarType == ScalarType::Float64)
     {

@@ -2,6 +2,7 @@
 #include "filters/app/WriteTextured.h"
 
 #include "filters/core/BitCast.h"
+#include "filters/core/VectorMath.h"
 #include "filters/meshio/OutputFile.h"
 
 #include <algorithm>
@@ -214,9 +215,7 @@ void WriteVertices(OutputFile& output, const Mesh& mesh, const Attribute* normal
   for (std::size_t v = 0; normals && v < mesh.points.size(); ++v)
   {
     Vec3 normal{ normals->Get(v, 0), normals->Get(v, 1), normals->Get(v, 2) };
-    const bool finite =
-      std::isfinite(normal[0]) && std::isfinite(normal[1]) && std::isfinite(normal[2]);
-    normal = finite ? normal : Vec3{};
+    normal = IsFinite(normal) ? normal : Vec3{};
     WriteNumbers(output, "vn", normal.data(), normals->type == AttributeType::Float32);
   }
 }

@@ -22,8 +22,8 @@ namespace
 // The parts of a surface that deserve seeds of their own.
 struct LargeParts
 {
-  std::vector<bool> vertices;      // which belong to them
-  std::vector<Triangle> triangles; // of them
+  std::vector<bool> vertices;      // the vertices of large parts
+  std::vector<Triangle> triangles; // the triangles of large parts
   std::size_t count = 0;           // of vertices
 };
 

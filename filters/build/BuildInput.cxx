@@ -18,7 +18,7 @@ constexpr std::size_t readChunk = std::size_t{ 1 } << 18; // vertices or faces
 
 constexpr std::uint64_t leastBytes = 3; // of a vertex or a face in a file
 
-// What the file has at most.
+// Upper bounds of the mesh's size, from the file's size.
 MeshSize MostSize(const MeshReader& reader)
 {
   const MeshFileInfo& info = reader.Info();

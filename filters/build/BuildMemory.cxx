@@ -150,7 +150,7 @@ Status CheckPartitionMemory(const BlockedSize& mesh, const KdTreeOptions& tree, 
   const Result<TreeDepths> depths = ComputeDepths(mesh.vertices, tree);
   if (!depths)
   {
-    return {}; // that is reported when the tree is made
+    return {}; // reported when the tree is made
   }
   const unsigned depth = depths->partition;
   const std::uint64_t bytes = BytesOfBlocks(mesh) >> depth;
@@ -158,7 +158,7 @@ Status CheckPartitionMemory(const BlockedSize& mesh, const KdTreeOptions& tree, 
   {
     return {};
   }
-  // A limit that leaves this much for the steps.
+  // The memory limit that leaves this much for the steps.
   const std::uint64_t need = std::min(bytes / 3 * 4, bytes + mostKeptFromSteps);
   constexpr std::uint64_t mebibyte = std::uint64_t{ 1 } << 20;
   const std::uint64_t largest = (mesh.vertices + (std::uint64_t{ 1 } << depth) - 1) >> depth;

@@ -28,14 +28,14 @@ struct MeshSize
 // normals and colours are not counted: every cluster has room for them.
 std::uint64_t SumBytesOf(std::span<const AttributeInfo> attributes);
 
-// Bytes that a build in memory takes at most of a mesh that is not larger, whatever welding leaves,
-// however many vertices no triangle uses, and with that many clusters in each cell of the finest
-// level (mostCellComponents, or 1 without components and levels). Measured on surfaces, clouds,
-// soups and meshes with attributes (BuildMemory.StaysBelowTheMemoryLimit).
+// The most bytes that a build in memory takes for a mesh of at most this size, whatever welding
+// leaves, and whatever number of vertices no triangle uses. clustersOfCell: in each cell of the
+// finest level (mostCellComponents, or 1 without components and levels). Measured on surfaces,
+// clouds, soups and meshes with attributes (BuildMemory.StaysBelowTheMemoryLimit).
 std::uint64_t MostBuildMemory(
   const MeshSize& size, const KdTreeOptions& tree, std::uint64_t clustersOfCell);
 
-// Whether `limit` bytes (0 = no limit) are as much. Errors: LimitExceeded.
+// Checks that `limit` bytes (0 = no limit) are enough. Errors: LimitExceeded.
 Status CheckBuildMemory(const MeshSize& size, const KdTreeOptions& tree,
   std::uint64_t clustersOfCell, std::uint64_t limit);
 
@@ -50,7 +50,7 @@ std::uint64_t KeptMemory(std::uint64_t stepMemory);
 struct BlockedSize
 {
   std::uint64_t vertices = 0, triangles = 0;
-  std::uint64_t pointTupleBytes = 0, cellTupleBytes = 0; // of one vertex, of one triangle
+  std::uint64_t pointTupleBytes = 0, cellTupleBytes = 0; // for one vertex, for one triangle
 };
 // The depth, `least` to `most`, of the largest blocks of which one fits the memory in every step.
 unsigned DepthOfBlocks(

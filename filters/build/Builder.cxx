@@ -237,7 +237,7 @@ private:
   bool PlacesDiffer = false; // AllPlacesDiffer
   KdTree Tree;               // up to the numbers, as the levels
   TriangleBuckets Buckets;   // the triangles by partition, from faces to levels
-  std::vector<VertexId> Ids; // of each vertex, where it has another number since
+  std::vector<VertexId> Ids; // the new number of each vertex, if vertices were renumbered
   ClusterLevels Levels;
   VertexTree Numbered;
 };
@@ -269,7 +269,8 @@ void RemoveBuildFolder(const std::filesystem::path& folder)
   std::error_code ignored;
   if (std::filesystem::exists(folder, ignored))
   {
-    (void)BuildFolder::Open(folder, {}, false); // without a fingerprint nothing in it is kept
+    // Without a fingerprint no file in the folder is kept.
+    (void)BuildFolder::Open(folder, {}, false);
   }
 }
 
@@ -302,7 +303,7 @@ Result<BuildReport> BuildStore(const std::filesystem::path& input,
   {
     options.tellEarlierBuild(resumable);
   }
-  // What a reader must spill goes where the build out of core would.
+  // A reader's temporary files go to the folder that the build out of core would use.
   OpenedInput opened;
   KDSTREAM_TRY(Take(MeshReader::Open(input, execution, folder.parent_path()), opened.reader));
   if (const Status fits = CheckInputMemory(*opened.reader, options); !fits)

@@ -28,7 +28,7 @@ namespace kdstream
 
 struct BuildOptions
 {
-  const PartitionMethod* partitioner = &KdTreeMethod(); // what the mesh is cut by
+  const PartitionMethod* partitioner = &KdTreeMethod(); // how the mesh is cut
   KdTreeOptions tree;
   LevelOptions levels;
   bool weld = true;       // a soup (MeshFileInfo) is welded in any case
@@ -37,7 +37,7 @@ struct BuildOptions
   // (ExternalBuilder.h).
   std::uint64_t memory = 0;
   MedianMethod median = nullptr;         // out of core; null: FindMedianByHistogram
-  std::filesystem::path temporaryFolder; // for what is out of core; empty: beside the store
+  std::filesystem::path temporaryFolder; // for temporary files; empty: beside the store
   // Continue an interrupted build of the same input and options. If the folder has files of another
   // build, they stay, and the build is refused.
   bool resume = false;
@@ -77,7 +77,7 @@ struct BuildReport
   std::uint64_t passes = 1;
   // Temporary files: the most bytes at any time, and all bytes read and written.
   std::uint64_t temporaryBytes = 0, bytesRead = 0, bytesWritten = 0;
-  std::uint64_t resumedPhases = 0; // that were taken over from an interrupted build
+  std::uint64_t resumedPhases = 0; // phases taken from an interrupted build
   std::vector<std::pair<std::string, double>>
     seconds; // read, tree, faces, levels, encode, write, total
 };

@@ -22,10 +22,11 @@ namespace kdstream
 struct ExternalBuildState : BuildState
 {
   std::filesystem::path Input, Store;
-  std::uint64_t Memory = 0;             // of each step
-  std::unique_ptr<MeshReader> Reader{}; // of the input, where it is open already; up to the mesh
-  std::optional<BuildFolder> Folder{};  // open before the first phase
-  std::string_view Step{};              // that is shown, and how much of it
+  std::uint64_t Memory = 0; // of each step
+  // For the input, if it is open already; used until the mesh is read.
+  std::unique_ptr<MeshReader> Reader{};
+  std::optional<BuildFolder> Folder{}; // open before the first phase
+  std::string_view Step{};             // the step that is shown, and its fraction
   double StepDone = 0;
 
   // By LoadMesh, of partitions of any size; empty, and 0, of cells of a k-d tree:

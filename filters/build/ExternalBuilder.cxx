@@ -46,7 +46,7 @@ std::string StepAfter(std::string_view phase, const BuildOptions& options)
   return found == steps.end() || found + 1 == steps.end() ? "encode" : (found + 1)->second;
 }
 
-// What --resume has found, for the user.
+// A message that says what --resume has found.
 std::string DescribeResumed(const BuildFolder& folder, const BuildOptions& options)
 {
   if (folder.FinishedPhases() > 0)

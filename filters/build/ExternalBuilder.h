@@ -18,7 +18,7 @@ namespace kdstream
 // The least options.memory that a build out of core is tried with.
 inline constexpr std::uint64_t leastMemory = std::uint64_t{ 64 } << 20;
 
-// What only tests change.
+// Only for tests.
 struct ExternalBuildProbe
 {
   FileHook hook;                // of the build folder's files

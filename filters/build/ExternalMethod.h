@@ -33,7 +33,7 @@ struct ExternalPartitions
   std::uint64_t recordsRead = 0; // all passes together
 };
 
-// What goes into the store, of the mesh that LoadParts has loaded.
+// Content for the store, from the mesh that LoadParts has loaded.
 struct StoreParts
 {
   std::uint64_t inconsistentEdges = 0;

@@ -16,16 +16,16 @@ namespace kdstream
 namespace
 {
 
-constexpr double flatPart = 0.2;      // of the next longer side: this flat things lie
-constexpr double slabPart = 0.02;     // of the diagonal: as near to the floor touches it
+constexpr double flatPart = 0.2;      // of the next longer side: flatter things lie
+constexpr double slabPart = 0.02;     // of the diagonal: a point as near to the floor touches it
 constexpr double leastLead = 0.1;     // of the best axis before the next
 constexpr double unequalEnds = 0.5;   // for an axis across which the shape is not symmetric
 constexpr double detailAhead = 0.3;   // for y, if all detail is towards +z
 constexpr double unlikelyAxis = 0.1;  // less for x, which few files have up
-constexpr double usualAxis = 0.1;     // more for y in formats that mostly have it up
+constexpr double usualAxis = 0.1;     // bonus for y in formats in which y is usually up
 constexpr double upsideDown = 0.3;    // more at the upper end, to be taken for the floor
 constexpr double widerSide = 1.2;     // of the box is looked at
-constexpr double longBody = 1.6;      // of its width: is not looked at from its front
+constexpr double longBody = 1.6;      // times its width: a longer body is seen from its side
 constexpr double mirrored = 0.9;      // of the surface: the shape is symmetric
 constexpr double moreMirrored = 0.05; // than across the other horizontal axis
 constexpr double mostMirrorSamples = 4e5;
@@ -65,7 +65,7 @@ std::vector<Point2> ConvexHull(std::vector<Point2> points)
       }
       hull.push_back(*point);
     }
-    hull.pop_back(); // the other way begins with it
+    hull.pop_back(); // the other half of the hull begins with it
   };
   addAll(points.begin(), points.end());
   addAll(points.rbegin(), points.rend());
@@ -230,7 +230,7 @@ private:
 
   // A cell apart.
   std::vector<Sample> Samples() const;
-  // Nothing outside of the grid.
+  // Nothing for places outside of the grid.
   std::optional<std::size_t> CellOf(const Vec3& place) const;
   Vec3 Mirrors() const;
 
@@ -238,7 +238,7 @@ private:
   std::span<const Triangle> Triangles;
   Box Around;
   Vec3 Sides{}, Middle{};
-  mutable std::optional<Vec3> Mirrored; // once it is asked for
+  mutable std::optional<Vec3> Mirrored; // computed at the first use
 };
 
 std::vector<Shape::Sample> Shape::Samples() const
@@ -455,7 +455,7 @@ struct SeenAlong
   bool showsFront = false; // left and right are mirror images
 };
 
-// What is symmetric across one of the axes, as a head or somebody standing, has its front towards
+// A shape that is symmetric across one of the axes, such as a head, has its front towards
 // the other one, unless it is long.
 SeenAlong ChooseSide(const Shape& shape, std::size_t ahead, std::size_t aside)
 {

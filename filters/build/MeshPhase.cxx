@@ -122,7 +122,7 @@ Result<MeshFacts> LoadFacts(const ExternalBuildState& build)
   BlobReader blob = build.Folder->BlobOf("mesh");
   MeshFacts facts = LoadMeshFacts(blob);
   KDSTREAM_TRY(blob.Finish());
-  KDSTREAM_TRY(facts.tolerance.Check(build.Options.strict)); // one that goes on from another
+  KDSTREAM_TRY(facts.tolerance.Check(build.Options.strict)); // a build that resumes another one
   const Result<const ExternalMethod*> method = build.Options.partitioner->External();
   KDSTREAM_TRY(method);
   KDSTREAM_TRY((*method)->CheckPartitions(BlockedSizeOf(facts), build.Options));

@@ -20,7 +20,7 @@ namespace kdstream
 struct MeshFacts
 {
   std::uint32_t vertices = 0, triangles = 0; // without unused vertices
-  std::uint32_t unused = 0;                  // that no triangle uses, in files of their own
+  std::uint32_t unused = 0;                  // vertices that no triangle uses, in separate files
   std::uint64_t welded = 0;
   std::size_t pointTupleBytes = 0, cellTupleBytes = 0;
   ScalarType scalarType = ScalarType::Float32;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The interface between builders and the code that makes textures: part of step "encode" of the
-// pipeline picture. Builders carry the texture coordinates of triangles (IsTextureArray) as any
-// other array, and hand over each piece of the original when it is cut, and then each piece of a
-// level with the finer pieces around it. They know nothing of images.
+// pipeline picture. Builders know nothing of images: they carry the texture coordinates of
+// triangles (IsTextureArray) like any other array. They pass each piece of the original when it is
+// cut. Then they pass each piece of a level with the finer pieces around it.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -36,10 +36,10 @@ struct FinerPieces
   {
     PieceId id;
     Box box;           // of the piece's own vertices
-    bool below = true; // it covers part of the piece; else it is beside it
+    bool below = true; // true: the tile covers part of the piece; false: it is beside the piece
   };
   std::vector<Place> places;
-  // That of a place. Called any number of times.
+  // Reads the texture at a place. Called any number of times.
   std::function<Result<FinerPiece>(std::size_t)> read;
 };
 
@@ -49,7 +49,7 @@ class PieceTextures
 public:
   virtual ~PieceTextures() = default;
 
-  // What the model's description says of them, except counts. `levels`: whether MakeOfLevel is
+  // Their entry in the model's description, without counts. `levels`: whether MakeOfLevel is
   // implemented; without levels in the model it is not called.
   virtual TextureDescription Describe() const = 0;
   // Makes the texture of a piece of the original; removes the arrays of texture coordinates from

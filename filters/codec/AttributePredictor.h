@@ -89,7 +89,7 @@ public:
 
 private:
   std::size_t Components;
-  unsigned UnusedBits; // of 64, those that the type does not have
+  unsigned UnusedBits; // the bits of 64 that the type does not have
   std::span<const WalkVertex> Walk;
   std::vector<std::uint64_t> Known;
 };

@@ -44,7 +44,8 @@ std::vector<std::uint32_t> PairEdges(std::span<const Triangle> triangles, std::s
     bool upward;
   };
   const std::size_t count = begin.back();
-  const std::unique_ptr<HalfEdge[]> sorted(new HalfEdge[count]); // not set yet, as those below
+  // Not initialized, like the arrays below.
+  const std::unique_ptr<HalfEdge[]> sorted(new HalfEdge[count]);
   forEachHalfEdge(
     [&](std::uint32_t number, VertexId from, VertexId to) {
       sorted[begin[std::min(from, to) + 1]++] = { number, std::max(from, to), from < to };

@@ -37,7 +37,7 @@ void WriteGroups(SymbolWriter& symbols, std::span<const WalkVertex> vertices,
   std::span<const Vec3> points, std::span<const VertexId> numbers, std::size_t own)
 {
   const std::vector<std::uint32_t> groups = FindGroups(vertices, points, numbers, own);
-  // What a reader knows: the groups of the vertices before. Vertex 0 may be in its own gate.
+  // The reader's knowledge: groups of earlier vertices. Vertex 0 may be in its own gate.
   std::vector<std::uint32_t> written(groups.size(), noVertex);
   std::uint32_t last = 0;
   for (std::size_t v = 0; v < groups.size(); ++v)

@@ -49,7 +49,7 @@ bool AreFloats(std::span<const Box> boxes)
     });
 }
 
-// Nothing where it is not a number of the width.
+// Nothing if it is not a number of this width.
 std::optional<double> SideOfBits(std::uint64_t bits, unsigned width)
 {
   if (width == 4 && bits >> 32 != 0)

@@ -186,7 +186,7 @@ bool PieceReader::ReadOwnKeys()
     return first >> 32 == 0 || this->Shape.IsOriginal();
   }
   // Within a partition the first vertices ascend: each is stored as the count of those between.
-  std::uint64_t partition = 0, index = 0; // where the next one may be
+  std::uint64_t partition = 0, index = 0; // the lowest key that the next vertex may have
   for (std::size_t v = 0; v < own; ++v)
   {
     const std::uint64_t further = this->Symbols.Number(contexts::ownPartition);

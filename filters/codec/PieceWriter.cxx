@@ -81,7 +81,7 @@ void PieceWriter::WriteOwnKeys()
     return;
   }
   // Within a partition the first vertices ascend: each is stored as the count of those between.
-  std::uint64_t partition = 0, index = 0; // where the next one may be
+  std::uint64_t partition = 0, index = 0; // the lowest key that the next vertex may have
   for (std::size_t v = 0; v < own; ++v)
   {
     const VertexKey key = this->Content.keys[v];

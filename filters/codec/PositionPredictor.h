@@ -239,7 +239,7 @@ public:
     const Point coded{ difference[(this->Across + 1) % 3], difference[(this->Across + 2) % 3] };
     return Point{ coded[0], coded[1], difference[this->Across] - this->OffPlane(coded) };
   }
-  // And back.
+  // The inverse.
   KDSTREAM_IN_LOOPS Point Decoded(const Point& coded) const
   {
     const Point axis = Point{} + this->Across;

@@ -65,7 +65,7 @@ private:
   std::uint64_t Raw = 0;
 };
 
-// What is stored of a vertex: how far it is from where it was predicted, or how far off the plane.
+// The stored value of a vertex: its distance from the prediction, or from the plane.
 template <class Predictor>
 std::array<std::int64_t, 3> Differences(const Predictor& predictor, AxisTables tables,
   std::span<const WalkVertex> vertices, std::size_t v, const typename Predictor::Point* points)

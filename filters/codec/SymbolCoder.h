@@ -99,7 +99,7 @@ private:
 class SymbolCursor
 {
 public:
-  // What is read past the end may be anything, and the cursor is Failed.
+  // Values read past the end are arbitrary, and then Failed is true.
   bool Failed() const { return this->Failure; }
 
   KDSTREAM_IN_LOOPS unsigned Choice(std::size_t context)

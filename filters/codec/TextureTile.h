@@ -75,7 +75,7 @@ struct ExactTile
   bool operator==(const ExactTile&) const = default;
 };
 
-// Only the head: what must be decoded and uploaded.
+// Only the head: enough to decode and upload the picture.
 struct TextureTileHead
 {
   std::uint32_t triangles = 0;

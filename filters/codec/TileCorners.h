@@ -267,7 +267,7 @@ private:
   SymbolWriter& Symbols;
 };
 
-// What is read past the end, or was never written, may be anything: see SymbolReader.
+// Values read past the end, or never written, are arbitrary: see SymbolReader.
 class TileCornerReader : public TileCornerMemory
 {
 public:

@@ -70,11 +70,6 @@ struct WalkVertex
   }
 };
 
-constexpr bool IsDegenerate(const std::array<std::uint32_t, 3>& t)
-{
-  return t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
-}
-
 struct WalkCounts
 {
   std::size_t own = 0, ghosts = 0, triangles = 0;
@@ -85,7 +80,7 @@ struct WalkCounts
 struct WalkGate
 {
   std::uint32_t start, end;
-  std::uint32_t apex; // none: the gate waits no more, and is in no loop
+  std::uint32_t apex; // none: the gate no longer waits and is in no loop
   std::uint32_t next, previous;
 };
 
@@ -94,7 +89,7 @@ struct WalkGate
 struct WalkArrays
 {
   explicit WalkArrays(const WalkCounts& counts)
-    : vertices(new WalkVertex[counts.Vertices() + 1]) // and the spare one (WalkState::spareVertex)
+    : vertices(new WalkVertex[counts.Vertices() + 1]) // one more: WalkState::spareVertex
     , gates(new WalkGate[counts.triangles + 2]) // a start has three, each step at most one more
     , gateFrom(new std::uint32_t[counts.Vertices()])
   {
@@ -143,7 +138,7 @@ public:
   void AddIsolatedVertices();
 
   WalkVertex* vertices;
-  WalkGate* gates;           // a stack, of those that wait and others
+  WalkGate* gates;           // a stack of waiting and other gates
   std::uint32_t* gateFrom;   // of each vertex, the gate that starts there and was stacked last
   std::uint32_t left[2];     // how many ghosts and own vertices were not found yet
   std::uint32_t spareVertex; // after the last; only ever written to (GuideByNext)
@@ -221,7 +216,8 @@ KDSTREAM_IN_LOOPS void WalkState::StackLeaving(std::uint32_t x)
   const std::uint32_t leaving = this->stacked;
   this->Stack({ this->a, x, this->b, this->here, this->previous });
   this->gates[this->previous].next = leaving;
-  this->next = this->next == this->here ? leaving : this->next; // it was alone in its loop
+  // The gate was the only one in its loop.
+  this->next = this->next == this->here ? leaving : this->next;
   this->previous = leaving;
   this->apex = this->a;
   this->a = x;
@@ -262,7 +258,8 @@ KDSTREAM_IN_LOOPS std::uint32_t WalkState::CrossToNext()
   this->b = following.end;
   this->next = following.next;
   this->gates[this->next].previous = this->here;
-  this->previous = this->next == this->here ? this->here : this->previous; // alone in its loop
+  // The gate is the only one in its loop.
+  this->previous = this->next == this->here ? this->here : this->previous;
   return this->b;
 }
 

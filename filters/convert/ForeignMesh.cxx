@@ -18,7 +18,7 @@ namespace kdstream
 namespace
 {
 
-const std::string notCarried = "not carried: ";
+const std::string notCarried = "left out: ";
 
 // What kdstream-build reads itself.
 Result<ForeignMesh> ReadInChunks(const std::filesystem::path& file, const Execution& execution)
@@ -59,7 +59,7 @@ Result<ForeignMesh> Bake(
   return result;
 }
 
-// What kdstream-build reads itself, unless it has pictures.
+// Formats that kdstream-build reads itself, except files with textures.
 Result<ForeignMesh> ReadOwn(
   const std::filesystem::path& file, const TextureOptions& textures, const Execution& execution)
 {
@@ -87,8 +87,8 @@ Result<ForeignMesh> ReadOwn(
 Result<ForeignMesh> ReadPcdWithoutPcl(const std::filesystem::path&, const Execution&)
 {
   return Error{ ErrorCode::Unsupported,
-    "reading .pcd files needs PCL, which was not there when KdStream was built: install libpcl-dev "
-    "(so it is called in Debian) and build kdstream-convert again",
+    "reading .pcd files needs PCL, but kdstream-convert was built without it: install PCL (Debian: "
+    "libpcl-dev) and build kdstream-convert again",
     {}, {}, Remedy::InMessage };
 }
 #endif
@@ -97,8 +97,8 @@ Result<ForeignMesh> ReadPcdWithoutPcl(const std::filesystem::path&, const Execut
 Result<ForeignMesh> ReadVrmlWithoutCoin(const std::filesystem::path&, const Execution&)
 {
   return Error{ ErrorCode::Unsupported,
-    "reading .wrl files needs Coin, which was not there when KdStream was built: install "
-    "libcoin-dev (so it is called in Debian) and build kdstream-convert again",
+    "reading .wrl files needs Coin, but kdstream-convert was built without it: install Coin "
+    "(Debian: libcoin-dev) and build kdstream-convert again",
     {}, {}, Remedy::InMessage };
 }
 #endif
@@ -145,9 +145,8 @@ void DropUnfitAttributes(ForeignMesh& result)
     }
     else
     {
-      result.warnings.push_back(second
-                                  ? "a second array \"" + attribute.name + "\" is dropped"
-                                  : "an array is dropped: its name is none that can be stored");
+      result.warnings.push_back(second ? "a second array \"" + attribute.name + "\" is dropped"
+                                       : "an array is dropped: its name cannot be stored");
     }
   }
   result.mesh.attributes = std::move(kept);

@@ -23,7 +23,7 @@ struct ForeignMesh
 {
   Mesh mesh;
   std::vector<std::string> warnings; // a sentence each, without the file's name
-  std::optional<BakeReport> baked{}; // of a file with textures, if they were
+  std::optional<BakeReport> baked{}; // of a file whose textures were baked
   // What else it depends on, whether or not it is there: the files that the file names.
   std::vector<std::filesystem::path> named{};
   // What was dropped or repaired: counted here; the caller reports or refuses it (--strict).

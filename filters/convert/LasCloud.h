@@ -69,7 +69,7 @@ public:
     }
   }
 
-  // What is reported of the file.
+  // The warnings about the file.
   Tolerance& Forgiven() { return this->Output.tolerance; }
 
   // Errors: InvalidInput where no point is left.
@@ -91,9 +91,9 @@ public:
     this->AddArray(result, "return_number", AttributeType::UInt8, this->Returns);
     if (this->Header.extraBytes > 0)
     {
-      result.tolerance.Tell("each point has " + std::to_string(this->Header.extraBytes) +
-                            " bytes that its format does not have (extra dimensions): they are "
-                            "not carried");
+      result.tolerance.Tell(
+        "each point has " + std::to_string(this->Header.extraBytes) +
+        " bytes after its format's fields (extra dimensions), which are left out");
     }
     return result;
   }
@@ -120,14 +120,14 @@ private:
     const bool eightBits = this->DimChannels > this->BrightChannels;
     if (eightBits && this->BrightChannels > 0)
     {
-      result.tolerance.Tell("colours are read as of 8 bits, as most of their channels are: " +
+      result.tolerance.Tell("colours are read as 8-bit values, because most channels are: " +
                             std::to_string(this->BrightChannels) + " of " +
                             std::to_string(this->DimChannels + this->BrightChannels) +
                             " are above 255 and count as 255");
     }
     else if (!eightBits && this->DimChannels > this->BrightChannels / 8)
     {
-      result.tolerance.Tell("colours are read as of 16 bits, as most of their channels are: " +
+      result.tolerance.Tell("colours are read as 16-bit values, because most channels are: " +
                             std::to_string(this->DimChannels) + " of " +
                             std::to_string(this->DimChannels + this->BrightChannels) +
                             " would fit 8 bits and become black");

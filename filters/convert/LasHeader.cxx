@@ -148,9 +148,9 @@ Result<LasHeader> ParseLasHeader(std::string_view begin, std::uint64_t fileSize)
                  minor = LasNumberAt<std::uint8_t>(begin.data(), 25);
   if (major != 1 || minor > 4)
   {
-    return Error{ ErrorCode::Unsupported, "is of version " + std::to_string(major) + "." +
+    return Error{ ErrorCode::Unsupported, "has version " + std::to_string(major) + "." +
                                             std::to_string(minor) +
-                                            " of LAS, where 1.0 to 1.4 are read" };
+                                            " of LAS; versions 1.0 to 1.4 can be read" };
   }
   if (minor == 4 && begin.size() < lasHeaderBytes)
   {
@@ -159,12 +159,12 @@ Result<LasHeader> ParseLasHeader(std::string_view begin, std::uint64_t fileSize)
   LasHeader header;
   const unsigned format = LasNumberAt<std::uint8_t>(begin.data(), 104);
   header.format = format & 63U;
-  header.compressed = format != header.format; // its two highest bits are those of LAZ
+  header.compressed = format != header.format; // LAZ sets the two highest bits
   header.isOldest = minor == 0;
   if (header.format >= leastPointBytes.size())
   {
     return Error{ ErrorCode::Unsupported,
-      "its points are of format " + std::to_string(header.format) + ", where 0 to 10 are read" };
+      "its points have format " + std::to_string(header.format) + "; formats 0 to 10 can be read" };
   }
   KDSTREAM_TRY(TakePlacement(begin, header));
   KDSTREAM_TRY(TakePoints(begin, minor, fileSize, header));

@@ -19,13 +19,14 @@ struct LasHeader
 {
   std::uint64_t pointsBegin = 0; // in the file
   std::uint64_t points = 0;      // as the header counts them
-  std::uint64_t pointsEnd = 0; // of the file's room for points: there may be more than are counted
+  // End of the space for points: there may be more points than are counted.
+  std::uint64_t pointsEnd = 0;
   std::size_t pointBytes = 0, extraBytes = 0; // of a point; more than its format has
   unsigned format = 0;
   bool compressed = false; // LAZ: the file's size does not tell how many points there are
   bool isOldest = false;   // 1.0: a class has its whole byte, and no point is withheld
   Vec3 scale{}, offset{};
-  Box box{}; // of the points, as the header tells it
+  Box box{}; // of the points, as the header states it
 
   // At which byte of a point its colour is; nothing where it has none.
   std::optional<std::size_t> ColorPlace() const;

@@ -41,7 +41,7 @@ std::size_t SizeOfType(const std::string& type)
   return found == std::end(sizes) ? 0 : found->size;
 }
 
-// Those that are of the same size on all systems, and in all versions of the format.
+// Types with the same size on all systems and in all versions of the format.
 bool IsSizeCertain(const std::string& type)
 {
   return type.find("long") == std::string::npos && type != "vtkidtype";
@@ -129,17 +129,16 @@ public:
     if (isWhole && this->Dataset.empty())
     {
       this->Part = "it";
-      this->Damaged("has no DATASET, but fields or nothing: there is no mesh in it", true);
+      this->Damaged("has no DATASET: it contains no mesh", true);
     }
     this->Damage.hasOtherNumbers = this->HasOtherNumbers;
     this->Damage.forgiven = std::move(this->Forgiven);
     this->Order.leftOut = std::move(this->LeftOut);
     this->Damage.order = std::move(this->Order);
     this->Damage.lastPart =
-      isWhole
-        ? "what its parts hold does not fit together: they are whole up to the end of the file"
-        : "something after " + (this->LastPart.empty() ? "its head" : this->LastPart) +
-            " cannot be read";
+      isWhole ? "its parts are complete up to the end of the file but contradict each other"
+              : "something after " + (this->LastPart.empty() ? "its header" : this->LastPart) +
+                  " cannot be read";
     return std::move(this->Damage);
   }
 
@@ -381,7 +380,7 @@ private:
     return true;
   }
 
-  // What the arrays that follow have values of. all: the file's points; 0: not known.
+  // Reads how many tuples the following arrays have. all: the file's points; 0: unknown.
   bool TakeTuples(std::uint64_t all)
   {
     return this->TakeCount(this->Tuples) &&
@@ -499,10 +498,10 @@ private:
     {
       return true;
     }
-    return this->Damaged(this->HasVersion5
-                           ? "has no OFFSETS after it, as version 5 has, which the first line says"
-                           : "has OFFSETS after it, as version 5 has, and the first line says an "
-                             "earlier one",
+    return this->Damaged(
+      this->HasVersion5
+        ? "is not followed by OFFSETS, which version 5 of the first line requires"
+        : "is followed by OFFSETS, as in version 5, but the first line names an earlier version",
       true); // VTK crashes
   }
 
@@ -742,7 +741,7 @@ private:
   std::uint64_t HeadEnd = 0;
   VtkOrder Order;
   std::vector<std::array<std::uint64_t, 2>> LeftOut; // of Order
-  bool IsAfterArray = false;                         // which METADATA may follow for VTK
+  bool IsAfterArray = false;                         // VTK allows METADATA after an array
   bool HasOtherNumbers = false;
   bool SizesAreSure = true; // of the parts so far
   Tolerance Forgiven;

@@ -14,7 +14,7 @@
 namespace kdstream
 {
 
-// What VTK does not read where it is, in bytes.
+// Parts that VTK does not read in their place, as byte ranges.
 struct VtkOrder
 {
   // Where the line of DATASET is, if parts come before it; else zeros.

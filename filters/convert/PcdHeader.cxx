@@ -311,7 +311,7 @@ private:
     if (key == "DATA" && value != "ascii" && value != "binary" && value != "binary_compressed")
     {
       return this->Lines.Wrong(
-        "DATA is " + QuotedText(words[1]) + ", none of ascii, binary and binary_compressed");
+        "DATA is " + QuotedText(words[1]) + "; it must be ascii, binary or binary_compressed");
     }
     this->Values[key].assign(words.begin() + 1, words.end());
     return {};
@@ -392,7 +392,7 @@ private:
     {
       return Error{ ErrorCode::InvalidInput,
         "the header has " + std::to_string(number) +
-          " FIELDS, but not as many values of SIZE, TYPE and COUNT" };
+          " FIELDS, but another number of values for SIZE, TYPE or COUNT" };
     }
     for (std::size_t i = 0; i < number; ++i)
     {
@@ -416,7 +416,7 @@ private:
   TextLines Lines;
   std::map<std::string, std::vector<std::string>> Values;
   std::vector<std::size_t> Places; // columns of x, y and z
-  DecimalPrecision Precision;      // of them
+  DecimalPrecision Precision;      // the precision of the decimals
   std::uint64_t BodyBegin = 0;
 };
 

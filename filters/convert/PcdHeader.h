@@ -22,13 +22,13 @@ enum class PcdData
 
 struct PcdHeader
 {
-  std::uint64_t points = 0;     // that are there: at least as many as are claimed
+  std::uint64_t points = 0;     // points in the file: at least the claimed number
   std::uint64_t pointBytes = 0; // of one point in memory
   std::uint64_t values = 0;     // of one point
   PcdData data = PcdData::Ascii;
   std::uint64_t bodyBegin = 0; // in the file
-  std::string text;            // a header that says the same, as PCL reads it
-  Tolerance tolerance;         // what it does not count
+  std::string text;            // an equivalent header in the form that PCL reads
+  Tolerance tolerance;         // what the header does not count
   bool hasOddLines = false;    // among those of the points lines with #, or that end with \r alone,
                                // or with exponents of Fortran, which PCL does not know
   bool hasViewpoint = false;   // the scanner stood somewhere

@@ -47,8 +47,8 @@ Result<ForeignMesh> ReadPolyData(vtkPolyData& data, const Execution& execution)
   ForeignMesh result;
   if (const vtkIdType ghosts = data.GetNumberOfCells() - input.GetNumberOfCells(); ghosts > 0)
   {
-    result.warnings.push_back(
-      "left out: " + CellsText(ghosts, "ghost") + " (copied or hidden, by vtkGhostType)");
+    result.warnings.push_back("left out: " + CellsText(ghosts, "ghost") +
+                              " (marked as duplicate or hidden by vtkGhostType)");
   }
   const Result<PolyDataElements> elements = ReadElements(input);
   Result<Mesh> mesh = ReadMesh(input, execution, true);

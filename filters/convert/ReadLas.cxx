@@ -48,7 +48,7 @@ public:
       if (view->size() < bytes)
       {
         return BadInput(
-          "was cut while it was read, at point " + std::to_string(done), Remedy::Retry);
+          "became shorter while it was read, at point " + std::to_string(done), Remedy::Retry);
       }
       for (std::size_t i = 0; i < count; ++i)
       {
@@ -62,7 +62,7 @@ public:
   }
 
 private:
-  // What the header does not count.
+  // Bytes that the header does not count.
   Status CheckBytesAfterPoints()
   {
     const std::uint64_t counted =

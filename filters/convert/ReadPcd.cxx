@@ -7,6 +7,7 @@
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/PcdHeader.h"
 #include "filters/convert/PointAttributes.h"
+#include "filters/core/VectorMath.h"
 
 #include <pcl/PCLPointCloud2.h>
 #include <pcl/console/print.h>
@@ -259,7 +260,7 @@ private:
     for (std::size_t i = 0; i < this->Size; ++i)
     {
       const Vec3 point{ axes[0].Get(i, 0), axes[1].Get(i, 0), axes[2].Get(i, 0) };
-      if (std::isfinite(point[0]) && std::isfinite(point[1]) && std::isfinite(point[2]))
+      if (IsFinite(point))
       {
         mesh.points.push_back(point);
         this->Kept.push_back(i);
@@ -352,8 +353,8 @@ Result<ForeignMesh> ReadPcd(const std::filesystem::path& file, const Execution& 
   }
   if (read && header->hasViewpoint)
   {
-    read->warnings.emplace_back(
-      "its VIEWPOINT, where the scanner stood, moves nothing: points stay where they are written");
+    read->warnings.emplace_back("its VIEWPOINT (the scanner's position) is not applied: the "
+                                "coordinates are read as they are written");
   }
   if (read && header->textOfFloats)
   {

@@ -84,7 +84,7 @@ namespace
 
 constexpr std::uint64_t mostVrmlBytes = std::uint64_t{ 1 } << 31; // Coin counts in int
 constexpr std::size_t deepestNodes = 2000;
-constexpr std::uint64_t mostNodes = 10'000'000; // that are gone through, each time they are used
+constexpr std::uint64_t mostNodes = 10'000'000; // nodes that are visited, each time they are used
 constexpr std::size_t deepestInlines = 8, mostInlines = 1000;
 constexpr std::uint64_t mostGridCorners = std::uint64_t{ 1 } << 28;
 // What extrusions may make of a file, each time they are used: spine times cross section.
@@ -96,7 +96,7 @@ constexpr double vrmlGrey = 0.8;
 
 // --- Coin's messages -----------------------------------------------------------------------------
 
-// What Coin says of what it reads while one lives. Not for use by two threads at once.
+// Collects Coin's messages during its lifetime. Not for use by two threads at once.
 class CoinMessages
 {
 public:
@@ -149,19 +149,19 @@ private:
   static std::string Meaning(std::string_view said)
   {
     constexpr std::pair<std::string_view, const char*> meanings[] = {
-      { "Couldn't read value for field", "no value that the field may have" },
-      { "Unable to read value", "no value that the field may have" },
-      { "Unable to read default value", "no value that the field may have" },
+      { "Couldn't read value for field", "a value that this field does not allow" },
+      { "Unable to read value", "a value that this field does not allow" },
+      { "Unable to read default value", "a value that this field does not allow" },
       { "Unknown field type", "a field of a type that VRML does not have" },
       { "Unknown field", "a field that its node does not have" },
-      { "Unknown enumeration", "a word that its field does not have" },
-      { "Unknown SoSFBitMask", "a word that its field does not have" },
+      { "Unknown enumeration", "a word that this field does not allow" },
+      { "Unknown SoSFBitMask", "a word that this field does not allow" },
       { "Unknown reference", "USE of a name that no node has" },
       { "Premature end", "the text ends inside a node" },
       { "Premature EOF", "the text ends inside a node" },
       { "premature EOF", "the text ends inside a node" },
-      { "after end of scene", "there is something after the last node" },
-      { "is not derived from", "a node where one of another kind belongs" },
+      { "after end of scene", "there is text after the last node" },
+      { "is not derived from", "a node of a type that is not allowed there" },
       { "ROUTE", "a ROUTE that cannot be read" },
       { "PROTO", "a PROTO that cannot be read" },
     };
@@ -182,7 +182,7 @@ private:
     if (Text().empty())
     {
       Text() = error->getDebugString().getString();
-      Text() += Text().empty() ? "an error without words" : "";
+      Text() += Text().empty() ? "an error without a message" : "";
     }
   }
   static void PassOver(const SoError*, void*) {}
@@ -634,7 +634,7 @@ private:
     }
   }
 
-  // Those of an Inline: the first that is there.
+  // Reads the first existing file of an Inline.
   void ReadInline(SoCallbackAction& action, const std::vector<std::string>& numbers)
   {
     std::string missing;
@@ -769,7 +769,7 @@ private:
     return node.isOfType(Node::getClassTypeId()) ? static_cast<const Node*>(&node) : nullptr;
   }
 
-  // What of a node is known here. PRUNE: Coin is not asked for its triangles.
+  // Handles the node types known here. PRUNE: Coin does not make triangles of the node.
   SoCallbackAction::Response Visit(SoCallbackAction& action, const SoNode& node)
   {
     constexpr auto done = SoCallbackAction::PRUNE;
@@ -977,7 +977,7 @@ private:
     float transparency = 0;
 
     bool Emits() const { return IsLight(this->emission); }
-    // What gives light only, as unlit scenes have it, has the light's colour.
+    // A material that only emits light, as in unlit scenes, has the colour of its light.
     bool IsUnlit() const { return !IsLight(this->diffuse) && this->Emits(); }
     static bool IsLight(const SbColor& c) { return c[0] > 0 || c[1] > 0 || c[2] > 0; }
   };
@@ -1013,7 +1013,7 @@ private:
     return ColorOf(look.Emits() ? look.emission : look.diffuse);
   }
 
-  // What of a lit shape's material is not carried.
+  // Notes properties of a lit shape's material that are left out.
   void NoteLooks(SoCallbackAction& action)
   {
     const Look look = LookOf(action);
@@ -1131,7 +1131,7 @@ private:
     faces.colorValues = materials;
     const std::span<const std::int32_t> specified = IndicesOf(node.materialIndex);
     const bool isSpecified =
-      specified.size() > 1 || (!specified.empty() && specified[0] >= 0); // else it is [ -1 ]
+      specified.size() > 1 || (!specified.empty() && specified[0] >= 0); // otherwise it is [ -1 ]
     const auto index = isSpecified ? specified : std::span<const std::int32_t>();
     switch (action.getMaterialBinding())
     {
@@ -1207,7 +1207,7 @@ private:
     this->AddFaces(action, node, faces, MaterialOfPoints(action));
   }
 
-  // What a shape of Inventor's has in a node of its own, while one lives.
+  // During its lifetime, properties of an Inventor shape are taken from the shape's own node.
   class OwnProperties
   {
   public:
@@ -1498,7 +1498,7 @@ private:
   {
     std::filesystem::path file;
     const std::vector<VrmlUrl>* urls = nullptr;
-    Transform placed;      // by the file that names this one
+    Transform placed;      // the transform of the Inline that names this file
     bool byMatrix = false; // there were transforms that VRML 2 does not have
     std::map<const SoNode*, Material> materials{};
     std::optional<FilesBeside> files{};
@@ -1524,7 +1524,7 @@ private:
   std::vector<ForeignMesh> Parts;
   Tolerance Tolerated;
   std::vector<std::filesystem::path> Named;
-  std::map<std::string, std::uint64_t> LeftOut; // that a mesh does not have: lines, texts
+  std::map<std::string, std::uint64_t> LeftOut; // nodes that a mesh cannot hold: lines, texts
   VrmlNodesLeftOut NodesLeftOut;
   std::vector<std::string> Warnings;
   std::optional<Error> Failure;

@@ -356,7 +356,7 @@ Result<ForeignMesh> ReadVtkText(
       mesh->warnings.push_back("dropped: " + array);
     }
     mesh->warnings.push_back(
-      "holds " + std::string(output->GetClassName()) + ", of which the surface is taken");
+      "holds " + std::string(output->GetClassName()) + ", whose surface is used");
   }
   return mesh;
 }

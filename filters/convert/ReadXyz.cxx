@@ -282,7 +282,7 @@ private:
     const auto hasDigit = [](std::string_view word)
     { return std::any_of(word.begin(), word.end(), IsDigit); };
     const std::string first = this->Words.empty() ? "" : LowercaseText(this->Words[0]);
-    double number = 0; // nan is one
+    double number = 0; // nan counts as a number
     return !this->Layout && this->Remarks < most && !first.empty() && first != "ncols" &&
            ParseNumber(first, number) == NumberTextError::NotANumber &&
            ((first[0] >= 'a' && first[0] <= 'z') ||
@@ -459,9 +459,8 @@ private:
     if (this->Words[0].size() == 5 &&
         this->Words[0].find_first_not_of("nNcCoOlLsS") == this->Words[0].npos)
     {
-      return BadInput(
-        "is a grid of heights (Esri's ASCII grid), not points: make an .xyz of it, by "
-        "gdal_translate -of XYZ",
+      return BadInput("is a grid of heights (Esri's ASCII grid), not points: convert it with "
+                      "gdal_translate -of XYZ",
         Remedy::InMessage);
     }
     if (this->Layout && this->NamesInFile > 0 && this->NamedColumns != this->ColumnCount)
@@ -685,7 +684,7 @@ private:
     this->Out.tolerance.Count(Lapse::PaddedEnd, this->Lines.Padding());
     if (this->SinceCount == 0 && this->OtherNames + this->Remarks > 0)
     {
-      return this->Lines.Wrong("the text ends, and none of its lines is a point", Remedy::Rename);
+      return this->Lines.Wrong("none of its lines is a point", Remedy::Rename);
     }
     if (mesh.points.empty())
     {
@@ -888,8 +887,9 @@ private:
     else if (this->Comma == Commas::Separators && this->AlsoDecimal && !this->PointSeen &&
              this->ColumnCount == 6 && !this->Layout)
     {
-      readings.push_back(line + "to part the columns; as decimal commas they would leave 3 "
-                                "(--columns decides)");
+      readings.push_back(
+        line +
+        "to separate columns; as decimal commas they would leave 3 columns (--columns decides)");
     }
   }
 
@@ -898,8 +898,8 @@ private:
     if (this->OtherNames > 0 && !this->Layout)
     {
       readings.push_back("line " + std::to_string(this->OtherNames) +
-                         " is taken for names that are not known: the columns are read by their "
-                         "order (--columns names them)");
+                         " seems to name the columns, but with unknown names: they are read by "
+                         "their order (--columns names them)");
     }
     else if (this->Layout && !this->Degrees.empty())
     {
@@ -909,7 +909,7 @@ private:
     }
     if (!this->WordColumns.empty())
     {
-      readings.push_back("not carried: columns of words: " + this->WordColumns);
+      readings.push_back("left out: columns of text: " + this->WordColumns);
     }
     if (this->Remarks > 0)
     {
@@ -970,15 +970,15 @@ private:
     {
       return {};
     }
-    constexpr std::array<const char*, 3> axes{ "x", "y", "z" };
     for (std::size_t k = 0; k < this->NameAxes.size(); ++k)
     {
       const std::optional<std::size_t> axis = this->NameAxes[k];
       if (axis && layout.coordinates[*axis] != k)
       {
         return BadInput("line " + std::to_string(this->OtherNames) + " names column " +
-                          std::to_string(k + 1) + " as " + axes[*axis] + ", and by its order " +
-                          "column " + std::to_string(layout.coordinates[*axis] + 1) +
+                          std::to_string(k + 1) + " as " + std::string(axisNames[*axis]) +
+                          ", and by its order " + "column " +
+                          std::to_string(layout.coordinates[*axis] + 1) +
                           " would be: name all columns with --columns",
           Remedy::InMessage);
       }
@@ -1038,8 +1038,8 @@ private:
   TextLines Lines;
   std::optional<XyzLayout> Layout; // by --columns, or by names in the file
   std::size_t NamedColumns = 0;    // of it
-  std::uint64_t NamesInFile = 0;   // the line; 0: none
-  bool NamesAlone = false;         // it is not a comment
+  std::uint64_t NamesInFile = 0;   // the line with names; 0: none
+  bool NamesAlone = false;         // the line with names is not a comment
   std::vector<std::string_view> Words;
   std::string_view Cells;     // the line, with its quotes
   std::string CellText;       // the same with decimal points
@@ -1052,15 +1052,15 @@ private:
   std::vector<bool> LeftOut, HasNumbers;      // of each column, where the layout is known
   std::string WordColumns;                    // names of columns of words, for a message
   std::optional<XyzColumns> Columns;          // once there is a point
-  std::uint64_t CountLine = 0;                // of the last count; 0: none
-  std::uint64_t Counted = 0, SinceCount = 0;  // points, by it, and after it
+  std::uint64_t CountLine = 0;                // the line of the last count; 0: none
+  std::uint64_t Counted = 0, SinceCount = 0;  // points that the count states, and points after it
   std::uint64_t OtherNames = 0;               // the line of names that name no columns; 0: none
   std::uint64_t Remarks = 0, FirstRemark = 0; // lines before the points that are skipped
   std::uint64_t HexColorLine = 0;             // of a colour as #c86432; 0: none
-  std::vector<std::optional<std::size_t>> NameAxes; // of the columns that the line of names names
-  std::vector<std::string> OtherWords;              // that line's
+  std::vector<std::optional<std::size_t>> NameAxes; // axes of the named columns
+  std::vector<std::string> OtherWords;              // the words of that line
   std::string Degrees;      // longitudes and latitudes that names name, as messages quote them
-  std::string PartNames;    // of r g b or nx ny nz a part, which names numbers
+  std::string PartNames;    // incomplete r g b or nx ny nz, which name plain numbers
   std::vector<float> Extra; // the columns but for the coordinates
   DecimalPrecision Precision;
   // The columns if the first one is not a coordinate, while that is possible; none if the layout is

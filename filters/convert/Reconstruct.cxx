@@ -95,8 +95,8 @@ Result<ForeignMesh> ReconstructMesh(
 Result<ForeignMesh> ReconstructMesh(ForeignMesh, Reconstruct, const Execution&)
 {
   return Error{ ErrorCode::Unsupported,
-    "--reconstruct needs PCL, which was not there when KdStream was built: install libpcl-dev (so "
-    "it is called in Debian) and build kdstream-convert again" };
+    "--reconstruct needs PCL, but kdstream-convert was built without it: install PCL (Debian: "
+    "libpcl-dev) and build kdstream-convert again" };
 }
 
 #endif

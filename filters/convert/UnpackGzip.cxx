@@ -55,7 +55,7 @@ Result<UnpackedText> UnpackGzip(std::string_view bytes, std::uint64_t most)
     {
       return Error{ ErrorCode::LimitExceeded,
         "is compressed (gzip), and its text is longer than " + std::to_string(most) +
-          " bytes: unpack it with gunzip, and see what it is",
+          " bytes: unpack it with gunzip and check it",
         {}, {}, Remedy::InMessage };
     }
     if (state == Z_STREAM_END)

@@ -15,7 +15,7 @@ enum class VrmlCommas : std::uint8_t
 {
   Blank,   // they separate numbers
   Decimal, // 1,5 is one and a half
-  Either   // nothing tells: they are read as blanks
+  Either   // undecidable: commas are read as blanks
 };
 
 // How a field writes numbers, which are not whole numbers only.

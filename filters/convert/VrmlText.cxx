@@ -170,11 +170,11 @@ private:
   {
     char bracket = '{';
     std::uint64_t line = 0;
-    std::string type;                  // the word before it: of a node, or a field
+    std::string type;                  // the word before the bracket: a node's type, or a field
     std::size_t defined = 0;           // the number of its DEF
     std::string name;                  // after DEF
     std::string proto;                 // the PROTO whose body this is, as it is written
-    std::string protoName;             // the same, as the file names it
+    std::string protoName;             // its name in the file
     std::size_t textEnd = 0;           // of the text up to and with the bracket
     bool isLeftOut = false;            // a node
     bool isOfProto = false;            // a node that a PROTO makes
@@ -184,7 +184,7 @@ private:
     bool isListOpen = false;           // of nodes that no field names
     std::size_t noFieldBegin = noText; // of the text of a field that is not known
     std::size_t firstNodeEnd = noText; // in the body of a PROTO: of the text up to and with it
-    std::size_t height = 0;            // of what is in it
+    std::size_t height = 0;            // how deep its content is nested
   };
 
   // The node of a name, from its DEF on.
@@ -220,7 +220,7 @@ private:
     if (!this->Out.isFirst && !head.starts_with("#vrml v2.0"))
     {
       return head.starts_with("#vrml")
-               ? BadInput("is of another version than VRML 1 and 2", Remedy::SaveOtherwise)
+               ? BadInput("has another version than VRML 1 and 2", Remedy::SaveOtherwise)
                : BadInput("is not a VRML file: its first line does not begin with '#VRML'",
                    Remedy::Rename);
     }
@@ -230,7 +230,7 @@ private:
     this->Out.text = this->Out.isFirst ? firstHeader : secondHeader;
     if (this->At < this->File.size())
     {
-      this->TakeLineEnd(); // the header has it
+      this->TakeLineEnd(); // firstHeader has a line end already
       this->Out.text.pop_back();
     }
     return {};
@@ -305,7 +305,7 @@ private:
     if (this->At == this->File.size())
     {
       this->Line = line;
-      return this->Wrong("a string begins that does not end");
+      return this->Wrong("a string has no closing quote");
     }
     ++this->At;
     this->Out.text += '"';
@@ -489,7 +489,7 @@ private:
       name, std::exchange(proto, NamedProto{ written, this->Hidden.size() }));
   }
 
-  // What its body declares ends with it.
+  // Declarations in the body of a PROTO end with it.
   void EndProto(const Bracket& body)
   {
     const auto inside = std::move(this->Hidden.back());
@@ -499,7 +499,7 @@ private:
     this->DeclareProto(body.protoName, body.proto);
   }
 
-  // What a bracket holds is that high.
+  // Notes how deep the content of a bracket is nested.
   Status Hold(std::size_t height)
   {
     if (height > deepestUses)
@@ -817,7 +817,7 @@ private:
     return at < this->CommasEnd && this->File[at] == ',' && isDigit(at - 1) && isDigit(at + 1);
   }
 
-  // What a node holds that is left out is left out with it.
+  // Fields of a node that is left out are left out with it.
   void CountField(const std::string& place)
   {
     const bool isInside = std::any_of(
@@ -849,7 +849,7 @@ private:
     if (!std::exchange(this->HasNodesWithoutField, true))
     {
       this->Out.tolerance.Tell(
-        place + " stands where a field should be named: it is taken for one of its children");
+        place + " is where a field's name is expected: it is read as a child of the node");
     }
     node.isListOpen = true;
     node.hasChildren = true;
@@ -978,7 +978,7 @@ private:
     }
     if (this->Last == "PROTO")
     {
-      const bool isPlain = written == word; // else the parser refuses it
+      const bool isPlain = written == word; // otherwise the parser refuses the name
       written = isPlain ? this->NameOfProto(word) : written;
       this->Proto = isPlain ? written : std::string(word);
       this->ProtoName = word;
@@ -1073,8 +1073,8 @@ private:
   std::vector<Definitions> Scopes{ 1 }; // of the file, and of each PROTO in whose body this is
   struct NamedProto
   {
-    std::string written;   // empty: there is none of the name
-    std::size_t scope = 0; // in which it is declared, from 1
+    std::string written;   // empty: no PROTO of this name
+    std::size_t scope = 0; // the scope of its declaration, from 1
   };
   // By the names in the file, and of each scope what its PROTOs have hidden.
   std::map<std::string, NamedProto, std::less<>> ProtoNames;

@@ -14,7 +14,7 @@ namespace kdstream
 namespace
 {
 
-constexpr std::size_t mostMessages = 20; // of each kind; a bad file can give one a line
+constexpr std::size_t mostMessages = 20; // of each kind; a damaged file can cause one for each line
 
 // Some readers only warn that data could not be read, and continue with uninitialized memory: such
 // a warning is an error. All other warnings stay warnings.
@@ -106,7 +106,7 @@ std::string PlainVtkMessage(const std::string& text)
   // A pipeline's message: it prints the whole request.
   if (text.find("returned failure for request") != std::string::npos)
   {
-    return "VTK's reader of this format failed on it";
+    return "VTK's reader of this format failed";
   }
   // ERROR: In SOURCE, line 12\nvtkSTLReader (0x55d0): What it is\n\n
   std::string plain = text;

@@ -23,16 +23,16 @@ constexpr std::pair<std::string_view, const char*> parserWords[] = {
   { "unclosed token", "the text ends inside a tag" },
   { "unclosed CDATA section", "the text ends inside a CDATA section" },
   { "partial character", "the text ends inside a character" },
-  { "not well-formed (invalid token)", "a sign that may not stand there" },
-  { "mismatched tag", "a tag ends another element than the one that is open" },
-  { "duplicate attribute", "an attribute is there twice" },
+  { "not well-formed (invalid token)", "a character that is not allowed there" },
+  { "mismatched tag", "an end tag does not match the open element" },
+  { "duplicate attribute", "an attribute appears twice" },
   { "undefined entity", "a name after '&' that is not defined" },
-  { "junk after document element", "there is something after the last element" },
+  { "junk after document element", "there is text after the last element" },
   { "XML or text declaration not at start of entity", "the file does not begin with '<?xml'" },
   { "xml declaration not at start of external entity", "the file does not begin with '<?xml'" },
   { "unbound prefix", "a prefix of a name that is not declared" },
-  { "unknown encoding", "the encoding that it names is not known" },
-  { "encoding specified in XML declaration is incorrect", "it names another encoding than it has" },
+  { "unknown encoding", "the encoding that it names is unknown" },
+  { "encoding specified in XML declaration is incorrect", "it has another encoding than it names" },
   { "reference to invalid character number", "a number after '&#' that is not a character" },
   { "syntax error", "no tag begins there" },
 };
@@ -94,11 +94,10 @@ std::string PlaceOfElement(const std::filesystem::path& file, const std::string&
 std::string WrongWithArray(std::string_view end)
 {
   const auto has = [&](std::string_view words) { return end.find(words) != end.npos; };
-  return has("not long enough") ? "has fewer numbers than the piece counts, or is damaged"
-         : has("monotonically") ? "has a number that is smaller than the one before it"
-         : has("could not be fo")
-           ? "is not there"
-           : "is of a type, or of a number of components, that it cannot have";
+  return has("not long enough")   ? "has fewer numbers than the piece counts, or is damaged"
+         : has("monotonically")   ? "has a number that is smaller than the one before it"
+         : has("could not be fo") ? "is not there"
+                                  : "has a type or a number of components that is not allowed";
 }
 
 using OurWords = std::function<std::string(const std::smatch&, const std::filesystem::path&)>;
@@ -169,8 +168,8 @@ const std::vector<Phrase>& Phrases()
     { std::regex("Compressor has no type"), true, Words("its compressor is not named") },
     { std::regex("Unknown data type \"(.*)\""), true,
       [](const std::smatch& m, const std::filesystem::path&)
-      { return "an array is of the type " + QuotedText(m[1].str()) + ", which is not known"; } },
-    { std::regex("Unsupported data type"), true, Words("an array has a type that is not known") },
+      { return "an array has the type " + QuotedText(m[1].str()) + ", which is not known"; } },
+    { std::regex("Unsupported data type"), true, Words("an array has an unknown type") },
     { std::regex("(ompression header|binary data header)"), false,
       Words("a block of its bytes ends inside its header, or its header is damaged") },
   };
@@ -181,7 +180,7 @@ const std::vector<Phrase>& Phrases()
 
 std::string XmlDamage(std::span<const std::string> errors, const std::filesystem::path& file)
 {
-  std::string ours = "an array or element of it cannot be read, and which is not known";
+  std::string ours = "one of its arrays or elements cannot be read";
   for (const std::string& error : errors)
   {
     for (const Phrase& phrase : Phrases())
@@ -204,7 +203,8 @@ std::string VtkWarning(const std::string& warning)
 {
   static const std::pair<std::regex, const char*> words[] = {
     { std::regex("file version|File version"),
-      "is of a newer version of the format than is known here: what that has brought is not read" },
+      "has a newer version of the format than this program knows: what that version adds is not "
+      "read" },
     { std::regex("data array named (\\S+) already exists"), "a second array $1 is dropped" },
     { std::regex("named (\\S+) was tagged as an IdType array"),
       "array $1 is read as numbers, not as ids" },
@@ -223,7 +223,7 @@ std::string VtkWarning(const std::string& warning)
       return match.format(ours);
     }
   }
-  return "something in it is unknown to its reader: compare what is shown with what was expected";
+  return "its reader does not know all of it: compare the result with what you expect";
 }
 
 }

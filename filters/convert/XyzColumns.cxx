@@ -20,7 +20,7 @@ namespace
 using Kind = XyzLayout::Kind;
 using Block = XyzLayout::Block;
 
-constexpr std::uint64_t manyPoints = 20; // of which small values say something
+constexpr std::uint64_t manyPoints = 20; // from this number on, small values are significant
 
 std::string_view NameWithoutQuotes(std::string_view word)
 {
@@ -142,7 +142,6 @@ constexpr std::array coordinateNames{ CoordinateName{ "x", 0 }, CoordinateName{ 
   CoordinateName{ "altitude", 2 }, CoordinateName{ "alt", 2 }, CoordinateName{ "hoehe", 2 },
   CoordinateName{ "höhe", 2 }, CoordinateName{ "altura", 2 }, CoordinateName{ "cota", 2 },
   CoordinateName{ "quota", 2 }, CoordinateName{ "h", 2 } };
-constexpr std::array<std::string_view, 3> axisNames{ "x", "y", "z" };
 
 // The place in coordinateNames of a name, without its unit; nothing for all others.
 std::optional<std::size_t> FindCoordinateName(std::string_view name)
@@ -484,7 +483,7 @@ double XyzColumns::Greatest(const std::array<std::size_t, 3>& columns) const
   return greatest;
 }
 
-// Those that make the most of the columns.
+// The candidates that use the most columns.
 std::vector<XyzColumns::Candidate> XyzColumns::Candidates() const
 {
   std::vector<std::optional<std::size_t>> colors, normals;
@@ -509,7 +508,7 @@ std::vector<XyzColumns::Candidate> XyzColumns::Candidates() const
     {
       const bool apart = !n || !c || *n + 3 <= *c || *c + 3 <= *n;
       const std::size_t known = (n ? 3U : 0U) + (c ? 3U : 0U);
-      // What is left is one number, or three.
+      // The remaining columns are one number, or three.
       const std::size_t before = std::min(n.value_or(this->Count), c.value_or(this->Count));
       const bool pieces = known == 0 || this->Count - known != 3 || before % 3 == 0;
       if (!apart || !pieces || known < most)

@@ -16,6 +16,7 @@ namespace kdstream
 {
 
 inline constexpr std::size_t mostXyzColumns = 64;
+inline constexpr std::array<std::string_view, 3> axisNames{ "x", "y", "z" };
 
 // Which columns are the coordinates, and what the others form. Columns are counted from 0.
 struct XyzLayout
@@ -29,7 +30,7 @@ struct XyzLayout
   struct Block
   {
     Kind kind = Kind::Number;
-    std::array<std::size_t, 3> columns{}; // of a number the first
+    std::array<std::size_t, 3> columns{}; // for a number only the first counts
     std::string name{};                   // of a number
   };
 
@@ -92,8 +93,8 @@ private:
   };
   struct Triple
   {
-    bool unit = true;      // every one is of length one, or none: zero or not finite
-    bool someUnit = false; // one is of length one
+    bool unit = true;      // every vector has length one, or is zero or not finite
+    bool someUnit = false; // at least one vector has length one
   };
   // Where the colours and the normals begin, if there are any.
   struct Candidate

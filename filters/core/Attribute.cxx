@@ -191,6 +191,13 @@ void Attribute::Append(const Attribute& from, std::size_t tuple)
   this->values.insert(this->values.end(), begin, begin + size);
 }
 
+const Attribute* FindRole(std::span<const Attribute> attributes, AttributeRole role)
+{
+  const auto found = std::find_if(attributes.begin(), attributes.end(),
+    [role](const Attribute& attribute) { return RoleOf(attribute) == role; });
+  return found == attributes.end() ? nullptr : &*found;
+}
+
 const Attribute* FindAttribute(
   std::span<const Attribute> attributes, const AttributeInfo& description)
 {

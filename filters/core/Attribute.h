@@ -107,6 +107,8 @@ struct Attribute : AttributeInfo
 inline constexpr std::size_t mostAttributes = 255;
 inline constexpr std::size_t longestAttributeName = 255;
 
+// The first array with this role, or null.
+const Attribute* FindRole(std::span<const Attribute> attributes, AttributeRole role);
 // The array of that description, or null.
 const Attribute* FindAttribute(
   std::span<const Attribute> attributes, const AttributeInfo& description);

@@ -188,7 +188,7 @@ void PolygonCutter::CutQueued(Rule rule)
     {
       if (this->Next[corner] == none || this->Left <= 3)
       {
-        continue; // it was cut off
+        continue; // this corner was cut off already
       }
       if (this->TouchedIn[corner] == this->BatchNumber)
       {
@@ -249,7 +249,7 @@ void PolygonCutter::CutOff(std::uint32_t corner)
   }
 }
 
-// What no rule cuts: three corners, or what has no area.
+// The rest, which no rule cuts: three corners, or no area.
 void PolygonCutter::FanRest()
 {
   std::uint32_t second = this->Next[this->Some];

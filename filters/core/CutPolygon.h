@@ -48,7 +48,7 @@ private:
   enum class Rule : std::uint8_t
   {
     Clear,  // no dent is in the triangle, or on its border
-    Inside, // none is inside; or the corner lies in a line with its neighbours
+    Inside, // no other corner is inside, or the corner is in line with its neighbours
     Any     // the corner is convex
   };
 
@@ -75,7 +75,7 @@ private:
   std::vector<Point> Points; // projected; counter-clockwise
   std::vector<std::uint32_t> Previous, Next;
   std::size_t Left = 0;   // corners in the ring
-  std::uint32_t Some = 0; // one of them
+  std::uint32_t Some = 0; // one of the corners inside
 
   std::vector<std::uint32_t> Dents;   // corners, in the order of the tree's leaves
   std::vector<std::uint32_t> PlaceOf; // of a corner in Dents; 'none' for other corners

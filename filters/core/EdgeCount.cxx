@@ -30,11 +30,6 @@ struct DirectedEdge
   int direction;
 };
 
-bool IsDegenerate(const Triangle& t)
-{
-  return t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
-}
-
 // Collects the edges whose lower end is one of the vertices [first, first + sums.size()), counts,
 // and whose edges are not all balanced. `triangles`: all that touch these vertices.
 void CollectUnbalanced(std::span<const Triangle> triangles, std::span<const std::uint32_t> touching,

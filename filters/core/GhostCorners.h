@@ -62,7 +62,7 @@ public:
   }
 
 private:
-  std::vector<std::uint64_t> Corners; // by vertex: it, and 3 × triangle + corner
+  std::vector<std::uint64_t> Corners; // sorted; the vertex, and 3 × triangle + corner
 };
 
 }

@@ -20,7 +20,7 @@ enum class ErrorCode
 {
   InvalidInput,    // the bytes or the mesh are not what they claim to be
   InvalidArgument, // an option outside its documented range
-  Unsupported,     // well-formed, but this version does not do it
+  Unsupported,     // well-formed, but this version does not support it
   NotFound,        // no such file, model, piece
   Damaged,         // a checksum or a structure inside a store does not hold
   Changed,         // a file is no longer what it was when it was opened
@@ -34,8 +34,8 @@ enum class ErrorCode
 // (filters/program/Program.cxx).
 enum class Remedy
 {
-  Unknown,       // none was named: whoever reads the input takes the one of the code (OfInput)
-  InMessage,     // the message says it
+  Unknown,       // not named: OfInput takes the remedy of the error code
+  InMessage,     // the message names the remedy
   Repair,        // the content is wrong: correct it, or export it again
   CopyAgain,     // the file is cut off
   Rename,        // the file is not of the format that its name has

@@ -52,7 +52,7 @@ public:
   }
 
 private:
-  // So that no sum of doubles becomes infinite.
+  // Scales values so that no sum of doubles becomes infinite.
   static constexpr double scale = 0x1p-64;
 
   double Sum = 0; // times scale

@@ -21,6 +21,12 @@ inline constexpr VertexId noVertex = std::numeric_limits<VertexId>::max();
 using Vec3 = std::array<double, 3>;
 using Triangle = std::array<VertexId, 3>;
 
+// Whether two corners are the same vertex.
+constexpr bool IsDegenerate(const Triangle& t)
+{
+  return t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
+}
+
 // Heap number of a node of the k-d tree: root 1, children 2i and 2i + 1, depth d holds 2^d …
 // 2^(d+1) - 1.
 using NodeId = std::uint32_t;

@@ -23,8 +23,7 @@ inline Vec3 UnitVector(const Vec3& v)
 inline std::optional<Vec3> ScaledUnitVector(const Vec3& v)
 {
   const double largest = std::max({ std::abs(v[0]), std::abs(v[1]), std::abs(v[2]) });
-  const bool isFinite = std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
-  if (!isFinite || largest == 0)
+  if (!IsFinite(v) || largest == 0)
   {
     return std::nullopt;
   }

@@ -53,6 +53,11 @@ inline double Length(const Vec3& a)
   return std::sqrt(Dot(a, a));
 }
 
+inline bool IsFinite(const Vec3& p)
+{
+  return std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]);
+}
+
 // Whether a coordinate is -0.0, which equals 0.0 but has other bits.
 inline bool HasNegativeZero(const Vec3& p)
 {

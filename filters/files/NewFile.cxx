@@ -171,7 +171,7 @@ Status NewFile::Make()
 {
   struct stat replaced = {};
   const bool replaces = ::stat(this->Place.c_str(), &replaced) == 0;
-  if (!replaces && errno != ENOENT) // then nobody knows what permissions it would need
+  if (!replaces && errno != ENOENT) // the permissions for the new file are then unknown
   {
     return SystemError("cannot be written", errno);
   }
@@ -216,9 +216,14 @@ Status NewFile::Make()
 
 Status NewFile::Write(std::string_view bytes)
 {
+  return WriteAll(this->File, bytes);
+}
+
+Status WriteAll(int descriptor, std::string_view bytes)
+{
   while (!bytes.empty())
   {
-    const ssize_t written = ::write(this->File, bytes.data(), bytes.size());
+    const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
     if (written < 0 && errno != EINTR)
     {
       return SystemError("cannot be written", errno);

@@ -11,6 +11,9 @@
 namespace kdstream
 {
 
+// Writes all of these bytes to an open file, also in several parts. Errors: InputOutput.
+Status WriteAll(int descriptor, std::string_view bytes);
+
 // A file appears whole or not at all: if the object is destroyed before Finish, the file is
 // removed. No other file is opened or truncated, whatever files and links others have put beside
 // the target (O_EXCL, O_NOFOLLOW, random letters).
@@ -33,9 +36,9 @@ public:
   NewFile& operator=(NewFile&& other) noexcept;
   ~NewFile();
 
-  // What it is to become.
+  // The path that the file gets in the end.
   const std::filesystem::path& Target() const { return this->Place; }
-  // What it is called now.
+  // The path of the temporary file.
   const std::filesystem::path& Path() const { return this->Temporary; }
   // The folder of both.
   std::filesystem::path Folder() const;

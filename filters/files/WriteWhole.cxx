@@ -27,20 +27,6 @@ Status WriteNewFile(const std::filesystem::path& file, std::string_view bytes)
   return output->Finish();
 }
 
-Status Append(int descriptor, std::string_view bytes)
-{
-  while (!bytes.empty())
-  {
-    const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
-    if (written < 0 && errno != EINTR)
-    {
-      return SystemError("cannot be written", errno);
-    }
-    bytes.remove_prefix(written < 0 ? 0 : static_cast<std::size_t>(written));
-  }
-  return {};
-}
-
 }
 
 Status WriteWhole(const std::filesystem::path& file, std::string_view bytes)
@@ -62,7 +48,7 @@ Status WriteToOutput(const std::filesystem::path& file, std::string_view bytes)
   {
     return SystemError("cannot be written", errno);
   }
-  const Status written = Append(descriptor, bytes);
+  const Status written = WriteAll(descriptor, bytes);
   ::close(descriptor);
   return written;
 }
@@ -75,7 +61,7 @@ Status WriteAnew(const std::filesystem::path& file, std::string_view bytes)
   {
     return SystemError("cannot be written", errno, file.string());
   }
-  const Status written = Append(descriptor, bytes);
+  const Status written = WriteAll(descriptor, bytes);
   ::close(descriptor);
   return OfFile(file.string(), written);
 }

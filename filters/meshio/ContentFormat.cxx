@@ -69,7 +69,7 @@ constexpr std::string_view blender = "open it in Blender and export it as .ply, 
                            vtkSurface = "save its surface as .vtp (in ParaView: "
                                         "Extract Surface)";
 
-// What is not read, and what makes something of it that is.
+// Formats that cannot be read, and how to convert them.
 constexpr Unread unread[] = { { ".3mf", "a 3MF file",
                                 "export it as .stl or .obj with the slicer "
                                 "that made it, or open it in MeshLab and "
@@ -99,30 +99,29 @@ constexpr Unread unread[] = { { ".3mf", "a 3MF file",
   { ".b3dm", "a tile of 3D Tiles", "take the tileset.json that names it" },
   { ".cityjson", "a JSON file that is neither glTF nor a tileset",
     "export what it describes as .glb or .ply" },
-  { ".vtu", "a file of VTK's without PolyData", vtkSurface },
-  { ".pvtp", "a list of VTK's files, with the mesh in parts",
+  { ".vtu", "a VTK file without PolyData", vtkSurface },
+  { ".pvtp", "a list of VTK files with the parts of a mesh",
     "open it in ParaView and save it as .vtp" },
   { ".msh", "a Gmsh file", "export it as .stl or .vtk with Gmsh" },
   { ".mesh", "a Medit file", "export it as .stl or .vtk with Gmsh" },
   { ".gml", "a CityGML file", ownProgram }, { ".landxml", "a LandXML file", ownProgram },
   { ".3dxml", "a 3DXML file", ownProgram }, { ".kml", "a KML file", ownProgram },
-  { ".kmz", "a KMZ file", ownProgram },
-  { ".npz", "an archive of NumPy's", "write its arrays as .ply" },
-  { ".npy", "an array of NumPy's", "write it as .ply" }, { ".h5", "an HDF5 file", ownProgram },
-  { ".hdf5", "an HDF5 file", ownProgram }, { ".vtkhdf", "an HDF5 file of VTK's", vtkSurface },
+  { ".kmz", "a KMZ file", ownProgram }, { ".npz", "a NumPy archive", "write its arrays as .ply" },
+  { ".npy", "a NumPy array", "write it as .ply" }, { ".h5", "an HDF5 file", ownProgram },
+  { ".hdf5", "an HDF5 file", ownProgram }, { ".vtkhdf", "a VTKHDF file", vtkSurface },
   { ".nc", "a NetCDF file", ownProgram }, { ".cloudcompare", "a CloudCompare file", cloudCompare },
   { ".shp", "a shapefile", ownProgram }, { ".geojson", "a GeoJSON file", ownProgram },
   { ".u3d", "a U3D file", ownProgram }, { ".prc", "a PRC file", ownProgram },
   { ".jt", "a JT file", ownProgram }, { ".sldprt", "a SolidWorks file", ownProgram },
   { ".sldasm", "a SolidWorks file", ownProgram }, { ".ipt", "an Inventor file", ownProgram },
   { ".iam", "an Inventor file", ownProgram },
-  { ".mtl", "a library of materials", "give the .obj that names it" },
-  { ".spz", "a file of splats", "take the .ply that it was made of" },
-  { ".splat", "a file of splats", "take the .ply that it was made of" },
-  { ".ksplat", "a file of splats", "take the .ply that it was made of" },
+  { ".mtl", "a material library", "give the .obj that names it" },
+  { ".spz", "a file of Gaussian splats", "take the .ply that it was made of" },
+  { ".splat", "a file of Gaussian splats", "take the .ply that it was made of" },
+  { ".ksplat", "a file of Gaussian splats", "take the .ply that it was made of" },
   { ".png", "a PNG picture", notMesh }, { ".jpg", "a JPEG picture", notMesh },
   { ".tif", "a TIFF picture or grid", notMesh }, { ".pdf", "a PDF document", notMesh },
-  { ".html", "a page of the web (HTML), as servers send it instead of a file that is not there",
+  { ".html", "a web page (HTML), as servers send instead of a missing file",
     "download the file itself" } };
 
 // Exactly the triangles that it counts after the header: no other file is so by chance.
@@ -273,7 +272,7 @@ std::string TellZip(const std::vector<std::string>& names, std::string_view itsE
 
 // --- What is reported ----------------------------------------------------------------------------
 
-// What to do with content that is never read, whatever the ending.
+// What the user can do with an unsupported format, whatever the ending.
 std::string UnreadHint(
   ByteSource& source, std::string_view begin, std::string_view format, std::string_view ending)
 {

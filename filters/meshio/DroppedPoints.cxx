@@ -101,14 +101,15 @@ Status CheckByteOrder(std::span<const Vec3> points, ScalarType type)
       if (example.empty() && !IsSensible(value) && IsSensible(swapped))
       {
         example = std::string(1, "xyz"[k]) + " of point " + std::to_string(i) + " is " +
-                  ShortText(value) + ", and in the other order " + ShortText(swapped);
+                  ShortText(value) + ", and with its bytes swapped " + ShortText(swapped);
       }
     }
   }
   const bool isSwapped = numbers >= fewest && 4 * (numbers - sensible) >= numbers &&
                          100 * (numbers - swappedSensible) <= numbers;
   return isSwapped
-           ? BadInput("the bytes of its numbers are in the other order than it says: " + example,
+           ? BadInput(
+               "its numbers seem to have the opposite of the byte order that it states: " + example,
                Remedy::Repair)
            : Status();
 }

@@ -6,6 +6,7 @@
 
 #include "filters/core/Result.h"
 #include "filters/core/Types.h"
+#include "filters/core/VectorMath.h"
 #include "filters/meshio/ScratchTable.h"
 #include "filters/meshio/Tolerance.h"
 
@@ -20,11 +21,6 @@
 
 namespace kdstream
 {
-
-inline bool IsFinite(const Vec3& point)
-{
-  return std::isfinite(point[0]) && std::isfinite(point[1]) && std::isfinite(point[2]);
-}
 
 // "whose y is nan". REQUIRES: a point that is not finite.
 std::string WhatIsNotFinite(const Vec3& point);

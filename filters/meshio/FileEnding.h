@@ -29,7 +29,7 @@ inline bool IsPointText(const std::string& ending)
   return std::find(std::begin(endings), std::end(endings), ending) != std::end(endings);
 }
 
-// What only kdstream-convert reads. A .wrz is a .wrl that gzip has compressed, a .json a
+// Formats that only kdstream-convert reads. A .wrz is a .wrl that gzip has compressed, a .json a
 // tileset of 3D Tiles.
 inline bool IsConvertedFormat(const std::string& ending)
 {

@@ -97,7 +97,7 @@ private:
       const auto gone = static_cast<std::uint64_t>(std::count(kept->begin(), kept->end(), false));
       if (gone > 0)
       {
-        const bool whole = !this->FileInfo.strips; // of strips the triangles go
+        const bool whole = !this->FileInfo.strips; // of strips only triangles are dropped
         *kept = whole ? std::vector<bool>(kept->size(), false) : std::move(*kept);
         constexpr Lapse kind = Lapse::FaceOfDroppedPoint;
         this->Own.Count(kind, whole ? 1 : gone,

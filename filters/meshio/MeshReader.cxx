@@ -91,7 +91,7 @@ Result<std::unique_ptr<MeshReader>> MeshReader::Open(const std::filesystem::path
   {
     return reader;
   }
-  // What white is shows when all vertices were seen.
+  // The value of white is known when all vertices were read.
   ColorScale scale(std::move(*colors));
   for (std::size_t count = 1; count > 0;)
   {
@@ -164,7 +164,7 @@ Status MeshReader::ReadRest(Mesh& mesh, const Execution& execution)
 Result<std::size_t> MeshReader::ReadFaces(Mesh& mesh, std::size_t mostTriangles)
 {
   const std::size_t begin = mesh.triangles.size();
-  std::size_t faces = 0, atOnce = 256, ofFace = 1; // ofFace: triangles of one, as far as was seen
+  std::size_t faces = 0, atOnce = 256, ofFace = 1; // ofFace: most triangles of a face so far
   for (std::size_t made = 0; faces < mostTriangles && made < mostTriangles;
        made = mesh.triangles.size() - begin)
   {

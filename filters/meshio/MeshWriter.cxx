@@ -39,18 +39,6 @@ void ForEachCoordinate(const Mesh& mesh, Write&& write)
 }
 
 // The first attribute of a role, or null.
-const Attribute* FindRole(const Mesh& mesh, AttributeRole role)
-{
-  for (const Attribute& attribute : mesh.attributes)
-  {
-    if (RoleOf(attribute) == role)
-    {
-      return &attribute;
-    }
-  }
-  return nullptr;
-}
-
 std::vector<const Attribute*> ArraysOf(const Mesh& mesh, AttributeAssociation association)
 {
   std::vector<const Attribute*> arrays;
@@ -223,9 +211,9 @@ void WriteTupleLines(OutputFile& file, const Attribute& array, std::string_view 
 // Colours after the coordinates, as most programs write and read them.
 void WriteObj(OutputFile& file, const Mesh& mesh)
 {
-  const Attribute* const colors = FindRole(mesh, AttributeRole::Colors);
-  const Attribute* const normals = FindRole(mesh, AttributeRole::Normals);
-  const Attribute* const texture = FindRole(mesh, AttributeRole::TextureCoordinates);
+  const Attribute* const colors = FindRole(mesh.attributes, AttributeRole::Colors);
+  const Attribute* const normals = FindRole(mesh.attributes, AttributeRole::Normals);
+  const Attribute* const texture = FindRole(mesh.attributes, AttributeRole::TextureCoordinates);
   WritePointLines(file, mesh, "v ",
     [&](std::size_t point)
     {
@@ -267,7 +255,7 @@ void WriteVrml(OutputFile& file, const Mesh& mesh)
   file.Write("coord Coordinate { point [\n");
   WritePointLines(file, mesh, "", [](std::size_t) {});
   file.Write("] }\n");
-  if (const Attribute* colors = FindRole(mesh, AttributeRole::Colors))
+  if (const Attribute* colors = FindRole(mesh.attributes, AttributeRole::Colors))
   {
     file.Write("color Color { color [");
     for (std::size_t i = 0; i < mesh.points.size(); ++i)
@@ -277,7 +265,7 @@ void WriteVrml(OutputFile& file, const Mesh& mesh)
     }
     file.Write("\n] }\n");
   }
-  const Attribute* const normals = FindRole(mesh, AttributeRole::Normals);
+  const Attribute* const normals = FindRole(mesh.attributes, AttributeRole::Normals);
   if (normals && !cloud) // a PointSet has none
   {
     file.Write("normal Normal { vector [\n");
@@ -360,7 +348,7 @@ void DeclareAttributes(OutputFile& file, const Mesh& mesh, AttributeAssociation 
     { std::pair{ AttributeRole::Normals, "Normals" }, std::pair{ AttributeRole::Colors, "Scalars" },
       std::pair{ AttributeRole::TextureCoordinates, "TCoords" } })
   {
-    const Attribute* const active = FindRole(mesh, role);
+    const Attribute* const active = FindRole(mesh.attributes, role);
     if (active && active->association == association)
     {
       file.Write(std::string(" ") + name + "=\"" + XmlText(active->name) + "\"");
@@ -551,7 +539,8 @@ std::vector<std::string> AttributesLeftOut(const std::filesystem::path& file, co
   for (const Attribute& attribute : mesh.attributes)
   {
     const AttributeRole role = RoleOf(attribute);
-    const bool known = role != AttributeRole::Other && FindRole(mesh, role) == &attribute;
+    const bool known =
+      role != AttributeRole::Other && FindRole(mesh.attributes, role) == &attribute;
     const bool kept = ending == ".ply" || ending == ".vtp" || (ending == ".obj" && known) ||
                       (ending == ".wrl" && known && role != AttributeRole::TextureCoordinates);
     if (!kept)

@@ -18,7 +18,7 @@ enum class NumberTextError
 {
   None,
   NotANumber, // the word is not wholly a number of the kind
-  OutOfRange  // it is one, too large for its type
+  OutOfRange  // a number that is too large for its type
 };
 
 // True if the absolute value of the decimal number `word` is below one. REQUIRES: std::from_chars
@@ -203,7 +203,7 @@ NumberTextError ParseNumber(std::string_view word, T& value)
 class DecimalPrecision
 {
 public:
-  // What is not a number makes no difference that can be relied on.
+  // Words that are not numbers have an undefined effect.
   void Add(std::string_view word);
   bool FloatsSuffice() const { return this->Suffice; }
 

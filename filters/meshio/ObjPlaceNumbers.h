@@ -24,7 +24,7 @@ struct ObjPlaceColumns
   What what = What::Nothing;
   std::size_t at = 3;    // the number of a vertex, from 0, that is the first of three
   double scale = 1;      // of a colour to 255
-  std::string ignored{}; // what is not read of them; empty: nothing
+  std::string ignored{}; // the numbers that are not read; empty: all are read
 };
 
 // Looks at the numbers of all vertices, then decides. O(1) a vertex.
@@ -45,7 +45,7 @@ private:
   struct Triple
   {
     ColorWhite white;
-    std::uint64_t unit = 0; // of length one
+    std::uint64_t unit = 0; // vectors of length one
     bool negative = false;
   };
 
@@ -53,7 +53,8 @@ private:
   std::uint64_t Two = 0;            // vertices of five numbers
   std::uint64_t Six = 0, Seven = 0; // vertices of as many numbers at least
   bool WeightOne = true, LastOpaque = true;
-  std::array<Triple, 2> Triples; // after the coordinates, and one further
+  // The three numbers after the coordinates, and the three after these.
+  std::array<Triple, 2> Triples;
 };
 
 }

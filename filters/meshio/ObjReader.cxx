@@ -102,7 +102,7 @@ private:
   MeshFileInfo FileInfo;
   std::unique_ptr<ObjVertices> Tables; // only if corners name more than places
   PolygonFaces Polygons;
-  std::unique_ptr<ScratchTable<Vec3>> Places; // once polygons need it
+  std::unique_ptr<ScratchTable<Vec3>> Places; // made for the first polygon
 
   ObjCorners Corners; // of a face
 
@@ -253,7 +253,8 @@ Status ObjReader::Start(const Execution& execution)
     return BadInput("is not an OBJ file: no line says v, vt, vn or f", Remedy::Rename);
   }
   this->FileInfo.tolerance.Count(Lapse::PaddedEnd, this->Statements.GetLines().Padding());
-  // What corners name in vain becomes no attribute. Of a cloud each point has its own.
+  // Coordinates or normals that no corner names become no attribute. Each point of a cloud has its
+  // own.
   for (const std::size_t part : { 1, 2 })
   {
     found.named[part] &= found.counts[part] > 0;
@@ -332,7 +333,7 @@ Status ObjReader::MakeTables(const Execution& execution)
       }
       KDSTREAM_TRY(this->ReadCorners());
       ++this->FacesRead;
-      // One that is too small is counted when it is read.
+      // A face that is too small is counted when it is read.
       const auto corners = this->Corners.Get();
       return this->Tables->AddFace(
         corners.size() < 3 ? std::span<const ObjVertices::Corner>() : corners);

@@ -213,7 +213,7 @@ Status ObjStatements::Join()
     if (line.size() > longestStatement - std::min(begin, longestStatement))
     {
       return this->Lines.Wrong("is longer than " + std::to_string(longestStatement >> 20U) +
-                               " MiB, with those that it goes on from");
+                               " MiB, together with the lines that it continues");
     }
     this->Joined += line;
   }
@@ -290,7 +290,7 @@ void ObjPassedOver::Name(std::vector<std::string>& notCarried) const
   }
   if (!this->FirstCall.empty())
   {
-    notCarried.push_back("what another file or a program would add: " + this->FirstCall);
+    notCarried.push_back("calls of other files or programs: " + this->FirstCall);
   }
   if (this->Unknown > 0)
   {

@@ -97,7 +97,7 @@ private:
 class ObjPassedOver
 {
 public:
-  // The one that `statements` stand at.
+  // The current one of `statements`.
   void Add(const ObjStatements& statements);
   // Adds names for what is not carried: a count each.
   void Name(std::vector<std::string>& notCarried) const;

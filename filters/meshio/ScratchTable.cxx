@@ -42,7 +42,7 @@ Error ScratchFile::Failure(const char* what) const
     this->Folder.string() };
 }
 
-// Only once a block must leave memory: small tables need no file.
+// Called when a block must leave memory: small tables need no file.
 Status ScratchFile::Open()
 {
   if (this->Folder.empty())

@@ -298,7 +298,8 @@ void PackedColors::Add(float value)
 {
   constexpr float most = 16777215; // 0xFFFFFF
   const auto bits = BitCast<std::uint32_t>(value);
-  const bool isMissing = bits == 0x7FC00000 || bits == 0xFFC00000; // the NaN that stands for it
+  // The NaN that marks a missing value.
+  const bool isMissing = bits == 0x7FC00000 || bits == 0xFFC00000;
   if (isMissing || value == 0)
   {
     return;

@@ -188,7 +188,7 @@ public:
       this->FileInfo.tolerance.Count(Lapse::NotCounted, this->Facets,
         "byte " + std::to_string(headerBytes) + ", where the header counts " +
           std::to_string(counted) +
-          ", as programs do that do not know the number yet: all are read");
+          ", because the program that wrote it did not know the number yet: all are read");
     }
     KDSTREAM_TRY(this->LookAtHeader());
     KDSTREAM_TRY(this->CheckBytesAfterEnd());
@@ -218,7 +218,7 @@ private:
   void SpreadNotFinite(std::uint64_t facet, std::size_t first, std::size_t last);
 
   std::uint64_t Facets;
-  bool HasAttributes = false; // that was reported
+  bool HasAttributes = false; // attribute bytes were reported
   std::array<Vec3, 3 * facetBatch> Batch;
 };
 
@@ -471,7 +471,7 @@ private:
   Result<bool> NextFacet();
   // Goes to the coordinates of its next vertex; false after its end.
   Result<bool> NextVertex();
-  // What stands between facets: true at the end of the text, or where a facet begins.
+  // Skips the text between facets: true at the end of the text, or where a facet begins.
   Result<bool> PassBetween();
   // Skips a name or a remark, up to the facet that follows it, or the end of the line. word: named
   // in the error if this would skip a facet; empty: a word of the facet.
@@ -490,9 +490,9 @@ private:
   TextWords Words;
   TextState At;
   std::vector<Vec3> Facet;   // the corners of the last that was read
-  PolygonCutter Cutter;      // of it
+  PolygonCutter Cutter;      // cuts the facet's polygon
   std::vector<Vec3> Corners; // of its triangles: what ReadPoints gives
-  std::size_t Given = 0;     // of these
+  std::size_t Given = 0;     // corners given so far
 };
 
 Error TextStlReader::Unexpected(std::string_view word, const std::string& expected) const
@@ -711,7 +711,7 @@ Status TextStlReader::Start(const Execution& execution)
   if (this->At.foreign > 0)
   {
     this->FileInfo.ignoredAttributes.push_back(
-      "words between facets that are none of STL (" + this->At.firstForeign + ")");
+      "words between facets that STL does not have (" + this->At.firstForeign + ")");
   }
   this->At = {};
   this->Words.Seek(this->Source.Start());
@@ -740,7 +740,7 @@ Status TextStlReader::ReadPoint(Vec3& point)
   return {};
 }
 
-// The next one of three corners or more: its triangles become Corners.
+// Reads the next facet of three corners or more; its triangles become Corners.
 Status TextStlReader::ReadFacet()
 {
   bool finite = true;
@@ -793,7 +793,7 @@ Status TextStlReader::ReadFacet()
 
 Status TextStlReader::ReadPoints(std::vector<Vec3>& points, std::size_t number)
 {
-  MakeRoom(points, number); // they were counted
+  MakeRoom(points, number); // the facets were counted before
   for (std::size_t i = 0; i < number; ++i)
   {
     if (this->Given == this->Corners.size())
@@ -876,7 +876,7 @@ Result<std::unique_ptr<MeshReader>> OpenStlReader(ByteSource source, const Execu
       source.Size() == headerBytes + std::uint64_t{ facetBytes } * other)
   {
     return BadInput("is big-endian: its " + std::to_string(other) +
-                      " triangles have their bytes in the other order than STL wants",
+                      " triangles have swapped bytes, but STL is little-endian",
       Remedy::SaveOtherwise);
   }
   return BadInput("the header claims " + std::to_string(facets) + " triangles, " +

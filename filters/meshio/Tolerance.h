@@ -29,11 +29,11 @@ enum class Lapse : std::uint8_t
 
   // Read:
   BytesAfterEnd,  // bytes after the end of what the file says it holds
-  PaddedEnd,      // zeros after it, which fill up a block
+  PaddedEnd,      // zeros after the end, which fill up a block
   NotCounted,     // points or faces that the file holds and its header does not count
   ValuesNotNamed, // a line of a text with more values than its header names, which are not read
   ColumnsGuessed, // the first column of points as text may be a coordinate, a number or a time
-  EndMissing,     // the word that ends a text is missing: it may have been cut there
+  EndMissing,     // the word that ends a text is missing: the file may be truncated
   FieldNotKnown,  // a field of a scene that its format does not have, which is not read
   NodeLeftOut,    // a node of a scene that its format does not have, or that lies in a file that is
                   // not there, or whose sizes make no shape
@@ -55,7 +55,7 @@ public:
 
   // Adds the counts of another part of the same file.
   void Add(const Tolerance& other);
-  // What was counted and reported after `before`, a former state of this.
+  // The difference to `before`, an earlier state of this.
   Tolerance Since(const Tolerance& before) const;
 
   // A sentence for each kind that was counted, then the readings: warnings without the file's name.

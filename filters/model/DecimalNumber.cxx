@@ -195,7 +195,7 @@ double DivideExactly(const Decimal& decimal)
     mantissa = mantissa * 2 + (one ? 1 : 0);
     numerator.ShiftLeft(1);
   }
-  // What remains, against half of the last bit.
+  // Compares the remainder with half of the last bit.
   const bool above = denominator.IsLess(numerator);
   const bool tie = !above && !numerator.IsLess(denominator);
   mantissa += above || (tie && mantissa % 2 == 1) ? 1 : 0;
@@ -207,7 +207,7 @@ double DivideExactly(const Decimal& decimal)
 struct Interval
 {
   Natural value, less, more, whole;
-  bool hasEnds; // they round to it, too
+  bool hasEnds; // the ends of the interval round to the number, too
 
   explicit Interval(double positive)
     : hasEnds(false)

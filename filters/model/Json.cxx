@@ -121,7 +121,7 @@ private:
   {
     ++this->At;
     JsonValue& value = this->Add(kind);
-    value.Span = this->Open; // until it is whole
+    value.Span = this->Open; // until the value is complete
     this->Open = static_cast<std::uint32_t>(this->Document.Values.size() - 1);
     this->SkipSpace();
     isWhole = this->EndOuter();

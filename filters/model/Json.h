@@ -99,7 +99,7 @@ protected:
     const JsonValue* first; // of the values, or of names and values in turn
   } Content{ 0 };
   std::uint32_t Count = 0; // bytes of a text; values; members
-  std::uint32_t Span = 1;  // values from this one to the next beside it
+  std::uint32_t Span = 1;  // distance to the next value on the same level
   Kinds Kind = Kinds::Null;
 };
 

@@ -67,7 +67,7 @@ void JsonWriter::BreakLine()
   }
 }
 
-// What stands between a value, or a key, and what was written before it.
+// Writes the separator before a value or a key.
 void JsonWriter::BeginEntry()
 {
   if (this->AfterKey)

@@ -38,9 +38,9 @@ struct ResolutionDescription
   std::uint64_t triangles = 0; // each once
   std::uint64_t pieces = 0;
   std::uint64_t bytes = 0;
-  // For a level, in model units: an upper bound of the distance of the original from the level's
-  // surface (geometricError), and an estimate that 99 of 100 of its vertices do not exceed
-  // (geometricError99), by which viewers choose levels. 0 for the original.
+  // For a level, in model units; 0 for the original. geometricError: an upper bound of the distance
+  // of the original from the level's surface. geometricError99: an estimate that 99 of 100 of its
+  // vertices do not exceed; viewers choose levels by it.
   double geometricError = 0;
   double geometricError99 = 0;
   // For a level: the spacing of its coordinates, in steps of the grid, 1 … mostSpacing. 1 for the
@@ -56,7 +56,7 @@ struct HomeView
 {
   Vec3 up{ 0, 1, 0 };   // of length 1
   Vec3 view{ 0, 0, 1 }; // from the model's middle towards the eye, of length 1
-  bool guessed = false; // one of the two at least, by the build
+  bool guessed = false; // at least one direction was guessed by the build
   bool operator==(const HomeView&) const = default;
 };
 
@@ -65,7 +65,7 @@ struct HomeView
 struct TextureDescription
 {
   std::string format = "webp"; // of the tiles' images
-  bool lossless = false;       // they keep the input's texels and coordinates bit for bit
+  bool lossless = false;       // texels and coordinates are the input's, bit for bit
   std::uint64_t bytes = 0;     // of the original's tiles
   std::uint64_t texels = 0;    // the same
   bool levels = false;         // pieces of levels have tiles too; not in stores before version 14
@@ -78,7 +78,7 @@ struct UnusedDescription
 {
   std::uint64_t vertices = 0; // at least 1
   std::uint64_t bytes = 0;    // of the list
-  Vec3 farthest{};            // that is farthest from the model's box, the first of equals
+  Vec3 farthest{};            // the vertex farthest from the model's box, the first of equals
   bool operator==(const UnusedDescription&) const = default;
 };
 
@@ -99,10 +99,10 @@ struct ScalarDescription
   struct Class
   {
     double value = 0;
-    std::uint64_t vertices = 0; // that have it
+    std::uint64_t vertices = 0; // number of vertices with a value
     bool operator==(const Class&) const = default;
   };
-  std::vector<Class> classes; // ascending; none where the array holds none (HoldsClasses), or more
+  std::vector<Class> classes; // ascending; empty if the array has no classes (HoldsClasses) or more
                               // than mostClasses
   static constexpr std::size_t mostClasses = 256;
   bool operator==(const ScalarDescription&) const = default;
@@ -164,8 +164,8 @@ struct ModelDescription
   std::string title, credit, license, unit, description;
   std::vector<AttributeInfo> attributes;      // point arrays first
   ScalarDescriptions scalars;                 // that levels carry too, in the order of attributes
-  std::optional<HomeView> homeView;           // none: viewers take one as it is by default
-  std::optional<TextureDescription> textures; // none: there are no tiles
+  std::optional<HomeView> homeView;           // nothing: viewers use their default view
+  std::optional<TextureDescription> textures; // nothing: no texture tiles
 
   // What the client of this description may have; only from servers with tokens.
   ModelDetail detail = ModelDetail::Regions;
@@ -201,8 +201,8 @@ struct ModelSummary
   std::string title;
   std::uint64_t vertices = 0;
   std::uint64_t triangles = 0;
-  std::string description{}; // the begin of it: at most mostSummaryBytes
-  std::uint64_t notes = 0;   // on it (Notes.h)
+  std::string description{}; // its beginning: at most mostSummaryBytes
+  std::uint64_t notes = 0;   // number of notes on the model (Notes.h)
   bool operator==(const ModelSummary&) const = default;
 };
 

@@ -147,7 +147,7 @@ void ReadDescription(
   ReadScalars(reader, json, model);
 }
 
-// What a server adds stands here: the id, and how much of the model the client may have.
+// Members that a server adds: the id, and how much of the model the client may get.
 void PutModel(JsonWriter& json, const ModelDescription& model)
 {
   json.BeginObject().Member("id", model.id);

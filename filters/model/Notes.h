@@ -26,9 +26,9 @@ namespace kdstream
 // Texts are plain, whatever looks like markup in them.
 struct Note
 {
-  std::string title; // 1 to longestTitle characters
-  std::string text;  // at most longestText characters
-  std::string link;  // the view, as links have it (viewer/session/ViewLink.h); not checked here
+  std::string title;      // 1 to longestTitle characters
+  std::string text;       // at most longestText characters
+  std::string link;       // the view as in a link (viewer/session/ViewLink.h); not checked here
   std::string language{}; // of title and text, as "de" or "zh-Hant"; empty: not known
   bool operator==(const Note&) const = default;
 

@@ -19,7 +19,7 @@ Result<std::string> GzipText(std::string_view text, int level)
   stream.avail_in = static_cast<uInt>(text.size());
   stream.next_out = reinterpret_cast<Bytef*>(small.data());
   stream.avail_out = static_cast<uInt>(small.size());
-  deflate(&stream, Z_FINISH); // cannot fail: all of it has room
+  deflate(&stream, Z_FINISH); // cannot fail: the buffer is large enough
   small.resize(stream.total_out);
   deflateEnd(&stream);
   return small;

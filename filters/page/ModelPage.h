@@ -23,10 +23,11 @@ struct ModelTexts
 };
 ModelTexts TextsOf(const ModelDescription& model);
 
-// `page` is the viewer's index.html. Its title becomes the model's head (description, canonical
-// address, OpenGraph, Twitter card, JSON-LD of a 3DModel, and oEmbed where the root is known), its
-// <noscript> the model's texts, and its own relative addresses begin with place.up. A page without
-// a title or <noscript> gets them in its head and body. site: its title, may be empty. O(bytes).
+// `page` is the viewer's index.html. Its title becomes the model's head: description, canonical
+// address, OpenGraph, Twitter card, JSON-LD of a 3DModel, and oEmbed if the root is known. Its
+// <noscript> gets the model's texts. Its relative addresses then begin with place.up. A page
+// without a title or <noscript> gets them in its head and body. site: its title, may be empty.
+// O(bytes).
 std::string MakeModelPage(std::string_view page, const ModelDescription& model,
   const PagePlace& place, const std::string& site);
 

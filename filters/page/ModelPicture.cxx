@@ -27,7 +27,7 @@ constexpr unsigned sampleColumns = samplesAcross * pictureWidth,
                    sampleRows = samplesAcross * pictureHeight;
 constexpr std::uint64_t mostSamplesTested = std::uint64_t{ 100 } * sampleColumns * sampleRows;
 
-// As in viewer/session/look: Palette.h and SceneLook.h.
+// As in viewer/session/appearance: Palette.h and SceneAppearance.h.
 constexpr Vec3 stone{ 217.0 / 255, 208.0 / 255, 192.0 / 255 };
 constexpr Vec3 groundBottom{ 91.0 / 255, 94.0 / 255, 99.0 / 255 };
 constexpr Vec3 groundTop{ 33.0 / 255, 35.0 / 255, 40.0 / 255 };
@@ -77,7 +77,7 @@ struct PictureVertex
 {
   double x = 0, y = 0; // in samples, from the upper left
   double near = 0;     // 1 / distance from the eye
-  Vec3 normal{};       // in the picture's axes; 0: it is not known
+  Vec3 normal{};       // in the picture's axes; 0: unknown
   Vec3 color = stone;
   bool IsFinite() const
   {
@@ -97,13 +97,6 @@ struct Span
 Vec3 MiddleOf(const Box& box)
 {
   return Times(Plus(box.lo, box.hi), 0.5);
-}
-
-const Attribute* FindPictureArray(const Piece& piece, AttributeRole role)
-{
-  const auto found = std::find_if(piece.attributes.begin(), piece.attributes.end(),
-    [role](const Attribute& each) { return RoleOf(each) == role; });
-  return found == piece.attributes.end() ? nullptr : &*found;
 }
 
 // Where they are seen from a distance of some sizes of the model, as large as they fit.
@@ -155,8 +148,8 @@ std::vector<PictureVertex> VerticesOf(const Piece& piece, const PictureAxes& axe
   PlaceVertices(piece, axes, vertices);
   const auto sums = SumOfNormals(piece.positions, piece.triangles);
   const Attribute* const normals =
-    piece.triangles.empty() ? FindPictureArray(piece, AttributeRole::Normals) : nullptr;
-  const Attribute* const colors = FindPictureArray(piece, AttributeRole::Colors);
+    piece.triangles.empty() ? FindRole(piece.attributes, AttributeRole::Normals) : nullptr;
+  const Attribute* const colors = FindRole(piece.attributes, AttributeRole::Colors);
   for (std::size_t i = 0; i < vertices.size(); ++i)
   {
     const Vec3 normal =

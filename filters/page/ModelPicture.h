@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The picture of a model that a link shows: its preview in the first view, as a JPEG. Drawn by the
-// processor, so that servers need no graphics. It looks like the viewers' (viewer/session/look/
-// SceneLook.h), but for ambient occlusion.
+// processor, so that servers need no graphics. It looks like the viewers'
+// (viewer/session/appearance/SceneAppearance.h), but for ambient occlusion.
 #pragma once
 
 #include "filters/core/Result.h"

@@ -24,7 +24,8 @@ namespace kdstream
 namespace
 {
 
-constexpr Vec3 stoneOfGlb{ 217.0 / 255, 208.0 / 255, 192.0 / 255 }; // viewer/session/look/Palette.h
+// As in viewer/session/appearance/Palette.h.
+constexpr Vec3 stoneOfGlb{ 217.0 / 255, 208.0 / 255, 192.0 / 255 };
 
 // From the model's coordinates to those of the file.
 struct GlbFrame
@@ -115,7 +116,7 @@ private:
         Times(this->Frame.Turned(Minus(position, this->Frame.origin)), this->Frame.scale);
       for (double& coordinate : placed)
       {
-        coordinate = static_cast<float>(coordinate); // of which the bounds are to be
+        coordinate = static_cast<float>(coordinate); // the bounds must be those of the floats
       }
       this->Bounds.Add(placed);
       AppendVector(this->Buffer, placed);

@@ -17,7 +17,7 @@ namespace
 
 constexpr std::size_t mostColumns = 100, leastColumns = 40;
 constexpr std::size_t secondColumn = 30; // where the descriptions of options begin
-const std::string otherGroup = "Help";   // of --help and --version: the last one
+const std::string otherGroup = "Help";   // the group of --help and --version, printed last
 
 std::size_t IndentOf(const std::string& line)
 {
@@ -155,7 +155,8 @@ std::string HelpFormatter::Row(const std::string& name, const std::string& text)
 std::string HelpFormatter::make_description(const CLI::App* app) const
 {
   std::string text = app->get_description();
-  if (app->get_parent() != nullptr && !text.empty()) // in a list of commands it is no sentence
+  if (app->get_parent() != nullptr &&
+      !text.empty()) // the list of commands shows it without a full stop
   {
     text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
     text += ".";

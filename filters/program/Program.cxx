@@ -32,7 +32,7 @@ std::atomic<bool> interrupted{ false };
 extern "C" void OnInterrupt(int signal)
 {
   interrupted = true;
-  std::signal(signal, SIG_DFL); // a second one ends the process
+  std::signal(signal, SIG_DFL); // a second signal ends the process
 }
 
 // What EndAtInterrupts prints: prepared, because a signal handler may do very little.
@@ -233,7 +233,7 @@ Result<std::filesystem::path> CheckOutput(
   {
     target = target.parent_path() / fs::read_symlink(target, status);
   }
-  // Also for files that do not exist yet; empty if it cannot be found out.
+  // Also for files that do not exist yet; empty if unknown.
   const auto place = [&](const fs::path& path)
   { return fs::weakly_canonical(fs::absolute(path, status), status); };
   const fs::path there = place(target);

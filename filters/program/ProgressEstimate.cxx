@@ -6,7 +6,7 @@ namespace kdstream
 namespace
 {
 
-// Less says little: the first part of a step is often faster or slower than the rest.
+// Shorter measurements are unreliable: the first part of a step is often faster or slower.
 constexpr double leastSecondsOfStep = 1, leastOfStep = 0.02;
 constexpr double leastSecondsOfWhole = 3, leastOfWhole = 0.05;
 

@@ -38,9 +38,9 @@ public:
   struct Time
   {
     double seconds = 0; // above 0
-    bool whole = false; // of all steps; else of this one
+    bool whole = false; // true: estimate for all steps; false: for this step
   };
-  // None at the end.
+  // Nothing at the end.
   std::optional<Time> Left() const;
 
 private:

@@ -61,7 +61,7 @@ std::string MovingBar(std::size_t width, double seconds)
   return std::string(place, ' ') + std::string(part, '#') + std::string(way - place, ' ');
 }
 
-// What follows the step and its fraction.
+// The text after the step and its fraction.
 std::string Rest(const ProgressState& state, const char* separator)
 {
   std::string text = separator + DurationText(state.seconds);

@@ -28,7 +28,7 @@ struct StepAmount
 struct ProgressState
 {
   std::string step;
-  double fraction = 0;             // of the step; one without reports between stays at 0, or at 1
+  double fraction = 0;             // of the step; 0 or 1 for a step without reports in between
   double seconds = 0;              // since the work began
   std::optional<double> perSecond; // of the unit
   std::string unit;

@@ -249,11 +249,11 @@ std::string PlainMessage(const std::string& message)
   }
   if (is("(\\S+): 1 required .* missing"))
   {
-    return part[1].str() + ": a value is missing after it";
+    return part[1].str() + " needs a value";
   }
   if (is("Could not convert: (\\S+) = ([\\s\\S]*)"))
   {
-    return part[1].str() + ": " + Quoted(part[2]) + " is not a value that it can have";
+    return part[1].str() + ": " + Quoted(part[2]) + " is not a valid value";
   }
   if (is("(\\S+): ([\\s\\S]*) not in \\{(.*)\\}"))
   {

@@ -33,7 +33,7 @@ enum class BlobKind : std::uint8_t
 struct BlobId
 {
   BlobKind kind = BlobKind::Tree;
-  std::uint8_t level = 0;   // of a Level, also of its texture; 0 for the others
+  std::uint8_t level = 0;   // for Level and LevelTexture; 0 for other kinds
   std::uint32_t number = 1; // node of a tree page, of boxes or of a level's piece, also of its
                             // texture (from 1); number of a partition, also of its texture (from 0)
   auto operator<=>(const BlobId&) const = default;
@@ -96,7 +96,7 @@ namespace kdstream
 // one of the tree.
 protocol::BlobId BlobOfPiece(PieceId piece, const TreeDepths& depths);
 protocol::BlobId TextureOfPiece(
-  PieceId piece, const TreeDepths& depths);   // whether or not it has one
+  PieceId piece, const TreeDepths& depths);   // even if the piece has no texture
 bool IsOfPiece(const protocol::BlobId& blob); // no tree page, no boxes, no texture
 bool IsOfTree(const protocol::BlobId& blob);  // a page, or boxes
 PieceId PieceOfBlob(const protocol::BlobId& blob, const TreeDepths& depths);

@@ -54,12 +54,6 @@ std::string NotesPath(std::string_view model)
   return std::string(modelsPrefix) + std::string(model) + "/notes.json";
 }
 
-std::string TilesetPath(std::string_view model)
-{
-  return std::string(modelsPrefix) + std::string(model) + "/" + std::string(tilesFolder) +
-         NameOfTile({ true, true });
-}
-
 std::string BlobPath(std::string_view model, std::string_view digest, const BlobId& blob)
 {
   return std::string(modelsPrefix) + std::string(model) + "/" + std::string(digest) + "/" +

@@ -58,7 +58,6 @@ inline constexpr std::string_view modelListPath = "/api/models.json";
 // REQUIRES: IsModelId(model), IsDigest(digest), IsValid(blob).
 std::string ModelPath(std::string_view model);
 std::string NotesPath(std::string_view model);
-std::string TilesetPath(std::string_view model);
 std::string BlobPath(std::string_view model, std::string_view digest, const BlobId& blob);
 
 // Parses the path of a URL, without query and fragment. Percent-encoding is not decoded: no path of

@@ -111,7 +111,7 @@ Status RankGroup::Sum(std::span<std::uint64_t> numbers)
 
 Status RankGroup::JoinBoxes(std::span<Box> boxes)
 {
-  std::vector<double> mine, others; // the upper ends negative, so that one minimum does for both
+  std::vector<double> mine, others; // upper ends are negated, so that one minimum serves both ends
   KDSTREAM_TRY(this->AgreeOnRoom(
     [&]
     {

@@ -279,7 +279,7 @@ private:
 
   std::unique_ptr<RankMessages> Own; // of a controller
   std::optional<Error> Failed;
-  std::vector<std::uint64_t> AllReceived; // of each rank whether it has failed, and numbers
+  std::vector<std::uint64_t> AllReceived; // for each rank: whether it has failed, and its numbers
 
 protected:
   RankMessages& Messages;

@@ -97,7 +97,8 @@ void RankMessages::Receive(std::size_t rank, std::span<std::byte> bytes)
 std::vector<std::uint64_t> RankMessages::TellAll(std::span<const std::uint64_t> mine)
 {
   const std::size_t each = mine.size();
-  std::vector<std::uint64_t> known(mine.begin(), mine.end()); // of this rank and those after it
+  // Numbers of this rank and of following ranks.
+  std::vector<std::uint64_t> known(mine.begin(), mine.end());
   known.resize(each * this->Ranks);
   for (std::size_t distance = 1; distance < this->Ranks; distance *= 2)
   {

@@ -122,7 +122,7 @@ int SectorSize(sqlite3_file*)
 
 int DeviceCharacteristics(sqlite3_file*)
 {
-  return 0; // of one that is only read its URI says that it is immutable
+  return 0; // files that are only read are opened as immutable by their URI
 }
 
 constexpr sqlite3_io_methods methods{ 1, Close, Read, Write, Truncate, Sync, FileSize, Lock, Lock,

@@ -136,7 +136,8 @@ Result<GeometricErrorList::Summary> GeometricErrorList::Finish()
       ++bins[bits >> digits];
       largest = std::max(largest, bits);
     }));
-  std::uint64_t rest = (all - 1) * 99 / 100; // of those in the bin, how many come before
+  // How many values of the bin come before the wanted one.
+  std::uint64_t rest = (all - 1) * 99 / 100;
   const auto find = [&]
   {
     std::uint32_t bin = 0;

@@ -44,7 +44,7 @@ private:
 
   std::filesystem::path Folder;
   std::size_t InMemory;
-  std::vector<float> Last; // after those in the file
+  std::vector<float> Last; // the latest errors, not yet in the file
   std::uint64_t InFile = 0;
   int File = -1;
 };

@@ -172,7 +172,7 @@ private:
   }
 
   Piece Part;
-  std::vector<Entry> Order; // those of a node are together
+  std::vector<Entry> Order; // the entries of a node are adjacent
   unsigned Depth = 0;       // of the leaves
   std::vector<Ball> Balls;  // heap order; the first entry is unused
 };
@@ -245,7 +245,7 @@ private:
   struct Walk
   {
     const Vec3& from;
-    double ends, best; // squares: it ends when the best is so near
+    double ends, best; // squared; the search ends at a distance of `ends`
     std::uint32_t found;
     std::uint64_t mostVisits, visits;
   };
@@ -412,7 +412,7 @@ private:
     return {};
   }
 
-  // What may be farther from the level than the bound so far: a ball, or a part of a triangle.
+  // A ball or a part of a triangle that may be farther from the level than the bound so far.
   struct Suspect
   {
     double most = 0; // an upper bound of its distance
@@ -454,7 +454,7 @@ private:
     }
   }
 
-  // In the order of the vertices, down to balls whose radius leaves room for a distance.
+  // Visits balls in the order of the vertices, down to a radius of at most half the bound.
   void Descend(const BallTree& balls, std::size_t node)
   {
     if (balls.At(node).radius <= this->Most / 2 || balls.IsLeaf(node))
@@ -535,7 +535,7 @@ private:
   unsigned Depth, PiecesAt; // PiecesAt: depth of the nodes that are searched as a whole
   NodeId Loaded = 0;
   std::optional<LevelSurface> Level;
-  std::uint32_t Last = 0; // the triangle found last: the next one is often near
+  std::uint32_t Last = 0; // the last result: the next point is often near it
   std::uint64_t Visits = 0, MostVisits = visitsAtFirst;
   double Most;
   std::priority_queue<Suspect> Suspects; // of a partition, the farthest first
@@ -605,7 +605,7 @@ Result<std::vector<double>> BoundLevels(const ModelDescription& model, const Rea
       }));
     KDSTREAM_TRY(execution.Report("encode", 1));
   }
-  // What rounding takes from sums of a few products, and more.
+  // An upper bound of rounding errors in sums of a few products.
   double scale = 0;
   for (std::size_t k = 0; k < 3; ++k)
   {

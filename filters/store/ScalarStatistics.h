@@ -54,9 +54,10 @@ private:
 
   std::vector<AttributeInfo> Infos;
   std::vector<Column> Columns;
-  std::vector<std::uint64_t> Hashes;         // of the sample
-  std::vector<double> Values;                // of the sample: one an array, vertex after vertex
-  std::uint64_t Limit = ~std::uint64_t{ 0 }; // no hash above it is in the sample
+  std::vector<std::uint64_t> Hashes; // of the sample
+  // Of the sample: one value for each array, vertex after vertex.
+  std::vector<double> Values;
+  std::uint64_t Limit = ~std::uint64_t{ 0 }; // the sample has only hashes up to this
 };
 
 }

@@ -45,7 +45,7 @@ std::chrono::nanoseconds ThreadTime()
 struct Work
 {
   std::uint64_t steps = 0;
-  std::chrono::nanoseconds begin{ 0 }; // of ThreadTime, as if it had run without a pause
+  std::chrono::nanoseconds begin{ 0 }; // in ThreadTime; pauses are subtracted
 };
 thread_local Work* current = nullptr;
 
@@ -101,7 +101,8 @@ Status Distrust(sqlite3* database)
       { SQLITE_DBCONFIG_ENABLE_TRIGGER, 0 }, { SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0 },
       { SQLITE_DBCONFIG_ENABLE_LOAD_EXTENSION, 0 }, { SQLITE_DBCONFIG_WRITABLE_SCHEMA, 0 } })
   {
-    sqlite3_db_config(database, option, value, nullptr); // an older SQLite does not know them all
+    // An older SQLite does not know all options.
+    sqlite3_db_config(database, option, value, nullptr);
   }
   for (const auto& [limit, value] :
     { std::pair{ SQLITE_LIMIT_LENGTH, mostRowBytes }, { SQLITE_LIMIT_SQL_LENGTH, 64 << 10 },

@@ -28,8 +28,8 @@ using Database = std::unique_ptr<sqlite3, CloseDatabase>;
 // No value and no row is larger than this: the largest blob of a store, and what stands beside it.
 inline constexpr int mostRowBytes = (64 << 20) + (64 << 10);
 
-// All of these treat the file as hostile: its views and triggers do not run, its schema may call no
-// function that has effects, cells of pages are checked, values are at most mostRowBytes, no
+// All of these treat the file as hostile. Its views and triggers do not run, and its schema cannot
+// call functions with effects. Cells of pages are checked, and values are at most mostRowBytes. No
 // temporary file is written, and the file is not mapped into memory. A schema may still have
 // expressions, so compare it with the expected one first.
 
@@ -82,7 +82,7 @@ private:
     void operator()(sqlite3_stmt* statement) const;
   };
   std::unique_ptr<sqlite3_stmt, Finalize> Handle;
-  // What it has taken since Reset.
+  // Steps since Reset.
   std::uint64_t Steps = 0;
   std::chrono::nanoseconds Time{ 0 };
 };

@@ -177,7 +177,7 @@ private:
              : DamagedBlob(blob.name, "the directory is damaged");
   }
 
-  // No memory for what is only claimed: the rows come one by one.
+  // No memory is taken for sizes that are only claimed: rows are read one by one.
   Result<std::vector<std::uint8_t>> Gather(const BlobRow& blob, const BlobPlace& place)
   {
     std::vector<std::uint8_t> data;
@@ -349,7 +349,7 @@ Error DamagedBlob(const std::string& blob, const std::string& what)
   return { ErrorCode::Damaged, blob + ": " + what };
 }
 
-// What may pass stays what it is, all else is damage.
+// Temporary errors stay as they are; all others count as damage.
 Error StoreBlobs::Fail(const BlobRow& blob, const Error& error)
 {
   this->HasFailed = true;

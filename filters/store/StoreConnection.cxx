@@ -95,7 +95,7 @@ Status Store::Connection::CheckUnchanged()
         break;
       }
       const std::lock_guard lock(this->Mutex);
-      this->LastState = *now; // it has got another name or permission, no other content
+      this->LastState = *now; // only its name or permissions have changed, not its content
       return this->Changed ? WasChanged() : Status();
     }
   }
@@ -150,7 +150,8 @@ Result<std::unique_ptr<StoreBlobs>> Store::Connection::Take()
       return blobs;
     }
   }
-  const Result<int> version = CheckStoreHead(this->File->Descriptor()); // it may have been written
+  // It may have been written since.
+  const Result<int> version = CheckStoreHead(this->File->Descriptor());
   KDSTREAM_TRY(version);
   Result<kdstream::Database> database = OpenForReading(this->File->Descriptor());
   KDSTREAM_TRY(database);
@@ -166,7 +167,7 @@ void Store::Connection::Return(std::unique_ptr<StoreBlobs> blobs)
   }
 }
 
-// What `read` gives, unless the file is another one by now.
+// The result of `read`, unless the file has been replaced.
 template <class Value, class ReadBlob>
 Result<Value> Store::Connection::ReadUnchanged(const BlobRow& blob, const ReadBlob& read)
 {

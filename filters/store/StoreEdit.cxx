@@ -65,7 +65,8 @@ void Change(const std::optional<std::string>& to, std::string& text)
   text = to.value_or(text);
 }
 
-// What is not given stays; of a new up without a view the model is seen from in front of it.
+// Values that are not given stay. For a new up direction without a view, the model is seen from its
+// front.
 void ChangeHomeView(const StoreTexts& texts, ModelDescription& info)
 {
   if (!texts.up && !texts.view)

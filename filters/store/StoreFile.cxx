@@ -61,7 +61,7 @@ FileState FileState::Of(const std::filesystem::path& file)
 
 Result<std::unique_ptr<const StoreFile>> StoreFile::Open(const std::filesystem::path& file)
 {
-  // Not waiting for a writer, should it be a pipe.
+  // Without blocking, in case the file is a pipe.
   const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (descriptor < 0)
   {

@@ -18,12 +18,12 @@ struct FileState
   dev_t device = 0;
   ino_t inode = 0;
   off_t size = 0;
-  timespec modified = {}; // of the content; whoever writes it may set it back
-  timespec changed = {};  // of the content, the name, the permissions …; nobody can set it back
+  timespec modified = {}; // of the content; a writer can set this time back
+  timespec changed = {};  // of the content, the name, the permissions …; cannot be set back
 
   // The same file, with as much in it, last written at the same time.
   bool SameContent(const FileState& other) const;
-  // Nothing at all has been done to it.
+  // Equal: the file was not touched at all.
   bool operator==(const FileState& other) const;
 
   // The state of the file at a path; all zero if there is none.

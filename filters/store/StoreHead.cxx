@@ -167,7 +167,7 @@ private:
 struct SchemaRow
 {
   std::string_view type, name, table, sql;
-  std::uint32_t page = 0; // where the table begins; 0 of what has none
+  std::uint32_t page = 0; // root page of the table; 0 if it has none
 };
 
 constexpr std::size_t schemaColumns = 5; // type, name, tbl_name, rootpage, sql
@@ -249,7 +249,7 @@ std::optional<SchemaRow> RowOfCell(Bytes cell, std::size_t pageBytes)
   return row;
 }
 
-// What the row has that a store does not have.
+// Names what a store's schema does not have.
 Error StrangeRow(const SchemaRow& row, bool isExpected)
 {
   const std::string name = InQuotes(row.name);

@@ -17,7 +17,7 @@
 namespace kdstream
 {
 
-// That are written: the second where pieces of levels have textures.
+// The versions that are written: the second one if pieces of levels have textures.
 inline constexpr int storeVersion = 13, texturedLevelsVersion = 14;
 inline constexpr int newestStoreVersion = texturedLevelsVersion;
 int VersionOfStore(const ModelDescription& model);
@@ -52,7 +52,7 @@ inline constexpr std::size_t mostMetadataBytes = maximumModelBytes;
 struct StoreTable
 {
   std::string_view name;
-  std::string_view sql; // as SQLite keeps it in the schema: a store has these very letters
+  std::string_view sql; // as SQLite keeps it in the schema, letter for letter
 };
 // The tables of a store of that version, in their order; the first is the metadata.
 std::vector<StoreTable> TablesOfStore(int version);

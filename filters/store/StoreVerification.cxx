@@ -70,7 +70,7 @@ private:
     }
   }
 
-  // Nothing is taken for as many pieces as the store claims.
+  // No memory is taken for the number of pieces that the store claims.
   Status CheckPieces()
   {
     const double all = this->CountPieces();
@@ -231,7 +231,8 @@ private:
     const TreeDepths& depths = this->Whole.Information.depths;
     const std::size_t before = this->Found.size();
     const NodeId first = NodeId{ 1 } << DepthOfPartitionBoxes(depths);
-    bool isThere = true; // all of them: no memory for what is only claimed
+    // Whether all blobs exist: no memory is taken for blobs that are only claimed.
+    bool isThere = true;
     for (NodeId node = first; isThere && node < 2 * first; ++node)
     {
       isThere = this->Whole.Size(BlobId::PartitionBoxes(node)).HasValue();

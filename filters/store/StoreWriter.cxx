@@ -68,9 +68,9 @@ struct StoreWriter::State
   ScalarStatistics scalars{ info.attributes };
   Database database{}; // closed before the file goes
   Statement directory{}, content{};
-  std::vector<std::uint8_t> contentRow{};          // that is being filled
+  std::vector<std::uint8_t> contentRow{};          // the row being filled
   std::vector<BlobPlace> directoryRow{};           // the same
-  std::int64_t contentRows = 0, directoryRows = 0; // that are written
+  std::int64_t contentRows = 0, directoryRows = 0; // rows written
   std::uint64_t contentBytes = 0;
   std::unique_ptr<ContentDigest> digest{};
   std::unique_ptr<GeometricErrorList> geometricErrors{}; // of the resolution that is being written
@@ -101,7 +101,7 @@ struct StoreWriter::State
   Status Insert(Statement& insert, std::int64_t part, std::span<const std::uint8_t> data) const;
   // Among the pieces of its resolution.
   static std::size_t PlaceOf(PieceId id) { return id.node - (NodeId{ 1 } << DepthOfNode(id.node)); }
-  std::size_t PiecesOfLevels(unsigned end) const; // of those coarser than `end`
+  std::size_t PiecesOfLevels(unsigned end) const; // number of pieces of levels coarser than `end`
   // The blob of a piece that was added, or its texture. Any number of threads. Errors: with the
   // store's name.
   Result<std::vector<std::uint8_t>> ReadPiece(PieceId id);

@@ -198,7 +198,7 @@ private:
         std::to_string(bare) + (bare == 1 ? " triangle has" : " triangles have") +
         " no texture coordinates, or ones that are not numbers (the "
         "first is triangle " +
-        std::to_string(firstBare) + "): the material's colour is taken");
+        std::to_string(firstBare) + "): the material's colour is used");
     }
     return ofPicture;
   }
@@ -456,7 +456,7 @@ private:
   PictureReader Reader;
   std::vector<VertexId> Places;
   std::vector<PlaceSum> Sums;      // of each place, at its number
-  std::vector<std::uint16_t> Cuts; // of each triangle's sides; 0: of one colour
+  std::vector<std::uint16_t> Cuts; // how often each triangle's sides are cut; 0: one colour
   double Squares = 0;
   std::uint64_t FarTriangles = 0; // TooFar in tiles
   BakeReport Report;

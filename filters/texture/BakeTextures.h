@@ -18,7 +18,7 @@ namespace kdstream
 struct TextureOptions
 {
   bool bake = true;                             // false: pictures are left out
-  std::uint64_t mostPixels = mostPicturePixels; // of one
+  std::uint64_t mostPixels = mostPicturePixels; // of one picture
   // The folder for pictures and materials of tiles (TextureFolder.h); the mesh then gets their
   // arrays (TextureArrays.h). Empty: no tiles are wanted.
   std::filesystem::path textureFolder{};

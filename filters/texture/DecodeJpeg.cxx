@@ -19,7 +19,7 @@ struct Escape
 {
   jpeg_error_mgr manager{};
   std::jmp_buf place{};
-  std::array<char, 40> why{}; // in our words, where they say more
+  std::array<char, 40> why{}; // our own message, if it says more than libjpeg's
   bool lacksMemory = false;
 };
 

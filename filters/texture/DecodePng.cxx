@@ -14,7 +14,7 @@ namespace kdstream
 namespace
 {
 
-// What is left to read, and what went wrong where that is known.
+// The bytes left to read, and the error if it is known.
 struct PngInput
 {
   std::span<const std::uint8_t> bytes;

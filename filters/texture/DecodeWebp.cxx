@@ -79,7 +79,7 @@ Status DecodeWebp(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels,
   }
   if (features.has_animation)
   {
-    return Error{ ErrorCode::InvalidInput, "it is a WebP of several pictures" };
+    return Error{ ErrorCode::InvalidInput, "it is a WebP with several pictures" };
   }
   const auto width = static_cast<std::size_t>(features.width);
   const auto height = static_cast<std::size_t>(features.height);

@@ -113,8 +113,8 @@ std::string WhyMissing(std::string_view written, bool isPlural)
     return isPlural ? "are not there" : "is not there";
   }
   return std::string(isPlural ? "lie" : "lies") +
-         (isAddress ? " on the web, from which nothing is read"
-                    : " outside the mesh's folder, where nothing is read");
+         (isAddress ? " on the web, and nothing is downloaded"
+                    : " outside the mesh's folder, and nothing is read there");
 }
 
 PictureSource PictureBeside(const std::filesystem::path& file, std::string_view written,
@@ -193,7 +193,7 @@ constexpr std::array markedLetters{
   MarkedLetters{ 0x328, U"aeiu", U"\u0105\u0119\u012f\u0173" },
 };
 
-// What a mark makes of a letter; 0 if nothing. Kana with their voiced marks, too.
+// The letter composed with a mark; 0 if there is none. Also kana with voiced marks.
 char32_t WithMark(char32_t letter, char32_t mark)
 {
   const bool isKana = letter > 0x3040 && letter < 0x3100;

@@ -32,7 +32,7 @@ std::string WhyMissing(std::string_view written, bool isPlural = false);
 PictureSource PictureBeside(const std::filesystem::path& file, std::string_view written,
   const std::string& before, const std::string& after);
 
-// What lies around names of files and materials, where a statement has them.
+// Blanks around names of files and materials in statements.
 inline constexpr std::string_view blanksOfNames = " \t\r";
 
 // A name without blanks around it, and without quotes around that.

@@ -44,7 +44,7 @@ Result<bool> HasWord(ByteSource& source, std::string_view word)
     {
       return false;
     }
-    source.Consume(block->size() - (word.size() - 1)); // the next block may begin within it
+    source.Consume(block->size() - (word.size() - 1)); // the word may continue in the next block
   }
 }
 
@@ -164,7 +164,7 @@ void TellMissing(const std::vector<ObjMaterial>& materials, const std::vector<bo
     {
       warnings.push_back("the picture " + QuotedText(materials[i].picture) + " (" +
                          materials[i].place + ") " + WhyMissing(materials[i].picture) +
-                         ": colours of vertices are taken");
+                         ": vertex colours are used");
     }
   }
 }
@@ -200,7 +200,7 @@ public:
       if (warnings.size() < most)
       {
         warnings.push_back("line " + std::to_string(line) + ": the material " + QuotedText(name) +
-                           " is in no library: it counts as white");
+                           " is in no material library: it is drawn white");
       }
     }
   }
@@ -302,7 +302,7 @@ FoundTextures FindInPly(const std::filesystem::path& file, const PlyHeader& head
       return { true };
     }
     found.warnings.push_back("the picture " + QuotedText(name) + " (TextureFile) " +
-                             WhyMissing(name) + ": colours of vertices are taken");
+                             WhyMissing(name) + ": vertex colours are used");
   }
   found.any = !HasColorsOfVertices(header);
   found.warnings.resize(found.any ? 0 : found.warnings.size());

@@ -17,8 +17,8 @@ namespace kdstream
 struct FoundTextures
 {
   bool any = false;
-  bool colors = false; // any, but no picture: materials of several colours, or one that is not grey
-  // What the user should know where there are none: materials that are not there.
+  bool colors = false; // materials without pictures, of several colours or of one that is not grey
+  // Warnings for the user if there are no textures: missing materials.
   std::vector<std::string> warnings{};
   // None, and besides what `warnings` say nothing that could be seen is lost: the materials that
   // are used are all of one shade of grey.

@@ -48,7 +48,7 @@ public:
                                      ? " and of 1 other"
                                      : " and of " + std::to_string(count - 1) + " others";
         sentences.push_back(std::string("the ") + names[look] + " of the material " + first +
-                            others + " is not carried");
+                            others + " is left out");
       }
     }
     return sentences;
@@ -56,7 +56,8 @@ public:
 
 private:
   static constexpr std::size_t looks = 4;
-  std::array<std::pair<std::string, std::size_t>, looks> Of; // the first one, and how many
+  // The first material, and the number of materials.
+  std::array<std::pair<std::string, std::size_t>, looks> Of;
 };
 
 }

@@ -27,7 +27,7 @@ constexpr std::int64_t gutter = 2; // of the tile's texels
 constexpr std::int64_t smallPatch = 4, largePatch = 32, blockSide = 16;
 constexpr std::size_t mostLargePatches = 64;
 constexpr unsigned mostHalvings = 14;
-constexpr std::int64_t texelsAtOnce = 1 << 20;  // of a picture, that are in memory
+constexpr std::int64_t texelsAtOnce = 1 << 20;  // of a picture in memory
 constexpr std::int64_t texelsOfLarge = 1 << 21; // of a tile
 constexpr std::uint8_t emptyTexel = 128;
 
@@ -43,7 +43,7 @@ std::int64_t CeilHalved(std::int64_t value, unsigned halvings)
   return -(-value >> halvings);
 }
 
-// What a material makes of a texel.
+// A texel's colour with its material.
 class MaterialLight
 {
 public:
@@ -432,7 +432,7 @@ private:
   const TileOptions& Options;
   const TileCharts Charts;
   std::vector<Rgba> Patches;
-  std::vector<std::uint32_t> PatchOf; // of each triangle; noChartBox: none
+  std::vector<std::uint32_t> PatchOf; // the patch of each triangle; noChartBox: none
   unsigned Halvings = 0;
   PackedBoxes Packed;               // of boxes, then patches
   std::vector<std::uint8_t> Texels; // RGBA, of the tile

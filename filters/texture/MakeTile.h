@@ -24,13 +24,14 @@ struct TileOptions
   std::mutex* oneLarge = nullptr;
 };
 
-// What became of triangles; of several tiles they can be added up.
+// Numbers of triangles by result; counts of several tiles can be added.
 struct TileCounts
 {
   std::uint64_t tiles = 0, halved = 0; // tiles that had to be made smaller
   std::uint64_t texels = 0;            // of all tiles
   std::uint64_t triangles = 0,
-                repeating = 0; // all; and those that have the mean of what they repeat
+                // All triangles; and those that show the mean of a picture that they repeat.
+    repeating = 0;
   void Add(const TileCounts& more);
 };
 

@@ -313,7 +313,7 @@ void ObjLibraries::Read(
                             : source.GetError().code == ErrorCode::NotFound
                               ? WhyMissing(asNamed, true)
                               : source.GetError().message;
-    this->Found.warnings.push_back(named + " " + why + ": they count as white");
+    this->Found.warnings.push_back(named + " " + why + ": they are drawn white");
     return;
   }
   this->Opened = true;
@@ -402,9 +402,8 @@ void ObjLibraries::Read(
     {
       const std::string statement = std::string(written) + std::string(rest);
       std::string_view words = rest;
-      this->Found.warnings.push_back(place + ": cannot be understood" +
-                                     DecimalCommaHint(TakeWord(words)) + ": " +
-                                     QuotedText(statement));
+      this->Found.warnings.push_back(place + " cannot be read" + DecimalCommaHint(TakeWord(words)) +
+                                     ": " + QuotedText(statement));
     }
   }
 }
@@ -440,9 +439,10 @@ void ObjLibraries::TellDifferent(const ObjMaterial& first, const ObjMaterial& ot
   {
     this->Found.warnings.push_back(
       "the material " + QuotedText(first.name) + " is in " + QuotedText(first.library) +
-      (first.library == other.library ? " twice, in two ways: the first counts"
-                                      : " and, in another way, in " + QuotedText(other.library) +
-                                          ": the first counts for all faces"));
+      (first.library == other.library
+          ? " twice with different values: the first is used"
+          : " and, with different values, in " + QuotedText(other.library) +
+              ": the first is used for all faces"));
   }
 }
 
@@ -455,7 +455,7 @@ ObjMaterials ObjLibraries::Take()
     {
       names += (names.empty() ? "" : ", ") + name;
     }
-    this->Found.warnings.push_back("pictures of materials that are not carried: " + names);
+    this->Found.warnings.push_back("left out: textures of materials: " + names);
   }
   this->Found.libraries = std::move(this->Seen);
   // Of materials with one name the first stays.
@@ -474,8 +474,9 @@ ObjMaterials ObjLibraries::Take()
   all.erase(first, all.end());
   if (this->Different > mostReported)
   {
-    this->Found.warnings.push_back(std::to_string(this->Different - mostReported) +
-                                   " further materials are there in two ways: the first counts");
+    this->Found.warnings.push_back(
+      std::to_string(this->Different - mostReported) +
+      " further materials are defined twice with different values: the first is used");
   }
   for (std::string& sentence : LooksOf(all).Tell())
   {

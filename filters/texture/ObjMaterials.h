@@ -40,9 +40,9 @@ struct ObjMaterial
 
 struct ObjMaterials
 {
-  std::vector<ObjMaterial> materials;             // of one name the first
+  std::vector<ObjMaterial> materials;             // of several with one name, the first
   std::vector<std::string> warnings;              // a sentence each, without the OBJ's name
-  std::vector<std::filesystem::path> libraries{}; // that are named, whether or not they are there
+  std::vector<std::filesystem::path> libraries{}; // the named libraries, even if missing
 };
 
 // The most libraries of a file, the most materials of all of them, and the largest size of one in
@@ -83,7 +83,7 @@ private:
   void Read(const std::filesystem::path& file, std::string_view asNamed, std::uint64_t line);
 
   FilesBeside Files;
-  std::set<std::string, std::less<>> Statements; // what they name, as it is written
+  std::set<std::string, std::less<>> Statements; // the names in statements, as written
   std::vector<std::filesystem::path> Seen;
   ObjMaterials Found;
   std::vector<std::string> OtherMaps; // keywords of pictures that are not carried
@@ -105,7 +105,8 @@ private:
   static std::string Fold(std::string_view name);
 
   std::map<std::string, std::uint32_t, std::less<>> Exact;
-  std::map<std::string, std::optional<std::uint32_t>, std::less<>> Folded; // none: several
+  // Nothing: several materials.
+  std::map<std::string, std::optional<std::uint32_t>, std::less<>> Folded;
 };
 
 }

@@ -71,7 +71,7 @@ std::string NameOf(PictureType type)
     case PictureType::Unknown:
       break;
   }
-  return "no JPEG, PNG or WebP";
+  return "neither JPEG, PNG nor WebP";
 }
 
 PictureType TypeOfName(const std::string& name)

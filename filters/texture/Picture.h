@@ -40,7 +40,7 @@ enum class PictureType
 
 // By its first bytes, whatever its name.
 PictureType TypeOfPicture(std::span<const std::uint8_t> bytes);
-// "a JPEG", "a PNG", "a WebP", "no JPEG, PNG or WebP".
+// "a JPEG", "a PNG", "a WebP", "neither JPEG, PNG nor WebP".
 std::string NameOf(PictureType type);
 // By the ending of its name, in any case; Unknown for others.
 PictureType TypeOfName(const std::string& name);

@@ -139,7 +139,7 @@ Result<std::optional<ReadablePicture>> PictureReader::Read(std::uint32_t number)
     {
       this->Reported.push_back(
         source.name + (read.missing ? " is not there" : ": " + read.picture.GetError().message) +
-        ": the material's colour is taken");
+        ": the material's colour is used");
     }
     return std::optional<ReadablePicture>();
   }
@@ -147,7 +147,7 @@ Result<std::optional<ReadablePicture>> PictureReader::Read(std::uint32_t number)
   if (named != PictureType::Unknown && named != read.type)
   {
     this->Reported.push_back(
-      source.name + ": is named as " + NameOf(named).substr(2) + ", but is " + NameOf(read.type));
+      source.name + " is named as " + NameOf(named) + " file but contains " + NameOf(read.type));
   }
   return std::optional(std::move(*read.picture));
 }

@@ -63,14 +63,14 @@ private:
     PictureType type = PictureType::Unknown;
   };
 
-  // Nothing where it is to be decoded by rows, and is not.
+  // Nothing if the picture must be decoded by rows but cannot be.
   std::optional<Outcome> Load(std::uint32_t number, bool byRows) const;
   Result<ReadablePicture> Decode(std::uint32_t number, std::span<const std::uint8_t> bytes) const;
 
   const std::vector<PictureSource>& Pictures;
   const std::uint64_t MostPixels;
   TextureFolderWriter* const Folder;
-  std::vector<std::optional<Outcome>> Ahead; // of each picture; gone once it was read
+  std::vector<std::optional<Outcome>> Ahead; // of each picture; removed when it was read
   std::vector<std::string> Reported;
   std::size_t Unread = 0;
 };

@@ -173,7 +173,7 @@ private:
       const double twice = t / 2 - std::floor(t / 2);
       inside = 1 - std::abs(1 - 2 * twice);
     }
-    // What is not a number (a transform of huge ones) is the first.
+    // NaN (from a transform of huge numbers) gives the first texel.
     return inside > 0 ? static_cast<std::size_t>(std::min(inside * double(size), double(size - 1)))
                       : 0;
   }

@@ -11,7 +11,7 @@ namespace
 
 typedef float Four __attribute__((vector_size(16))); // of GCC and Clang
 
-// What is summed of a texel. What is shown of a byte, and its square, are whole numbers.
+// The summed values of a texel. The shown value of a byte, and its square, are whole numbers.
 struct TexelValues
 {
   Four light; // linear, and alpha
@@ -23,15 +23,16 @@ struct TexelValues
 struct FewSums
 {
   static constexpr std::size_t most = 64;   // parts, times the square of a white texel: 0.7 × 2^24
-  TexelValues whole{}, byColumn{}, byRow{}; // as they are, and times their column and row
+  TexelValues whole{}, byColumn{}, byRow{}; // the values, and the values times their column and row
   std::size_t parts = 0;
 };
 
-// What the parts of a triangle add up to, all of them of one size.
+// Sums over the parts of a triangle, which all have the same size.
 struct PartSums
 {
   using Values = std::array<double, 8>; // light, what is shown, its square
-  Values whole{}, second{}, last{};     // as it is, and by the second and the last corner's shares
+  // The value, and the value times the second and the last corner's weights.
+  Values whole{}, second{}, last{};
 
   // A part's second corner has a share of (its column + third) / cuts, its last one so by rows.
   void Add(const FewSums& few, double third, double cuts)
@@ -92,7 +93,7 @@ void SumRow(FewSums& few, std::size_t row, std::size_t first, std::size_t end,
   few.parts += end - first;
 }
 
-// Sums over the upright parts, or those upside down, of which each row has one less.
+// Sums over the upright parts, or over the inverted ones; each row has one inverted part less.
 template <class ValueOf>
 void SumAlike(PartSums& sums, const std::array<PlaceInPicture, 3>& at, std::size_t cuts,
   bool upright, const ValueOf& valueOf)

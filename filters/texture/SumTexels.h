@@ -13,7 +13,7 @@
 namespace kdstream
 {
 
-// What texels add up to at a place.
+// The sums of texels at a place.
 struct PlaceSum
 {
   Color light{}; // × weight

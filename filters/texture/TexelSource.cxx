@@ -12,7 +12,7 @@ namespace
 struct Run
 {
   std::int64_t from = 0;  // lowest of the picture's
-  std::int64_t count = 0; // of the box's; all are one of the picture's where step is 0
+  std::int64_t count = 0; // of the box; if step is 0, all of them are one texel of the picture
   int step = 1;           // -1: mirrored
 };
 
@@ -55,7 +55,7 @@ std::int64_t Place(const Run& run, std::int64_t i)
   return run.step == 0 ? 0 : run.step > 0 ? i : run.count - 1 - i;
 }
 
-// What was read of a row, as it comes in the box. RGBA.
+// Copies the part of a row that was read into the box. RGBA.
 void CopyRun(const Run& columns, const std::uint8_t* line, std::uint8_t* to)
 {
   if (columns.step > 0)

@@ -45,7 +45,7 @@ Result<std::vector<std::uint8_t>> ReadWrapped(const TexelSource& source, std::ui
 class PicturesInMemory : public TexelSource
 {
 public:
-  // One without texels could not be read.
+  // A picture without texels could not be read.
   explicit PicturesInMemory(std::vector<Picture> pictures)
     : Pictures(std::move(pictures))
   {

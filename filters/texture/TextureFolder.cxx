@@ -142,7 +142,7 @@ TextureWrap TakeWrap(ByteReader& reader)
   const std::uint8_t wrap = reader.Byte();
   if (wrap > static_cast<std::uint8_t>(TextureWrap::Clamp))
   {
-    reader.Fail("no wrap mode");
+    reader.Fail("an unknown wrap mode");
     return TextureWrap::Repeat;
   }
   return static_cast<TextureWrap>(wrap);
@@ -269,7 +269,7 @@ Result<std::shared_ptr<const TextureFolder>> TextureFolder::Open(
     material.opaque = reader.Byte() != 0;
     if (material.picture != noPicture && material.picture >= pictures)
     {
-      reader.Fail("a material whose picture is not there");
+      reader.Fail("a material whose picture does not exist");
     }
   }
   if (reader.Failed() || reader.Remaining() > 0)
@@ -302,7 +302,7 @@ Status TextureFolder::OpenPicture(
   const auto squares = static_cast<std::uint64_t>(SquaresAlong(size[0]) * SquaresAlong(size[1]));
   if (static_cast<std::uint64_t>(state.st_size) != squares * squareBytes)
   {
-    return Error{ ErrorCode::InvalidInput, "is of another size than its picture", file.string() };
+    return Error{ ErrorCode::InvalidInput, "has another size than its picture", file.string() };
   }
   return {};
 }

@@ -73,7 +73,7 @@ private:
   }
 
   std::filesystem::path Folder;
-  std::vector<std::array<std::uint32_t, 2>> Sizes; // of each picture; none: 0
+  std::vector<std::array<std::uint32_t, 2>> Sizes; // of each picture; 0 if there is no picture
 };
 
 // Reads such a folder. A read takes 16 KiB, whatever the picture's size; repeated reads come from

@@ -16,7 +16,7 @@
 namespace kdstream
 {
 
-// What is beyond the picture's edge.
+// How the texture continues beyond the picture's edge.
 enum class TextureWrap
 {
   Repeat,
@@ -41,7 +41,7 @@ inline constexpr TextureTransform upsideDown{ { 1, 0, 0 }, { 0, -1, 1 } };
 // Where a picture's bytes are: in `bytes`, or else in a file, or a part of it.
 struct PictureSource
 {
-  std::string name; // for messages, with the line that names it where there is one
+  std::string name; // for messages, with the line that names the picture, if there is one
   std::filesystem::path file;
   std::uint64_t offset = 0;
   std::uint64_t size = std::numeric_limits<std::uint64_t>::max(); // to the end

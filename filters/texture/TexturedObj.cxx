@@ -53,7 +53,7 @@ public:
     if (this->Colored)
     {
       this->Out.warnings.push_back(
-        std::string("colours of vertices are left out: ") +
+        std::string("vertex colours are left out: ") +
         (this->Out.textured.pictures.empty() ? "materials" : "pictures") + " paint instead");
     }
     KDSTREAM_TRY(this->CutPolygons());
@@ -62,8 +62,9 @@ public:
     this->MakeNormals();
     if (this->Unknown > mostUnknown)
     {
-      this->Out.warnings.push_back(std::to_string(this->Unknown - mostUnknown) +
-                                   " further materials are in no library: they count as white");
+      this->Out.warnings.push_back(
+        std::to_string(this->Unknown - mostUnknown) +
+        " further materials are in no material library: they are drawn white");
     }
     this->SplitIntoTiles();
     return std::move(this->Out);
@@ -137,11 +138,11 @@ private:
     this->PassedOver.Name(notCarried);
     for (const std::string& name : notCarried)
     {
-      this->Out.warnings.push_back("not carried: " + name);
+      this->Out.warnings.push_back("left out: " + name);
     }
     this->Out.libraries = std::move(found.libraries);
     TexturedMesh& textured = this->Out.textured;
-    textured.materials.push_back({}); // of faces without one
+    textured.materials.push_back({}); // for faces without a material
     std::map<std::filesystem::path, std::uint32_t> pictures;
     FilesBeside files(this->File);
     for (ObjMaterial& read : found.materials)
@@ -243,7 +244,8 @@ private:
     if (added && ++this->Unknown <= mostUnknown)
     {
       this->Out.warnings.push_back("line " + std::to_string(this->Line()) + ": the material " +
-                                   QuotedText(name) + " is in no library: it counts as white");
+                                   QuotedText(name) +
+                                   " is in no material library: it is drawn white");
     }
   }
 

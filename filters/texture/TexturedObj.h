@@ -19,7 +19,7 @@ struct TexturedFile
 {
   TexturedMesh textured;
   std::vector<std::string> warnings; // a sentence each, without the file's name
-  // That the file names besides pictures, whether or not they are there.
+  // Files that the file names besides pictures, even if missing.
   std::vector<std::filesystem::path> libraries{};
   Tolerance tolerance{};
 };

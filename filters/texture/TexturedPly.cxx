@@ -26,7 +26,7 @@ namespace
 {
 
 constexpr std::size_t readChunk = std::size_t{ 1 } << 18; // vertices or faces
-constexpr const char* strangeNumber = "a texnumber that no TextureFile has";
+constexpr const char* strangeNumber = "a texnumber without a TextureFile";
 
 const PlyElement* FindElement(const PlyHeader& header, std::string_view name)
 {
@@ -100,7 +100,7 @@ private:
       {
         return word->empty() ? cut
                              : Error{ ErrorCode::InvalidInput,
-                                 QuotedText(*word) + " is not a number of its type" };
+                                 QuotedText(*word) + " does not fit the type of its property" };
       }
       return double(value);
     }
@@ -155,7 +155,7 @@ public:
       else
       {
         this->Warn(
-          this->Odd, this->FirstOdd, "face", "a texcoord of another length than its corners");
+          this->Odd, this->FirstOdd, "face", "a texcoord whose length does not match its corners");
         this->Warn(this->Strange, this->FirstStrange, "face", strangeNumber);
       }
       KDSTREAM_TRY(DropNotFiniteFaces(this->TheMesh(), this->BeginsFace, this->Out.tolerance,
@@ -172,7 +172,7 @@ public:
 private:
   Mesh& TheMesh() { return this->Out.textured.mesh; }
 
-  // all: with what is not finite, as long as the faces' coordinates are to come.
+  // all: also keeps points that are not finite, because the faces' coordinates are read later.
   Status ReadMesh(const Execution& execution, bool all)
   {
     Result<ByteSource> source = ByteSource::Open(this->File);
@@ -199,14 +199,14 @@ private:
     {
       if (name != "face.texcoord" && !name.starts_with("texture "))
       {
-        this->Out.warnings.push_back("not carried: " + name);
+        this->Out.warnings.push_back("left out: " + name);
       }
     }
     this->Out.tolerance = reader.Info().tolerance;
     return {};
   }
 
-  // One for each picture, and a last one, white, for faces without.
+  // Makes one material for each picture, and a last, white one for faces without a picture.
   void MakeMaterials(const PlyHeader& header)
   {
     TexturedMesh& textured = this->Out.textured;
@@ -263,7 +263,7 @@ private:
     {
       this->Out.warnings.push_back(
         std::to_string(count) + " " + element + (count == 1 ? " has " : "s have ") + what +
-        " (the first is " + element + " " + std::to_string(first) + "): they count as white");
+        " (the first is " + element + " " + std::to_string(first) + "): they are drawn white");
     }
   }
 
@@ -382,7 +382,7 @@ private:
     if (std::any_of(arrays.begin(), arrays.end(),
           [](const Attribute& attribute) { return RoleOf(attribute) == AttributeRole::Colors; }))
     {
-      this->Out.warnings.push_back("colours of vertices are left out: pictures paint instead");
+      this->Out.warnings.push_back("vertex colours are left out: textures replace them");
     }
     std::erase_if(arrays,
       [](const Attribute& attribute)
@@ -396,7 +396,7 @@ private:
   std::filesystem::path File;
   TexturedFile Out;
   std::vector<float> Coordinates; // of a face
-  std::vector<Vec3> Corners;      // of it
+  std::vector<Vec3> Corners;      // corners of the face
   PolygonCutter Cutter;
   std::vector<bool> BeginsFace; // of each triangle
   bool NoneHas = true;          // no face has a texcoord

@@ -188,7 +188,7 @@ private:
   void MakeBoxes()
   {
     const std::size_t count = this->ChartOf.size();
-    std::vector<TexelBox> charts(count); // by its number; empty: none yet
+    std::vector<TexelBox> charts(count); // by the chart's number; empty: no texel yet
     for (std::size_t t = 0; t < count; ++t)
     {
       if (this->IsTextured(t))
@@ -219,7 +219,7 @@ private:
     }
   }
 
-  // One of a chart that is cut up.
+  // Adds a triangle of a chart that is cut up.
   void AddTriangle(std::size_t t)
   {
     const TexelBox box = this->BoxOf(t);

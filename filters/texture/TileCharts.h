@@ -53,10 +53,10 @@ struct ChartBox
 enum class Untextured : std::uint8_t
 {
   No,
-  NoPicture, // its material has none, or one that could not be read
+  NoPicture, // the material has no picture, or one that cannot be read
   NoCoordinates,
   TooFar, // coordinates of mostChartTexels or more
-  Repeats // more of the picture than four times all of it
+  Repeats // repeats the picture more than four times
 };
 
 struct TriangleChart

@@ -82,7 +82,8 @@ Result<std::vector<std::uint8_t>> EncodeWebp(Picture picture, unsigned quality, 
   {
     return failed;
   }
-  config.quality = quality == 0 ? 30.0F : float(quality); // of a lossless one: how hard it tries
+  // For lossless pictures this is the effort.
+  config.quality = quality == 0 ? 30.0F : float(quality);
   config.lossless = quality == 0;
   config.exact = 1;
   config.method = 2;

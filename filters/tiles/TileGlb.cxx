@@ -95,7 +95,7 @@ std::string InCapitals(std::string text)
   return text;
 }
 
-// What stands for the names of arrays: letters, digits and _, unlike each other in capitals, too.
+// Identifiers for the names of arrays: letters, digits and _; they also differ if case is ignored.
 std::vector<std::string> IdentifiersOf(const std::vector<TileArray>& arrays)
 {
   std::vector<std::string> identifiers;
@@ -154,14 +154,14 @@ private:
     std::vector<std::pair<std::string, std::size_t>> attributes; // and their accessors
     bool isSkirt = false;
     std::optional<std::size_t> packed = {};                // the view of what Draco compressed
-    std::vector<std::pair<std::string, int>> numbers = {}; // of attributes in that
+    std::vector<std::pair<std::string, int>> numbers = {}; // ids of the compressed attributes
   };
 
   struct View
   {
     std::size_t begin = 0, size = 0;   // of what is in the file
-    std::size_t count = 0, stride = 0; // of what it is once it is decompressed
-    std::size_t fallback = 0;          // where that would be
+    std::size_t count = 0, stride = 0; // of the decompressed elements
+    std::size_t fallback = 0;          // place of the uncompressed data in the fallback buffer
     int target = 0;
     const char* mode = nullptr; // null: not compressed
     const char* filter = nullptr;
@@ -173,7 +173,7 @@ private:
     const char* type = "";
     bool normalized = false;
     std::vector<double> least{}, most{};
-    bool hasView = true; // none of what Draco compressed
+    bool hasView = true; // false for attributes that Draco compressed
   };
 
   // ---- the order of triangles and vertices
@@ -354,7 +354,7 @@ private:
   struct Packing
   {
     draco::Mesh mesh;
-    std::vector<unsigned> used; // vertices, as From has them
+    std::vector<unsigned> used; // used vertices, by their numbers in From
     Primitive made;
   };
 
@@ -497,7 +497,7 @@ private:
     }
     for (std::size_t i = first; i < this->Accessors.size(); ++i)
     {
-      this->Accessors[i].count = encoder.num_encoded_points(); // it may split some
+      this->Accessors[i].count = encoder.num_encoded_points(); // Draco may split vertices
     }
     Accessor indices{ 0, corners.size(),
       encoder.num_encoded_points() <= mostShortVertices ? TileShort : TileInt, "SCALAR" };
@@ -580,7 +580,8 @@ private:
     this->Step = side / mostShort;
     if (this->Frame.latticeStep > 0)
     {
-      const double finest = this->Step * mostShort / (mostShort - 1); // it begins below the box
+      // The grid begins below the box.
+      const double finest = this->Step * mostShort / (mostShort - 1);
       for (this->Step = this->Frame.latticeStep; this->Step < finest;)
       {
         this->Step *= 2;
@@ -762,7 +763,7 @@ private:
     json.Member("generator", "KdStream");
     if (!this->Frame.copyright.empty())
     {
-      json.Member("copyright", this->Frame.copyright); // clients show it
+      json.Member("copyright", this->Frame.copyright); // viewers show it
     }
     json.EndObject();
     this->PutExtensions(json);
@@ -814,7 +815,7 @@ private:
     }
   }
 
-  // What the attributes of arrays are called, and of what kind they are.
+  // Writes the names and types of arrays' attributes.
   void PutMetadata(JsonWriter& json) const
   {
     static constexpr const char* types[] = { "SCALAR", "VEC2", "VEC3", "VEC4" };
@@ -1051,7 +1052,7 @@ private:
   Indices Shown, Under;       // the triangles', and the skirts', numbers among the used vertices
   std::vector<unsigned> Used; // vertices of the mesh
   Vec3 Begin{};               // where the numbers of positions are 0
-  double Step = 1;            // between two of them
+  double Step = 1;            // distance of neighbouring positions
   std::string Bytes;          // of the binary chunk
   std::size_t FallbackBytes = 0;
   std::vector<View> Views;
@@ -1087,13 +1088,13 @@ Result<std::string> EncodeTileGlb(
   if (compression == TileCompression::Draco && !HasDracoCompression())
   {
     return Error{ ErrorCode::Unsupported,
-      "libdraco-dev was not there when KdStream was built: use another --compression", {}, {},
+      "this program was built without libdraco-dev: use another --compression", {}, {},
       Remedy::InMessage };
   }
   if (compression == TileCompression::Meshopt && !HasMeshoptCompression())
   {
     return Error{ ErrorCode::Unsupported,
-      "libmeshoptimizer-dev was not there when KdStream was built: use --compression none", {}, {},
+      "this program was built without libmeshoptimizer-dev: use --compression none", {}, {},
       Remedy::InMessage };
   }
 #ifdef KDSTREAM_HAS_MESHOPTIMIZER

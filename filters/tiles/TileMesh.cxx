@@ -21,13 +21,6 @@ namespace
 
 using Corners = std::array<PicturePlace, 3>;
 
-const Attribute* FindTileArray(std::span<const Attribute> attributes, AttributeRole role)
-{
-  const auto found = std::find_if(attributes.begin(), attributes.end(),
-    [role](const Attribute& attribute) { return RoleOf(attribute) == role; });
-  return found == attributes.end() ? nullptr : &*found;
-}
-
 // The vector of length 1; 0 for a zero vector.
 Vec3 UnitOrZero(const Vec3& vector)
 {
@@ -71,8 +64,8 @@ public:
     : Out(out)
     , Points(points)
     , Sums(std::move(sums))
-    , Normals(normals ? FindTileArray(attributes, AttributeRole::Normals) : nullptr)
-    , Colors(FindTileArray(attributes, AttributeRole::Colors))
+    , Normals(normals ? FindRole(attributes, AttributeRole::Normals) : nullptr)
+    , Colors(FindRole(attributes, AttributeRole::Colors))
     , WithNormals(normals && (this->Normals || !this->Sums.empty()))
     , Depth(depth)
   {
@@ -127,7 +120,7 @@ private:
   const std::vector<Vec3> Sums; // of the areas around each point; empty of a cloud
   const Attribute* const Normals;
   const Attribute* const Colors;
-  std::vector<const Attribute*> Arrays; // those of Out
+  std::vector<const Attribute*> Arrays; // the arrays of Out
   const bool WithNormals;
   const double Depth;
 };

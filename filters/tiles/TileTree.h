@@ -34,7 +34,8 @@ struct TilesOptions
 {
   TileCompression compression = TileCompression::Meshopt;
   bool normals = true;
-  std::optional<GlobePlace> origin; // where the model's (0, 0, 0) stands; none: on no globe
+  // The place of the model's (0, 0, 0) on the globe; nothing: no globe.
+  std::optional<GlobePlace> origin;
 };
 
 // What tiles are made of. Both functions may be called from any thread.
@@ -48,9 +49,9 @@ struct TileInput
 struct TileFacts
 {
   double error = 0; // model units
-  Box box;          // of what it shows, and of all below; model units
+  Box box;          // of the tile's content and of all tiles below; model units
   bool shows = false;
-  bool stays = false; // it shows something, or one below it does
+  bool stays = false; // the tile or one below it has content
 };
 
 // The tiles of one resolution.
@@ -77,8 +78,8 @@ struct EncodedTile
 class TileTree
 {
 public:
-  // Of the resolutions from the preview's level to the finest that `detail` includes. O(tiles), of
-  // which the tree keeps one TileFacts each. REQUIRES: a model with levels.
+  // Makes the tree for resolutions from the preview's level to the finest one that `detail`
+  // includes. O(tiles), of which the tree keeps one TileFacts each. REQUIRES: a model with levels.
   explicit TileTree(const ModelDescription& model, ModelDetail detail = ModelDetail::Regions);
 
   const std::vector<TileStep>& Steps() const { return this->All; } // coarse to fine
@@ -98,7 +99,8 @@ public:
   // Encloses what the tile of a piece shows, without making it; empty if it shows nothing.
   Box ReachOf(const Piece& piece, std::size_t step, std::size_t tile) const;
 
-  // What a tile shows; `box`: empty where it shows nothing. REQUIRES: all below it are placed.
+  // Places the content of a tile; `box`: empty if it has none. REQUIRES: all tiles below it are
+  // placed.
   void Place(std::size_t step, std::size_t tile, const Box& box);
 
   // Whether the tiles of a step are the roots of tilesets of their own: the same for each detail.

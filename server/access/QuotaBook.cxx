@@ -84,7 +84,7 @@ constexpr const char* merge[] = {
   " WHERE model IN (SELECT name FROM originals WHERE original = ?1)"
 };
 
-// What has expired of subjects that do not come any more.
+// Removes expired entries of subjects that do not come any more.
 constexpr const char* tidy =
   "BEGIN IMMEDIATE;"
   "DELETE FROM had WHERE time <= @;"
@@ -119,7 +119,7 @@ QuotaRefusal Refusal(const std::string& what, std::int64_t now, std::int64_t end
 
 using FileIdentity = std::pair<dev_t, ino_t>;
 
-// Nothing where it is not there, or cannot be examined.
+// Nothing if the file does not exist or cannot be examined.
 std::optional<FileIdentity> IdentityOf(const std::filesystem::path& file)
 {
   struct stat status = {};
@@ -231,7 +231,7 @@ struct QuotaBook::Connection
   }
   Status Open();
   Status Prepare();
-  // What has expired before now goes.
+  // Removes entries that expired before now.
   Status Tidy(std::int64_t before);
   // Rolls back what is not committed. Whether nothing is open then.
   bool RollBack();
@@ -244,7 +244,7 @@ struct QuotaBook::Connection
   // Goes through the rows that a statement answers.
   template <class OnRow, class... Values>
   Status ForEach(Statement& statement, const OnRow& onRow, const Values&... values);
-  // What a statement answers, a number; nothing where it has no row.
+  // The number that a statement returns; nothing if it has no row.
   template <class... Values>
   Result<std::optional<std::int64_t>> Ask(Statement& statement, const Values&... values);
   template <class... Values>
@@ -264,8 +264,8 @@ struct QuotaBook::File
   std::mutex mutex;                         // for what follows
   std::atomic<std::uint64_t> failures{ 0 }; // to begin, for a lock
   std::chrono::steady_clock::time_point lastFailure;
-  std::unique_ptr<Connection> open;     // null: it failed, or was never opened
-  std::optional<FileIdentity> lastOpen; // whose file it was
+  std::unique_ptr<Connection> open;     // null: opening failed, or was never tried
+  std::optional<FileIdentity> lastOpen; // the file of the last connection
   std::set<dev_t> devicesAbove;         // its folder then
 
   Status Open(std::int64_t now);
@@ -393,7 +393,7 @@ Status QuotaBook::Connection::Open()
   {
     return QuotaError("the file is read-only", this->path);
   }
-  // A file that was put in its place has tables, and nothing that acts.
+  // Somebody may have replaced the file: triggers and views in it must not run.
   for (const int off :
     { SQLITE_DBCONFIG_ENABLE_TRIGGER, SQLITE_DBCONFIG_ENABLE_VIEW, SQLITE_DBCONFIG_TRUSTED_SCHEMA })
   {
@@ -406,7 +406,7 @@ Status QuotaBook::Connection::Open()
   }
   KDSTREAM_TRY(this->Prepare());
   const auto is = IdentityOf(this->path);
-  int hasMoved = 0; // since it was opened
+  int hasMoved = 0; // whether the file was moved since it was opened
   sqlite3_file_control(this->database.get(), nullptr, SQLITE_FCNTL_HAS_MOVED, &hasMoved);
   if (!is || hasMoved != 0)
   {
@@ -538,7 +538,7 @@ Result<std::string> QuotaBook::Connection::OriginalOf(const CountedModel& model)
     KDSTREAM_TRY(
       this->Ask(this->enter, std::string_view(input), of, std::string_view(), std::int64_t{ 0 }));
   }
-  if (isInputKnown && *ofInput) // there are others
+  if (isInputKnown && *ofInput) // other models of the same input exist
   {
     KDSTREAM_TRY(this->Ask(this->removeTwice, of));
     KDSTREAM_TRY(this->Ask(this->countAnew, of));
@@ -636,7 +636,7 @@ Result<std::unique_ptr<QuotaBook>> QuotaBook::Open(
   return book;
 }
 
-// Nothing is entered where it is refused, or fails.
+// Nothing is entered if the work is refused or fails.
 template <class Work>
 QuotaBook::Taken QuotaBook::InTransaction(const CountedModel& model, const Work& work)
 {
@@ -682,7 +682,8 @@ QuotaBook::Taken QuotaBook::TryTransaction(const CountedModel& model, const Work
   } const atEnd{ file, fails };
   const auto failed = [&](Error error) -> Taken
   {
-    fails = !connection.IsLocked() && connection.IsThere(); // else the next call follows it
+    // Otherwise the next call opens the new file.
+    fails = !connection.IsLocked() && connection.IsThere();
     return error;
   };
   if (const auto begun = file.Begin(); !begun)
@@ -694,7 +695,7 @@ QuotaBook::Taken QuotaBook::TryTransaction(const CountedModel& model, const Work
   {
     return failed(models.GetError());
   }
-  if (connection.hasEntered) // which models are one stays known where this is refused
+  if (connection.hasEntered) // models of one input stay known even if this request is refused
   {
     if (const auto committed = connection.Ask(connection.commit); !committed)
     {
@@ -796,7 +797,8 @@ Result<std::int64_t> QuotaBook::DueOf(
   return from;
 }
 
-// One more is always allowed while the pace is kept: a partition of any size passes.
+// One more partition is always allowed while the pace is kept, so that a partition of any size
+// passes.
 QuotaBook::Taken QuotaBook::EnterBytes(
   const Holder& holder, std::uint64_t bytes, std::int64_t now) const
 {

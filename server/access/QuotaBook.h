@@ -37,7 +37,7 @@ struct QuotaLimits
 struct CountedModel
 {
   std::string_view digest;      // of its content
-  std::string_view inputDigest; // of what it was built from; empty where its store does not say
+  std::string_view inputDigest; // of the model's input; empty if the store does not have it
   // How the original is divided: models of one original with the same division have the same
   // partitions, with the same numbers.
   std::string_view division;
@@ -46,9 +46,9 @@ struct CountedModel
 
 struct QuotaRefusal
 {
-  std::string message; // with when it ends
+  std::string message; // says when the quota is renewed
   std::chrono::seconds endsIn{ 1 };
-  bool isShare = false; // which is used up, not only asked for too fast
+  bool isShare = false; // the share is used up; false: requests came too fast
 };
 
 class QuotaBook
@@ -65,7 +65,7 @@ public:
     const std::filesystem::path& file, QuotaLimits limits, Clock clock = {});
   ~QuotaBook();
 
-  using Taken = Result<std::optional<QuotaRefusal>>; // nothing: it may have it
+  using Taken = Result<std::optional<QuotaRefusal>>; // nothing: allowed
   // Enters that the subject gets a partition of `bytes` bytes. From any thread; waits for the disk,
   // and at most 2 s for other servers. A call that throws (lack of memory) enters nothing. Errors:
   // InputOutput. After an error the next call opens the file again, so quotas count as soon as the

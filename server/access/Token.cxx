@@ -208,7 +208,7 @@ Jwk KeyOf(const std::string& secret)
     reinterpret_cast<const std::uint8_t*>(secret.data()), secret.size(), nullptr));
 }
 
-// What a token holds whose signature is right, as text.
+// The claims of a token with a valid signature, as text.
 Result<std::string> ReadSigned(std::string_view token, const TokenKeys& keys)
 {
   const Reserve reserve;
@@ -334,7 +334,7 @@ Result<TokenClaims> ParseClaims(const JsonValue& json)
     return WrongToken("must have \"preview\", \"levels\" or \"regions\" as \"detail\"");
   }
   claims.detail = *parsed;
-  if (FindMember(json, "aud")) // it was made for somebody else (RFC 7519, 4.1.3)
+  if (FindMember(json, "aud")) // the token is for another audience (RFC 7519, 4.1.3)
   {
     return WrongToken("is for another audience");
   }

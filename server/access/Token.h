@@ -21,10 +21,10 @@ Result<ModelDetail> ParseDetail(std::string_view name);
 
 struct TokenClaims
 {
-  std::string subject;             // sub: whom it was given to
+  std::string subject;             // sub: the holder of the token
   std::string id;                  // jti: of this very token; may be empty
   std::int64_t notBefore = 0;      // nbf, seconds since 1970
-  std::int64_t expires = 0;        // exp: from then on it is not valid
+  std::int64_t expires = 0;        // exp: from this time on the token is invalid
   bool allModels = false;          // models: "*"
   std::vector<std::string> models; // else these
   ModelDetail detail = ModelDetail::Preview;

@@ -59,7 +59,7 @@ Status TokenGuard::Check(const Pass& pass) const
 {
   const auto keys = this->Keys();
   const auto now = this->Now();
-  const bool same = keys == pass.keys; // then only time has gone by
+  const bool same = keys == pass.keys; // with the same keys only time can change the result
   if (same && now < pass.claims.expires && now >= pass.claims.notBefore)
   {
     return {};

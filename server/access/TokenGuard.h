@@ -21,7 +21,7 @@ struct Pass
 {
   TokenClaims claims;
   std::string token;
-  std::shared_ptr<const TokenKeys> keys; // that it was checked with
+  std::shared_ptr<const TokenKeys> keys; // the keys that checked the token
 };
 
 class TokenGuard

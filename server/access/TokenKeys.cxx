@@ -27,7 +27,7 @@ bool IsKeyId(std::string_view id)
            "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._-") == id.npos;
 }
 
-// That an object has no other members than these, and each once.
+// Checks that an object has only these members, each once.
 Status CheckMembers(const JsonValue& object, std::initializer_list<std::string_view> known)
 {
   std::set<std::string_view> seen;
@@ -164,7 +164,7 @@ Result<TokenKeys> ReadTokenKeys(const std::filesystem::path& file)
   }
   if (std::filesystem::exists(file, error) && kind != std::filesystem::file_type::regular)
   {
-    return Error{ ErrorCode::InputOutput, "is not a file" }; // of a pipe one might wait for ever
+    return Error{ ErrorCode::InputOutput, "is not a file" }; // reading a pipe could block for ever
   }
   errno = 0;
   std::ifstream input(file, std::ios::binary);
@@ -173,7 +173,7 @@ Result<TokenKeys> ReadTokenKeys(const std::filesystem::path& file)
     return Error{ errno == ENOENT ? ErrorCode::NotFound : ErrorCode::InputOutput,
       "cannot be read: " + SystemReason(errno) };
   }
-  // Not to its end: the beginning of a file that is too long is enough.
+  // Does not read to the end: the beginning of a file that is too long is enough.
   std::string text(maximumKeysBytes + 1, '\0');
   input.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (input.bad())

@@ -33,7 +33,8 @@ struct TokenKeys
   const Key* Find(std::string_view id) const;
 };
 
-inline constexpr std::size_t leastSecretBytes = 32; // as many as HS256 makes of it (RFC 7518, 3.2)
+// The length of an HS256 signature (RFC 7518, 3.2).
+inline constexpr std::size_t leastSecretBytes = 32;
 inline constexpr std::size_t maximumKeys = 16;
 inline constexpr std::size_t maximumKeysBytes = std::size_t{ 4 } << 20;
 

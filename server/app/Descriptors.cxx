@@ -14,7 +14,7 @@ namespace kdstream
 namespace
 {
 
-// That are open now. Where none is left to look with, each number is asked for.
+// The number of open descriptors. If no descriptor is left for listing them, each number is tried.
 std::uint64_t OpenDescriptors(std::uint64_t limit)
 {
   std::uint64_t count = 0;
@@ -49,7 +49,7 @@ Error TooFew(std::uint64_t limit, std::uint64_t least)
 std::uint64_t DescriptorsOfItself(const HttpServerOptions& server)
 {
   constexpr std::uint64_t ofLoop = 3;      // Asio's epoll, timer and event
-  constexpr std::uint64_t ofListeners = 4; // each has a spare one
+  constexpr std::uint64_t ofListeners = 4; // each has a spare descriptor
   constexpr std::uint64_t ofWatches = 3;   // signals, the folder, the keys
   constexpr std::uint64_t ofReload = 4;    // the folder, a store, a certificate, a log
   return ofLoop * server.threads + ofListeners + ofWatches + ofReload + server.readers;

@@ -95,7 +95,7 @@ void FolderFollower::Guarded(const std::function<void()>& work) const
       this->Tell(CaughtError().message);
     }
   }
-  catch (...) // nor is there memory to say so
+  catch (...) // there is no memory for a message either
   {
   }
 }
@@ -124,7 +124,7 @@ void FolderFollower::Run()
         return;
       }
       watch.emplace(std::move(*opened));
-      this->Catalog.Look(); // what came before it was watched
+      this->Catalog.Look(); // for changes before the watch began
     });
   lock.lock();
   while (!this->Ending)

@@ -79,7 +79,7 @@ bool TakeBack(int file, std::size_t bytes)
 std::size_t WriteLines(int file, std::string_view text)
 {
   const auto written = WriteAll(file, text);
-  const auto whole = text.substr(0, written).rfind('\n') + 1; // 0 for none
+  const auto whole = text.substr(0, written).rfind('\n') + 1; // 0 if no line was written whole
   const bool isCut = written < text.size() && whole < written;
   return isCut && TakeBack(file, written - whole) ? whole : written;
 }
@@ -98,9 +98,9 @@ struct LineLog::Writer
   std::mutex mutex;
   std::condition_variable changed;
   std::string waiting;
-  std::string before; // what goes to the old file yet
+  std::string before; // text that still goes to the old file
   std::uint64_t lost = 0;
-  std::uint64_t unreported = 0; // of the lost ones
+  std::uint64_t unreported = 0; // lost lines not yet reported
   int failure = 0;              // errno of the last line that was not written
   TellLost tellLost = LostAsText;
   int file = -1;
@@ -140,7 +140,7 @@ struct LineLog::Writer
     {
       note = this->unreported == 0 ? "" : this->tellLost(this->unreported);
     }
-    catch (...) // no memory: it is reported next time
+    catch (...) // no memory: reported with the next message
     {
     }
     const auto reported = note.empty() ? 0 : std::exchange(this->unreported, 0);

@@ -28,7 +28,7 @@ public:
   // Appends to `file`; "-" is stderr. Errors: InputOutput.
   static Result<std::shared_ptr<LineLog>> Open(
     const std::string& file, TellLost tellLost = LostAsText);
-  // What End does.
+  // Does what End does.
   ~LineLog();
   LineLog(const LineLog&) = delete;
   LineLog& operator=(const LineLog&) = delete;

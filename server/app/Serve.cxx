@@ -133,7 +133,7 @@ struct Environment
   StoreCatalog& catalog;
   FolderFollower& folder;
   const Logs& logs;
-  TokensWatch* tokens; // null: none are asked for
+  TokensWatch* tokens; // null: no tokens are required
   HttpServer& server;
 };
 
@@ -173,7 +173,7 @@ void Try(Messages& messages, std::string_view what, const Work& work)
       messages.Fail(std::string(what) + ": " + CaughtError().message);
     }
   }
-  catch (...) // nor is there memory to say so
+  catch (...) // there is no memory for a message either
   {
   }
 }
@@ -252,7 +252,7 @@ bool EndWithin(std::chrono::milliseconds time, const Environment& around)
   std::_Exit(exitDone);
 }
 
-// No more clients than there are descriptors for.
+// Limits the clients to the available descriptors.
 Status FitDescriptors(
   Messages& messages, std::optional<std::uint64_t> limit, HttpServerOptions& server)
 {

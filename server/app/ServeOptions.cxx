@@ -321,7 +321,7 @@ void AddLimits(CLI::App& app, HttpServerOptions& server)
     ->group(limits);
 }
 
-// What the client of a stream may ask for at once.
+// Limits of the requests of one stream.
 void AddStreamLimits(CLI::App& app, ConversationLimits& stream)
 {
   const char* const limits = "Limits";
@@ -395,7 +395,7 @@ void AddPatience(CLI::App& app, ServeOptions& line)
     ->group(patience);
 }
 
-// What the server works with.
+// Threads, memory and the like.
 void AddWork(CLI::App& app, ServeOptions& line)
 {
   const char* const work = "Work";

@@ -55,7 +55,7 @@ TokensFile::TokensFile(std::filesystem::path file, Stamp seen, TokenKeys keys)
 
 Result<TokensFile> TokensFile::Open(std::filesystem::path file)
 {
-  const auto seen = StampOf(file); // before it is read: what is written meanwhile is a change
+  const auto seen = StampOf(file); // before reading: a write during the read counts as a change
   auto keys = ReadTokenKeys(file);
   KDSTREAM_TRY(keys);
   return TokensFile(std::move(file), seen, std::move(*keys));
@@ -75,7 +75,7 @@ Status TokensFile::Look()
 
 Status TokensFile::Reload()
 {
-  this->Again = true; // should it end here
+  this->Again = true; // if this call fails, try again
   const auto now = StampOf(this->File);
   auto keys = Caught(this->File);
   if (keys)

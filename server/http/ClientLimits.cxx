@@ -90,7 +90,7 @@ std::string_view WithoutPort(std::string_view entry)
 std::string PlainAddress(const std::string& address)
 {
   const auto parsed = ParseAddress(address);
-  return parsed ? parsed->to_string() : address; // not as who sent it has written it
+  return parsed ? parsed->to_string() : address; // in canonical form, not as the client wrote it
 }
 
 std::string ClientLimits::KeyOf(std::string_view address, bool& isLoopback)

@@ -52,7 +52,7 @@ private:
   struct Client
   {
     std::size_t slots = 0;
-    double requests = 0; // that it may still make
+    double requests = 0; // requests that the address may still make
     Clock::time_point counted;
   };
   static std::string KeyOf(std::string_view address, bool& isLoopback);

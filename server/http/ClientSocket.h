@@ -90,7 +90,8 @@ public:
   executor_type get_executor() const noexcept;
   TcpSocket& Tcp();
 
-  // What is in flight, and what begins before the next call of these, fails after `time`, or never.
+  // Operations in flight, and those that begin before the next call of these, fail after `time`, or
+  // never.
   void ExpireAfter(std::chrono::milliseconds time);
   void ExpireNever();
   // Ends the connection at once: what is in flight fails.

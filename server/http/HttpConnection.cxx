@@ -90,8 +90,8 @@ public:
     asio::post(this->Executor,
       [self = this->shared_from_this()]
       {
-        // And it has not become a WebSocket. A client that came too late for a slot is still
-        // answered.
+        // The connection has not become a WebSocket. A client that came too late for a slot is
+        // still answered.
         if (!self->Answering && self->Admitted.slot.ofAll)
         {
           self->Socket.Close();
@@ -432,12 +432,12 @@ private:
       this->Send(std::move(*response), this->Input.Request().keep_alive());
       return;
     }
-    this->SetIdle(patienceWithDisk); // others need the slot more
+    this->SetIdle(patienceWithDisk); // other clients need the slot more
     this->AwaitReader();
     this->AskReader(std::make_shared<const Routes::Reading>(std::move(*reading)));
   }
 
-  // One that waits for no quotas first, where it may be that nothing counts.
+  // If perhaps nothing counts against a quota, first asks a reader that does not wait for quotas.
   void AskReader(std::shared_ptr<const Routes::Reading> reading, bool isTried = false)
   {
     auto& state = this->State;
@@ -465,7 +465,7 @@ private:
         self->Guard(
           [&]
           {
-            if (isTrial && isDone && !*found) // it counts
+            if (isTrial && isDone && !*found) // the request counts against a quota
             {
               self->AskReader(reading, true);
             }
@@ -645,7 +645,7 @@ private:
     const bool goesOn = !error && this->KeepAlive && !this->State.Draining();
     if (goesOn)
     {
-      this->MarkIdle({}); // before it is counted: whoever has seen that knows it as idle
+      this->MarkIdle({}); // before counting it: who sees the count must find the connection idle
     }
     if (!this->Admitted.isAdmin)
     {
@@ -662,7 +662,7 @@ private:
     }
   }
 
-  // What was sent: for the metrics and the log.
+  // Records the answer for the metrics and the log.
   void Record(beast::error_code error)
   {
     const auto& request = this->Input.Request();
@@ -680,7 +680,7 @@ private:
     {
       return;
     }
-    const auto known = [](beast::string_view text) // of half a request
+    const auto known = [](beast::string_view text) // as far as known of an incomplete request
     { return text.empty() ? std::string("-") : std::string(text.data(), text.size()); };
     this->State.Log(
       { this->Admitted.client.address, known(request.method_string()), known(request.target()),
@@ -740,7 +740,7 @@ private:
   std::array<char, 4096> Discarded{};
   Clock::time_point Began;
   bool Answering = false;
-  std::function<void()> StopWaiting; // for a disk; empty: it does not wait for one
+  std::function<void()> StopWaiting; // stops waiting for a disk; empty: not waiting
 };
 
 }

@@ -20,7 +20,7 @@ struct Admission
   bool isAdmin = false;          // asks for metrics
   bool isIntroduced = false;     // by a proxy's header, which comes first
   unsigned refusedWith = 0;      // the status of every answer where there is no slot: 503 or 429
-  std::shared_ptr<void> refusal; // kept as long as the connection, to count it
+  std::shared_ptr<void> refusal; // kept as long as the connection, so that the refusal is counted
 };
 
 void ServeHttp(ClientSocket socket, ServerState& state, Admission admission);

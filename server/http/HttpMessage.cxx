@@ -27,7 +27,7 @@ std::string HttpDate(std::time_t time)
   return text;
 }
 
-// That of now, written once a second.
+// The date of now, formatted once a second.
 const std::string& DateNow()
 {
   thread_local std::time_t written = -1;
@@ -77,7 +77,7 @@ std::string WriteResponseHead(
   {
     field("Strict-Transport-Security", "max-age=" + std::to_string(strictTransport.count()));
   }
-  if (keepAlive == isOld) // what this version would not take for granted
+  if (keepAlive == isOld) // differs from the default of this version
   {
     field("Connection", isOld ? "keep-alive" : "close");
   }

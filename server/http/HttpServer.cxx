@@ -74,12 +74,12 @@ struct HttpServer::Implementation
   ServerState State;
   std::atomic<std::size_t> Turn{ 0 };
   std::vector<Loop> Others;
-  Loop First; // ends before the others, for one of which it may be accepting
+  Loop First; // ends first, because it may be accepting a connection for another loop
   Listener Public, Admin;
   std::shared_ptr<int> Refusals = std::make_shared<int>(0); // their copies count
   std::shared_ptr<int> Administrators = std::make_shared<int>(0);
   std::vector<std::thread> Threads;
-  std::thread Reaper; // not on an event loop: no want of memory there can stop it
+  std::thread Reaper; // not on an event loop, so that lack of memory there cannot stop it
   std::mutex ReaperMutex;
   std::condition_variable ReaperIsDone;
   bool Stopping = false; // under ReaperMutex
@@ -151,7 +151,7 @@ void HttpServer::Implementation::Run(Loop& loop) noexcept
     {
       this->State.Counters.CountFailure(Metrics::Failure::Connection);
       this->State.LogCaught("a connection was closed after an error");
-      this->Public.Accept(); // it may have been an accept that failed: its handler is lost then
+      this->Public.Accept(); // if an accept failed, its handler is lost
       this->Admin.Accept();
     }
   }
@@ -311,7 +311,7 @@ Result<std::unique_ptr<HttpServer>> HttpServer::Start(
   auto implementation = std::make_unique<Implementation>(catalog, std::move(options));
   KDSTREAM_TRY(implementation->Prepare());
   std::unique_ptr<HttpServer> server(new HttpServer(std::move(implementation)));
-  server->Server->StartThreads(); // what has started ends with `server`, should one fail
+  server->Server->StartThreads(); // if one fails, the started threads end with `server`
   return server;
 }
 

@@ -35,7 +35,7 @@ struct AccessRecord
 
 struct ListenAddress
 {
-  std::string host = "127.0.0.1"; // an address, or a name that resolves to one
+  std::string host = "127.0.0.1"; // an address, or a name that resolves to an address
   std::uint16_t port = 0;         // 0: any that is free
 };
 
@@ -67,13 +67,13 @@ struct HttpServerOptions
   // which pages of models name. Empty: that of a request whose host is one of allowedHosts, else
   // none.
   std::string publicAddress;
-  std::size_t headerBytes = 8192; // most of a request's header; a body none may have
+  std::size_t headerBytes = 8192; // most bytes of a request's header; bodies are not allowed
   ConversationLimits stream;      // what the client of each may ask for at once
   std::string allowOrigin;        // RouteOptions::allowOrigin
   std::string contact;            // RouteOptions::contact
   // Whose tokens clients need to have models; null: everybody may have all.
   std::shared_ptr<const TokenGuard> guard;
-  // What the bearers of tokens may have of the original; null: any number of it.
+  // Quotas for the original; null: no quotas.
   std::shared_ptr<QuotaBook> quotas;
   std::optional<StaticFiles> web;
   std::string version;
@@ -102,7 +102,7 @@ struct HttpServerOptions
 
   // Called from any thread, but never from two at once.
   std::function<void(const AccessRecord&)> onAccess;
-  std::function<void(const PartitionRecord&)> onPartition; // one that a client gets
+  std::function<void(const PartitionRecord&)> onPartition; // a partition that a client gets
   std::function<void(const std::string&)> onError;
   // How many lines of logs have been lost so far, for the metrics. From any thread.
   std::function<std::uint64_t()> lostLines;

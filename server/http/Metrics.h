@@ -55,15 +55,15 @@ public:
   {
     Address,     // too many connections of its address
     Requests,    // too many requests a minute
-    Host,        // it named another host
-    Slow,        // it took too little
+    Host,        // the request named another host
+    Slow,        // the client received too slowly
     Idle,        // its slot was needed
     Descriptors, // the process has no more files
     Stopping,    // the server is
-    Handshake,   // it spoke no TLS, or not in time
+    Handshake,   // no TLS handshake, or a late one
     Proxy,       // a proxy's header could not be read
-    Token,       // it had none, or none for what it asked for
-    Quota,       // it has had enough
+    Token,       // no token, or one that does not allow the request
+    Quota,       // the quota is used up
     Origin,      // a page of another origin wanted a stream
     Count
   };
@@ -72,10 +72,10 @@ public:
   enum class Failure
   {
     Accept,     // a connection could not be accepted
-    Connection, // one has ended by it
+    Connection, // a connection was ended by this failure
     Answer,     // of HTTP: 503
     Quota,      // quotas could not be kept
-    Disk,       // what an answer waited for was given up
+    Disk,       // a disk did not respond in time
     Count
   };
   void CountFailure(Failure failure) { ++this->Failures[static_cast<std::size_t>(failure)]; }

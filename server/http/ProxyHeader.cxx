@@ -22,7 +22,7 @@ constexpr auto binarySignature = "\r\n\r\n\0\r\nQUIT\n"sv;
 constexpr auto textSignature = "PROXY "sv;
 constexpr std::size_t mostText = 107;   // with its end of line
 constexpr std::size_t binaryHead = 16;  // signature, command, family, length
-constexpr std::size_t bytesOfBoth = 12; // the least of either version; tell them apart
+constexpr std::size_t bytesOfBoth = 12; // enough bytes to distinguish the versions
 
 std::uint8_t ByteAt(std::string_view bytes, std::size_t place)
 {

@@ -20,7 +20,7 @@ std::optional<std::string> RareMessages::Take(std::string_view message, Clock::t
     {
       this->Kinds.emplace(text, Reported{ now });
     }
-    catch (...) // no memory to remember it
+    catch (...) // no memory to remember the message
     {
     }
     return text;

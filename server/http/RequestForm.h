@@ -32,7 +32,7 @@ bool CannotBeRebound(std::string_view host);
 
 struct RequestTarget
 {
-  std::optional<std::string> host; // that it names, with its port: instead of the field Host
+  std::optional<std::string> host; // the host in the target, with its port; replaces the field Host
   std::string path;                // with the query
 };
 

@@ -48,7 +48,7 @@ public:
     {
       return error;
     }
-    if (AnnouncesBody(*this->Parser)) // which is not waited for
+    if (AnnouncesBody(*this->Parser)) // the body is not waited for
     {
       return make_error_code(http::error::body_limit);
     }
@@ -68,7 +68,7 @@ public:
   }
   void Commit(std::size_t bytes) { this->Bytes.commit(bytes); }
 
-  const ParsedRequest& Request() const { return this->Parser->get(); } // as far as it has come
+  const ParsedRequest& Request() const { return this->Parser->get(); } // the part received so far
   bool IsBegun() const { return this->Parser->got_some() || this->HasMore(); }
   bool HasMore() const { return this->Bytes.size() != 0; } // that is not yet parsed
 

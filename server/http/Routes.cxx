@@ -61,7 +61,7 @@ HttpResponse Whole(unsigned status, std::string_view contentType, BlobBytes body
   return response;
 }
 
-// What holds for the moment.
+// An answer that holds only for the moment.
 HttpResponse NoStore(unsigned status, std::string_view contentType, std::string_view text)
 {
   auto response = Whole(status, contentType, Bytes(text));
@@ -160,14 +160,14 @@ struct Routes::AskedBlob
   Permission permission;
   std::string name, tag;
   bool isCounted = false;
-  bool isKnown = false; // no byte of it is sent: the client has it, or asks for only the head
+  bool isKnown = false; // no body is sent: the client has it already, or sent HEAD
 };
 
 // A file of a model's tileset that a client may have.
 struct Routes::AskedTile
 {
   std::shared_ptr<const ServedModel> model;
-  protocol::BlobId piece; // that it shows; of a tileset its root
+  protocol::BlobId piece; // the piece in the tile; for a tileset its root
   Permission permission;
   TileKeeper::Wanted wanted;
   std::string name, tag;
@@ -175,7 +175,7 @@ struct Routes::AskedTile
   bool isKnown = false; // the client has it
 };
 
-// What must be read for it is changed after it has been read.
+// Changes the answer, after reading if it must be read.
 template <class Change>
 Routes::Found Routes::Changed(Found found, Change change)
 {
@@ -337,7 +337,7 @@ Routes::Found Routes::Route(const HttpRequest& request, std::string_view path) c
   return this->FindFile(request, path);
 }
 
-// How the server itself is.
+// The health of the server.
 std::optional<HttpResponse> Routes::AnswerOwn(std::string_view path, bool metrics) const
 {
   if (path == "/healthz")
@@ -392,7 +392,7 @@ Routes::Found Routes::FindApi(const HttpRequest& request, std::string_view path)
     return found;
   }
   return Changed(std::move(found),
-    [](HttpResponse response) // caches must not give it to somebody else
+    [](HttpResponse response) // caches must not give it to other clients
     {
       response.fields.emplace_back("Vary", "Authorization");
       return response;
@@ -477,7 +477,7 @@ Routes::Found Routes::FindModel(
   return reading;
 }
 
-// They change while the model does not: each time the file as it is now.
+// Notes change while the model does not: the file is read each time.
 HttpResponse Routes::AnswerNotes(const HttpRequest& request, const std::string& model) const
 {
   auto notes = this->Models.ReadNotes(model);
@@ -634,7 +634,7 @@ Routes::Found Routes::FindTile(const HttpRequest& request, const protocol::Resou
   return reading;
 }
 
-// Nothing where it counts and may not; but then it has been made.
+// Nothing if it counts against a quota and must not; but the tile has been made then.
 std::optional<HttpResponse> Routes::ReadTile(
   const HttpRequest& request, const AskedTile& asked, bool mayCount) const
 {
@@ -904,7 +904,7 @@ HttpResponse Routes::AnswerPage(const HttpRequest& request, const PagePath& aske
   return response;
 }
 
-// What was made of the model's preview.
+// Answers with a picture or file made from the model's preview.
 HttpResponse Routes::AnswerDrawn(const HttpRequest& request, const ServedModel& model,
   const std::string& name, const std::string& type, Result<BlobBytes> bytes) const
 {

@@ -29,10 +29,12 @@ struct RouteOptions
   std::optional<StaticFiles> web; // what "/" serves; else a page of text
   std::string version;
   bool metrics = true; // whether "/metrics" is answered here, or only by AnswerAdmin
-  std::function<bool()> isDraining = {};        // whether the server is stopping; none: it is not
-  std::shared_ptr<const TokenGuard> guard = {}; // whose tokens models take; null: they take none
+  std::function<bool()> isDraining = {}; // whether the server is stopping; empty: never
+  // Checks the tokens for models; null: no tokens are needed.
+  std::shared_ptr<const TokenGuard> guard = {};
   std::shared_ptr<const PartitionLedger> ledger = {}; // where partitions are entered; null: nowhere
-  std::function<std::uint64_t()> lostLines = {};      // of the server's logs; none: there are none
+  // Lost lines of the server's logs; empty: no logs.
+  std::function<std::uint64_t()> lostLines = {};
   std::string contact = {}; // sent to clients without a valid token, unless empty
 };
 
@@ -45,7 +47,7 @@ public:
   enum class Counts
   {
     No,
-    Perhaps, // Reading::Uncounted finds it out
+    Perhaps, // decided by Reading::Uncounted
     Yes
   };
   // Reads an answer that is not given at once. All objects that the request names have been found,
@@ -56,7 +58,7 @@ public:
   public:
     Counts counts = Counts::No;   // against a quota
     const void* source = nullptr; // the model or the folder of files that is read, by address
-    std::string part = {};        // of it, where others may read the same
+    std::string part = {};        // the part of the model, if several readers may share the read
 
     HttpResponse Answer() const { return *this->Read(true); }
     // The same where it counts against no quota, else nothing.
@@ -69,7 +71,7 @@ public:
   // The answer, if it needs no waiting; else the Reading that makes it. From any thread.
   std::variant<HttpResponse, Reading> Find(const HttpRequest& request) const;
 
-  // What the administrator may ask: /metrics, /healthz, /readyz. Waits for nobody.
+  // Answers the administrator: /metrics, /healthz, /readyz. Never waits.
   HttpResponse AnswerAdmin(const HttpRequest& request) const;
 
   // Whether the target asks how the server is: /healthz or /readyz.

@@ -184,7 +184,7 @@ public:
     auto& pool = takes && this->Options.quotas ? this->Takers : this->Readers;
     this->Counters.CountWaiting(pool.Add(std::move(task)));
   }
-  // What was read has been given up.
+  // Counts a read that was given up.
   void CountGivenUp()
   {
     this->Counters.CountFailure(Metrics::Failure::Disk);

@@ -111,7 +111,7 @@ bool SaysAbsent(const std::error_code& error)
 
 }
 
-// What has been read, by the path in the folder and whether gzip is accepted.
+// Files in memory, by the path in the folder and whether gzip is accepted.
 struct StaticFiles::Kept
 {
   using Key = std::pair<std::string, bool>;
@@ -191,7 +191,7 @@ Result<std::shared_ptr<const StaticFile>> StaticFiles::Read(
   auto file = std::make_shared<const StaticFile>(std::move(*read));
   const std::lock_guard lock(this->Memory->mutex);
   this->Memory->reported.erase(relative->string());
-  // What was read before Forget may be the file of before.
+  // A read that began before Forget may have read the earlier file.
   if (this->Memory->forgotten == forgotten &&
       this->Memory->bytes + file->bytes->size() <= keptBytes &&
       this->Memory->files.emplace(Kept::Key{ relative->string(), acceptGzip }, file).second)

@@ -420,7 +420,7 @@ private:
     }
   }
 
-  // If what was sent is the first or the last of its request.
+  // Measures the time if the sent blob is the first or the last one of its request.
   void CountBlob()
   {
     const auto time = Clock::now() - this->Sending.received;
@@ -544,8 +544,8 @@ private:
   // informed within this time.
   static constexpr std::chrono::milliseconds tokenInterval{ 250 };
 
-  // One timer for all: it checks again when it expires, and is set anew only if it would expire too
-  // late.
+  // One timer for all deadlines: it checks again when it expires, and is set anew only if it would
+  // expire too late.
   void Watch()
   {
     auto next = this->Deadline();
@@ -608,13 +608,13 @@ private:
   ConnectionSlot Slot;
   AccessRecord Record;
   Conversation Stream;
-  Conversation::Tally Counted; // what the metrics know of
+  Conversation::Tally Counted; // counts that the metrics already have
   Clock::time_point Opened = Clock::now();
   Phase Now = Phase::Opening;
   // What comes.
   WebSocketReader Frames;
   std::vector<char> Arrived;
-  std::string_view Unread; // of it
+  std::string_view Unread; // bytes that were not read yet
   bool Reading = false;
   Clock::time_point HeardAt = Clock::now();
   // What goes.
@@ -629,7 +629,7 @@ private:
   bool SendsMessage = false;
   bool WasControl = false;
   bool PingIsDue = false;
-  bool Pinged = false; // since something was heard
+  bool Pinged = false; // a ping was sent since the client was last heard
   bool IsOver = false; // nothing that the client sends matters any more
   // When the current message must be sent, and when everything must have ended after our Close
   // frame.

@@ -44,7 +44,7 @@ std::shared_ptr<SSL_CTX> MakeContext()
   }
   SSL_CTX_set_min_proto_version(context.get(), TLS1_2_VERSION);
   SSL_CTX_set_options(context.get(), SSL_OP_NO_RENEGOTIATION);
-  // What a connection has no use for at the moment is given back.
+  // An idle connection releases its buffers.
   SSL_CTX_set_mode(context.get(), SSL_MODE_RELEASE_BUFFERS);
   // Without this OpenSSL asks the terminal for the passphrase.
   SSL_CTX_set_default_passwd_cb(context.get(), [](char*, int, int, void*) { return 0; });

@@ -23,7 +23,7 @@ public:
   // another certificate. After an error nothing changes.
   Status Load(const std::filesystem::path& certificate, const std::filesystem::path& key);
 
-  // What was loaded last; null if nothing was.
+  // The certificate that was loaded last; null if there is none.
   std::shared_ptr<ssl_ctx_st> Current() const;
 
 private:

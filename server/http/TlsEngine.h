@@ -24,9 +24,9 @@ public:
   enum class Outcome
   {
     Done,
-    WantsInput, // of the other side's; the same call again then
-    Ended,      // the other side says that it sends no more
-    Failed      // what came is not TLS, or not for us
+    WantsInput, // needs input from the other side; then call it again
+    Ended,      // the other side has announced that it sends nothing more
+    Failed      // the input is not TLS, or not for this server
   };
 
   Outcome Handshake();

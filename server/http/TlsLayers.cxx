@@ -50,7 +50,7 @@ public:
   std::size_t Size() const { return this->Bytes; }
 
 private:
-  std::array<char, TlsEngine::mostWritten> Gathered; // as much as Bytes, if it begins here
+  std::array<char, TlsEngine::mostWritten> Gathered; // bytes gathered from the first buffers
   const char* Begin = Gathered.data();
   std::size_t Bytes = 0;
 };
@@ -172,7 +172,7 @@ void TlsLayers::WriteSome(const ClientSocket::Output& buffers, ClientSocket::Byt
     { handler(error, error ? 0 : bytes); });
 }
 
-// More of what the client sends, after what reading has made to send (new keys).
+// Receives more from the client, after sending what reading has caused (new keys).
 void TlsLayers::Receive(ClientSocket::ErrorHandler handler)
 {
   if (this->Engine.HasOutput())

@@ -12,7 +12,7 @@ namespace kdstream
 namespace
 {
 
-constexpr std::size_t mostKeptBytes = 8192; // of a message's memory, for the next one
+constexpr std::size_t mostKeptBytes = 8192; // of the message buffer, kept for the next message
 
 // Section 7.4, and IANA's registry. Those from 1004 to 1006 and 1015 must not be sent.
 bool MayBeSent(std::uint16_t status)
@@ -152,7 +152,7 @@ bool WebSocketReader::CheckStart()
     const unsigned first = this->Head[0];
     this->IsLast = (first & last) != 0;
     this->Opcode = static_cast<WebSocketOpcode>(first & opcode);
-    bool isRight = false; // of the opcodes that there are
+    bool isRight = false; // whether the opcode exists
     switch (this->Opcode)
     {
       case WebSocketOpcode::Text:

@@ -43,7 +43,7 @@ public:
 
 private:
   int Missing = 0;                            // bytes of the character
-  std::uint8_t Least = 0x80, Greatest = 0xbf; // the next of them
+  std::uint8_t Least = 0x80, Greatest = 0xbf; // range of the next continuation byte
 };
 
 // Reads what a client sends, in pieces of any size. Keeps at most one message and one control
@@ -110,7 +110,7 @@ private:
   bool InMessage = false;
   bool IsText = false;
   bool Skips = false;
-  bool IsDone = false; // the text has been an event: the next message begins with an empty one
+  bool IsDone = false; // the text was reported: the next message begins with an empty text
   std::string Text;
   Utf8Check Utf8;
   // The control frame.

@@ -45,7 +45,7 @@ void WorkerPool::StartThread()
 
 void WorkerPool::BeginStopping()
 {
-  std::map<const void*, Source> dropped; // ends what holds it without the lock
+  std::map<const void*, Source> dropped; // destroyed without holding the lock
   Entries waiting;
   {
     const std::lock_guard lock(this->Mutex);
@@ -200,7 +200,7 @@ WorkerPool::Entries::iterator WorkerPool::Pick()
 void WorkerPool::Finish(Entries::iterator entry, Entries& done)
 {
   const auto found = this->Sources.find(entry->task.source);
-  if (found != this->Sources.end()) // else it is stopping
+  if (found != this->Sources.end()) // otherwise the pool is stopping
   {
     auto& source = found->second;
     --source.running;
@@ -243,7 +243,7 @@ void WorkerPool::Run(Thread self)
     if (this->Threads.size() > this->Wanted + this->Stalled)
     {
       this->Surplus.splice(this->Surplus.end(), this->Threads, self);
-      this->Added.notify_one(); // it may have been called for a task
+      this->Added.notify_one(); // the wake-up may have been meant for a task
       return;
     }
     const auto entry = this->Pick();
@@ -262,7 +262,7 @@ void WorkerPool::Run(Thread self)
       this->OnBegin(entry->begun - entry->added);
     }
     entry->task.work();
-    Entries done; // what it holds is let go without the lock
+    Entries done; // destroyed without holding the lock
     lock.lock();
     this->Finish(entry, done);
     lock.unlock();
@@ -284,7 +284,7 @@ void WorkerPool::Watch()
     }
     this->Watched.wait_for(lock, betweenLooks, [this] { return this->Stopping; });
     Entries late;
-    std::vector<Work> lost; // no deque: that takes memory even where it is empty
+    std::vector<Work> lost; // not a deque, which allocates even if empty
     std::list<std::thread> surplus;
     this->Look(late, lost);
     surplus.swap(this->Surplus);

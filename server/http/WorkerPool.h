@@ -41,9 +41,9 @@ public:
     // Called once, from any thread, if the task has waited or run for too long: nobody waits for it
     // any more. A task that has not begun is dropped. Empty: the task is never given up.
     Work giveUp = {};
-    // What it waits for, by address; null: for nothing that may hang.
+    // The source that it waits for, by address; null: nothing that may hang.
     const void* source = nullptr;
-    // What of the source it reads; "": nothing that another task might read as well.
+    // The part of the source that it reads; "": nothing that another task might also read.
     std::string part = {};
   };
 
@@ -80,7 +80,7 @@ private:
     Task task;
     Clock::time_point added;
     Clock::time_point begun = {};
-    bool lost = false;             // it has begun, and is given up
+    bool lost = false;             // started, then given up
     std::list<Entry> waiting = {}; // for the same part
   };
   // Entries go from one list to another without memory, which may be short.
@@ -113,7 +113,7 @@ private:
   std::size_t Waiting = 0;
   std::map<const void*, Source> Sources; // that have tasks
   Entries Running;
-  std::size_t Stalled = 0; // of Running, when it was looked at last
+  std::size_t Stalled = 0; // number of Running that were stalled at the last check
   bool Stopping = false, Idle = false;
   std::list<std::thread> Threads, Surplus; // Surplus: that have ended
   std::thread Watcher;

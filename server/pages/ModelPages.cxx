@@ -158,7 +158,7 @@ Result<BlobBytes> PictureKeeper::Get(const ServedModel& model) const
   const auto blob = model.ReadBlob(BlobOfPiece(PreviewPiece(description), description.depths));
   KDSTREAM_TRY(blob);
   const std::lock_guard lock(this->Drawing);
-  if (auto kept = this->Find(json)) // by whom this waited for
+  if (auto kept = this->Find(json)) // made by the request that this one waited for
   {
     return kept;
   }

@@ -34,7 +34,7 @@ struct PagePath
   std::string digest{};  // of Preview: any bytes
 };
 
-// Nothing where a path, without its query, is of none of these.
+// Nothing if the path, without its query, has none of these forms.
 std::optional<PagePath> ParsePagePath(std::string_view path);
 
 // The place of a page, or of what belongs to it. root: the server's address, empty where it is not

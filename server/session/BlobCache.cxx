@@ -46,7 +46,7 @@ BlobBytes BlobCache::FindOrMiss(Model model, const protocol::BlobId& blob)
   return bytes;
 }
 
-// What the entry has, as the latest that was asked for.
+// The entry's bytes; the entry becomes the most recently used one.
 BlobBytes BlobCache::Touch(EntryMap::iterator entry)
 {
   if (entry->second.kept)
@@ -93,8 +93,8 @@ void BlobCache::LetGo(EntryMap::iterator entry)
   }
 }
 
-// Released blobs that nobody uses any more leave an entry: removes such entries when there are more
-// of them than of others.
+// Released blobs that nobody uses any more leave an entry: removes these entries when there are
+// more of them than of others.
 void BlobCache::Sweep()
 {
   constexpr std::size_t few = 1000;

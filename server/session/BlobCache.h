@@ -63,9 +63,10 @@ private:
   using Key = std::pair<Model, protocol::BlobId>;
   struct Entry
   {
-    std::weak_ptr<const std::vector<std::uint8_t>> bytes; // found as long as anybody holds it
-    BlobBytes kept;                                       // null where it is not among Recent
-    std::list<Key>::iterator place;                       // in Recent, if kept
+    // Found as long as somebody holds the bytes.
+    std::weak_ptr<const std::vector<std::uint8_t>> bytes;
+    BlobBytes kept;                 // null if the blob is not in Recent
+    std::list<Key>::iterator place; // in Recent, if kept
   };
   using EntryMap = std::map<Key, Entry>;
 

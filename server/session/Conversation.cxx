@@ -56,7 +56,7 @@ void Task::Run() noexcept
     {
       this->Failure = CaughtError();
     }
-    catch (...) // nor is there memory to say what it was
+    catch (...) // there is no memory for a message either
     {
       this->Failure = Error{ ErrorCode::LimitExceeded, "" };
     }
@@ -130,7 +130,7 @@ struct Conversation::Job
 {
   std::uint32_t request = 0;
   std::chrono::steady_clock::time_point received;
-  std::shared_ptr<const ServedModel> model; // as it was open when the request was started
+  std::shared_ptr<const ServedModel> model; // the model that was open when the request started
   BlobList list;
   bool begun = false;
   std::size_t next = 0;     // index in the list of the blob after `bytes`
@@ -525,7 +525,8 @@ bool Conversation::HasBlob()
   Job& job = *this->Current;
   const auto id = job.list.blobs[job.next++];
   job.offset = 0;
-  job.bytes = this->May.IsCounted(id) ? nullptr : job.model->FindBlob(id); // else the task takes it
+  // Otherwise the task reads it.
+  job.bytes = this->May.IsCounted(id) ? nullptr : job.model->FindBlob(id);
   if (job.bytes && IsSendable(*job.bytes))
   {
     return true;

@@ -94,7 +94,7 @@ public:
   using Message = std::variant<std::string, std::vector<std::uint8_t>>;
 
   static constexpr std::size_t maximumPendingAnswers =
-    64; // to messages that are no accepted requests
+    64; // answers to messages that are not accepted requests
 
   // Requests beyond the limits (400, 413, 429), and those that `permission` does not allow (403),
   // are refused. REQUIRES: the catalog outlives the conversation.
@@ -138,12 +138,13 @@ public:
   };
   const Milestone& Reached() const { return this->Latest; }
 
-  // What became of its requests so far.
+  // Counts of its requests so far.
   struct Tally
   {
     std::uint64_t failedBlobs = 0; // that could not be read
-    std::uint64_t forbidden = 0;   // requests that its token does not allow, and that it has ended
-    std::uint64_t tooMany = 0;     // requests beyond ConversationLimits::requests
+    // Requests refused because of the token, or ended when it expired.
+    std::uint64_t forbidden = 0;
+    std::uint64_t tooMany = 0; // requests beyond ConversationLimits::requests
   };
   const Tally& Counted() const { return this->Counts; }
 
@@ -181,7 +182,7 @@ private:
   const Catalog& Models;
   ConversationLimits Limits;
   Permission May;
-  std::shared_ptr<const ServedModel> Model; // the open one
+  std::shared_ptr<const ServedModel> Model; // the open model
   std::deque<Received> Waiting;
   std::unique_ptr<Job> Current;
   std::shared_ptr<Task> Pending;               // of the current request

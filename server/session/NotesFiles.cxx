@@ -68,7 +68,7 @@ bool NotesFiles::Remember(const std::string& id, const Known& known)
 Result<BlobBytes> NotesFiles::Read(const std::string& id)
 {
   const auto path = this->FileOf(id);
-  const Stamp stamp = this->StampOf(path); // before it is read: what is written meanwhile is new
+  const Stamp stamp = this->StampOf(path); // before reading: a write during the read counts as new
   if (stamp == Stamp{})
   {
     this->Remember(id, {});
@@ -78,7 +78,7 @@ Result<BlobBytes> NotesFiles::Read(const std::string& id)
   if (!text)
   {
     const Error& error = text.GetError();
-    if (error.code == ErrorCode::NotFound) // it has just gone
+    if (error.code == ErrorCode::NotFound) // the file was just removed
     {
       this->Remember(id, {});
     }

@@ -56,7 +56,7 @@ private:
   OnPartition Tell;
   std::function<void()> TellRefusal;
   OnFailure TellFailure;
-  mutable std::atomic<bool> Fails{ false }; // the quotas, when they were last asked
+  mutable std::atomic<bool> Fails{ false }; // whether the quotas failed at the last request
 };
 
 }

@@ -21,8 +21,8 @@ struct Loop
   std::function<void(std::size_t)> work;
   std::mutex mutex; // for what follows
   std::condition_variable changed;
-  std::size_t next = 0; // that nobody has begun
-  unsigned thread = 0;  // the number of the one that works
+  std::size_t next = 0; // the first index that no thread has begun
+  unsigned thread = 0;  // the number of the working thread
   std::exception_ptr thrown;
   bool done = false;
 

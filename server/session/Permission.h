@@ -29,7 +29,7 @@ namespace kdstream
 class Permission
 {
 public:
-  using Refused = std::optional<Refusal>; // nothing where it may
+  using Refused = std::optional<Refusal>; // nothing: allowed
 
   // For everything: the server has no tokens, and keeps no ledger.
   Permission() = default;

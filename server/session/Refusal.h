@@ -15,7 +15,7 @@ struct Refusal
 {
   std::uint16_t status = 500;           // of HTTP
   std::string message;                  // names nothing inside the server
-  std::chrono::seconds retryAfter{ 0 }; // when it ends; 0: not known
+  std::chrono::seconds retryAfter{ 0 }; // when to retry; 0: unknown
 
   // Whether the store was to blame, or the machine under it: for counting.
   bool IsFailure() const { return this->status >= 500; }

@@ -43,7 +43,7 @@ public:
       this->Function(file, what);
     }
   }
-  // Nothing is wrong with the file: what will be is reported anew.
+  // The file has no error now: later errors are reported again.
   void Forget(const std::filesystem::path& file)
   {
     const std::lock_guard lock(this->Mutex);
@@ -67,7 +67,8 @@ namespace
 
 // To look whether a file has changed takes no time, but where its disk hangs.
 constexpr std::chrono::seconds patienceWithLook{ 1 };
-constexpr std::size_t mostReplaced = 4; // of one model: each keeps a file and a tree
+// Replaced versions of one model; each keeps a file and a tree open.
+constexpr std::size_t mostReplaced = 4;
 
 // The file may be a copy in progress. A file that was a store before is waited for less, because
 // clients ask again and again in the meantime.
@@ -78,7 +79,7 @@ bool WasWrittenJustNow(const std::filesystem::path& file, std::chrono::seconds p
   std::error_code error;
   const auto age =
     std::filesystem::file_time_type::clock::now() - std::filesystem::last_write_time(file, error);
-  // Not for ever where the clock has been set back.
+  // The absolute value, in case the clock was set back.
   return !error && std::chrono::abs(age) < patience;
 }
 
@@ -225,7 +226,7 @@ Status StoreCatalog::Try(Patience patience)
 struct StoreCatalog::Opening
 {
   std::atomic<bool> ended{ false };
-  bool isSame = false; // as the model of before
+  bool isSame = false; // the same as the earlier model
   Result<std::shared_ptr<const StoreModel>> model = Error{ ErrorCode::InputOutput, "" };
   bool isGone = false, isNew = false;
 };
@@ -238,7 +239,7 @@ struct StoreCatalog::Files
   {
     std::filesystem::path path;
     std::string id;
-    std::shared_ptr<const StoreModel> old; // of before; may be null
+    std::shared_ptr<const StoreModel> old; // the earlier model; may be null
     std::shared_ptr<Opening> opening = std::make_shared<Opening>();
   };
   std::vector<File> files;
@@ -316,7 +317,8 @@ Status StoreCatalog::ReadFolder(Patience patience)
   KDSTREAM_TRY(paths); // a disk that is not there for the moment, or no descriptors
   const auto before = this->Current();
   this->Reports->Forget(this->Folder);
-  // What has been looked at is opened again; what has been opened meanwhile is taken.
+  // Files that were only examined are opened again; files that were opened in the meantime are
+  // taken.
   std::erase_if(this->HeldByDisk,
     [](const auto& entry) { return *entry.second.ended && !entry.second.opening; });
   Files files{ {}, this->Cache, this->Reports, this->Notes, this->Stores };
@@ -345,7 +347,7 @@ Status StoreCatalog::ReadFolder(Patience patience)
     else if (*held->second.ended)
     {
       this->Add(state, file.path, file.id, file.old, held->second.opening.get());
-      state.passing = true; // it may have changed since
+      state.passing = true; // the file may have changed since
       this->HeldByDisk.erase(held);
     }
     else
@@ -353,7 +355,7 @@ Status StoreCatalog::ReadFolder(Patience patience)
       this->Add(state, file.path, file.id, file.old, nullptr);
     }
   }
-  // What has come to an end just now is opened again.
+  // Files whose examination has just ended are opened again.
   std::erase_if(this->HeldByDisk, [](const auto& entry) { return entry.second.ended->load(); });
   this->KeepReplaced(state, *before);
   const bool passing = state.passing;
@@ -435,14 +437,14 @@ void StoreCatalog::Refresh()
   const auto now = Clock::now();
   const bool outlived = std::any_of(present->replaced.begin(), present->replaced.end(),
     [now](const Replaced& replaced) { return replaced.until <= now; });
-  const bool otherNotes = present->notes != this->Notes->Version(); // somebody has asked for them
+  const bool otherNotes = present->notes != this->Notes->Version(); // the notes were read since
   if (this->Again || this->HasChanged(*present) || outlived || otherNotes)
   {
     this->Look();
   }
 }
 
-// Also if a link leads to another file now, which no folder reports.
+// Also detects a link that leads to another file now, which no folder reports.
 bool StoreCatalog::HasChanged(const State& present)
 {
   struct Looking

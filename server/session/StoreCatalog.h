@@ -81,7 +81,7 @@ private:
     std::shared_ptr<const StoreModel> model;
     Clock::time_point until;
   };
-  // What is served at a time.
+  // The models that are served at a time.
   struct State
   {
     std::map<std::string, std::shared_ptr<const StoreModel>, std::less<>> byId;
@@ -90,12 +90,12 @@ private:
     std::uint64_t notes = 0;        // the version of the notes that the list tells of
     BlobBytes list;
   };
-  // What has been found of a file, and whether that has come to an end.
+  // The result of opening a file, and whether opening has ended.
   struct Opening;
   struct Held
   {
     std::shared_ptr<const std::atomic<bool>> ended;
-    std::shared_ptr<const Opening> opening; // null: it was only looked at
+    std::shared_ptr<const Opening> opening; // null: the file was only examined
   };
   std::shared_ptr<const State> Current() const;
   std::filesystem::path FileOf(const std::string& id) const;
@@ -103,7 +103,8 @@ private:
   enum class Patience
   {
     None,
-    WithNew // what was written just now, and is not a store, may become one: it is not reported yet
+    // A recently written file that is not a store is not reported yet, because it may become one.
+    WithNew
   };
   Status Try(Patience patience);
   Status ReadFolder(Patience patience);

@@ -128,7 +128,7 @@ public:
           });
         if (bytes && !isRead)
         {
-          KDSTREAM_TRY(this->Opened()); // from now on it is found without a disk
+          KDSTREAM_TRY(this->Opened()); // afterwards the blob is found without the disk
           KDSTREAM_TRY(this->CheckFile());
         }
         return bytes;
@@ -222,7 +222,7 @@ private:
     return this->LastState;
   }
 
-  // No client takes another size.
+  // Clients refuse blobs of another size.
   static Status CheckSize(const protocol::BlobId& blob, std::uint64_t bytes)
   {
     return bytes != 0 && bytes <= protocol::maximumBlobBytes
@@ -260,7 +260,7 @@ private:
     this->ReportPassing(error);
   }
 
-  // What may pass is reported once until something can be read again.
+  // A temporary error is reported once until something can be read again.
   void ReportPassing(const Error& error) const
   {
     const bool passes =
@@ -301,7 +301,7 @@ private:
   BlobCache::Model Number;
   DamageReport Report;
   mutable std::mutex StateMutex;
-  mutable FileState LastState;         // of the file, when it was opened last
+  mutable FileState LastState;         // state of the file when it was last opened
   mutable std::shared_ptr<Store> Kept; // which another file has replaced; else null
   mutable std::mutex TreeMutex;
   // As it was read last; not yet at first. Once it has been read it stays in its place.
@@ -330,7 +330,7 @@ void OpenStores::Keep(const StoreModel* model, std::shared_ptr<Store> store)
   added.push_back({ model, std::move(store) });
   const std::lock_guard lock(this->Mutex);
   const auto [place, isNew] = this->Places.try_emplace(model, added.begin());
-  if (!isNew) // two threads have opened it
+  if (!isNew) // another thread has opened it, too
   {
     gone.splice(gone.begin(), this->Recent, place->second);
     place->second = added.begin();

@@ -130,7 +130,7 @@ Result<protocol::BlobId> PieceOfTile(const ModelDescription& model, const protoc
                (NodeId{ 1 } << PieceDepth(Resolution::Level(level), depths)) + tile.number);
 }
 
-// What is known of the tiles of one version of a model. Requests that use it keep it.
+// The known tiles of one version of a model. Requests that use them keep them alive.
 class TileKeeper::ModelTiles
 {
 public:
@@ -332,7 +332,7 @@ private:
     const ServedModel& model, const TileStep& step, const Piece& piece)
   {
     std::vector<BorderNormal> found;
-    PieceBorder owner; // of the ghosts before
+    PieceBorder owner; // the owner of the previous ghosts
     std::optional<std::size_t> ownerTile;
     const TreeDepths& depths = model.Description().depths;
     const bool byPartition =

@@ -8,8 +8,8 @@
 #include "viewer/client/ModelSource.h"
 #include "viewer/rendering/SurfaceActors.h"
 #include "viewer/session/ViewerSession.h"
-#include "viewer/session/look/Coloring.h"
-#include "viewer/session/look/SceneRules.h"
+#include "viewer/session/appearance/Coloring.h"
+#include "viewer/session/appearance/SceneRules.h"
 
 #include <chrono>
 #include <deque>

@@ -26,7 +26,7 @@ namespace
 // A parallel projection has a distant eye: this number of heights of the picture away.
 constexpr double farAway = 1e4;
 
-// What a window without a size gets.
+// The size of a window without a size.
 constexpr int defaultSide = 300;
 
 // The picture in pixels, and what part of it is drawn now: from 0 to 1.
@@ -131,7 +131,8 @@ std::optional<RendererView> ViewOf(vtkRenderer& renderer, vtkMatrix4x4& placed)
     return std::pair(begin, Normalized(end - begin));
   };
   const auto [middle, sight] = ray(0.5, 0.5);
-  // Where it meets a plane across the line of sight: at distance 1, or in parallel anywhere.
+  // The point where it meets a plane across the line of sight: at distance 1; anywhere for parallel
+  // projections.
   const auto place = [&, sight = sight](double x, double y)
   {
     const auto [begin, direction] = ray(x, y);

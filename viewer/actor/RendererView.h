@@ -4,7 +4,7 @@
 #pragma once
 
 #include "viewer/rendering/SurfaceActors.h"
-#include "viewer/session/look/SceneRules.h"
+#include "viewer/session/appearance/SceneRules.h"
 
 #include <optional>
 

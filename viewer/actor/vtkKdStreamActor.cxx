@@ -13,7 +13,7 @@
 #include "viewer/actor/RendererView.h"
 #include "viewer/client/ConnectServer.h"
 #include "viewer/client/LocalClient.h"
-#include "viewer/session/look/SceneLook.h"
+#include "viewer/session/appearance/SceneAppearance.h"
 
 #include <vtkActor.h>
 #include <vtkBoundingBox.h>
@@ -154,7 +154,7 @@ bool vtkKdStreamActor::Open()
   return this->Stream != nullptr;
 }
 
-// What could not be opened is not tried anew before something else is set.
+// A source that could not be opened is tried again only after a property was set.
 bool vtkKdStreamActor::IsOpen()
 {
   const bool isTried = this->Tried && *this->Tried == this->Address();
@@ -292,7 +292,7 @@ void vtkKdStreamActor::SetAllocatedRenderTime(double seconds, vtkViewport* viewp
 {
   this->Superclass::SetAllocatedRenderTime(seconds, viewport);
   vtkRenderer* const renderer = vtkRenderer::SafeDownCast(viewport);
-  // What is picked is what was seen.
+  // A pick uses the surface that was shown.
   if (renderer && !renderer->GetSelector() && this->IsOpen() &&
       this->BeginsPicture(*renderer->GetRenderWindow()))
   {
@@ -321,7 +321,7 @@ int vtkKdStreamActor::RenderOpaqueGeometry(vtkViewport* viewport)
     return 0;
   }
   auto view = ViewOf(*renderer, *this->GetMatrix());
-  if (!view) // splats cannot be drawn before they know it
+  if (!view) // splats need the view before they can be drawn
   {
     return 0;
   }

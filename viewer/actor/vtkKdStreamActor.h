@@ -263,8 +263,9 @@ private:
   std::string ColorBy = "own";
   vtkNew<vtkProperty> Property;
 
-  std::unique_ptr<kdstream::ActorStream> Stream;        // null: nothing is open
-  std::unique_ptr<const kdstream::ServerAddress> Tried; // of that, or of what could not be opened
+  std::unique_ptr<kdstream::ActorStream> Stream; // null: nothing is open
+  // The server of Stream, or the one that could not be opened.
+  std::unique_ptr<const kdstream::ServerAddress> Tried;
   double TriedTolerance = 0;
   std::string ErrorMessage, LastWarning;
   unsigned long ErrorCode = 0;          // NoError

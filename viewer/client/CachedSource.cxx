@@ -132,7 +132,7 @@ void CachedSource::AskForNotes(const std::string& model)
   }
 }
 
-// What is here is answered at once, the rest is the server's.
+// Cached blobs are answered at once, the others are requested from the server.
 void CachedSource::SendBlobs(const SessionRequest& request)
 {
   std::vector<protocol::BlobId> here;
@@ -193,7 +193,7 @@ void CachedSource::Keep(const ClientEvent& event)
     this->Cache->Put(this->KeyOf("", NotesName(event.model.id)), event.bytes);
   }
   const auto asked = this->Asked.find(event.request);
-  // What is damaged already is asked for again.
+  // Damaged entries are requested again.
   if (event.kind == ClientEvent::Kind::Blob && asked != this->Asked.end() && IsSealed(event.bytes))
   {
     this->Cache->Put(this->KeyOf(asked->second, protocol::BlobName(event.blob)), event.bytes);

@@ -126,7 +126,7 @@ private:
   std::condition_variable Arrived;
   std::vector<ClientEvent> Events;
 
-  std::thread Thread; // last: it uses all of the above
+  std::thread Thread; // the last member, because the thread uses all members above
 };
 
 }

@@ -34,11 +34,11 @@ Result<ConnectedServer> ConnectServer(const std::string& url, const std::string&
 struct ServerAddress
 {
   std::string url;
-  std::string model; // empty: the only one
+  std::string model; // empty: the only model
   std::string token, authorities;
   std::filesystem::path cache;        // a folder (DiskCache); empty: none
-  std::uint64_t cacheBytes = 0;       // of it at most
-  std::chrono::seconds timeout{ 60 }; // without anything that comes
+  std::uint64_t cacheBytes = 0;       // the cache's maximum size
+  std::chrono::seconds timeout{ 60 }; // of silence, after which the server counts as lost
 
   bool operator==(const ServerAddress&) const = default;
 };

@@ -69,7 +69,7 @@ Status CheckLayout(sqlite3* database)
                : Status{ Error{ ErrorCode::Unsupported, "is not a cache: it has other tables" } };
 }
 
-// What the last call on a database came to.
+// The result code of the last call on a database.
 int CodeOf(sqlite3* database)
 {
   return sqlite3_errcode(database) & 0xFF;
@@ -152,7 +152,7 @@ Status MakeFile(const fs::path& file)
   return ::lstat(file.c_str(), &found) == 0 && IsOwn(found) ? Status{} : Status{ IsNotOurs(file) };
 }
 
-// What SQLite has beside the file while it is open, and believes.
+// Files beside the database that SQLite makes and trusts while it is open.
 constexpr std::array<const char*, 3> companions{ "-wal", "-shm", "-journal" };
 
 Status CheckCompanions(const fs::path& file)
@@ -197,7 +197,7 @@ Result<Database> OpenToWrite(const fs::path& folder)
   {
     return database;
   }
-  // It is only a cache.
+  // Errors are ignored: it is only a cache.
   std::error_code failure;
   for (const char* ending : { "", "-wal", "-shm" })
   {
@@ -404,7 +404,7 @@ private:
     }
   }
 
-  // All that has come meanwhile is one transaction.
+  // All entries that have arrived since are written in one transaction.
   void Write()
   {
     std::unique_lock lock(this->Mutex);
@@ -522,7 +522,7 @@ private:
       this->Writing.get(), "UPDATE total SET bytes = bytes + " + std::to_string(bytes));
   }
 
-  // What was used longest ago goes.
+  // Removes the least recently used entries.
   Status MakeRoom(std::int64_t total)
   {
     while (total > this->MostBytes)

@@ -28,7 +28,7 @@ public:
   void PutBack();
   // Whether all is done.
   bool IsIdle() const { return !this->Current && this->Waiting.empty(); }
-  // What is open; empty if nothing is.
+  // The open model; empty if none is open.
   const std::string& OpenModel() const { return this->Model; }
   const std::string& OpenDigest() const { return this->Digest; }
   std::vector<ClientEvent> TakeEvents();

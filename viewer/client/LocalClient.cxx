@@ -193,7 +193,7 @@ private:
   Job Current;
   std::mutex Mutex; // of Jobs
   std::deque<Job> Jobs;
-  ClientThread Thread; // last: it uses all of the above
+  ClientThread Thread; // the last member, because the thread uses all members above
 };
 
 LocalClient::LocalClient(std::vector<std::shared_ptr<const ServedModel>> models,
@@ -239,7 +239,7 @@ Result<std::unique_ptr<LocalClient>> LocalClient::Open(
   }
   else
   {
-    // What is read again lies in the operating system's memory anyway.
+    // No cache: repeated reads come from the operating system's cache.
     const auto model = OpenStoreModel(storeOrFolder, ModelIdLike(storeOrFolder.stem().string()),
       std::make_shared<BlobCache>(0), [](const std::string&) {});
     KDSTREAM_TRY(model);

@@ -25,7 +25,7 @@ public:
   // Requests the notes on a model that has some (ModelSummary::notes); they arrive as an event. No
   // event if they cannot be fetched.
   virtual void AskForNotes(const std::string& model) = 0;
-  // What has come since the last call, in order.
+  // The events since the last call, in order.
   virtual std::vector<ClientEvent> Take() = 0;
   // Waits until there is something to take; false if nothing has come in that time.
   virtual bool Wait(std::chrono::milliseconds atMost) = 0;

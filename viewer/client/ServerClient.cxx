@@ -121,7 +121,7 @@ public:
         {
           this->Protocol->Send(request, Now());
         }
-        catch (...) // the line may not know of it, so that nobody would answer
+        catch (...) // otherwise nobody would answer the request
         {
           ClientEvent event;
           event.kind = ClientEvent::Kind::RequestFailed;
@@ -136,7 +136,7 @@ public:
 
 private:
   static constexpr const char* whyBroken = "this program ran out of memory or failed";
-  static constexpr std::chrono::milliseconds patience{ 20 }; // until it is asked whether to stop
+  static constexpr std::chrono::milliseconds patience{ 20 }; // between two checks whether to stop
 
   static double Now()
   {
@@ -261,7 +261,7 @@ private:
 
   void Connect()
   {
-    // What a connection says that was given up counts no more.
+    // Messages of an abandoned connection are ignored.
     const auto current = [this, mine = this->Connection] { return mine == this->Connection; };
     StreamSocket::Handlers handlers;
     handlers.onOpen = [this, current]
@@ -335,14 +335,14 @@ private:
   ClientThread Thread{ [this] { this->Disconnect(); } };
   bool Started = false;
   std::optional<ServerLine> Protocol; // from Begin
-  std::uint64_t Connection = 0;       // grows with every one
+  std::uint64_t Connection = 0;       // the number of the current connection
   std::unique_ptr<StreamSocket> Socket;
   std::unique_ptr<HttpFetcher> Fetcher;
   std::unique_ptr<HttpFetcher> NotesFetcher;
   std::shared_ptr<std::promise<Result<HttpReply>>> Waiting; // FetchAndWait's
   std::vector<ClientEvent> Unpublished;
   asio::steady_timer Ticks{ this->Thread.Context() };
-  double TickAt = std::numeric_limits<double>::infinity(); // what Ticks waits for
+  double TickAt = std::numeric_limits<double>::infinity(); // the time that Ticks waits for
 };
 
 ServerClient::ServerClient(std::unique_ptr<Line> line)

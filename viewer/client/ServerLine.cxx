@@ -122,7 +122,7 @@ void ServerLine::SocketEnded(bool refused, const std::string& why, double now, d
   this->EndProbe(now);
 }
 
-// There is no stream (yet).
+// The server has no stream (yet).
 void ServerLine::EndProbe(double now)
 {
   this->Probing = false;
@@ -270,7 +270,7 @@ void ServerLine::FetchNext()
 
 void ServerLine::Fetched(const Result<HttpReply>& reply, double now)
 {
-  constexpr unsigned noToken = 401; // there may be one later
+  constexpr unsigned noToken = 401; // a token may come later
   const bool busy =
     reply && (IsBusy(reply->status) || (this->Options.patient && reply->status == noToken));
   if (this->Options.patient ? !reply || busy : busy && this->Tries++ < this->Options.mostTries)

@@ -101,7 +101,7 @@ public:
   // ---- what comes out
   // What to do since the last call, in order.
   std::vector<Action> TakeActions();
-  // What has come for the session since the last call, in order.
+  // The events for the session since the last call, in order.
   std::vector<ClientEvent> TakeEvents();
   State GetState() const { return this->Current; }
   // Why nothing arrives (the connection was lost, the server does not answer); empty when all is
@@ -127,17 +127,17 @@ private:
   ServerLineOptions Options;
   State Current = State::Connecting;
   bool HasStreamed = false;
-  bool MayRetryAtOnce = true; // the connection brought something since it was made
+  bool MayRetryAtOnce = true; // the current connection has received something
   // The last connection broke the protocol, and no outstanding blob has arrived since. Then other
   // messages do not allow an immediate retry: if every frame were garbled, retries would never end.
   bool Garbled = false;
-  std::vector<SessionRequest> Early; // before it is known whether there is a stream
+  std::vector<SessionRequest> Early; // requests before it is known whether the server has a stream
   StreamConversation Stream;
   GetConversation Gets;
   bool Retrying = false; // at RetryAt
   bool Resting = false;  // lost, and nobody has asked for anything since
   double RetryAt = 0, RetryAfter = 0;
-  std::size_t Tries = 0; // to fetch one thing from a busy server, or to have a stream of it
+  std::size_t Tries = 0; // attempts to fetch one thing from a busy server, or to open its stream
   bool Probing = false;  // whether there is a stream by now
   double ProbeAt = 0;    // the next time
   double LastNews = 0;

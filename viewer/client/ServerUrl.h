@@ -15,7 +15,7 @@ struct ServerUrl
   std::string host; // name or address, an IPv6 address without its brackets
   std::string port = "80";
   bool isSecure = false;  // https
-  std::string token = {}; // IsToken: what the server lets this client have; empty: none
+  std::string token = {}; // IsToken: the token for this server; empty: none
 
   // "HOST:PORT" as in a Host header.
   std::string Authority() const;

@@ -120,7 +120,7 @@ void StreamConversation::Flush(double now)
   }
 }
 
-// What is no longer outstanding must be reported: without memory for that, nothing is taken.
+// Finished requests must be reported: if there is no memory for the event, nothing is taken.
 void StreamConversation::MakeRoomForEvent()
 {
   if (this->Events.size() == this->Events.capacity())
@@ -139,7 +139,7 @@ Status StreamConversation::ReceiveText(std::string_view text, double now)
   const auto found = this->Unfinished.find(wire);
   if (const auto* error = std::get_if<protocol::ErrorAnswer>(&message->body))
   {
-    // That the open model cannot be opened again for the moment is a reason to connect again later.
+    // If the open model cannot be opened again for the moment, connect again later.
     const bool reopening = found != this->Unfinished.end() && found->second.request == 0;
     if (wire == 0 || (reopening && IsBusy(error->code)))
     {
@@ -181,7 +181,8 @@ void StreamConversation::Opened(std::uint32_t request, const ModelDescription& m
     event.request = request;
     event.model = model;
     this->Events.push_back(std::move(event));
-    this->Outstanding.erase(pending); // last: without memory for the event it is outstanding still
+    // Last: if memory for the event is missing, the request stays outstanding.
+    this->Outstanding.erase(pending);
   }
 }
 
@@ -276,7 +277,7 @@ Status StreamConversation::ReceiveFrame(std::span<const std::uint8_t> message, d
   const auto pending = this->Outstanding.find(found->second.request);
   const bool isOutstanding = pending != this->Outstanding.end() &&
                              pending->second.outstanding.count(frame->header.blob) != 0;
-  // It may have been in flight when it was cancelled.
+  // The blob may have been in flight when it was cancelled.
   std::set<BlobId>& cancelled = found->second.cancelled;
   const bool isMeant = isOutstanding || cancelled.count(frame->header.blob) != 0;
   this->NoteMessage(frame->header.request, isMeant, now);
@@ -470,7 +471,7 @@ void StreamConversation::FailAll(const std::string& message)
   this->Longest = {};
 }
 
-// What was opened is not there any more: pieces of another build must not be mixed with it.
+// The open model was replaced: pieces of another build must not be mixed with its pieces.
 void StreamConversation::RefuseModel(const std::string& message)
 {
   this->FailAll(message);

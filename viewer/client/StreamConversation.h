@@ -73,12 +73,12 @@ public:
   bool IsWaiting() const { return !this->Outstanding.empty(); }
 
 private:
-  struct PendingRequest // of the server to one request of the session
+  struct PendingRequest // a request to the server, for one request of the session
   {
     bool open = false;
     std::string model;                      // of an open
-    std::vector<protocol::BlobId> wanted;   // all of them, in the order of the request
-    std::set<protocol::BlobId> outstanding; // those that have not come
+    std::vector<protocol::BlobId> wanted;   // all wanted blobs, in the order of the request
+    std::set<protocol::BlobId> outstanding; // the blobs that have not arrived
 
     std::vector<protocol::BlobId> OutstandingInOrder() const;
     bool IsOutstanding() const
@@ -87,15 +87,15 @@ private:
     }
     bool IsInBackoff() const; // all that is outstanding is to be asked for again
     std::size_t messages = 0; // not yet ended
-    std::string busy;         // what a busy server said of it; empty = it was not
-    std::size_t tries = 0;    // times that it has been asked for again
+    std::string busy;         // what a busy server answered; empty: it was not busy
+    std::size_t tries = 0;    // number of retries
   };
   struct Message
   {
     std::uint32_t request = 0; // the session's; 0 = ours, to open the model again
     protocol::ClientMessage content;
     double sent = 0;
-    std::set<protocol::BlobId> cancelled; // that may come all the same, once
+    std::set<protocol::BlobId> cancelled; // cancelled blobs that may still arrive, once
   };
 
   void MakeRoomForEvent();
@@ -109,11 +109,11 @@ private:
   void Fail(std::uint32_t request, const std::string& message);
   void Failed(std::uint32_t wire, const protocol::ErrorAnswer& answer, double now);
 
-  // What is stalled longest.
+  // The request that has been stalled longest.
   struct Oldest
   {
     std::uint32_t request = 0; // 0: nothing
-    std::uint32_t wire = 0;    // of its message; 0: that waits to be sent
+    std::uint32_t wire = 0;    // id of its message; 0: not sent yet
     bool operator==(const Oldest&) const = default;
   };
   Oldest FindOldest() const;
@@ -128,14 +128,14 @@ private:
   protocol::FrameAssembler Frames;
   double LastBlob = 0;
   Oldest Longest;          // outstanding,
-  double LastProgress = 0; // with it;
+  double LastProgress = 0; // time of the last progress;
   // Messages that had been sent when the first other answer arrived since then; 0: none has
   // arrived.
   std::uint32_t AskedByThen = 0;
   std::size_t Strays = 0;     // messages that bring nothing of what was asked for, since then
   bool OthersArrived = false; // since the last progress
   std::string Model, Digest;  // that is open, or was when the connection was lost
-  std::string Refusal;        // why nothing more can be had of it; empty = it can
+  std::string Refusal;        // why the server sends nothing more; empty: it still sends
   std::vector<std::string> Messages;
   std::vector<ClientEvent> Events;
 };

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "filters/core/Result.h"
-#include "viewer/session/look/Coloring.h"
+#include "viewer/session/appearance/Coloring.h"
 
 namespace kdstream
 {

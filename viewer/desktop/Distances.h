@@ -28,7 +28,7 @@ std::vector<SeenMeasurement> SeenMeasurementsOf(const ViewerSession& session);
 std::string LengthText(double value, double error);
 // "3.2 mm"; without a unit only the text.
 std::string WithUnit(const std::string& text, const std::string& unit);
-// What stands at its line.
+// The text beside a measurement's line.
 std::string DistanceText(const Measurement& measurement, const std::string& unit);
 
 }

@@ -153,7 +153,7 @@ public:
     const bool picture = step.kind == SessionStep::Kind::Screenshot;
     if (picture && !played && played.GetError().code == ErrorCode::NotFound)
     {
-      return PrintError(this->Program, step.name, played.GetError()); // the others go on
+      return PrintError(this->Program, step.name, played.GetError()); // the other steps go on
     }
     KDSTREAM_TRY(played);
     if (picture && this->Incomplete.count(this->Session.GetStatus().model) > 0)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A look without a screen: one model, or a session file, and what is written of it.
+// Shows one model, or plays a session file, without a screen, and writes the outputs.
 #pragma once
 
 #include "filters/core/Result.h"

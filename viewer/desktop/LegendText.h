@@ -2,7 +2,7 @@
 // The texts of a legend, in the window and in pictures.
 #pragma once
 
-#include "viewer/session/look/ColorLegend.h"
+#include "viewer/session/appearance/ColorLegend.h"
 
 #include <string>
 

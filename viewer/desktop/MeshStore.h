@@ -19,7 +19,7 @@ namespace kdstream
 struct MeshPlace
 {
   std::shared_ptr<const HeldFolder> stores; // of all meshes
-  std::shared_ptr<const HeldFolder> folder; // of this one, in `stores`
+  std::shared_ptr<const HeldFolder> folder; // the store's folder, in `stores`
   std::string name;                         // of the store, in `folder`
   bool isThere = false;
 

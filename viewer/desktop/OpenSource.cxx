@@ -98,7 +98,7 @@ public:
   BriefFolder(const BriefFolder&) = delete;
   BriefFolder& operator=(const BriefFolder&) = delete;
 
-  std::filesystem::path Path; // empty: none could be made
+  std::filesystem::path Path; // empty: no folder could be made
 };
 
 // If the cached store cannot be used, that is reported, and it is built anew. If the cache cannot
@@ -167,7 +167,7 @@ Result<std::unique_ptr<ModelSource>> OpenSource(const ViewOptions& options,
                        "or https://HOST:PORT" };
   }
   if (!std::filesystem::is_directory(file, failure) &&
-      !std::filesystem::is_regular_file(file, failure)) // of a pipe one might wait for ever
+      !std::filesystem::is_regular_file(file, failure)) // reading a pipe could block for ever
   {
     return Error{ ErrorCode::NotFound, options.source + ": is neither a file nor a folder" };
   }

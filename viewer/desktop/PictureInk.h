@@ -3,7 +3,7 @@
 // Dear ImGui does this.
 #pragma once
 
-#include "viewer/session/look/Palette.h"
+#include "viewer/session/appearance/Palette.h"
 
 #include <vtkNew.h>
 #include <vtkSmartPointer.h>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "viewer/desktop/PictureInk.h"
-#include "viewer/session/look/ColorLegend.h"
+#include "viewer/session/appearance/ColorLegend.h"
 
 #include <string>
 #include <vector>
@@ -36,7 +36,7 @@ private:
 
   PictureInk Ink;
   std::vector<vtkTextActor*> Texts; // the title, then of each tick or class
-  double Line = 0;                  // height of one, pixels
+  double Line = 0;                  // height of a line, pixels
 };
 
 }

@@ -74,7 +74,7 @@ Status Player::WaitForIdle()
     this->DeliverEvents();
     this->SendRequests();
     KDSTREAM_TRY(this->Frame());
-    this->SendRequests(); // what the frame found to be needed
+    this->SendRequests(); // requests that the frame needs
     if (this->Session.IsIdle())
     {
       return {};

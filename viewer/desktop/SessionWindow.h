@@ -23,7 +23,7 @@ public:
   // Errors: those of MakeOffscreenWindow.
   static Result<std::unique_ptr<SessionWindow>> MakeOffscreen(
     WindowBackend backend, int width, int height, const SceneSettings& settings);
-  // One that is shown on the screen. Errors: those of MakeScreenWindow.
+  // Makes a window on the screen. Errors: those of MakeScreenWindow.
   static Result<std::unique_ptr<SessionWindow>> MakeOnScreen(
     int width, int height, const SceneSettings& settings);
 

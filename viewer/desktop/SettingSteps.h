@@ -7,7 +7,7 @@
 #include "viewer/rendering/SurfaceScene.h"
 #include "viewer/session/SessionFile.h"
 #include "viewer/session/ViewerSession.h"
-#include "viewer/session/look/Coloring.h"
+#include "viewer/session/appearance/Coloring.h"
 
 #include <cstdint>
 #include <string>
@@ -21,7 +21,7 @@ struct SceneSettings
   ColorChoice colors;
   bool occlusion = true;
   bool boxes = false;     // of the region's partitions
-  bool legend = false;    // where colours are those of an array
+  bool legend = false;    // whether a legend is shown for an array's colours
   bool distances = false; // that were measured
   bool operator==(const SceneSettings&) const = default;
 };

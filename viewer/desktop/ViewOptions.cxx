@@ -284,7 +284,7 @@ SessionOptions SessionOptionsOf(const ViewOptions& line)
   };
   if (!line.statistics.empty())
   {
-    options.mostStatistics = std::numeric_limits<std::size_t>::max(); // all, as it was asked for
+    options.mostStatistics = std::numeric_limits<std::size_t>::max(); // all of them, as requested
   }
   return options;
 }

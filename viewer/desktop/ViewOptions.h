@@ -6,7 +6,7 @@
 #include "filters/program/Program.h"
 #include "viewer/rendering/SurfaceScene.h"
 #include "viewer/session/ViewerSession.h"
-#include "viewer/session/look/Coloring.h"
+#include "viewer/session/appearance/Coloring.h"
 
 #include <cstdint>
 #include <string>
@@ -17,9 +17,9 @@ namespace kdstream
 struct ViewOptions
 {
   std::string source;      // a server's URL, or a file or folder
-  std::string link;        // to a view of it, as ViewLink.h has it; perhaps none
+  std::string link;        // a link to a view of the model (ViewLink.h); may be empty
   std::string token;       // of the server
-  std::string authorities; // a PEM file; empty: those of the system
+  std::string authorities; // a PEM file; empty: the system's certificates
   std::string model, offscreen, record, replay, screenshot, statistics, report;
   std::string cache; // folder; empty: that of the user
   std::uint64_t cacheBytes = std::uint64_t{ 10 } << 30;

@@ -31,8 +31,8 @@ private:
   double Now() const;
 
   std::chrono::steady_clock::time_point Begin;
-  double First = -1;   // s; of the first frame with anything on it, -1 before
-  double Settled = -1; // s; of the last frame with another surface, or other textures on it
+  double First = -1;   // s; of the first frame that shows anything; -1: none yet
+  double Settled = -1; // s; of the last frame in which the surface or its textures changed
   std::uint64_t Surface = 0, PeakTriangles = 0; // a version
   std::shared_ptr<const TileList> Tiles;
 };

@@ -44,7 +44,7 @@ public:
 
 private:
   double Began = -duration, RestsUntil = 0;
-  int Frames = -1; // of the geomorph that is under way
+  int Frames = -1; // of the current geomorph
 };
 
 }

@@ -4,7 +4,7 @@
 
 #include "viewer/mobile/SurfaceChunks.h"
 #include "viewer/session/Geometry.h"
-#include "viewer/session/look/SplatRadii.h"
+#include "viewer/session/appearance/SplatRadii.h"
 
 #include <algorithm>
 #include <array>
@@ -328,7 +328,7 @@ void GlesBuffers::FollowTiles(std::vector<Part>& parts)
   }
 }
 
-// What paints a part, or null.
+// The texture tile of a part, or null.
 std::shared_ptr<const TextureTile> GlesBuffers::TileOf(
   const ViewerScene& scene, const SurfacePart& part) const
 {

@@ -6,8 +6,8 @@
 #include "filters/core/Result.h"
 #include "viewer/mobile/GlesChunk.h"
 #include "viewer/session/SessionTypes.h"
-#include "viewer/session/look/Coloring.h"
-#include "viewer/session/look/SceneRules.h"
+#include "viewer/session/appearance/Coloring.h"
+#include "viewer/session/appearance/SceneRules.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -50,7 +50,7 @@ public:
   // The context was lost: nothing is deleted.
   void Forget();
 
-  // These four as GlesRenderer's.
+  // These four are described in GlesRenderer.
   using TileUpload = void (*)(unsigned texture, const TextureTile& tile);
   static void SetTileUpload(TileUpload upload);
   void SetColoring(const Coloring& coloring);
@@ -85,7 +85,7 @@ private:
   std::shared_ptr<const TextureTile> TileOf(
     const ViewerScene& scene, const SurfacePart& part) const;
 
-  // What is in the graphics memory, and how it is to be looked at.
+  // The surface in the graphics memory, and how it is coloured.
   struct Content
   {
     std::uint64_t version = 0;
@@ -110,12 +110,13 @@ private:
   std::uint64_t Colored = 0; // ColorsVersion
   Box Bounds;                // of what is drawn, relative to the center; not scaled
   double FacetOfAll = 0.0;
-  std::size_t Points = 0; // of a cloud; 0 if it has triangles
+  std::size_t Points = 0; // points of a cloud; 0 for a mesh with triangles
 
   Coloring Colors;
   std::uint64_t ColorsVersion = 0; // grows whenever Colors change
   double MorphedShare = 1;
-  std::optional<double> LongestWay; // of what morphs, in the model's unit; none where nothing does
+  // Longest way of a morphing vertex, in the model's unit; nothing if none morphs.
+  std::optional<double> LongestWay;
 };
 
 }

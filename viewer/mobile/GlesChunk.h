@@ -31,13 +31,13 @@ struct GlesChunk
   std::array<GLuint, 5> buffers{};
   GLsizei count = 0;        // of indices, or points of a cloud
   std::size_t bytes = 0;    // of all buffers, and
-  std::size_t morphing = 0; // of that of geomorphs
+  std::size_t morphing = 0; // of the geomorph buffer
 };
 
 // glGetError reports whether there was memory for it.
 GlesChunk UploadChunk(const SurfaceChunk& content);
 void FreeChunk(const GlesChunk& chunk);
-// What has arrived needs its former places no more.
+// Frees the earlier positions after a geomorph has ended.
 void StopMorphingOf(GlesChunk& chunk);
 
 }

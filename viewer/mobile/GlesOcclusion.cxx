@@ -4,7 +4,7 @@
 
 #include "viewer/mobile/GlesPrograms.h"
 #include "viewer/mobile/GlesShaders.h"
-#include "viewer/session/look/OcclusionShaders.h"
+#include "viewer/session/appearance/OcclusionShaders.h"
 
 #include <utility>
 
@@ -115,7 +115,7 @@ bool GlesOcclusion::BeginDepths(const Viewport& picture)
     glBindFramebuffer(GL_FRAMEBUFFER, static_cast<GLuint>(this->Before));
     return false;
   }
-  // What is drawn into must not be bound where a program could read it.
+  // A texture that is drawn into must not be bound for reading.
   BindTexture(depthsUnit, 0);
   BindTexture(occludedUnit, 0);
   glBindFramebuffer(GL_FRAMEBUFFER, this->Targets[depths].framebuffer);

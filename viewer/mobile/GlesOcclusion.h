@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Draws ambient occlusion into the phone's picture: the passes of
-// viewer/session/look/OcclusionShaders.h with OpenGL ES 3.0. Internal to viewer/mobile.
+// viewer/session/appearance/OcclusionShaders.h with OpenGL ES 3.0. Internal to viewer/mobile.
 #pragma once
 
 #include "filters/core/Result.h"

@@ -53,7 +53,7 @@ Result<GLuint> MakeProgram(const char* name, std::initializer_list<const char*> 
   glAttachShader(program, *vertex);
   glAttachShader(program, *fragment);
   glLinkProgram(program);
-  // They go with the program.
+  // The shaders are deleted with the program.
   glDeleteShader(*vertex);
   glDeleteShader(*fragment);
   GLint linked = GL_FALSE;

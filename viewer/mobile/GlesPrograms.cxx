@@ -4,8 +4,8 @@
 
 #include "viewer/mobile/GlesShaders.h"
 #include "viewer/session/Geometry.h"
-#include "viewer/session/look/OcclusionShaders.h"
-#include "viewer/session/look/Palette.h"
+#include "viewer/session/appearance/OcclusionShaders.h"
+#include "viewer/session/appearance/Palette.h"
 
 #include <algorithm>
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "filters/core/Result.h"
-#include "viewer/session/look/SceneLook.h"
+#include "viewer/session/appearance/SceneAppearance.h"
 
 #include <GLES3/gl3.h>
 
@@ -19,7 +19,7 @@ namespace kdstream
 class GlesPrograms
 {
 public:
-  // What a surface is drawn with: the sum of those that apply.
+  // Variants of the program: the sum of those that apply.
   static constexpr std::size_t cloud = 1;
   static constexpr std::size_t cut = 2;      // by a section
   static constexpr std::size_t relief = 4;   // not of clouds

@@ -5,9 +5,9 @@
 #include "viewer/mobile/GlesOcclusion.h"
 #include "viewer/mobile/GlesPrograms.h"
 #include "viewer/session/Geometry.h"
-#include "viewer/session/look/OcclusionShaders.h"
-#include "viewer/session/look/SceneLook.h"
-#include "viewer/session/look/SceneRules.h"
+#include "viewer/session/appearance/OcclusionShaders.h"
+#include "viewer/session/appearance/SceneAppearance.h"
+#include "viewer/session/appearance/SceneRules.h"
 
 #include <algorithm>
 #include <array>
@@ -136,7 +136,7 @@ GlesRenderer::Sight GlesRenderer::SightOf(const SceneCamera& camera, const Viewp
   return sight;
 }
 
-// What every program that places points has. It is in use then.
+// Uses a program and sets the uniforms of all programs that project points.
 void GlesRenderer::Aim(GLuint program, const Sight& sight) const
 {
   glUseProgram(program);
@@ -176,7 +176,7 @@ void GlesRenderer::DrawChunks(
   this->DrawCap(sight);
 }
 
-// Those that have a texture, or the others, or all of them without.
+// Draws the chunks with a texture, or those without, or all without textures.
 void GlesRenderer::DrawChunksBy(
   std::size_t textured, const ViewerScene& scene, const Sight& sight, int height, bool all)
 {
@@ -245,7 +245,7 @@ void GlesRenderer::DrawChunksBy(
   }
 }
 
-// What fills the section, in one colour.
+// Draws the section's cap in one colour.
 void GlesRenderer::DrawCap(const Sight& sight)
 {
   if (this->Buffers.Cap().empty())

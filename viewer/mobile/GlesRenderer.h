@@ -9,8 +9,8 @@
 #include "filters/core/Result.h"
 #include "viewer/mobile/GlesBuffers.h"
 #include "viewer/session/SessionTypes.h"
-#include "viewer/session/look/Coloring.h"
-#include "viewer/session/look/SceneRules.h"
+#include "viewer/session/appearance/Coloring.h"
+#include "viewer/session/appearance/SceneRules.h"
 
 #include <cstddef>
 #include <memory>
@@ -39,8 +39,8 @@ public:
   void Forget();
 
   void SetColoring(const Coloring& coloring);
-  // Whether ambient occlusion is drawn (viewer/session/look/OcclusionShaders.h), from the next Draw
-  // on; default: not. It draws the surface a second time, into a quarter of the pixels.
+  // Whether ambient occlusion is drawn (viewer/session/appearance/OcclusionShaders.h), from the
+  // next Draw on; default: not. It draws the surface a second time, into a quarter of the pixels.
   void SetOcclusion(bool occlusion) { this->HasOcclusion = occlusion; }
   // Red, green, blue (0-1) of the background's gradient.
   void SetBackground(const Vec3& bottom, const Vec3& top);

@@ -88,8 +88,8 @@ void main()
 })";
 
 // What a fragment is multiplied by for ambient occlusion; follows occlusionDepths and occlusionLeft
-// (viewer/session/look/OcclusionShaders.h). Where there is none the grid has no texels. texels: of
-// the half picture, in a pixel.
+// (viewer/session/appearance/OcclusionShaders.h). Where there is none the grid has no texels.
+// texels: of the half picture, in a pixel.
 inline constexpr const char* darkened = R"(
 uniform vec2 texels;
 out vec4 fragment;
@@ -99,10 +99,10 @@ vec4 darkened(vec3 color, float away)
   return vec4(left * min(color, 1.0), 1.0);
 })";
 
-// Phong's model with the two directional lights of SceneLook.h. Followed by one of the two main
-// functions. With RELIEF, ridges (where normals diverge) are lighter: by how much, and within how
-// many pixels a radian is all of it. smoothness: of colours, 1 or 0. depthRange: nearest, farthest,
-// 1 / their difference.
+// Phong's model with the two directional lights of SceneAppearance.h. Followed by one of the two
+// main functions. With RELIEF, ridges (where normals diverge) are lighter: by how much, and within
+// how many pixels a radian is all of it. smoothness: of colours, 1 or 0. depthRange: nearest,
+// farthest, 1 / their difference.
 inline constexpr const char* light = R"(
 in vec3 viewPosition;
 in vec3 viewNormal;

@@ -3,7 +3,7 @@
 #include "viewer/mobile/SurfaceChunks.h"
 
 #include "viewer/session/Geometry.h"
-#include "viewer/session/look/SceneRules.h"
+#include "viewer/session/appearance/SceneRules.h"
 #include "viewer/session/texture/TexturedCorners.h"
 
 #include <algorithm>

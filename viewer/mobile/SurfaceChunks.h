@@ -6,8 +6,8 @@
 #include "filters/codec/TextureTile.h"
 #include "filters/core/drawing/DrawnSurface.h"
 #include "filters/core/tree/KdTree.h"
-#include "viewer/session/look/Coloring.h"
-#include "viewer/session/look/VertexNormals.h"
+#include "viewer/session/appearance/Coloring.h"
+#include "viewer/session/appearance/VertexNormals.h"
 
 #include <array>
 #include <cstddef>
@@ -29,7 +29,7 @@ struct ChunkVertex
 struct GeomorphVertex
 {
   std::array<float, 3> away; // from its place there, scaled
-  std::uint32_t normal;      // that it had, as in ChunkVertex; the uppermost number is 1
+  std::uint32_t normal;      // the earlier normal, as in ChunkVertex; the uppermost component is 1
 };
 
 struct SurfaceChunk
@@ -102,8 +102,8 @@ private:
   const Coloring& Colors;
   Vec3 Center;
   double Scale;
-  const Attribute* OfPoints = nullptr; // ColoredBy: where the colours are those of points
-  bool ColoredBySource = false;        // or those of partitions or resolutions
+  const Attribute* OfPoints = nullptr; // the point array of ColoredBy, if colours come from points
+  bool ColoredBySource = false;        // whether colours are those of partitions or resolutions
   UnitNormals Normals;
   std::span<const float> Radii;
   const PartGeomorph* Geomorph = nullptr;

@@ -42,7 +42,7 @@ public:
     this->FramesPutOff = 0;
     this->Making = seconds;
   }
-  // What that took.
+  // Seconds that making the surface took.
   double MakingSeconds() const { return this->Making; }
 
   // A surface, or what paints it, was drawn until now; seconds: with making it.

@@ -27,7 +27,7 @@ using WindowResult = Result<vtkSmartPointer<vtkRenderWindow>>;
 WindowResult MakeEglWindow(int width, int height);
 WindowResult MakeOsMesaWindow(int width, int height);
 WindowResult MakeX11Window(int width, int height);
-// One that is shown on the screen, ready for VTK's interactor.
+// Makes a window on the screen, ready for VTK's interactor.
 WindowResult MakeX11ScreenWindow(int width, int height, const std::string& title);
 
 // A connection to the X server, which ends with it.

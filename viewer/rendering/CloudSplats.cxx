@@ -2,7 +2,7 @@
 // The points of a cloud as round splats: see CloudSplats.h.
 #include "viewer/rendering/CloudSplats.h"
 
-#include "viewer/session/look/SplatRadii.h"
+#include "viewer/session/appearance/SplatRadii.h"
 
 #include <vtkActor.h>
 #include <vtkDataObject.h>

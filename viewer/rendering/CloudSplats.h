@@ -8,7 +8,7 @@
 // darker with the distance: all as in viewer/mobile/GlesShaders.h.
 #pragma once
 
-#include "viewer/session/look/SceneRules.h"
+#include "viewer/session/appearance/SceneRules.h"
 
 class vtkActor;
 class vtkPolyDataMapper;
@@ -27,11 +27,11 @@ void DrawNoSplats(vtkActor& actor, vtkPolyDataMapper& mapper);
 // How a picture sees a cloud, for its splats.
 struct SplatSight
 {
-  ClippingPlanes planes;   // of a parallel projection they may lie behind the eye
+  ClippingPlanes planes;   // in a parallel projection they may be behind the eye
   bool isParallel = false; // a projection without perspective
   double tangent = 1;      // half the picture's height, at distance 1; in parallel anywhere
   int height = 1;          // of the picture, pixels
-  double scale = 1;        // how long the model's unit is in those of the planes
+  double scale = 1;        // length of the model's unit, in units of the planes
   bool isLit = true;       // false: the shader has no light, and VTK gives it no normals
 };
 

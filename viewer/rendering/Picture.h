@@ -27,7 +27,7 @@ Result<WindowPicture> Pixels(vtkRenderWindow& window);
 
 // A part of it: its upper left corner and size, within the picture.
 WindowPicture PartOf(const WindowPicture& picture, int left, int top, int width, int height);
-// One above the other. REQUIRES: they have the same width.
+// Places one picture above the other. REQUIRES: equal widths.
 WindowPicture Stacked(const WindowPicture& upper, const WindowPicture& lower);
 
 // Writes a PNG file, whole or not at all.

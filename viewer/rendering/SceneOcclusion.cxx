@@ -2,7 +2,7 @@
 // Ambient occlusion in a VTK renderer's picture: see SceneOcclusion.h.
 #include "viewer/rendering/SceneOcclusion.h"
 
-#include "viewer/session/look/OcclusionShaders.h"
+#include "viewer/session/appearance/OcclusionShaders.h"
 
 #include <vtkCamera.h>
 #include <vtkOpenGLFramebufferObject.h>
@@ -14,7 +14,7 @@
 #include <vtkShaderProgram.h>
 #include <vtkTextureObject.h>
 
-#include <GL/gl.h> // names of states; nothing of it is called
+#include <GL/gl.h> // only for constants; no function is called
 
 #include <array>
 #include <cmath>
@@ -50,7 +50,7 @@ uniform SAMPLES depths;
 uniform vec4 area;
 uniform vec4 projection;
 uniform vec4 grid;
-uniform float likeness; // of one surface: the most between them, of the reach
+uniform float likeness; // largest distance between samples of one surface, relative to the reach
 out vec4 fragment;
 float distanceOf(float depth)
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Ambient occlusion in a VTK renderer's picture: the passes of
-// viewer/session/look/OcclusionShaders.h. Internal to viewer/rendering.
+// viewer/session/appearance/OcclusionShaders.h. Internal to viewer/rendering.
 #pragma once
 
 #include <vtkNew.h>
@@ -40,11 +40,11 @@ private:
   void Run(vtkOpenGLQuadHelper& pass, vtkTextureObject& target, const Area& area,
     std::initializer_list<std::pair<const char*, vtkTextureObject*>> sources);
 
-  vtkWeakPointer<vtkOpenGLRenderWindow> Window; // that the following are of
+  vtkWeakPointer<vtkOpenGLRenderWindow> Window; // the window that owns the following
   vtkNew<vtkOpenGLFramebufferObject> Framebuffer;
   vtkNew<vtkTextureObject> Depths, Occluded, Mean;
   std::unique_ptr<vtkOpenGLQuadHelper> Gather, Occlude, Average, Light;
-  int Samples = 0; // that Gather reads
+  int Samples = 0; // samples that Gather reads
   int Sides[2]{};  // of the textures
 };
 

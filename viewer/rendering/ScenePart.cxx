@@ -5,8 +5,8 @@
 #include "viewer/rendering/CloudSplats.h"
 #include "viewer/rendering/TileTexture.h"
 #include "viewer/session/Geometry.h"
-#include "viewer/session/look/SceneLook.h"
-#include "viewer/session/look/SplatRadii.h"
+#include "viewer/session/appearance/SceneAppearance.h"
+#include "viewer/session/appearance/SplatRadii.h"
 #include "viewer/session/texture/TexturedCorners.h"
 
 #include <vtkActor.h>
@@ -129,7 +129,7 @@ void RemoveTexture(vtkActor& actor)
   }
 }
 
-// Not by the mapper's clipping planes: at edges of the surface, these are evaluated beside the
+// Not with the mapper's clipping planes: at edges of the surface, these are evaluated beside the
 // surface, and single pixels of what is cut away remain.
 void DiscardWhatIsAbove(vtkActor& actor)
 {
@@ -155,7 +155,7 @@ void DiscardNothing(vtkActor& actor)
   shader->GetVertexCustomUniforms()->RemoveUniform("section");
 }
 
-// One a point; none: (0, 0, 0), since VTK lights no points without.
+// One for each point; (0, 0, 0) if there is none, because VTK needs normals to light points.
 vtkSmartPointer<vtkFloatArray> Normals(std::size_t points, const UnitNormals& normals)
 {
   auto result = vtkSmartPointer<vtkFloatArray>::New();
@@ -292,7 +292,7 @@ bool ScenePart::ShowTextured(const SurfacePart& part, const UnitNormals& normals
   }
   const TexturedCorners textured =
     TexturedCornersOf(part.surface, part.corners, *textureSource.tile);
-  const auto texture = this->Texture; // Show lets it go
+  const auto texture = this->Texture; // Show releases it
   this->Show(Split(part.surface, textured), Split(normals, textured), depths, center, style);
   this->Texture = texture;
   this->Tile = textureSource.tile;
@@ -343,7 +343,7 @@ void ScenePart::AddShaders()
   DrawNoSplats(*this->Drawing, *this->Mapper);
   if (this->IsCut)
   {
-    DiscardNothing(*this->Drawing); // until it is cut anew
+    DiscardNothing(*this->Drawing); // until the section is made again
     this->IsCut = false;
   }
   if (this->IsCloud)

@@ -6,8 +6,8 @@
 #include "filters/core/drawing/SurfaceParts.h"
 #include "filters/core/tree/KdTree.h"
 #include "viewer/rendering/SurfaceScene.h"
-#include "viewer/session/look/SceneRules.h"
-#include "viewer/session/look/VertexNormals.h"
+#include "viewer/session/appearance/SceneRules.h"
+#include "viewer/session/appearance/VertexNormals.h"
 
 #include <vtkNew.h>
 #include <vtkSmartPointer.h>
@@ -83,11 +83,11 @@ private:
   bool IsLit = true;                       // in the last picture
   double LargestRadius = 0.0;              // of the points of a cloud; 0 for a surface
   std::vector<ColorSource> Sources;        // one a point
-  Surface Arrays;                          // without points: what they may be coloured by
+  Surface Arrays;                          // arrays for colours, without the points
   std::shared_ptr<const TextureTile> Tile; // whose picture is in Texture; or null
   vtkSmartPointer<vtkTexture> Texture;     // or null
-  bool IsTextured = false;                 // by it
-  std::array<double, 3> Plain;             // colour of what has none of its own
+  bool IsTextured = false;                 // whether the texture is shown
+  std::array<double, 3> Plain;             // colour of points without their own colour
 };
 
 }

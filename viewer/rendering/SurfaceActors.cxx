@@ -2,7 +2,7 @@
 // The actors that draw one surface: see SurfaceActors.h.
 #include "viewer/rendering/SurfaceActors.h"
 
-#include "viewer/session/look/SceneLook.h"
+#include "viewer/session/appearance/SceneAppearance.h"
 
 #include <vtkActor.h>
 #include <vtkProperty.h>

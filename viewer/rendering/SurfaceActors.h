@@ -66,7 +66,7 @@ private:
   struct Entry
   {
     std::unique_ptr<ScenePart> scene;
-    DrawnSurface::Part drawn; // nothing where it is a whole surface
+    DrawnSurface::Part drawn; // empty for a whole surface
     std::shared_ptr<const TextureTile> tile;
     bool isShown = false; // by `scene`
   };

@@ -6,7 +6,7 @@
 #include "viewer/rendering/ScenePart.h"
 #include "viewer/rendering/SurfaceActors.h"
 #include "viewer/session/Geometry.h"
-#include "viewer/session/look/SceneLook.h"
+#include "viewer/session/appearance/SceneAppearance.h"
 
 #include <vtkActor.h>
 #include <vtkCamera.h>

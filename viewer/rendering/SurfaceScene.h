@@ -3,16 +3,16 @@
 // DrawSurface's.
 //
 // The model stands like a piece in a museum: stone before a soft gradient, lit by the lights of
-// viewer/session/look/SceneLook.h, which follow the camera.
+// viewer/session/appearance/SceneAppearance.h, which follow the camera.
 #pragma once
 
 #include "filters/core/Result.h"
 #include "filters/core/drawing/DrawnSurface.h"
 #include "filters/core/tree/KdTree.h"
 #include "viewer/rendering/Picture.h"
-#include "viewer/session/look/Coloring.h"
-#include "viewer/session/look/SceneLook.h"
-#include "viewer/session/look/SceneRules.h"
+#include "viewer/session/appearance/Coloring.h"
+#include "viewer/session/appearance/SceneAppearance.h"
+#include "viewer/session/appearance/SceneRules.h"
 #include "viewer/session/section/SectionPlane.h"
 #include "viewer/session/texture/TileList.h"
 
@@ -48,7 +48,7 @@ struct SceneStyle
 {
   Coloring coloring{};
   bool flat = false;      // a normal a triangle instead of one a vertex
-  bool occlusion = false; // ambient occlusion (viewer/session/look/OcclusionShaders.h)
+  bool occlusion = false; // ambient occlusion (viewer/session/appearance/OcclusionShaders.h)
 };
 
 // A renderer with one surface, which may be replaced while the camera stays. Threads: only the
@@ -107,7 +107,7 @@ private:
   SceneLighting Lighting;
   std::optional<SectionPlane> Section;
   std::shared_ptr<const Surface> Cap;  // null without
-  std::unique_ptr<ScenePart> CapDrawn; // once there has been one
+  std::unique_ptr<ScenePart> CapDrawn; // made for the first section
   std::uint64_t CapVersion = 0;
 };
 

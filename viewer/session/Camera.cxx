@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The camera: where one looks from. Step "look" of the pipeline picture.
+// The camera: where one looks from. Step "navigate" of the pipeline picture.
 #include "viewer/session/Camera.h"
 
 #include <algorithm>
@@ -246,7 +246,7 @@ Vec3 Camera::Confined(const Vec3& focal) const
 // The focal point, within reach of another point.
 Vec3 Camera::Near(const Vec3& focal, const Vec3& point) const
 {
-  constexpr double rounding = 1 + 1e-9; // what was moved within reach is not moved again
+  constexpr double rounding = 1 + 1e-9; // a point moved within reach is not moved again
   const double away = Length(focal - point), most = this->Reach();
   return away > most * rounding ? point + (focal - point) * (most / away) : focal;
 }

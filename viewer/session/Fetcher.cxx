@@ -138,7 +138,7 @@ Fetcher::Answer Fetcher::BlobArrived(std::uint32_t request, const BlobId& blob,
   return { decoded ? BlobArrival::Taken : BlobArrival::Damaged, "blob", true };
 }
 
-// What was in flight when it was cancelled is kept for the next view, as far as the cache goes.
+// A blob that was in flight when it was cancelled is kept for the next view, if the cache has room.
 Fetcher::Answer Fetcher::TakeLate(
   std::uint32_t request, const BlobId& blob, std::span<const std::uint8_t> bytes)
 {
@@ -191,7 +191,7 @@ void Fetcher::Fail(const BlobId& blob, const std::string& message)
 {
   if (this->Wanted.GiveUpPrefetch(blob))
   {
-    return; // nobody has missed it
+    return; // nobody waits for this blob
   }
   std::optional<PieceId> piece;
   if (IsOfPiece(blob))

@@ -4,18 +4,19 @@
 //   1. Updates the wish, at every input (LodSelection::Follow).
 //   2. Chooses the shown cut, and lists what is missing, most urgent first; cancels requests that
 //      are not wanted any more (LodSelection::Choose, WishList::Want).
-//   3. Requests as much of the list as fills the connection (LineMeter), and more as it arrives.
+//   3. Requests as much of the list as fills the connection (BandwidthMeter). More is requested as
+//      blobs arrive.
 //   4. When everything has arrived, prefetches what the view would want next.
 // Step 2 visits every vertex of the wanted pieces, so it is done once a frame, and when nothing is
 // in flight.
 #pragma once
 
 #include "viewer/session/SessionTypes.h"
-#include "viewer/session/line/BlobHistory.h"
-#include "viewer/session/line/WishList.h"
 #include "viewer/session/model/LodSelection.h"
 #include "viewer/session/model/PickedRegion.h"
 #include "viewer/session/model/ShownModel.h"
+#include "viewer/session/requests/BlobHistory.h"
+#include "viewer/session/requests/WishList.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Vectors and quaternions of the viewers: the arithmetic below step "look" of the pipeline picture.
+// Vectors and quaternions of the viewers: the arithmetic below step "navigate" of the pipeline
+// picture.
 //
 // Only + - * / and sqrt, which every platform rounds the same: so the same touches give the same
 // camera, bit for bit, natively and in the browser.

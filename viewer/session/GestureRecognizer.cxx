@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Fingers to gestures: the first step of "look" in the pipeline picture.
+// Fingers to gestures: the first step of "navigate" in the pipeline picture.
 #include "viewer/session/GestureRecognizer.h"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Recognizes gestures of fingers: the first step of "look" in the pipeline picture.
+// Recognizes gestures of fingers: the first step of "navigate" in the pipeline picture.
 //
 // One finger rotates, two pan and pinch, a double tap picks (paper sections 5.2 and 5.3). Nothing
 // here knows of cameras or meshes; ViewerSession decides what a gesture does.
@@ -106,14 +106,14 @@ private:
   GestureThresholds Thresholds;
   double PixelRatio = 1;
   double Time = 0;
-  std::vector<Touch> Fingers; // in order of their coming, where they were last
+  std::vector<Touch> Fingers; // in the order in which they came, with their latest positions
   double SequenceBegin = 0;
-  bool MayBeTap = false;           // the sequence has had one finger, within the slop
-  bool Rotating = false;           // the one finger has left the slop
+  bool MayBeTap = false;           // so far there was one finger, within the slop
+  bool Rotating = false;           // the finger has left the slop
   bool Pinching = false;           // PinchBegin was sent, PinchEnd was not
   bool Twisting = false;           // two fingers have left the slop of turning,
-  double PairX = 0, PairY = 0;     // from how they lay at PinchBegin
-  double AnchorX = 0, AnchorY = 0; // where the one finger was when it became the one
+  double PairX = 0, PairY = 0;     // the pair's direction at PinchBegin
+  double AnchorX = 0, AnchorY = 0; // where the single finger was when it became the only one
   std::optional<LastTap> Previous;
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Touches in place of a mouse and of keys, the same in every window: part of the first step of
-// "look" in the pipeline picture. GestureRecognizer decides what they mean.
+// "navigate" in the pipeline picture. GestureRecognizer decides what they mean.
 #pragma once
 
 #include "viewer/session/Camera.h"
@@ -15,7 +15,7 @@ namespace kdstream
 // A finger or a mouse's button that is down.
 struct Pointer
 {
-  std::int64_t id = 0; // of its touch; a pair's other one has the next
+  std::int64_t id = 0; // id of its touch; the other touch of a pair has the next id
   double x = 0, y = 0; // pixels of the window
   bool isPair = false; // stands for two fingers, left and right of it: a mouse's right button
   bool operator==(const Pointer&) const = default;
@@ -24,7 +24,7 @@ struct Pointer
 // Appends its one or two touches. pixelRatio: as Viewport's.
 void AddTouches(const Pointer& pointer, double pixelRatio, std::vector<Touch>& touches);
 
-// What a key that zooms in enlarges by; one that zooms out reduces by it.
+// The factor of a key that zooms in; a key that zooms out divides by it.
 inline constexpr double keyZoom = 1.25;
 
 // An arrow key: a finger that drags from the middle of the window by 50 points times `right` and

@@ -12,10 +12,10 @@ namespace kdstream
 // The memory of a model's tree by default.
 constexpr std::size_t standardTreeBytes = std::size_t{ 16 } << 20;
 
-// What a session may hold (SessionOptions::TakeShares).
+// The memory that a session may use (SessionOptions::TakeShares).
 struct MemoryShares
 {
-  std::size_t cacheBytes = 0;        // decoded pieces, those that are shown among them
+  std::size_t cacheBytes = 0;        // decoded pieces, including those that are shown
   std::size_t treeBytes = 0;         // of the model's tree
   std::size_t viewBytes = 0;         // about, of pieces that the view wants, decoded and drawn
   std::uint64_t triangles = 0;       // that the view wants
@@ -57,7 +57,7 @@ public:
 private:
   std::size_t Budget;
   std::size_t Reached; // that was answered by smaller shares, or need not be
-  double Part = 1;     // of the shares that is left
+  double Part = 1;     // remaining part of the shares
 };
 
 }

@@ -123,7 +123,7 @@ std::optional<double> MeetPoint(const Ray& ray, const Vec3& point, double slack)
 // The nearest of what is offered, of the lowest number among equals.
 struct Nearest
 {
-  double begin = 0; // what is nearer does not count
+  double begin = 0; // nearer hits do not count
   std::optional<SurfaceHit> hit{};
 
   void Offer(std::optional<double> t, std::size_t number, const Vec3& point)
@@ -139,7 +139,7 @@ struct Nearest
   double Distance() const { return this->hit ? this->hit->distance : never; }
 };
 
-// What a triangle, or a point of a cloud, is for a ray.
+// The target of a ray: a triangle, or a point of a cloud.
 class Target
 {
 public:
@@ -167,7 +167,7 @@ public:
     return this->IsCloud() ? EntryOfCone(this->Along, box, this->Slack, 2 * this->Margin)
                            : EntryOf(this->Along, box, 2 * this->Margin);
   }
-  // What is nearer than its box by rounding is not nearer by more.
+  // By at most this, rounding makes a hit nearer than its box.
   double Tolerance() const { return 4 * this->Margin; }
 
 private:

@@ -6,7 +6,7 @@
 #include "filters/model/Json.h"
 #include "filters/model/JsonWriter.h"
 #include "viewer/session/ViewerSession.h"
-#include "viewer/session/look/Coloring.h"
+#include "viewer/session/appearance/Coloring.h"
 
 #include <algorithm>
 #include <initializer_list>

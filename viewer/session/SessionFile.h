@@ -26,7 +26,7 @@
 //   {"triangles":300000,"memory":150000000}
 //       budgets of what is shown, from here on: triangles, and bytes for them
 //   {"colours":"partition"}     own, none, partition, resolution, or by:NAME, the array of that
-//                               name, from here on: as FormatColors of look/Coloring.h has it
+//                               name, from here on: as FormatColors of appearance/Coloring.h has it
 //   {"light":"plain"}           relief or plain from here on
 //   {"boxes":"on"}              of the region's partitions; "off"
 //   {"window":[1280,720],"ratio":1}

@@ -50,7 +50,7 @@ struct LodOptions
 {
   DetailMode detail = DetailMode::View;
   RefinementOptions refinement; // by the view
-  LevelPolicyOptions policy;    // by one level for all
+  LevelPolicyOptions policy;    // for views by one level
 };
 
 struct RegionLimits
@@ -69,17 +69,17 @@ struct SessionOptions : LodOptions
 {
   unsigned rings = 1; // around a picked cell, 1-3
   Turning turning = Turning::Upright;
-  bool coasts = false; // the model turns on for a moment when it is let go (Advance)
+  bool coasts = false; // the model keeps turning for a moment when it is released (Advance)
   RegionLimits region; // around a tap
   // Decoded pieces that are kept beyond what is shown, bytes.
   std::size_t cacheBytes = std::size_t{ 256 } << 20;
-  // What is kept of the model's tree, bytes.
+  // Bytes for the loaded pages of the model's tree.
   std::size_t treeBytes = standardTreeBytes;
   // Decoded pictures of textures that are kept, bytes.
   std::size_t pictureBytes = std::size_t{ 512 } << 20;
   // Prefetch, by the view: when everything that is wanted has arrived, pieces for a view at half
-  // the distance, in the middle of the screen, are fetched, once for each view, up to about this
-  // number of bytes. 0: no prefetch.
+  // the distance are fetched, in the middle of the screen. At most about this number of bytes for
+  // each view; 0: no prefetch.
   std::size_t prefetchBytes = 0;
   // Seconds of a steady clock, for parsing times only; without one these are 0.
   std::function<double()> clock;

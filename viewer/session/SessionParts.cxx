@@ -53,7 +53,7 @@ void SessionParts::Update()
   {
     if (this->region.IsPicking() && !this->previewsOnly && this->region.Follow(this->lod.ByView()))
     {
-      this->fetcher.GiveWayToTap(); // nor does what waits go before it
+      this->fetcher.GiveWayToTap(); // waiting requests do not go before the tap's
     }
     if (this->tools.Measuring().Waits())
     {
@@ -125,7 +125,7 @@ void SessionParts::DoubleTap(const Gesture& gesture)
   this->FollowZoom();
 }
 
-// What a link says of the model that is open.
+// Applies a link to the open model.
 void SessionParts::TakeLink(bool isJump)
 {
   const ViewLink link = *std::exchange(this->followed, std::nullopt);

@@ -23,7 +23,7 @@ namespace kdstream
 struct SessionParts
 {
   SessionOptions options;
-  ShownModel model; // that all others are about
+  ShownModel model; // the model that all other parts use
   LodSelection lod;
   PickedRegion region;
   CameraControl camera;
@@ -39,7 +39,7 @@ struct SessionParts
   explicit SessionParts(SessionOptions chosen);
   SessionParts(const SessionParts&) = delete; // the parts refer to each other
 
-  // What the person's view asks for now.
+  // The view for which pieces are selected now.
   LodSelection::View View() const;
   // Every input ends here: compares what the view wants with what is loaded and with what is in
   // flight.

@@ -7,7 +7,7 @@
 #include "filters/model/ModelDescription.h"
 #include "filters/protocol/BlobId.h"
 #include "viewer/session/Camera.h"
-#include "viewer/session/look/SceneLook.h"
+#include "viewer/session/appearance/SceneAppearance.h"
 #include "viewer/session/section/SectionPlane.h"
 #include "viewer/session/texture/TileList.h"
 
@@ -35,23 +35,23 @@ struct SessionRequest
   Kind kind = Kind::Open;
   std::uint32_t id = 0;                // from 1; of a Cancel: the request that is cancelled
   std::string model;                   // of Open
-  std::vector<protocol::BlobId> blobs; // of Blobs: that will answer
+  std::vector<protocol::BlobId> blobs; // of Blobs: the requested blobs
   bool operator==(const SessionRequest&) const = default;
 };
-// What is left to ask for where these of the request's blobs are here already.
+// The rest of a request, without these blobs, which are loaded already.
 SessionRequest LeftOf(SessionRequest request, const std::vector<protocol::BlobId>& here);
 // A request as a line of JSON, for traces. isPreview: it is only for the preview, and named so.
 std::string FormatRequest(const SessionRequest& request, bool isPreview = false);
 
-// What became of a blob that has come.
+// The result of taking a blob.
 enum class BlobArrival
 {
-  Taken,    // undamaged, as far as it was looked at
-  Unwanted, // nobody has asked for it, or it is too late to tell
+  Taken,    // undamaged, as far as it was checked
+  Unwanted, // not requested, or not any more
   Damaged
 };
 
-// What to draw.
+// The scene to draw.
 struct ViewerScene
 {
   std::shared_ptr<const DrawnSurface> surface; // never null; empty at first
@@ -61,12 +61,12 @@ struct ViewerScene
   Quaternion orientation;               // of the camera: x right, y up, view along -z
   double viewAngle = Camera::viewAngle; // radians, vertical
   TreeDepths depths;                    // of the model
-  ScalarDescriptions scalars;           // that it may be coloured by
+  ScalarDescriptions scalars;           // arrays that can colour the model
   std::optional<SectionPlane> section;  // what is above is not drawn
   std::shared_ptr<const Surface> cap;   // in the section's plane, where the model is solid; or null
   std::uint64_t capVersion = 0;         // grows whenever `cap` is another one
   SceneLighting lighting;
-  std::shared_ptr<const TileList> tiles; // that paint parts of the surface; null: none
+  std::shared_ptr<const TileList> tiles; // texture tiles of parts of the surface; null: none
 };
 
 // What decides which pieces are shown in full screen.
@@ -107,13 +107,13 @@ struct ViewerStatus
   // The level that the zoom asks for. In view mode: the finest wanted one. Nothing before the model
   // is open.
   std::optional<unsigned> targetLevel;
-  bool original = false;     // by the view: some of it is
+  bool original = false;     // by the view: some of the original is shown
   double remainingError = 0; // by the view: points on the screen that a budget leaves; else 0
   struct Region
   {
     NodeId cell = 1; // picked
     unsigned rings = 1;
-    std::uint64_t partitions = 0; // it has
+    std::uint64_t partitions = 0; // of the model
     std::uint64_t shown = 0;      // are shown as the original
   };
   std::optional<Region> region;
@@ -121,14 +121,15 @@ struct ViewerStatus
   bool coasting = false; // the model turns on, or by itself
   bool spinning = false; // by itself
   bool picking = false;  // a double tap waits for the part of the tree that it needs
-  std::uint64_t vertices = 0, triangles = 0;      // of the drawn surface
-  std::uint64_t blobsLoaded = 0, blobsWanted = 0; // since nothing was outstanding last
-  std::uint64_t bytesLoaded = 0;                  // of these
+  std::uint64_t vertices = 0, triangles = 0; // of the drawn surface
+  // Since the last moment without outstanding requests.
+  std::uint64_t blobsLoaded = 0, blobsWanted = 0;
+  std::uint64_t bytesLoaded = 0; // of these
   std::string error; // a sentence about the last failure; empty again after the next request of the
                      // person
 };
 
-// What a session has received.
+// Statistics of what a session has received.
 struct SessionTraffic
 {
   std::uint64_t blobs = 0, bytes = 0;

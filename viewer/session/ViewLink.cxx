@@ -113,7 +113,8 @@ std::optional<CameraPlace> ParsePlace(std::string_view text)
   return place;
 }
 
-// A point is 15 bytes; 30 are 40 characters, so that any number of distances follow each other.
+// A point has 15 bytes. Two points, 30 bytes, are 40 characters of base64 without padding, so
+// distances can be joined.
 std::string FormatMeasurements(const std::vector<std::array<Vec3, 2>>& measurements)
 {
   std::vector<std::uint8_t> bytes;
@@ -297,7 +298,7 @@ bool TakeEntry(ViewLink& link, std::string_view key, std::string_view value)
   if (key == "colours")
   {
     link.colors = value;
-    return value.substr(0, 3) == "by:" || // what that says the scene knows: look/Coloring.h
+    return value.substr(0, 3) == "by:" || // what that says the scene knows: appearance/Coloring.h
            IsOneOf(value, { "own", "none", "partition", "resolution" });
   }
   if (key == "light")

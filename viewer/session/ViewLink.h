@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Links to views, by which one viewer gives its view to another. Step "look" of the pipeline
+// Links to views, by which one viewer gives its view to another. Step "navigate" of the pipeline
 // picture.
 //
 //   model=dragon&digest=76cfa554&view=AX9…&turning=free&detail=level&region=1234.2
@@ -10,7 +10,7 @@
 #include "filters/core/Result.h"
 #include "viewer/session/Camera.h"
 #include "viewer/session/SessionTypes.h"
-#include "viewer/session/look/RakingLight.h"
+#include "viewer/session/appearance/RakingLight.h"
 #include "viewer/session/section/SectionPlane.h"
 
 #include <array>
@@ -33,7 +33,7 @@ struct ViewLink
   };
 
   std::string model;                // its id
-  std::string digest;               // how the model's digest begins; empty: whichever it has
+  std::string digest;               // beginning of the model's digest; empty: any
   std::optional<CameraPlace> place; // of the camera; nothing: the first view
   Turning turning = Turning::Upright;
   DetailMode detail = DetailMode::View;

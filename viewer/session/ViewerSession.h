@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The logic of all viewers. Inputs are what the user does and what the server sends; outputs are
-// requests and a scene. Runs the steps "look", "choose", "pick", "request" and "draw" of the
+// requests and a scene. Runs the steps "navigate", "choose", "pick", "request" and "draw" of the
 // pipeline picture (paper section 5).
 #pragma once
 

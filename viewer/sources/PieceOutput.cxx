@@ -26,7 +26,7 @@ namespace kdstream
 namespace
 {
 
-constexpr std::size_t piecesAtOnce = 256; // read before they are turned into VTK's data
+constexpr std::size_t piecesAtOnce = 256; // read before they become VTK data
 constexpr std::uint8_t duplicatePoint = vtkDataSetAttributes::DUPLICATEPOINT;
 constexpr std::uint8_t duplicateCell = vtkDataSetAttributes::DUPLICATECELL;
 

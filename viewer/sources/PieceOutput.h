@@ -76,7 +76,7 @@ private:
   Status Fill(Mesh mesh, std::size_t ownPoints, vtkPolyData& output) const;
   struct Selection
   {
-    std::set<std::uint32_t> all, own; // that were chosen; of these, this share's
+    std::set<std::uint32_t> all, own; // chosen partitions; those of this share
     std::vector<PieceId> ids;         // to be read, ascending: with the rings around
   };
   Result<Selection> Select(

@@ -16,7 +16,7 @@ namespace
 using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t blobsAtOnce = 128;            // in one request
-constexpr std::chrono::milliseconds patience{ 20 }; // until it is asked whether to stop
+constexpr std::chrono::milliseconds patience{ 20 }; // between two checks whether to stop
 
 }
 
@@ -134,7 +134,7 @@ Result<RemoteModel::Blobs> RemoteModel::Fetch(
     {
       if (event.request != request.id)
       {
-        continue; // of one that was given up
+        continue; // the answer to an abandoned request
       }
       if (event.kind != ClientEvent::Kind::Blob)
       {

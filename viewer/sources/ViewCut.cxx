@@ -124,7 +124,7 @@ Result<std::vector<PieceId>> ChooseByView(
   options.smallModel = demand.triangles / smallPart;
   options.bytes = std::numeric_limits<std::size_t>::max();
   ViewRefinement refinement(model, options);
-  Execution walk; // how far it has come nobody knows before its end
+  Execution walk; // without progress: its length is not known
   walk.progress = [&execution](std::string_view, double) { return execution.progress("view", 0); };
   Seen seen(source, walk);
   KDSTREAM_TRY(seen.Start());

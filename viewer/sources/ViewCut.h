@@ -5,7 +5,7 @@
 #include "filters/core/Execution.h"
 #include "filters/core/Result.h"
 #include "filters/store/PieceSource.h"
-#include "viewer/session/look/SceneRules.h"
+#include "viewer/session/appearance/SceneRules.h"
 
 #include <cstdint>
 #include <vector>
@@ -18,7 +18,7 @@ struct ViewDemand
   SceneCamera camera;
   int width = 800, height = 600;       // pixels
   double tolerance = 1;                // pixels: a smaller error is not seen; above 0
-  std::uint64_t triangles = 2'000'000; // about the most; where more would be needed, it is coarser
+  std::uint64_t triangles = 2'000'000; // approximate maximum; the cut becomes coarser to keep it
 };
 
 // The pieces to show in place of the preview. Reads the necessary pages of the tree. Errors: those

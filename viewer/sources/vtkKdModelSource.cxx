@@ -47,7 +47,7 @@ namespace
 
 using namespace kdstream;
 
-// What the pipeline asks of this process.
+// The share that the pipeline requests from this process.
 OutputShare ShareOf(vtkInformation& outInfo)
 {
   using Pipeline = vtkStreamingDemandDrivenPipeline;
@@ -77,7 +77,7 @@ OutputShare ShareOf(vtkInformation& outInfo)
   return share;
 }
 
-// What a camera needs; in a pipeline of several pieces the first has all of it.
+// The surface that a camera needs; in a pipeline of several pieces the first piece has all of it.
 Status DrawView(const PieceSource& model, const ViewDemand& demand, const OutputShare& share,
   const PieceOutput& pieces, const Execution& execution, vtkDataObject& output)
 {
@@ -192,7 +192,7 @@ vtkMTimeType vtkKdModelSource::GetMTime()
 {
   if (std::exchange(this->IsStale, false))
   {
-    this->Modified(); // not sooner: the pipeline takes it for loaded
+    this->Modified(); // only now, or the pipeline would consider it loaded
   }
   return std::max(
     { this->Superclass::GetMTime(), this->PointArrays->GetMTime(), this->CellArrays->GetMTime() });

@@ -310,7 +310,7 @@ private:
   vtkNew<vtkDataArraySelection> CellArrays;
   std::shared_ptr<const kdstream::PieceSource> Model; // since the last RequestInformation
   std::shared_ptr<const kdstream::OriginalFacts> Facts;
-  std::string MeasuredDigest;            // of the model that they are of
+  std::string MeasuredDigest;            // digest of the measured model
   bool WasStopped = false;               // while that was opened
   std::atomic<bool> WasAborted{ false }; // since the Update began, by any thread
   bool IsStale = false;                  // stopped, or failed: to be loaded anew by the next Update

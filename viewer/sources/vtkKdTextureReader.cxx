@@ -237,7 +237,7 @@ vtkMTimeType vtkKdTextureReader::GetMTime()
 {
   if (std::exchange(this->IsStale, false))
   {
-    this->Modified(); // not sooner: the pipeline takes it for read
+    this->Modified(); // only now, or the pipeline would consider it read
   }
   const vtkMTimeType own = this->Superclass::GetMTime();
   return this->ModelSource ? std::max(own, this->ModelSource->GetMTime()) : own;
@@ -356,7 +356,7 @@ int vtkKdTextureReader::RequestInformation(vtkInformationVector* outputVector)
   if (this->WasStopped)
   {
     this->IsStale = true;
-    return 1; // RequestData, if it is asked for too, empties the outputs
+    return 1; // RequestData empties the outputs, if it is called, too
   }
   if (!tile)
   {

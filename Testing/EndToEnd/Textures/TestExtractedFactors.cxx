@@ -137,7 +137,7 @@ TEST_F(TestExtractedFactors, EachFactorHasItsTexels)
 }
 
 // Readers such as VTK's take "-clamp on" as a part of the name.
-TEST_F(TestExtractedFactors, EdgesAreClampedWhereTheyAreSeenAlone)
+TEST_F(TestExtractedFactors, EdgesAreClampedWhereTheyAreSeenByThemselves)
 {
   const auto maps = [&](const std::string& quality, const std::string& edge)
   {

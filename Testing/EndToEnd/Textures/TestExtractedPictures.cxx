@@ -89,7 +89,7 @@ TEST_F(TestExtractedPictures, MixesWithLevelsAreSaid)
   EXPECT_TRUE(this->GlbHasPictures("level.glb")) << "a level has textures of its own";
 }
 
-TEST_F(TestExtractedPictures, AMixOfTheOriginalAloneHasThem)
+TEST_F(TestExtractedPictures, OnlyACutOfTheOriginalHasThem)
 {
   this->BuildHard();
   this->WriteResolutions("\"original\"", "\"original\"");

@@ -248,7 +248,7 @@ TEST_F(TestGlbRoundTrip, CoordinatesAndTexelsComeBack)
   ExpectSameTextures(before, this->ReadGlb("again.glb"));
 }
 
-TEST_F(TestGlbRoundTrip, CoordinatesThatAreNoNumbersAreNamed)
+TEST_F(TestGlbRoundTrip, CoordinatesThatAreNotNumbersAreNamed)
 {
   std::vector<Part> parts = this->Parts();
   parts[1].places[2 * 10] = std::numeric_limits<float>::quiet_NaN();

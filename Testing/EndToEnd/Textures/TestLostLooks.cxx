@@ -100,12 +100,12 @@ TEST_F(TestLostLooks, ValuesOfAnMtlAreNamed)
 {
   EXPECT_EQ(
     this->WarningsOfMtl({ "Pm 1\nPr 0.2\n", "Ke 0 2 0\nTr 0.5\n", "d 0.25\n", "Pm 0.5\nPr 1\n" }),
-    "the metalness of the material 'm0' and of 1 other is not carried\n"
-    "the roughness of the material 'm0' is not carried\n"
-    "the emission of the material 'm1' is not carried\n"
-    "the transparency of the material 'm1' and of 1 other is not carried\n");
+    "the metalness of the material 'm0' and of 1 other is left out\n"
+    "the roughness of the material 'm0' is left out\n"
+    "the emission of the material 'm1' is left out\n"
+    "the transparency of the material 'm1' and of 1 other is left out\n");
   EXPECT_EQ(this->WarningsOfMtl({ "Ke 1\n", "Ke 1\nKe 1\n", "Ke 1\n" }),
-    "the emission of the material 'm0' and of 2 others is not carried\n");
+    "the emission of the material 'm0' and of 2 others is left out\n");
 }
 
 // As programs write them beside every material.
@@ -128,12 +128,12 @@ TEST_F(TestLostLooks, ValuesOfAGltfAreNamed)
                 "\"transmissionTexture\":{\"index\":0}},\"KHR_materials_clearcoat\":{"
                 "\"clearcoatTexture\":{\"index\":0},\"clearcoatFactor\":1},\"odd\":{\"a\\nTexture\""
                 ":{}},\"KHR_materials_specular\":{\"specularTexture\":{\"index\":0}},\"x\":3}") }),
-    "pictures of materials that are not carried: clearcoatTexture, specularTexture, "
+    "left out: textures of materials: clearcoatTexture, specularTexture, "
     "transmissionTexture\n"
-    "the metalness of the material 'go?ld' and of 1 other is not carried\n"
-    "the roughness of the material 'go?ld' is not carried\n"
-    "the emission of the material 1 is not carried\n"
-    "the transparency of the material 3 is not carried\n");
+    "the metalness of the material 'go?ld' and of 1 other is left out\n"
+    "the roughness of the material 'go?ld' is left out\n"
+    "the emission of the material 1 is left out\n"
+    "the transparency of the material 3 is left out\n");
 }
 
 // Metalness that is not given would be 1, which nobody means; an emissive picture is named itself.
@@ -145,7 +145,7 @@ TEST_F(TestLostLooks, UsualValuesOfAGltfAreNot)
     "");
   EXPECT_EQ(this->WarningsOfGltf(
               { Pbr("", ",\"emissiveFactor\":[1,1,1],\"emissiveTexture\":{\"index\":0}") }),
-    "pictures of materials that are not carried: emissiveTexture\n");
+    "left out: textures of materials: emissiveTexture\n");
 }
 
 TEST_F(TestLostLooks, ColoursOfSpecularAndGlossyMaterialsAreTaken)
@@ -156,7 +156,7 @@ TEST_F(TestLostLooks, ColoursOfSpecularAndGlossyMaterialsAreTaken)
   EXPECT_EQ(this->WarningsOfGltf(
               { "{" + glossy("\"diffuseTexture\":{\"index\":0},\"specularGlossinessTexture\":{"
                              "\"index\":0}") }),
-    "pictures of materials that are not carried: specularGlossinessTexture\n");
+    "left out: textures of materials: specularGlossinessTexture\n");
   EXPECT_EQ(this->ColoursOfOutput(), (Rgb{ 255, 0, 0, 255, 0, 0, 255, 0, 0 }));
   // Only the factor counts, and what the core material has the picture of its colour for.
   EXPECT_EQ(this->WarningsOfGltf({ "{\"pbrMetallicRoughness\":{\"baseColorFactor\":[1,0,0,1]}," +

@@ -69,14 +69,14 @@ TEST_F(TestMaterialColors, ColoursOfMaterialsBecomeThoseOfVertices)
   EXPECT_TRUE(colors("newmtl a\nKd 0.8 0.8 0.8\nnewmtl b\nKd 0.8\n", "", {}, "").empty());
   EXPECT_TRUE(colors("newmtl a\nKd 1 1 1\nnewmtl b\nnewmtl c\nKd 1 0 0\n", "", {}, "").empty());
   EXPECT_TRUE(colors("newmtl a\nKd 0.8 0.8 0.8\n", "", {},
-    lead + "line 11: the material 'b' is in no library: it counts as white\n")
+    lead + "line 11: the material 'b' is in no material library: it is drawn white\n")
                 .empty());
   EXPECT_EQ(colors(redAndBlue, " 0 1 0", {}, left)[(Vec3{ 0, 0, 0 })],
     (std::array<double, 3>{ 0, 255, 0 }));
   EXPECT_TRUE(colors(redAndBlue, "", { "--textures", "off" }, "").empty());
 }
 
-TEST_F(TestMaterialColors, CoordinatesThatTellNoPlaceAreCounted)
+TEST_F(TestMaterialColors, CoordinatesWithoutAPlaceAreCounted)
 {
   const std::vector<std::uint8_t> png =
     EncodePicture({ 2, 2, 1, { 10, 90, 160, 250 } }, PictureType::Png);

@@ -9,7 +9,7 @@ using namespace kdstream::fixtures;
 namespace
 {
 
-constexpr const char* taken = ": the material's colour is taken";
+constexpr const char* taken = ": the material's colour is used";
 const std::string oneTexture = ",\"textures\":[{\"source\":0}]";
 
 class TestSpoiledGltf : public SpoiledTest
@@ -46,7 +46,8 @@ TEST_F(TestSpoiledGltf, ImagesThatNameNothingAreReported)
   this->ExpectImage("{\"bufferView\":\"x\"}", "image 0: it names no bufferView");
   this->ExpectImage(
     "{\"uri\":\"data:image/png;base64,iVBORw0KGgo?\"}", "image 0: its data URI is not base64");
-  this->ExpectImage("{\"uri\":\"data:image/png,abc\"}", "image 0: it is no JPEG, PNG or WebP");
+  this->ExpectImage(
+    "{\"uri\":\"data:image/png,abc\"}", "image 0: it is neither JPEG, PNG nor WebP");
   this->ExpectImage("{\"uri\":\"data:image/png;base64,iVBORw0KGgo=\"}",
     "image 0: it is a damaged or truncated PNG (it ends too early)");
   this->ExpectImage("{\"uri\":\"data:image/png;base64,\"}", "image 0: it is empty");
@@ -55,14 +56,14 @@ TEST_F(TestSpoiledGltf, ImagesThatNameNothingAreReported)
 TEST_F(TestSpoiledGltf, NothingIsReadElsewhere)
 {
   this->ExpectImage("{\"uri\":\"http://example.org/a.png\"}",
-    "image 0: it lies at 'http://example.org/a.png', and nothing is fetched");
+    "image 0: it is at 'http://example.org/a.png', and nothing is downloaded");
   this->ExpectImage("{\"uri\":\"file:///etc/passwd\"}",
-    "image 0: it lies at 'file:///etc/passwd', and nothing is fetched");
+    "image 0: it is at 'file:///etc/passwd', and nothing is downloaded");
   for (const std::string uri :
     { "../../../../etc/passwd", "%2e%2e/%2e%2e/etc/passwd", "/etc/passwd" })
   {
     this->ExpectImage("{\"uri\":\"" + uri + "\"}",
-      "image 0 '" + uri + "': it lies outside the mesh's folder, where nothing is read");
+      "image 0 '" + uri + "': it lies outside the mesh's folder, and nothing is read there");
   }
   // Where the geometry is.
   for (const std::string uri : { "../../etc/passwd", "/etc/passwd", "x/../../b.bin" })
@@ -72,7 +73,7 @@ TEST_F(TestSpoiledGltf, NothingIsReadElsewhere)
     this->WriteText("m.gltf", buffer.Json(scene, uri));
     this->ExpectRefused("m.gltf",
       "the file '" + uri +
-        "', in which its geometry is, lies outside the mesh's folder, where nothing is read");
+        "', in which its geometry is, lies outside the mesh's folder, and nothing is read there");
   }
 }
 
@@ -106,17 +107,17 @@ TEST_F(TestSpoiledGltf, TexturesThatNameNothingAreReported)
     images + "\"textures\":[{\"extensions\":{\"KHR_texture_basisu\":{\"source\":0}}}]",
     { std::string("texture 0 has its image only as KTX 2, which is not read") + taken }, whites);
   this->ExpectGlb(images + "\"textures\":[{\"source\":0}]",
-    { "material 0 names texture 3, but there is 1: its colour is taken" }, whites, "{\"index\":3}");
+    { "material 0 names texture 3, but there is 1: its colour is used" }, whites, "{\"index\":3}");
   this->ExpectGlb(images + "\"textures\":[{\"source\":0}]",
-    { "material 0 names no texture: its colour is taken" }, whites, "{}");
+    { "material 0 names no texture: its colour is used" }, whites, "{}");
   this->ExpectGlb("\"textures\":[{\"source\":0}]",
     { std::string("texture 0 names image 0, but there are 0") + taken }, whites);
   this->ExpectGlb(images + "\"samplers\":[{}],\"textures\":[{\"source\":0,\"sampler\":5}]",
-    { "texture 0 names sampler 5, but there is 1: its picture repeats" }, { red, blue });
+    { "texture 0 names sampler 5, but there is 1: its picture is repeated" }, { red, blue });
   this->ExpectGlb(images + "\"textures\":[{\"source\":0}]",
     { "2 triangles have no texture coordinates, or ones that are not numbers (the first is "
       "triangle "
-      "0): the material's colour is taken" },
+      "0): the material's colour is used" },
     whites, "{\"index\":0,\"texCoord\":1}");
 }
 
@@ -136,9 +137,9 @@ TEST_F(TestSpoiledGltf, TwentyOfManyAreReported)
   for (int i = 0; i < 20; ++i)
   {
     warnings.push_back(
-      "material " + std::to_string(i) + " names texture 7, but there is 1: its colour is taken");
+      "material " + std::to_string(i) + " names texture 7, but there is 1: its colour is used");
   }
-  warnings.push_back("10 further materials name what is not there");
+  warnings.push_back("10 further materials name textures, images or samplers that do not exist");
   this->ExpectBuilt("m.glb", warnings, { white, white });
 }
 
@@ -225,7 +226,7 @@ TEST_F(TestSpoiledGltf, AccessorsBeyondBuffersAreErrors)
   this->ExpectRefused("m.gltf", "mesh 0, part 0: 'indices' names accessor 7, but there are 2");
   with("\"count\":6", "\"count\":5");
   this->ExpectRefused(
-    "m.gltf", "mesh 0, part 0: 'TEXCOORD_0' has not as many elements as the others");
+    "m.gltf", "mesh 0, part 0: 'TEXCOORD_0' has another number of elements than 'POSITION'");
   with("\"attributes\"", "\"indices\":1,\"attributes\"");
   this->ExpectRefused("m.gltf", "mesh 0, part 0: 'indices' are not whole numbers");
   with("\"attributes\"", "\"indices\":2,\"attributes\"");
@@ -234,11 +235,11 @@ TEST_F(TestSpoiledGltf, AccessorsBeyondBuffersAreErrors)
                               "},{\"componentType\":5123,\"count\":6,\"type\":\"SCALAR\"}"));
   this->ExpectRefused("m.gltf", "mesh 0, part 0: 'indices' are not whole numbers");
   with("\"attributes\"", "\"mode\":5122,\"attributes\"");
-  this->ExpectRefused("m.gltf", "mesh 0, part 0: there is no mode '5122'");
+  this->ExpectRefused("m.gltf", "mesh 0, part 0: unknown mode '5122'");
   with("\"VEC2\"", "\"VEC3\"");
   this->ExpectRefused("m.gltf", "accessor 1 claims 6 elements, more than its bufferView has");
   with("\"TEXCOORD_0\":1", "\"TEXCOORD_0\":0");
-  this->ExpectRefused("m.gltf", "mesh 0, part 0: 'TEXCOORD_0' is of a kind that is not read: type "
+  this->ExpectRefused("m.gltf", "mesh 0, part 0: 'TEXCOORD_0' has a type that cannot be read: type "
                                 "'\"VEC3\"', componentType '5126'");
   with("{\"mesh\":0}", "{\"mesh\":0,\"matrix\":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,1]}");
   this->ExpectRefused("m.gltf", "node 0 has a matrix that is not of 16 numbers");
@@ -254,7 +255,7 @@ TEST_F(TestSpoiledGltf, BuffersThatAreShorterThanTheyClaimAreErrors)
   ASSERT_NE(glb.find(length), std::string::npos) << glb;
   glb.replace(glb.find(length), length.size(), "\"byteLength\":999}]}");
   this->WriteText("m.glb", glb);
-  this->ExpectRefused("m.glb", "claims 999 bytes of its chunk of bytes; it has 120");
+  this->ExpectRefused("m.glb", "claims 999 bytes of its binary chunk (BIN); it has 120");
   const auto withData = [&](const std::string& data)
   {
     GltfBuffer again;

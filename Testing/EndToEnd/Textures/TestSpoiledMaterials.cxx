@@ -37,10 +37,10 @@ TEST_F(TestSpoiledMaterials, CoordinatesOutsideRepeatOrAreClamped)
     { blue, red, red });
 }
 
-TEST_F(TestSpoiledMaterials, CoordinatesThatAreNoneHaveTheMaterialsColour)
+TEST_F(TestSpoiledMaterials, InvalidCoordinatesHaveTheMaterialsColour)
 {
   const std::string none = " no texture coordinates, or ones that are not numbers (the first is "
-                           "triangle 1): the material's colour is taken";
+                           "triangle 1): the material's colour is used";
   this->WriteObj(
     { { "0.25", "0.5" }, { "nan", "0" }, { "inf", "0" }, { "0", "-inf" }, { "1e99", "0" } });
   this->ExpectObj({ "4 triangles have" + none }, { red, green, green, green, green });
@@ -60,7 +60,7 @@ TEST_F(TestSpoiledMaterials, CoordinatesThatAreNotThereAreLeftOut)
     this->ExpectObj(
       { "1 triangle has no texture coordinates, or ones that are not numbers (the first is "
         "triangle "
-        "2): the material's colour is taken",
+        "2): the material's colour is used",
         "1 face names a texture coordinate, normal or colour that does not exist: it is read "
         "without it: face 2 (line 16)" },
       { red, blue, green });
@@ -71,8 +71,8 @@ TEST_F(TestSpoiledMaterials, MaterialsThatAreNotThereAreWhite)
 {
   const std::string third = "v 2 0 0\nv 2 1 0\nv 2.5 0 1\nf 7/1 8/1 9/1\n";
   this->WriteObj(leftAndRight, "usemtl other\n" + third);
-  this->ExpectObj(
-    { "line 13: the material 'other' is in no library: it counts as white" }, { red, blue, white });
+  this->ExpectObj({ "line 13: the material 'other' is in no material library: it is drawn white" },
+    { red, blue, white });
   this->WriteText("m.mtl", "newmtl a\nmap_Kd a.png\nnewmtl other\n");
   this->ExpectObj({}, { red, blue, white });
   this->WriteText("m.mtl", "newmtl a\nmap_Kd a.png\nnewmtl other\nKd 0 1 0\n");
@@ -80,10 +80,10 @@ TEST_F(TestSpoiledMaterials, MaterialsThatAreNotThereAreWhite)
   // One library of two.
   this->WriteObj(leftAndRight, "", "mtllib gone.mtl\nmtllib m.mtl\nusemtl a\n");
   this->ExpectObj(
-    { "line 1: the materials 'gone.mtl' are not there: they count as white" }, { red, blue });
+    { "line 1: the materials 'gone.mtl' are not there: they are drawn white" }, { red, blue });
   std::filesystem::create_directory(this->Folder / "gone.mtl");
   this->ExpectObj(
-    { "line 1: the materials 'gone.mtl' is a directory, not a file: they count as white" },
+    { "line 1: the materials 'gone.mtl' is a directory, not a file: they are drawn white" },
     { red, blue });
 }
 
@@ -92,10 +92,10 @@ TEST_F(TestSpoiledMaterials, LibrariesWithoutAnyPictureLeaveTheMeshAsItIs)
   std::filesystem::remove(this->Folder / "m.mtl");
   this->WriteObj(leftAndRight);
   this->ExpectObj(
-    { "line 1: the materials 'm.mtl' are not there: they count as white" }, { white, white });
+    { "line 1: the materials 'm.mtl' are not there: they are drawn white" }, { white, white });
   std::filesystem::create_directory(this->Folder / "m.mtl");
   this->ExpectObj(
-    { "line 1: the materials 'm.mtl' is a directory, not a file: they count as white" },
+    { "line 1: the materials 'm.mtl' is a directory, not a file: they are drawn white" },
     { white, white });
 }
 
@@ -104,8 +104,9 @@ TEST_F(TestSpoiledMaterials, LibrariesThatNameEachOtherAreReadOnce)
   this->WriteText("m.mtl", "mtllib m.mtl\nmtllib n.mtl\nnewmtl a\nmap_Kd a.png\nmtllib m.mtl\n");
   this->WriteText("n.mtl", "mtllib m.mtl\nnewmtl a\nKd 0 0 0\n");
   this->WriteObj(leftAndRight, "", "mtllib m.mtl n.mtl m.obj m.mtl\nmtllib n.mtl\nusemtl a\n");
-  this->ExpectObj({ "the material 'a' is in 'm.mtl' and, in another way, in 'n.mtl': the first "
-                    "counts for all faces" },
+  this->ExpectObj(
+    { "the material 'a' is in 'm.mtl' and, with different values, in 'n.mtl': the first is "
+      "used for all faces" },
     { red, blue });
 }
 
@@ -117,7 +118,7 @@ TEST_F(TestSpoiledMaterials, LongLinesAndFilesTakeNoMemory)
   std::filesystem::resize_file(this->Folder / "long.mtl", 50'000'000);
   this->ExpectObj({ "long.mtl: line 3: is longer than 16 MiB" }, { red, blue });
   std::filesystem::resize_file(this->Folder / "long.mtl", 100'000'000);
-  this->ExpectObj({ "line 1: the materials 'long.mtl' are more than 64 MiB: they count as white" },
+  this->ExpectObj({ "line 1: the materials 'long.mtl' are more than 64 MiB: they are drawn white" },
     { red, blue });
 }
 
@@ -128,9 +129,9 @@ TEST_F(TestSpoiledMaterials, HostileNumbersAreReported)
   this->WriteText("n.mtl", "newmtl b\nmap_Kd a.png\n");
   this->WriteObj(leftAndRight, "usemtl b\nv 2 0 0\nv 2 1 0\nv 2.5 0 1\nf 7/1 8/1 9/1\n",
     "mtllib m.mtl n.mtl\nusemtl a\n");
-  this->ExpectObj({ "m.mtl, line 3: cannot be understood: 'Kd nan 0 0'",
-                    "m.mtl, line 4: cannot be understood: 'map_Kd -o inf 0 0 a.png'",
-                    "m.mtl, line 5: cannot be understood: 'Kd 1e999 0 0'" },
+  this->ExpectObj({ "m.mtl, line 3 cannot be read: 'Kd nan 0 0'",
+                    "m.mtl, line 4 cannot be read: 'map_Kd -o inf 0 0 a.png'",
+                    "m.mtl, line 5 cannot be read: 'Kd 1e999 0 0'" },
     { green, green, red });
   // Finite, and useless: the picture is looked at somewhere.
   this->WriteText("m.mtl", "newmtl a\nmap_Kd -s 0 0 0 -o 0.75 0.5 a.png\n");
@@ -144,13 +145,13 @@ TEST_F(TestSpoiledMaterials, HostileNumbersAreReported)
 TEST_F(TestSpoiledMaterials, PicturesOfPlysThatAreNotThereAreCounted)
 {
   const std::string number = "property list uchar float texcoord\nproperty int texnumber\n";
-  const std::string white0 = " (the first is face 0): they count as white";
+  const std::string white0 = " (the first is face 0): they are drawn white";
   this->WritePly("a.png", { List("0.25") + " 7", List("0.75") + " 0" }, number);
   this->ExpectBuilt(
-    "m.ply", { "1 face has a texnumber that no TextureFile has" + white0 }, { white, blue });
+    "m.ply", { "1 face has a texnumber without a TextureFile" + white0 }, { white, blue });
   this->WritePly("a.png", { List("0.25") + " -1", List("0.75") + " 1" }, number);
   this->ExpectBuilt(
-    "m.ply", { "2 faces have a texnumber that no TextureFile has" + white0 }, { white, white });
+    "m.ply", { "2 faces have a texnumber without a TextureFile" + white0 }, { white, white });
   // Numbers of faces and coordinates of vertices.
   this->WriteText("v.ply",
     "ply\nformat ascii 1.0\ncomment TextureFile a.png\nelement vertex 6\nproperty float x\n"
@@ -159,8 +160,8 @@ TEST_F(TestSpoiledMaterials, PicturesOfPlysThatAreNotThereAreCounted)
     "0 0 0 0.25 0.5\n0 1 0 0.25 0.5\n0.5 0 1 0.25 0.5\n1 0 0 0.75 0.5\n1 1 0 0.75 0.5\n"
     "1.5 0 1 0.75 0.5\n3 0 1 2 9\n3 3 4 5 0\n");
   this->ExpectBuilt("v.ply",
-    { "1 triangle has a texnumber that no TextureFile has (the first is triangle 0): they count as "
-      "white" },
+    { "1 triangle has a texnumber without a TextureFile (the first is triangle 0): they are "
+      "drawn white" },
     { white, blue });
 }
 
@@ -170,14 +171,15 @@ TEST_F(TestSpoiledMaterials, ListsOfPlysThatDoNotFitAreCountedOrRefused)
   {
     this->WritePly("a.png", { list, List("0.75") });
     this->ExpectBuilt("m.ply",
-      { "1 face has a texcoord of another length than its corners (the first is face 0): they "
-        "count as white" },
+      { "1 face has a texcoord whose length does not match its corners (the first is face 0): they "
+        "are "
+        "drawn white" },
       { white, blue });
   }
   this->WritePly("a.png", { List("nan"), List("0.75") });
   this->ExpectBuilt("m.ply",
     { "1 triangle has no texture coordinates, or ones that are not numbers (the first is triangle "
-      "0): the material's colour is taken" },
+      "0): the material's colour is used" },
     { white, blue });
   const std::string huge = "property list uint float texcoord\n";
   this->WritePly("a.png", { List("0.25"), "4000000000 0 0" }, huge);

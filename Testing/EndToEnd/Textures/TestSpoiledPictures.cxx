@@ -12,7 +12,7 @@ using namespace kdstream::test;
 namespace
 {
 
-constexpr const char* taken = ": the material's colour is taken";
+constexpr const char* taken = ": the material's colour is used";
 
 // Rows of 64 pixels, 32 of them, red and blue as a PNG of that kind packs them.
 Bytes HalvesOf(const Bytes& left, const Bytes& right)
@@ -108,11 +108,11 @@ TEST_F(TestSpoiledPictures, CutOnesAreNamed)
   this->ExpectBad("a.webp", cut(TwoHalves(PictureType::Webp)), "it is a damaged or truncated WebP");
 }
 
-TEST_F(TestSpoiledPictures, WhatIsNoPictureIsNamed)
+TEST_F(TestSpoiledPictures, WhatIsNotAPictureIsNamed)
 {
   this->ExpectBad("a.png", {}, "it is empty");
   const std::string text = "A text, and a long one, that somebody has named as a picture.\n";
-  this->ExpectBad("a.png", { text.begin(), text.end() }, "it is no JPEG, PNG or WebP");
+  this->ExpectBad("a.png", { text.begin(), text.end() }, "it is neither JPEG, PNG nor WebP");
   this->ExpectBad("a.jpg", CmykJpeg(), "it is a JPEG in CMYK, which is for print: save it in RGB");
 }
 
@@ -156,7 +156,8 @@ TEST_F(TestSpoiledPictures, ASparseFileOfAnySizeTakesNoMemory)
   this->WriteText("a.png", "no picture");
   std::filesystem::resize_file(this->Folder / "a.png", size);
   const std::string named = "the picture 'a.png' (m.mtl, line 3): ";
-  this->ExpectBuilt("m.obj", { named + "it is no JPEG, PNG or WebP" + taken }, { green, green });
+  this->ExpectBuilt(
+    "m.obj", { named + "it is neither JPEG, PNG nor WebP" + taken }, { green, green });
   this->WriteBytes("a.png", TwoHalves(PictureType::Png));
   std::filesystem::resize_file(this->Folder / "a.png", size);
   this->ExpectBuilt("m.obj",
@@ -167,9 +168,10 @@ TEST_F(TestSpoiledPictures, ASparseFileOfAnySizeTakesNoMemory)
 
 TEST_F(TestSpoiledPictures, TypesAreThoseOfTheBytes)
 {
-  this->ExpectGood("a.jpg", TwoHalves(PictureType::Png), ": is named as JPEG, but is a PNG");
   this->ExpectGood(
-    "a.png", TwoHalves(PictureType::Jpeg), ": is named as PNG, but is a JPEG", { red, blue }, 4);
+    "a.jpg", TwoHalves(PictureType::Png), " is named as a JPEG file but contains a PNG");
+  this->ExpectGood("a.png", TwoHalves(PictureType::Jpeg),
+    " is named as a PNG file but contains a JPEG", { red, blue }, 4);
   this->ExpectGood("a.picture", TwoHalves(PictureType::Webp));
 }
 

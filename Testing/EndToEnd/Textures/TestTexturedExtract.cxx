@@ -237,7 +237,7 @@ TEST_F(TestTexturedExtract, WrongImagesAreNamed)
     EncodePicture({ 2, 2, 1, { 1, 2, 3, 4 } }, PictureType::Png);
   for (const auto& [image, what] :
     { std::pair{ small, "its image does not have the size that the tile states" },
-      { std::vector<std::uint8_t>{ 1, 2 }, "it is no JPEG, PNG or WebP" },
+      { std::vector<std::uint8_t>{ 1, 2 }, "it is neither JPEG, PNG nor WebP" },
       { std::vector<std::uint8_t>(small.begin(), small.end() - 20),
         "it is a damaged or truncated PNG (it ends too early)" } })
   {
@@ -285,7 +285,7 @@ TEST_F(TestTexturedExtract, LevelsAndPlainModelsAreGlbToo)
   EXPECT_NE(this->Store({ "info", "level.kds" }).out.find("RGB"), std::string::npos);
 }
 
-TEST_F(TestTexturedExtract, QualityIsCheckedAndColoursAreKeptAlone)
+TEST_F(TestTexturedExtract, QualityIsCheckedAndOnlyColoursAreKept)
 {
   this->WriteHardObj("hard", 4);
   this->ExpectError(this->Build({ "hard.obj", "-o", "m.kds", "--texture-quality", "0" }), 2,

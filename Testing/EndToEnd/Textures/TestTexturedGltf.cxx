@@ -100,11 +100,10 @@ TEST_F(TestTexturedGltf, WhatAGltfLosesIsNamed)
                  "\"metallicRoughnessTexture\":{\"index\":0},"
                  "\"baseColorTexture\":{\"index\":0}}}",
                "\"images\":[{\"uri\":\"../gone.png\"}],\"textures\":[{\"source\":0}]"));
-  EXPECT_EQ(WarningsOf("m.glb"),
-    "pictures of materials that are not carried: normalTexture, emissiveTexture, "
-    "metallicRoughnessTexture\n"
-    "image 0 '../gone.png': it lies outside the mesh's folder, where nothing is read: the "
-    "material's colour is taken\n");
+  EXPECT_EQ(WarningsOf("m.glb"), "left out: textures of materials: normalTexture, emissiveTexture, "
+                                 "metallicRoughnessTexture\n"
+                                 "image 0 '../gone.png': it lies outside the mesh's folder, and "
+                                 "nothing is read there: the material's colour is used\n");
   EXPECT_EQ(ColorsOf(this->Read("out.ply")), (std::vector{ green, green }));
   const Outcome off = this->Convert("m.glb", { "--textures", "off" });
   EXPECT_NE(off.err.find("pictures are left out\n"), std::string::npos) << off.err;

@@ -91,7 +91,7 @@ TEST_F(TestTextures, TilesHaveTheirOwnPictures)
   this->WriteText(
     "m.obj", Faces({ { 0.5F, 0.5F }, { 1.75F, 1.5F }, { 1.25F, 1.5F }, { 3.5F, 0 }, { -1, 0 } }));
   EXPECT_EQ(WarningsOf("m.obj"),
-    "the picture 't.1004.png' (m.mtl, line 3) is not there: the material's colour is taken\n");
+    "the picture 't.1004.png' (m.mtl, line 3) is not there: the material's colour is used\n");
   const std::array<std::uint8_t, 3> black{};
   EXPECT_EQ(ColorsOf(this->Read("out.ply")), (std::vector{ red, blue, green, black, black }));
 }
@@ -107,19 +107,18 @@ TEST_F(TestTextures, WhatIsMissingIsNamedAndTheRestIsBuilt)
                "usemtl b\nv 9 0 0\nv 9 1 0\nv 9 0 1\nf -3/1 -2/1 -1/1\nusemtl d\nusemtl d\n"
                "v 8 0 0\nv 8 1 0\nv 8 0 1\nf -3/1 -2/1 -1/1\n");
   EXPECT_EQ(WarningsOf("m.obj"),
-    "m.mtl, line 10: cannot be understood: 'Kd 0 x 0'\n"
-    "line 2: the materials 'other.mtl' are not there: they count as white\n"
-    "pictures of materials that are not carried: map_Bump, map_Ks\n"
-    "line 19: the material 'd' is in no library: it counts as white\n"
-    "the picture 'gone.png' (m.mtl, line 6) is not there: the material's colour is taken\n");
+    "m.mtl, line 10 cannot be read: 'Kd 0 x 0'\n"
+    "line 2: the materials 'other.mtl' are not there: they are drawn white\n"
+    "left out: textures of materials: map_Bump, map_Ks\n"
+    "line 19: the material 'd' is in no material library: it is drawn white\n"
+    "the picture 'gone.png' (m.mtl, line 6) is not there: the material's colour is used\n");
   EXPECT_EQ(ColorsOf(this->Read("out.ply")),
     (std::vector{ red, blue, green, std::array<std::uint8_t, 3>{ 255, 255, 255 } }));
   // Without any picture the mesh is what it was, and read in chunks.
   this->WriteText("bare.obj", Faces(leftAndRight, "mtllib none.mtl\nusemtl a\n"));
   const Outcome built = this->Build({ "bare.obj", "-o", "m.kds", "--quiet" });
-  EXPECT_EQ(built.err,
-    "kdstream-build: warning: bare.obj: line 1: the materials 'none.mtl' are not there: they count "
-    "as white\n");
+  EXPECT_EQ(built.err, "kdstream-build: warning: bare.obj: line 1: the materials 'none.mtl' are "
+                       "not there: they are drawn white\n");
 }
 
 TEST_F(TestTextures, FacesWithoutCoordinatesAreCounted)
@@ -132,7 +131,7 @@ TEST_F(TestTextures, FacesWithoutCoordinatesAreCounted)
                "f 10/3 11/1 12/1\n");
   EXPECT_EQ(WarningsOf("m.obj"),
     "2 triangles have no texture coordinates, or ones that are not numbers (the first is triangle "
-    "2): the material's colour is taken\n");
+    "2): the material's colour is used\n");
   EXPECT_EQ(ColorsOf(this->Read("out.ply")), (std::vector{ red, blue, green, green }));
 }
 
@@ -141,13 +140,13 @@ TEST_F(TestTextures, PicturesAreTakenForWhatTheyAre)
   this->WriteText("m.mtl", "newmtl a\nKd 0 1 0\nmap_Kd a.jpg\n");
   this->WriteText("m.obj", Faces(leftAndRight));
   this->WritePicture("a.jpg", Row({ red, blue }), PictureType::Png);
-  EXPECT_EQ(
-    WarningsOf("m.obj"), "the picture 'a.jpg' (m.mtl, line 3): is named as JPEG, but is a PNG\n");
+  EXPECT_EQ(WarningsOf("m.obj"),
+    "the picture 'a.jpg' (m.mtl, line 3) is named as a JPEG file but contains a PNG\n");
   EXPECT_EQ(ColorsOf(this->Read("out.ply")), (std::vector{ red, blue }));
   const auto expect = [&](const std::string& what)
   {
     EXPECT_EQ(WarningsOf("m.obj"),
-      "the picture 'a.jpg' (m.mtl, line 3): " + what + ": the material's colour is taken\n");
+      "the picture 'a.jpg' (m.mtl, line 3): " + what + ": the material's colour is used\n");
     EXPECT_EQ(ColorsOf(this->Read("out.ply")), (std::vector{ green, green }));
   };
   const std::string whole = ReadWhole(this->Folder / "a.jpg");
@@ -156,12 +155,12 @@ TEST_F(TestTextures, PicturesAreTakenForWhatTheyAre)
   this->WriteText("a.jpg", "");
   expect("it is empty");
   this->WriteText("a.jpg", "GIF89a");
-  expect("it is no JPEG, PNG or WebP");
+  expect("it is neither JPEG, PNG nor WebP");
   this->WritePicture("a.jpg", Row({ red, blue, red }), PictureType::Webp);
   const Outcome built = this->Build({ "m.obj", "-o", "m.kds", "--quiet", "--texture-pixels", "2" });
   EXPECT_EQ(built.err,
     "kdstream-build: warning: m.obj: the picture 'a.jpg' (m.mtl, line 3): it claims 3 x 1 pixels, "
-    "more than the limit of 2: the material's colour is taken\n");
+    "more than the limit of 2: the material's colour is used\n");
 }
 
 TEST_F(TestTextures, HostileMaterialsAreBounded)
@@ -186,10 +185,10 @@ TEST_F(TestTextures, HostileMaterialsAreBounded)
     "newmtl b\nmap_Kd -o nan 1 1 a.png\nmap_Kd -s 1e999 a.png\nmap_Kd -o x y\n");
   this->WriteText("self.obj", Faces(leftAndRight, "mtllib m.mtl self.obj m.mtl\nusemtl a\n"));
   EXPECT_EQ(WarningsOf("self.obj"),
-    "m.mtl, line 4: cannot be understood: 'map_Kd'\n"
-    "m.mtl, line 6: cannot be understood: 'map_Kd -o'\n"
-    "m.mtl, line 8: cannot be understood: 'map_Kd -o nan 1 1 a.png'\n"
-    "the material 'a' is in 'm.mtl' twice, in two ways: the first counts\n");
+    "m.mtl, line 4 cannot be read: 'map_Kd'\n"
+    "m.mtl, line 6 cannot be read: 'map_Kd -o'\n"
+    "m.mtl, line 8 cannot be read: 'map_Kd -o nan 1 1 a.png'\n"
+    "the material 'a' is in 'm.mtl' twice with different values: the first is used\n");
   EXPECT_EQ(ColorsOf(this->Read("out.ply")), (std::vector{ red, blue }));
 }
 
@@ -237,8 +236,8 @@ TEST_F(TestTextures, PlyIsTexturedByItsTextureFiles)
     "m.ply", head + "property list uchar float texcoord\nproperty int texnumber\nend_header\n" +
                places + "3 0 1 2" + list("0.25") + " 0\n3 3 4 5" + list("0.75") + " 0\n3 6 7 8" +
                list("0.5") + " 1\n");
-  EXPECT_EQ(
-    WarningsOf("m.ply"), "the picture 'c.jpg' (TextureFile): is named as JPEG, but is a PNG\n");
+  EXPECT_EQ(WarningsOf("m.ply"),
+    "the picture 'c.jpg' (TextureFile) is named as a JPEG file but contains a PNG\n");
   EXPECT_EQ(ColorsOf(this->Read("out.ply")), (std::vector{ red, blue, green }));
   const std::array<std::uint8_t, 3> white{ 255, 255, 255 };
   this->WriteText(
@@ -246,10 +245,9 @@ TEST_F(TestTextures, PlyIsTexturedByItsTextureFiles)
                places + "3 0 1 2 4 0.25 0.5 0.25 0.5 0\n3 3 4 5" + list("0.75") + " 0\n3 6 7 8" +
                list("nan") + " 2\n");
   EXPECT_EQ(WarningsOf("m.ply"),
-    "1 face has a texcoord of another length than its corners (the first is face 0): they "
-    "count as white\n"
-    "1 face has a texnumber that no TextureFile has (the first is face 2): they count as "
-    "white\n");
+    "1 face has a texcoord whose length does not match its corners (the first is face 0): they are "
+    "drawn white\n"
+    "1 face has a texnumber without a TextureFile (the first is face 2): they are drawn white\n");
   EXPECT_EQ(ColorsOf(this->Read("out.ply")), (std::vector{ white, blue, white }));
   this->WriteText("m.ply", head + "property list uchar float texcoord\nend_header\n" + places +
                              "3 0 1 2" + list("0.25") + "\n3 3 4 5" + list("0.75") +
@@ -267,6 +265,6 @@ TEST_F(TestTextures, PlyIsTexturedByItsTextureFiles)
     coloredLines += line + " 9 9 9 " + (line[0] == '0' ? "0.25" : "0.75") + " 0\n";
   }
   this->WriteText("m.ply", own + "end_header\n" + coloredLines + "3 0 1 2\n3 3 4 5\n3 6 7 8\n");
-  EXPECT_EQ(WarningsOf("m.ply"), "colours of vertices are left out: pictures paint instead\n");
+  EXPECT_EQ(WarningsOf("m.ply"), "vertex colours are left out: textures replace them\n");
   EXPECT_EQ(ColorsOf(this->Read("out.ply")), (std::vector{ red, blue, blue }));
 }

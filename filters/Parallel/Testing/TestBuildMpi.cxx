@@ -101,7 +101,7 @@ TEST(BuildMpi, OptionsAndRanks)
 
 // One rank reads the end of the file and sees what is after the last face; the first rank reports
 // it.
-TEST(BuildMpi, TellsWhatItIgnores)
+TEST(BuildMpi, ReportsWhatItIgnores)
 {
   const TemporaryFolder folder;
   std::ofstream(folder / "text.ply") << "ply\nformat ascii 1.0\nelement vertex 4\n"

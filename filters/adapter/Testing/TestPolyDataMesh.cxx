@@ -181,7 +181,7 @@ TEST(PolyDataMesh, PointOutOfRangeInEachKindOfCell)
 }
 
 // The corners of no cell are read beyond the list of corners.
-TEST(PolyDataMesh, OffsetsThatAreNoOffsetsInEachKindOfCell)
+TEST(PolyDataMesh, InvalidOffsetsInEachKindOfCell)
 {
   const std::vector<std::pair<Ids, std::string>> cases{
     { { 0, 1000000 }, "uses corners 0 to 1000000 of a list of 3" },

@@ -270,7 +270,7 @@ private:
     struct Slot
     {
       std::vector<Record> inOrder;    // group by group
-      std::vector<std::size_t> begin; // of each group in it, and the end
+      std::vector<std::size_t> begin; // where each group begins, and the end
       std::vector<std::uint64_t> to;
     };
     const auto groupOf = [&](const Record& record)

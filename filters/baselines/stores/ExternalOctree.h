@@ -23,8 +23,9 @@ struct ExternalOctreeOptions
 
 struct ExternalOctreeStatistics
 {
-  std::uint64_t distributions = 0;      // cells that did not fit the memory
-  std::uint64_t distributedRecords = 0; // in these: counted in one pass, written in another
+  std::uint64_t distributions = 0; // cells that did not fit the memory
+  // Records in both passes: one counts them, another writes them.
+  std::uint64_t distributedRecords = 0;
   std::uint64_t groupsInMemory = 0;
   std::uint64_t bytesRead = 0, bytesWritten = 0, peakBytesOnDisk = 0;
 };

@@ -161,7 +161,7 @@ TEST(TestGuessHomeView, WhatHasAFaceAheadStands)
   EXPECT_EQ(Guess(egg).view, (Vec3{ 0, 0, 1 }));
 }
 
-TEST(TestGuessHomeView, AVaseIsNoBustUpsideDown)
+TEST(TestGuessHomeView, AVaseIsNotABustUpsideDown)
 {
   const Mesh vase = Bag({}, 1.8, [](double h, double) { return 0.25 + 1.3 * h * (1.15 - h); });
   EXPECT_EQ(Guess(vase).up, (Vec3{ 0, 1, 0 }));

@@ -324,7 +324,7 @@ TEST(ByteStream, OrderedBitsKeepTheOrderOfNumbers)
   }
 }
 
-TEST(PieceCodec, ANumberBeyond32BitsIsNoSmallOne)
+TEST(PieceCodec, ANumberBeyond32BitsIsNotASmallOne)
 {
   // A vertex of level 0, symbol by symbol; its rank is `rank`.
   const auto blobWith = [](std::uint64_t rank)
@@ -392,7 +392,7 @@ Piece BentSheet(std::uint32_t side, bool triangles)
   return piece;
 }
 
-TEST(PieceCodec, EdgesTellWhichVerticesHaveOneParent)
+TEST(PieceCodec, EdgesNameVerticesOfOneParent)
 {
   const CodecContext context{ { 0, 4, 5, 1 },
     CoordinateGrid::Over({ { 0, 0, 0 }, { 1.1, 1.1, 1 } }, 16, ScalarType::Float32) };

@@ -207,7 +207,7 @@ TEST(TreePage, WhateverBytesSayBoxesLieInTheirParents)
   EXPECT_LT(decoded, 4000U);
 }
 
-TEST(TreePage, WhatIsNoPageIsRefused)
+TEST(TreePage, WhatIsNotAPageIsRefused)
 {
   const Mesh mesh = Torus(40, 30);
   const KdTree tree = *BuildKdTree(mesh.points, { 1, {}, 1 });

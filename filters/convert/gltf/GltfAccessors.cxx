@@ -142,7 +142,7 @@ Result<GltfAccessor> GltfAccessor::Open(
   accessor.ComponentCount = ComponentsOf(type);
   if (accessor.ComponentCount == 0 || size == 0)
   {
-    return GltfError(named + "is of a kind that does not exist: type " + QuotedText(type.dump()) +
+    return GltfError(named + "has an unknown type: type " + QuotedText(type.dump()) +
                      ", componentType " + QuotedText(componentType.dump()));
   }
   accessor.ComponentType = TypeIn(json);
@@ -164,7 +164,7 @@ Result<GltfAccessor> GltfAccessor::Open(
   else if (count < 0 || count > double(mostZeros))
   {
     return GltfError(named + "claims " + Member(json, "count").dump() +
-                     " elements without a bufferView, of which at most 1048576 are read");
+                     " elements without a bufferView; at most 1048576 can be read");
   }
   accessor.ElementCount = static_cast<std::size_t>(count);
   if (!sparse.is_null())
@@ -194,7 +194,7 @@ Status GltfAccessor::Overlay(const GltfDocument& document, GltfBuffers& buffers,
     at ? Place(document, buffers, Member(sparse, "values"), written, count, size) : at;
   if (!values)
   {
-    return Within("is sparse, and what lies over it ", values.GetError());
+    return Within("has a property 'sparse' that ", values.GetError());
   }
   std::vector<std::uint8_t> all(this->ElementCount * size, 0);
   for (std::size_t i = 0; i < this->ElementCount && !this->Bytes.empty(); ++i)

@@ -42,7 +42,7 @@ public:
   GltfAccessor(std::vector<std::uint8_t> elements, GltfComponent type, std::size_t components,
     bool normalized);
 
-  // What the JSON of an accessor says; 0 for an unknown type; the same for Float.
+  // Properties from an accessor's JSON: components (0 for an unknown type); whether it is Float.
   static std::size_t ComponentsIn(const nlohmann::json& accessor);
   static GltfComponent TypeIn(const nlohmann::json& accessor);
 

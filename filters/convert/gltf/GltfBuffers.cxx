@@ -141,7 +141,7 @@ Status GltfBuffers::Find(std::size_t number, const std::filesystem::path& file, 
   {
     if (this->Document->binary == 0 && NumberOf(Member(buffer, "byteLength"), 0) > 0)
     {
-      return BadInput(named + " is in a chunk of bytes (BIN), which is missing" +
+      return BadInput(named + " is in the binary chunk (BIN), which is missing" +
                         (this->Document->otherChunk.empty()
                             ? std::string()
                             : ": the second chunk is " + this->Document->otherChunk),
@@ -152,7 +152,7 @@ Status GltfBuffers::Find(std::size_t number, const std::filesystem::path& file, 
     const auto begin = std::min<std::size_t>(this->Document->binary, bytes->size());
     found.bytes = bytes->subspan(
       begin, std::min<std::size_t>(this->Document->binaryBytes, bytes->size() - begin));
-    place = "its chunk of bytes";
+    place = "its binary chunk (BIN)";
   }
   else
   {
@@ -258,8 +258,8 @@ Result<GltfBuffers::View> GltfBuffers::ViewOf(std::size_t number)
       this->BytesDecompressed += bytes->size();
       if (this->BytesDecompressed > this->BytesInAll)
       {
-        return Error{ ErrorCode::InvalidInput,
-          "shares its compressed bytes with other views: all of them together do not fit" };
+        return Error{ ErrorCode::InvalidInput, "is too large once decompressed, together with "
+                                               "other bufferViews of the same compressed bytes" };
       }
       Result<std::vector<std::uint8_t>> decoded = DecodeMeshopt(compressed, *bytes);
       if (!decoded)

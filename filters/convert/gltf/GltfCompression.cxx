@@ -45,7 +45,8 @@ int Decode(const std::string& mode, std::size_t count, std::size_t stride,
            : meshopt_decodeIndexSequence(to, count, stride, from.data(), from.size());
 }
 
-// What is done to attributes after that. Whether there is a filter of the name, for that stride.
+// Applies a filter to decompressed attributes. False if there is no filter of this name for this
+// stride.
 bool Filter(const std::string& filter, std::size_t count, std::size_t stride, std::uint8_t* values)
 {
   if (filter == "OCTAHEDRAL" && (stride == 4 || stride == 8))
@@ -94,15 +95,14 @@ Result<std::vector<std::uint8_t>> DecodeMeshopt(
   const bool attributes = mode == "ATTRIBUTES";
   if (!attributes && mode != "TRIANGLES" && mode != "INDICES")
   {
-    return GltfError(
-      "is compressed by meshoptimizer in a mode that is not known: " + QuotedText(mode));
+    return GltfError("is compressed by meshoptimizer in an unknown mode: " + QuotedText(mode));
   }
   const bool strideFits =
     attributes ? stride > 0 && stride <= 256 && int(stride) % 4 == 0 : stride == 2 || stride == 4;
   if (!strideFits || count < 0 ||
       (mode == "TRIANGLES" && static_cast<std::uint64_t>(count) % 3 > 0))
   {
-    return GltfError("is compressed by meshoptimizer with a count or byteStride that cannot be: " +
+    return GltfError("is compressed by meshoptimizer with an invalid count or byteStride: " +
                      Member(compressed, "count").dump() + ", " +
                      Member(compressed, "byteStride").dump());
   }
@@ -121,16 +121,16 @@ Result<std::vector<std::uint8_t>> DecodeMeshopt(
     const bool isNewer = attributes
                            ? head > 0xa0U && head < 0xb0U
                            : (head > 0xd1U && head < 0xe0U) || (head > 0xe1U && head < 0xf0U);
-    return GltfError(isNewer
-                       ? "is of version " + std::to_string(head & 15U) +
-                           " of meshoptimizer's compression, which its library here does not read"
-                       : "is damaged: its " + std::to_string(bytes.size()) +
-                           " bytes are not what meshoptimizer compresses");
+    return GltfError(
+      isNewer ? "has version " + std::to_string(head & 15U) +
+                  " of meshoptimizer's compression, which is newer than the library of this program"
+              : "is damaged: its " + std::to_string(bytes.size()) +
+                  " bytes are not compressed by meshoptimizer");
   }
   if (attributes && !Filter(filter, elements, size, decoded.data()))
   {
     return GltfError(
-      "is compressed by meshoptimizer with a filter that is not known: " + QuotedText(filter));
+      "is compressed by meshoptimizer with an unknown filter: " + QuotedText(filter));
   }
   return decoded;
 }
@@ -140,8 +140,8 @@ Result<std::vector<std::uint8_t>> DecodeMeshopt(
 Result<std::vector<std::uint8_t>> DecodeMeshopt(const Json&, std::span<const std::uint8_t>)
 {
   return Error{ ErrorCode::Unsupported,
-    "is compressed by meshoptimizer, and libmeshoptimizer-dev was not there when KdStream was "
-    "built: save it without compression",
+    "is compressed by meshoptimizer, but this program was built without libmeshoptimizer-dev: save "
+    "the file without compression",
     {}, {}, Remedy::InMessage };
 }
 
@@ -196,7 +196,8 @@ Result<DracoPart> ReadDraco(const draco::Mesh& mesh,
     const std::optional<GltfComponent> type = ComponentOf(attribute->data_type());
     if (!type)
     {
-      return GltfError(QuotedText(name) + " is compressed by Draco as numbers that are not read");
+      return GltfError(
+        QuotedText(name) + " is compressed by Draco with a number type that cannot be read");
     }
     const auto size = static_cast<std::size_t>(attribute->byte_stride());
     std::vector<std::uint8_t> elements(std::size_t{ mesh.num_points() } * size);
@@ -217,7 +218,7 @@ Result<DracoPart> DecodeDraco(std::span<const std::uint8_t> bytes,
   const std::map<std::string, std::uint32_t>& attributes, const std::set<std::string>& normalized)
 {
   const Error damaged = GltfError(
-    "is damaged: its " + std::to_string(bytes.size()) + " bytes are not what Draco compresses");
+    "is damaged: its " + std::to_string(bytes.size()) + " bytes are not compressed by Draco");
   try
   {
     draco::DecoderBuffer buffer;
@@ -226,7 +227,7 @@ Result<DracoPart> DecodeDraco(std::span<const std::uint8_t> bytes,
     const auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
     return decoded.ok() ? ReadDraco(*decoded.value(), attributes, normalized) : damaged;
   }
-  catch (const std::exception&) // of sizes that it believes
+  catch (const std::exception&) // meshoptimizer trusts sizes in the data
   {
     return damaged;
   }
@@ -238,7 +239,7 @@ Result<DracoPart> DecodeDraco(std::span<const std::uint8_t>,
   const std::map<std::string, std::uint32_t>&, const std::set<std::string>&)
 {
   return Error{ ErrorCode::Unsupported,
-    "is compressed by Draco, and libdraco-dev was not there when KdStream was built: save it "
+    "is compressed by Draco, but this program was built without libdraco-dev: save the file "
     "without compression",
     {}, {}, Remedy::InMessage };
 }

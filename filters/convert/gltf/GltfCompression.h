@@ -29,7 +29,7 @@ Result<std::vector<std::uint8_t>> DecodeMeshopt(
 struct DracoPart
 {
   std::vector<std::uint32_t> corners;             // three a triangle
-  std::map<std::string, GltfAccessor> attributes; // those that were asked for
+  std::map<std::string, GltfAccessor> attributes; // the requested ones
 };
 
 // A mesh part that is compressed by KHR_draco_mesh_compression. attributes: names and their numbers

@@ -100,7 +100,7 @@ Status FindBinaryChunk(
       if (!before.empty())
       {
         document.tolerance.Tell(
-          "the chunk " + before + " stands before that of the bytes (BIN): it is not read");
+          "the chunk " + before + " before the binary chunk (BIN) is not read");
       }
       return {};
     }
@@ -123,25 +123,25 @@ Result<std::string> ReadGlb(std::ifstream& file, std::uint64_t begin, std::uint6
   if (bytes < head.size() || !file.read(head.data(), head.size()))
   {
     return GltfError(
-      "ends in its head: it has " + std::to_string(bytes) + " bytes", Remedy::CopyAgain);
+      "ends inside its header: it has " + std::to_string(bytes) + " bytes", Remedy::CopyAgain);
   }
   const std::uint32_t version = NumberAt(head.data() + 4), all = NumberAt(head.data() + 8);
   const std::uint32_t length = NumberAt(head.data() + headBytes);
   if (version != 2)
   {
     return GltfError(
-      "is a glTF of version " + std::to_string(version) + ", of which only version 2 is read",
+      "has version " + std::to_string(version) + " of glTF; only version 2 can be read",
       Remedy::SaveOtherwise);
   }
   if (all > bytes)
   {
     return GltfError("claims " + std::to_string(all) + " bytes; the file has " +
-                       std::to_string(bytes) + ": it was cut",
+                       std::to_string(bytes) + ": it is truncated",
       Remedy::CopyAgain);
   }
   if (std::memcmp(head.data() + headBytes + 4, "JSON", 4) != 0)
   {
-    return GltfError("byte 16: its first chunk is not the JSON that it must be");
+    return GltfError("byte 16: its first chunk must be JSON");
   }
   if (length > bytes - head.size())
   {
@@ -161,7 +161,7 @@ Result<std::string> ReadGlb(std::ifstream& file, std::uint64_t begin, std::uint6
   return text;
 }
 
-// What glTF extends with that is read, and beginnings of names of what changes only looks.
+// Extensions that are read, and prefixes of extensions that change only the appearance.
 constexpr std::array<std::string_view, 10> readExtensions{ "CESIUM_RTC", "EXT_mesh_gpu_instancing",
   "EXT_meshopt_compression", "EXT_texture_webp", "KHR_draco_mesh_compression",
   "KHR_materials_pbrSpecularGlossiness", "KHR_mesh_quantization", "KHR_meshopt_compression",
@@ -226,15 +226,15 @@ Result<GltfDocument> ReadGltfDocument(const std::filesystem::path& file, const G
   }
   if (!version.get_ref<const std::string&>().starts_with("2"))
   {
-    return GltfError("is a glTF of version " + Quoted(version.get_ref<const std::string&>()) +
-                       ", of which only version 2 is read",
+    return GltfError("has version " + Quoted(version.get_ref<const std::string&>()) +
+                       " of glTF; only version 2 can be read",
       Remedy::SaveOtherwise);
   }
   const Json& least = Member(Member(document.json, "asset"), "minVersion");
   if (least.is_string() && least != "2.0" && least != "2")
   {
-    return GltfError("needs a reader of version " + Quoted(least.get_ref<const std::string&>()) +
-                       " of glTF, and this one is of 2.0",
+    return GltfError("needs a reader for glTF " + Quoted(least.get_ref<const std::string&>()) +
+                       "; this one reads 2.0",
       Remedy::SaveOtherwise);
   }
   return document;

@@ -29,8 +29,8 @@ struct GltfDocument
 {
   nlohmann::json json;           // an object
   std::uint64_t binary = 0;      // where in the file the chunk of bytes (BIN) of a .glb begins
-  std::uint64_t binaryBytes = 0; // that it has, 0 where there is none
-  std::string otherChunk;        // the second chunk, where there is none of bytes
+  std::uint64_t binaryBytes = 0; // length of the binary chunk, 0 if there is none
+  std::string otherChunk;        // the second chunk's name, if it is not the binary chunk
   bool isGlb = false;            // by its first bytes, whatever the file is called
   Tolerance tolerance{};         // bytes after the end of a .glb, chunks before that of bytes
 };

@@ -103,13 +103,14 @@ public:
     return read;
   }
 
-  // What is wrong, and what is not carried.
+  // Warnings about errors, and about properties that are left out.
   std::vector<std::string> TakeWarnings()
   {
     if (this->Wrong > mostWarnings)
     {
       this->Warnings.push_back(
-        std::to_string(this->Wrong - mostWarnings) + " further materials name what is not there");
+        std::to_string(this->Wrong - mostWarnings) +
+        " further materials name textures, images or samplers that do not exist");
     }
     std::string names;
     for (const std::string& other : this->Others)
@@ -118,7 +119,7 @@ public:
     }
     if (!names.empty())
     {
-      this->Warnings.push_back("pictures of materials that are not carried: " + names);
+      this->Warnings.push_back("left out: textures of materials: " + names);
     }
     const std::vector<std::string> lost = this->Lost.Tell();
     this->Warnings.insert(this->Warnings.end(), lost.begin(), lost.end());
@@ -203,7 +204,7 @@ private:
     }
     else if (uri.find("://") != std::string::npos)
     {
-      source.wrong = "it lies at " + QuotedText(uri) + ", and nothing is fetched";
+      source.wrong = "it is at " + QuotedText(uri) + ", and nothing is downloaded";
     }
     else
     {
@@ -231,9 +232,9 @@ private:
       if (!bytes || this->BytesTaken > this->Buffers.Size())
       {
         source.wrong =
-          named + (bytes
-                      ? " has bytes that are other images', too: there is no room for all of them"
-                      : " " + bytes.GetError().message);
+          named +
+          (bytes ? " shares bytes with other images: together they are larger than the file allows"
+                 : " " + bytes.GetError().message);
         return;
       }
       source.bytes.assign(bytes->begin(), bytes->end());
@@ -269,7 +270,7 @@ private:
     if (number == CountOf(textures))
     {
       this->Warn("material " + std::to_string(material) + " " +
-                 NamesNone("texture", Member(info, "index"), textures) + ": its colour is taken");
+                 NamesNone("texture", Member(info, "index"), textures) + ": its colour is used");
       return;
     }
     const Json& texture = textures[number];
@@ -284,7 +285,7 @@ private:
       this->Warn(named + " " +
                  (other && source.is_null() ? "has its image only as KTX 2, which is not read"
                                             : NamesNone("image", source, images)) +
-                 ": the material's colour is taken");
+                 ": the material's colour is used");
       return;
     }
     read.textured.picture = static_cast<std::uint32_t>(this->FirstLike(image));
@@ -297,7 +298,8 @@ private:
     }
     else if (!sampler.is_null())
     {
-      this->Warn(named + " " + NamesNone("sampler", sampler, samplers) + ": its picture repeats");
+      this->Warn(
+        named + " " + NamesNone("sampler", sampler, samplers) + ": its picture is repeated");
     }
     read.coordinates =
       static_cast<int>(std::clamp(NumberOf(Member(info, "texCoord"), 0), 0.0, 99.0));
@@ -325,7 +327,7 @@ private:
 
   static TextureWrap WrapOf(const Json& value)
   {
-    constexpr double clampToEdge = 33071, mirroredRepeat = 33648; // as glTF names them
+    constexpr double clampToEdge = 33071, mirroredRepeat = 33648; // the numbers in glTF
     const double number = NumberOf(value, 0);
     return number == clampToEdge      ? TextureWrap::Clamp
            : number == mirroredRepeat ? TextureWrap::Mirror
@@ -356,7 +358,7 @@ private:
   const GltfBuffers& Buffers;
   std::filesystem::path File;
   FilesBeside Files;
-  std::map<std::size_t, std::size_t> ImageOfView; // the first one
+  std::map<std::size_t, std::size_t> ImageOfView; // the first image that uses the view
   std::uint64_t BytesTaken = 0;                   // out of data URIs
   std::vector<std::string> Warnings, Others;      // Others: pictures that are not carried
   LostLooks Lost;

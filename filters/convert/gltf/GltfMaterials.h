@@ -23,7 +23,8 @@ struct GltfMaterial
 struct GltfMaterials
 {
   std::vector<GltfMaterial> materials;
-  std::vector<PictureSource> pictures; // one an image; what names none that can be is `wrong`
+  // One for each image; `wrong` says why an image cannot be read.
+  std::vector<PictureSource> pictures;
   // A sentence each: what names none that is there, of twenty; what is not carried.
   std::vector<std::string> warnings;
 };

@@ -56,7 +56,7 @@ std::string NameOf(std::size_t mesh, std::size_t part)
   return "mesh " + std::to_string(mesh) + ", part " + std::to_string(part) + ": ";
 }
 
-// What a tile has beside its surface, to close gaps to its neighbours (doc/3dtiles.md).
+// A skirt closes gaps between a tile and its neighbours (doc/3dtiles.md).
 bool IsSkirt(const Json& part)
 {
   return Member(Member(part, "extras"), "skirt") == true;
@@ -121,7 +121,7 @@ std::map<std::string, std::string> NamesOfProperties(const Json& json)
   return names;
 }
 
-// Those of a part that the reader does not use up, in their order.
+// The part's arrays that the reader does not use itself, in their order.
 std::vector<PlainArray> PlainArraysOf(
   const Json& accessors, const Json& attributes, const std::map<std::string, std::string>& names)
 {
@@ -289,7 +289,7 @@ public:
     const double mode = WholeOf(Member(this->Part, "mode"), trianglesMode);
     if (mode < 0 || mode > triangleFan)
     {
-      return GltfError("there is no mode " + QuotedText(Member(this->Part, "mode").dump()));
+      return GltfError("unknown mode " + QuotedText(Member(this->Part, "mode").dump()));
     }
     const Json& position = Member(this->Attributes, "POSITION");
     const std::size_t at = IndexIn(this->Accessors, position);
@@ -297,7 +297,7 @@ public:
       at < CountOf(this->Accessors) ? WholeOf(Member(this->Accessors[at], "count"), 0) : 1;
     if (claimed < 0)
     {
-      return GltfError("'POSITION' claims a number of elements that is none");
+      return GltfError("'POSITION' has a count that is not a whole number of at least 0");
     }
     // Where it claims no points, none are read, whatever is compressed: ClaimsOf counts none.
     if (position.is_null() || claimed == 0)
@@ -420,13 +420,13 @@ private:
       const std::size_t at = IndexIn(this->Accessors, number);
       const Json none;
       const Json& json = at < CountOf(this->Accessors) ? this->Accessors[at] : none;
-      return GltfError(QuotedText(name) + " is of a kind that is not read: type " +
+      return GltfError(QuotedText(name) + " has a type that cannot be read: type " +
                        QuotedText(Member(json, "type").dump()) + ", componentType " +
                        QuotedText(Member(json, "componentType").dump()));
     }
     if (name != "POSITION" && accessor->Count() != this->Count)
     {
-      return GltfError(QuotedText(name) + " has not as many elements as the others");
+      return GltfError(QuotedText(name) + " has another number of elements than 'POSITION'");
     }
     return accessor;
   }
@@ -506,7 +506,8 @@ private:
       KDSTREAM_TRY(values);
       if (values->Components() != array.info.components)
       {
-        return GltfError(QuotedText(array.attribute) + " is compressed as another kind");
+        return GltfError(QuotedText(array.attribute) +
+                         " has another type in its accessor than in the compressed data");
       }
       Attribute& read = part.arrays.emplace_back();
       static_cast<AttributeInfo&>(read) = array.info;
@@ -575,8 +576,9 @@ private:
         KDSTREAM_TRY(moved);
         if (!IsOfKind(name, *moved) || moved->Count() != this->Count)
         {
-          return GltfError("its shape " + std::to_string(i) + ": " + QuotedText(name) +
-                           " is of another kind than the part's, or has not as many elements");
+          return GltfError(
+            "its shape " + std::to_string(i) + ": " + QuotedText(name) +
+            " has another type or another number of elements than the part's attribute");
         }
         for (std::size_t v = 0; v < this->Count; ++v)
         {
@@ -641,7 +643,7 @@ private:
     part.lines = mode == linesMode                       ? count / 2
                  : mode == lineLoop || mode == lineStrip ? std::min<std::size_t>(count, 1)
                                                          : 0;
-    // What Draco compresses is triangles, whatever its mode.
+    // Draco's data are triangles, whatever the mode says.
     part.triangles = TrianglesOf(this->Draco ? trianglesMode : mode, corners);
     if (mode == trianglesMode && count % 3 > 0)
     {
@@ -810,7 +812,7 @@ Result<GltfMeshes::Claims> GltfMeshes::ClaimsOf(std::size_t mesh) const
     claims.Add(claimed);
     if (claims.points >= noVertex)
     {
-      break; // that is enough to refuse it
+      break; // as many points are refused later
     }
   }
   return claims;
@@ -862,7 +864,7 @@ Status ApplyGltfSkin(const GltfDocument& document, GltfBuffers& buffers, const G
     KDSTREAM_TRY(opened);
     if (opened->Components() != 16 || opened->Count() < CountOf(joints))
     {
-      return GltfError(named + "it has not a matrix for each joint");
+      return GltfError(named + "its inverseBindMatrices do not have a matrix for each joint");
     }
     inverse = std::move(*opened);
   }

@@ -26,15 +26,15 @@ struct GltfPart
 {
   std::vector<Vec3> points;
   std::vector<Triangle> triangles;
-  std::vector<Vec3> normals;               // of each point, or none
+  std::vector<Vec3> normals;               // one for each point, or empty
   std::vector<Color> colors;               // the same, in linear light
   std::vector<PictureCoordinate> pictures; // the same: where its material's picture is looked at
   std::vector<Attribute> arrays;           // what else each point has
-  std::size_t material = 0;                // the number of materials where it has none
+  std::size_t material = 0;                // the number of materials if the part has no material
   // How a skin moves a point: joints and their weights, the same number for each point.
   std::vector<std::pair<std::uint32_t, double>> joints;
   std::size_t jointsOfPoint = 0;
-  std::size_t lines = 0; // of which only points are kept
+  std::size_t lines = 0; // line cells, of which only points are kept
 };
 
 class GltfMeshes
@@ -48,7 +48,7 @@ public:
   struct Claims
   {
     std::uint64_t points = 0, triangles = 0;
-    std::uint64_t parts = 0;    // that have points
+    std::uint64_t parts = 0;    // parts with points
     std::uint64_t coloured = 0; // of these, by themselves or by their material
     std::uint64_t zeros = 0;    // elements of all attributes and indices that have no bytes
     std::uint64_t skirts = 0;   // parts that only close gaps between tiles: they are not read

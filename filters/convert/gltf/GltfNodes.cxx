@@ -210,7 +210,7 @@ GltfPlace PlaceInParent(const Json& node)
     { m[12], m[13], m[14] } };
 }
 
-// But for rounding.
+// Equal except for rounding.
 bool IsSamePlace(const GltfPlace& one, const GltfPlace& other)
 {
   constexpr double rounding = 1e-5;
@@ -332,7 +332,7 @@ Status GltfNodes::ChooseScene()
   if (named.is_null() && count > 1)
   {
     this->NoteTexts.push_back(
-      "none of its " + std::to_string(count) + " scenes is the one to be shown: the first is read");
+      "the default scene does not exist; the first of " + std::to_string(count) + " is read");
   }
   for (const Json& root : Member(scenes[chosen], "nodes"))
   {
@@ -404,7 +404,7 @@ void GltfNodes::NoteContradictions(const std::vector<std::pair<std::size_t, std:
     this->NoteTexts.push_back(
       "node " + std::to_string(first) +
       (count == 1 ? "" : ", and " + std::to_string(count - 1) + " further,") +
-      " has a matrix and another translation, rotation or scale: the matrix is taken");
+      " has a matrix and a different translation, rotation or scale: the matrix is used");
   }
 }
 
@@ -443,7 +443,7 @@ Result<std::vector<GltfPlace>> GltfNodes::InstancesOf(std::size_t node, GltfBuff
     if (accessor->Components() != values.components || (count && accessor->Count() != *count))
     {
       return GltfError(named + values.name +
-                       " is of another kind, or has not as many elements as " + "the others");
+                       " has another type or another number of elements than " + "the others");
     }
     count = accessor->Count();
     values.accessor = std::move(*accessor);

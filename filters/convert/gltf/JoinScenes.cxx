@@ -194,7 +194,7 @@ Status JoinedScenes::Count(GltfSource& source)
                ? Status{}
                : Status(Error{ ErrorCode::LimitExceeded,
                    "its nodes show more than " + std::to_string(most) +
-                     " points or triangles, more than can be read: show its meshes less often",
+                     " points or triangles, the maximum: use fewer instances of its meshes",
                    {}, {}, Remedy::InMessage });
     }));
   this->IsAnimated = this->IsAnimated || CountOf(Member(source.Document.json, "animations")) > 0;
@@ -340,7 +340,7 @@ Status JoinedScenes::AppendPlaced(const GltfPart& part, const GltfPlace& place)
   const std::size_t first = mesh.points.size();
   if (part.points.size() >= noVertex - first) // more than was claimed: Draco's
   {
-    return Error{ ErrorCode::LimitExceeded, "more than 4294967294 points; as many can be read" };
+    return Error{ ErrorCode::LimitExceeded, "more than 4294967294 points, the maximum" };
   }
   const bool isMoved = !(place == GltfPlace{});
   this->AppendPoints(part, place, isMoved);
@@ -486,7 +486,7 @@ void JoinedScenes::WarnOfAll(
   if (this->IsPosed || this->IsAnimated)
   {
     warnings.emplace_back(
-      "skins and animations are not carried: the mesh is in the pose that its nodes have");
+      "skins and animations are left out: the mesh is read as its nodes place it");
   }
   warnings.insert(warnings.end(), materials.begin(), materials.end());
   if (!this->IsTextured && !this->Pictures.empty())
@@ -515,7 +515,7 @@ Result<ForeignMesh> JoinedScenes::Finish(const std::vector<std::string>& scenes,
 Status JoinedScenes::Bake(const Execution& execution)
 {
   this->Textured.materials = std::move(this->Materials);
-  this->Textured.materials.push_back({}); // of parts without one
+  this->Textured.materials.push_back({}); // for parts without a material
   this->Textured.pictures = std::move(this->Pictures);
   this->Textured.mesh = std::move(this->Joined.mesh);
   TextureOptions used = this->Textures;

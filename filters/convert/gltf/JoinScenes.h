@@ -42,7 +42,7 @@ public:
 
   // The files that it names, but its own.
   std::vector<std::filesystem::path> Named() const;
-  // What users should know of its scene; of its materials; and, once it is read, of the rest.
+  // Warnings for the user: about the scene; about materials; after reading, about the rest.
   const std::vector<std::string>& SceneNotes() const { return this->Nodes.Notes(); }
   std::vector<std::string> MaterialNotes() const;
   std::vector<std::string> OtherNotes() const;
@@ -64,7 +64,7 @@ private:
 class JoinedScenes
 {
 public:
-  // What the mesh is joined of.
+  // The parts that the mesh is joined from.
   // OfOneFile: it has doubles if floats would leave one of its parts fewer than 2^16 steps along
   // its longest side, and the part's own numbers are finer.
   // OfTiles: the same of all parts together; and borders of tiles beside each other are closed
@@ -89,10 +89,9 @@ public:
   Result<ForeignMesh> Finish(const std::vector<std::string>& scenes,
     const std::vector<std::string>& materials, const Execution& execution);
 
-  std::uint64_t Points() const { return this->Claims.points; } // that were claimed
-  // What all places lie in, and how many parts were left out because they only close gaps.
+  std::uint64_t Points() const { return this->Claims.points; } // as claimed
+  // The box of all points.
   const Box& Bounds() const { return this->Whole; }
-  std::uint64_t Skirts() const { return this->Claims.skirts; }
 
 private:
   static std::size_t MeshOf(const GltfSource& source, std::size_t node);
@@ -122,7 +121,7 @@ private:
   GltfSource* Source = nullptr; // the same
 
   ForeignMesh Joined;
-  std::vector<Color> Colors; // of the points; where pictures paint, what multiplies them
+  std::vector<Color> Colors; // vertex colours; with textures, the factors of the texture's colours
   TexturedMesh Textured;
   Box Whole, Placed; // of all; of the part that is appended
   JoinedBorders Borders;
@@ -130,7 +129,8 @@ private:
   std::size_t Lines = 0;
   bool AreDoubles = false, IsPosed = false, IsAnimated = false;
   bool AreFloats = true; // all places
-  bool IsTinted = false; // by colours that are not white, as modellers write where none is painted
+  // Some vertex colours are not white (white is written where nothing is painted).
+  bool IsTinted = false;
 };
 
 }

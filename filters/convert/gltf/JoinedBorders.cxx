@@ -20,7 +20,7 @@ namespace
 {
 
 constexpr double reachOfSide = 0x1p-14; // steps of 16 bits, up to twice as wide, of both places
-// More of them in a cell are looked at by nobody: so near are no vertices but those of spoilt
+// Further vertices in a cell are not compared: only damaged files have so many vertices so near
 // files.
 constexpr std::size_t mostInCell = 64;
 

@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
 constexpr const char* batchNumbers = "_BATCHID";
 constexpr std::size_t mostTileNotes = 20;
 
-// What should be said of tiles: each sentence once, with the number of tiles.
+// Warnings about tiles: each sentence once, with the number of tiles.
 class TileNotes
 {
 public:
@@ -62,7 +62,7 @@ public:
     }
     if (this->More > 0)
     {
-      all.push_back(std::to_string(this->More) + " further remarks on tiles are left out");
+      all.push_back(std::to_string(this->More) + " further warnings about tiles are left out");
     }
     return all;
   }
@@ -143,10 +143,10 @@ public:
     notes.insert(notes.end(), ofTiles.begin(), ofTiles.end());
     if (const std::optional<Vec3> up = UpOnGlobe(this->Joined.Bounds()))
     {
-      notes.push_back("it stands on the globe, and its coordinates are those from the middle of "
-                      "the earth: kdstream-build --up " +
-                      ShortNumber((*up)[0]) + "," + ShortNumber((*up)[1]) + "," +
-                      ShortNumber((*up)[2]) + " sets it upright");
+      notes.push_back(
+        "its coordinates are relative to the centre of the earth (ECEF): kdstream-build --up " +
+        ShortNumber((*up)[0]) + "," + ShortNumber((*up)[1]) + "," + ShortNumber((*up)[2]) +
+        " sets it upright");
     }
     Result<ForeignMesh> mesh = this->Joined.Finish(notes, {}, this->Runs);
     KDSTREAM_TRY(mesh);
@@ -213,7 +213,7 @@ private:
   {
     for (const std::string& kind : parts.notRead)
     {
-      this->Notes.Add("left out: tiles of the kind " + kind + " are not read", tile.file);
+      this->Notes.Add("left out: tiles of the unsupported kind " + kind, tile.file);
     }
     if (!parts.properties.empty())
     {
@@ -227,7 +227,7 @@ private:
                                      : (count > 0 ? ", " : "") + Quoted(name);
         ++count;
       }
-      this->Notes.Add("its batch table is not carried: " + names, tile.file);
+      this->Notes.Add("its batch table is left out: " + names, tile.file);
     }
   }
 

@@ -68,7 +68,7 @@ private:
       constexpr std::size_t headBytes = 24;
       if (bytes.size() < headBytes)
       {
-        return BadInput("ends in its head", Remedy::CopyAgain);
+        return BadInput("ends inside its header", Remedy::CopyAgain);
       }
       const std::uint64_t json = NumberInTile(bytes, 8, 8), binary = NumberInTile(bytes, 16, 8);
       const std::uint64_t left = bytes.size() - headBytes;

@@ -41,7 +41,7 @@ private:
 struct Subtree
 {
   TileBits tiles;
-  std::vector<TileBits> contents; // one for each content that a tile may have
+  std::vector<TileBits> contents; // one for each possible content of a tile
   TileBits children;              // child subtrees
 };
 

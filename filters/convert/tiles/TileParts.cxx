@@ -100,13 +100,13 @@ private:
   {
     if (head.size() < headBytes)
     {
-      return BadInput("ends in its head", Remedy::CopyAgain);
+      return BadInput("ends inside its header", Remedy::CopyAgain);
     }
     const std::uint64_t version = NumberInTile(head, 4, 4), claimed = NumberInTile(head, 8, 4);
     if (version != 1)
     {
       return BadInput(
-        "is a tile of version " + std::to_string(version) + ", of which only version 1 is read",
+        "has version " + std::to_string(version) + " of its format; only version 1 can be read",
         Remedy::SaveOtherwise);
     }
     return claimed >= headBytes && claimed <= size
@@ -180,7 +180,7 @@ private:
                                    [](const Json& number) { return number.is_number(); }));
     if (!isRight)
     {
-      return BadInput("has an RTC_CENTER that is not of 3 numbers", Remedy::Repair);
+      return BadInput("has an RTC_CENTER that does not have 3 numbers", Remedy::Repair);
     }
     for (std::size_t k = 0; k < CountOf(reported); ++k)
     {

@@ -50,7 +50,7 @@ Result<GltfPlace> PlaceOfTransform(const Json& transform)
   const auto isNumber = [](const Json& value) { return value.is_number(); };
   if (CountOf(transform) != numbers || !std::all_of(transform.begin(), transform.end(), isNumber))
   {
-    return GltfError("has a transform that is not of 16 numbers");
+    return GltfError("has a transform that does not have 16 numbers");
   }
   constexpr double small = 1e-6;
   for (std::size_t k = 3; k < numbers; k += 4)
@@ -96,8 +96,8 @@ Status CheckVolume(const Json& volume)
   {
     return {};
   }
-  return GltfError("has a boundingVolume that cannot be: it is neither a box of 12 numbers, nor a "
-                   "region of 6, nor a sphere of 4");
+  return GltfError("has an invalid boundingVolume: it must be a box of 12 numbers, a region of 6 "
+                   "or a sphere of 4");
 }
 
 // glTF has y up, tilesets have z; an old one may say of its tiles what they have.
@@ -196,8 +196,7 @@ public:
     const fs::path real = fs::canonical(this->Folder.PathOf(file), failed);
     if (std::find(this->Open.begin(), this->Open.end(), real) != this->Open.end())
     {
-      return BadInput(
-        this->Where(file) + "is below itself: it names itself, or a tileset that does",
+      return BadInput(this->Where(file) + "contains itself, directly or through another tileset",
         Remedy::Unknown);
     }
     this->Open.push_back(real);
@@ -219,7 +218,7 @@ public:
     around.place = place;
     around.error = std::numeric_limits<double>::infinity();
     std::vector<std::size_t> numbers;
-    this->Numbers.swap(numbers); // of its own tiles
+    this->Numbers.swap(numbers); // the numbers of the inner tileset's own tiles
     const Result<bool> has = this->Tile(root, around);
     this->Numbers.swap(numbers);
     this->Open.pop_back();
@@ -268,7 +267,7 @@ private:
     if (this->Tiles > mostTiles)
     {
       return Error{ ErrorCode::LimitExceeded,
-        "has more than " + std::to_string(mostTiles) + " tiles, which is as many as are read" };
+        "has more than " + std::to_string(mostTiles) + " tiles, the maximum" };
     }
     constexpr std::size_t often = 1024;
     const bool isDue = this->Tiles >= this->Reported + often;
@@ -281,9 +280,9 @@ private:
     TileAround around = above;
     if (++this->Depth > mostTileDepth)
     {
-      return this->OfTile(
-        above, { ErrorCode::LimitExceeded,
-                 "lies in " + std::to_string(mostTileDepth) + " others, deeper than is read" });
+      return this->OfTile(above,
+        { ErrorCode::LimitExceeded,
+          "is nested in " + std::to_string(mostTileDepth) + " others; this is the maximum" });
     }
     const Status claims = this->ReadClaims(tile, around);
     if (!claims)
@@ -329,7 +328,7 @@ private:
     }
     else if (!refine.is_null())
     {
-      return GltfError("is refined in a way that is not known: " + Quoted(refine.dump()));
+      return GltfError("has an unknown refinement: " + Quoted(refine.dump()));
     }
     return {};
   }
@@ -456,7 +455,8 @@ private:
         around, Within("has a subtree " + Quoted(uri) + " that ", subtree.GetError()));
     }
     this->Found.tilesets.push_back(*file);
-    KDSTREAM_TRY(this->CountTiles(1 + implicit.shape.tiles / 64)); // the work for those not there
+    // Work for tiles that are not available.
+    KDSTREAM_TRY(this->CountTiles(1 + implicit.shape.tiles / 64));
     // From the last level up: of each tile of a level, whether it or one below has a content.
     std::vector<bool> below(implicit.shape.children);
     for (std::size_t child = 0; child < below.size(); ++child)

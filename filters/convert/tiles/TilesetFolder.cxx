@@ -50,11 +50,13 @@ Result<fs::path> TilesetFolder::Find(const fs::path& by, const std::string& uri)
 {
   if (HasScheme(uri))
   {
-    return CannotFollow(uri, "is an address, and nothing is fetched: download it with the tileset",
+    return CannotFollow(uri,
+      "is a web address, and nothing is downloaded: download it yourself, together with the "
+      "tileset",
       Remedy::InMessage);
   }
   const std::string path = uri.substr(0, uri.find_first_of("?#"));
-  const std::string outside = "lies outside the tileset's folder, where nothing is read";
+  const std::string outside = "is outside the tileset's folder, and nothing is read there";
   for (const std::string& written : { PercentDecoded(path).value_or(path), path, uri })
   {
     const fs::path below = (by.parent_path() / written).lexically_normal();
@@ -91,9 +93,8 @@ Result<std::string> ReadTileText(const fs::path& file, std::uint64_t most)
   }
   if (bytes > most)
   {
-    return Error{ ErrorCode::LimitExceeded, "has " + std::to_string(bytes) +
-                                              " bytes, of which at most " + std::to_string(most) +
-                                              " are read" };
+    return Error{ ErrorCode::LimitExceeded,
+      "has " + std::to_string(bytes) + " bytes; at most " + std::to_string(most) + " are read" };
   }
   std::string text(static_cast<std::size_t>(bytes), ' ');
   return input.read(text.data(), static_cast<std::streamsize>(bytes))

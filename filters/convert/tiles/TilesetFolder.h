@@ -16,7 +16,7 @@ namespace kdstream
 class TilesetFolder
 {
 public:
-  // That of the file. Errors: InputOutput.
+  // The folder of the file. Errors: InputOutput.
   static Result<TilesetFolder> Open(const std::filesystem::path& tileset);
 
   // The file that `by` names, relative to the folder, as `by` is. Errors: InvalidInput, continuing

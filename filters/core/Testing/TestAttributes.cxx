@@ -456,7 +456,7 @@ TEST(Attributes, NumbersBeyondAllSumsHaveAMean)
   EXPECT_EQ(levels.levels[0].attributes.at(0).Get(0, 0), std::numeric_limits<double>::max());
 }
 
-TEST(Attributes, NormalsThatAreNoneOrCancelHaveADocumentedMean)
+TEST(Attributes, MissingOrCancellingNormalsHaveADocumentedMean)
 {
   const struct
   {

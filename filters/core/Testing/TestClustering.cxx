@@ -165,7 +165,7 @@ TEST(SimplifyByClusters, TrianglesAreTheImageAndPointsLieInTheirClusters)
   }
 }
 
-TEST(SimplifyByClusters, RefusesWhatIsNoClusteringOfTheMesh)
+TEST(SimplifyByClusters, RefusesWhatIsNotAClusteringOfTheMesh)
 {
   const Mesh mesh = Torus(6, 4);
   Clustering clustering{ std::vector<std::uint32_t>(23, 0), 1 };

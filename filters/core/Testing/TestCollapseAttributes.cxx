@@ -232,7 +232,7 @@ TEST(CollapseLevels, OneColourChangesNothing)
   }
 }
 
-TEST(CollapseLevels, AttributesThatAreNoNumbersDoNoHarm)
+TEST(CollapseLevels, AttributesThatAreNotNumbersDoNoHarm)
 {
   Mesh mesh = DisplacedSphere(4);
   Attribute normals;

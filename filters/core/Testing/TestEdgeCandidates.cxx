@@ -174,7 +174,7 @@ TEST(EdgeCandidates, AreOrderedByCostThenByVertices)
   }
 }
 
-TEST(EdgeCandidates, TwoEdgesAtOnceAreEachAsAlone)
+TEST(EdgeCandidates, TwoEdgesAtOnceAreEachAsByThemselves)
 {
   HardNumbers random(2);
   std::size_t beside = 0;
@@ -220,7 +220,7 @@ TEST(EdgeCandidates, TwoEdgesAtOnceAreEachAsAlone)
   EXPECT_GT(beside, 1000U) << "too few places beside their edges";
 }
 
-TEST(EdgeCandidates, TwoPlanesAtOnceAreEachAsAlone)
+TEST(EdgeCandidates, TwoPlanesAtOnceAreEachAsByThemselves)
 {
   HardNumbers random(3);
   for (unsigned i = 0; i < 20000; ++i)

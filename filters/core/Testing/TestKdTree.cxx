@@ -181,7 +181,7 @@ TEST(KdTree, IsTheSameOnAnyNumberOfThreads)
   }
 }
 
-TEST(KdTree, PartitionsAloneAreThoseOfTheTree)
+TEST(KdTree, PartitionsWithoutLevelsAreThoseOfTheTree)
 {
   for (const HardPoints& hard : AllHardPoints({ 1, 2, 3, 33, 700, 5000, 40000 }))
   {

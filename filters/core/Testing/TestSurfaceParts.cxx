@@ -116,7 +116,7 @@ void ExpectCornersAreTheirs(const SurfacePart& part, const PieceLookup& lookup)
 
 }
 
-TEST(SurfaceParts, TellWhichCornersTheirTrianglesHad)
+TEST(SurfaceParts, NameTheCornersThatTheirTrianglesHad)
 {
   std::size_t triangles = 0, moved = 0, ofLevels = 0;
   bool tellsLevels = false;
@@ -157,7 +157,7 @@ TEST(SurfaceParts, TellWhichCornersTheirTrianglesHad)
 }
 
 // What stood for each point is found in the whole vertex tree too.
-TEST(SurfaceParts, TellWhatShowedTheirPointsBefore)
+TEST(SurfaceParts, NameWhatShowedTheirPointsBefore)
 {
   const std::pair<KdTreeOptions, unsigned> trees[] = { { { 60, {}, 8 }, 11 }, { { 40, {}, 8 }, 2 },
     { { 500, {}, 8 }, 1 } };

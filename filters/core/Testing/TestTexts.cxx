@@ -48,7 +48,7 @@ TEST(Texts, Base64IsThatOfRfc4648)
   EXPECT_FALSE(Base64Decoded("Zm9*"));
 }
 
-TEST(Texts, BlanksAreTrimmedAtTheEndsAlone)
+TEST(Texts, BlanksAreTrimmedOnlyAtTheEnds)
 {
   EXPECT_EQ(Trimmed(" \ta b\t "), "a b");
   EXPECT_EQ(Trimmed("\n a \n", " \n"), "a");

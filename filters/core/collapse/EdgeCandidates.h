@@ -20,7 +20,7 @@ struct EdgeCandidate
   double cost;   // at least 0
   VertexId u, v; // u < v
   std::uint32_t stamp;
-  bool measured; // whether the cost knows how far the surface goes back
+  bool measured; // whether the cost includes how far the surface retreats
 
   // By cost, of equal ones by vertices: what comes later is greater.
   bool operator<(const EdgeCandidate& other) const
@@ -67,7 +67,7 @@ public:
 private:
   static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
   static constexpr std::size_t leastRoom = 1024;
-  static constexpr unsigned shift = 51; // what is left of a double: exponent and a binary digit
+  static constexpr unsigned shift = 51; // keeps a double's exponent and one binary digit
   static constexpr std::size_t buckets = std::size_t{ 1 } << (63 - shift);
 
   struct Waiting
@@ -75,7 +75,7 @@ private:
     double cost;
     VertexId u, v;
     std::uint32_t stamp;
-    std::uint32_t next; // in the same bucket, or of those that are free
+    std::uint32_t next; // the next one in the same bucket, or the next free one
   };
 
   static std::size_t RoomFor(std::size_t candidates)
@@ -95,8 +95,9 @@ private:
 
   std::vector<EdgeCandidate> Near; // a heap: what costs no more than the buckets below Begin
   std::size_t Begin = 0;
-  std::size_t Lowest = buckets;     // no bucket below has any
-  std::vector<std::uint32_t> First; // of each bucket, those not measured and those measured
+  std::size_t Lowest = buckets; // no bucket below has any
+  // For each bucket: first entry not measured, first entry measured.
+  std::vector<std::uint32_t> First;
   std::vector<Waiting> Slots;
   std::uint32_t Free = none;
 };

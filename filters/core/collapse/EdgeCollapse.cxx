@@ -19,8 +19,9 @@ namespace kdstream
 namespace
 {
 
-constexpr double offBoundary = 0.25; // of the error on the edge, for a place beside it
-constexpr double lengthCost = 1e-9;  // × length^4: of edges that cost nothing the shortest first
+// A place beside the edge must have at most this part of the error on the edge.
+constexpr double offBoundary = 0.25;
+constexpr double lengthCost = 1e-9; // × length^4: of edges that cost nothing the shortest first
 // Edges between the vertices of folds: of what their merges and their retreat cost. Measured.
 constexpr double costOfFoldOvers = 0.01, retreatOfFoldOvers = 0.1;
 // For parts with vertex colours: the price of a retreat. Merges that preserve the colours cost
@@ -374,7 +375,7 @@ bool EdgeCollapse::Take(std::size_t vertices, std::size_t triangles, double erro
     this->Place(edge.u, edge.v, cost, position);
     if (!this->MayTryAgain() && this->TurnsAny(edge.u, edge.v, position))
     {
-      continue; // for good: what it would cost need not be known
+      continue; // never allowed, so its cost is not computed
     }
     this->Stars.Gather(edge.u, edge.v, this->Star);
     this->Merged.Set(this->Positions, this->Star, edge.u, edge.v, position);
@@ -430,7 +431,7 @@ bool EdgeCollapse::KeepsFacing(VertexId u, VertexId v, const Vec3& position)
     const bool rightAfter = Dot(Cross(Minus(q, position), Minus(r, position)), reference) >= 0;
     if (keeps && rightAfter)
     {
-      continue; // as nearly all do
+      continue; // most edges do
     }
     this->FoldsOverAfter |= !rightAfter;
     const bool wrongBefore = Dot(Cross(Minus(q, p), Minus(r, p)), reference) < 0;
@@ -464,7 +465,7 @@ bool EdgeCollapse::KeepsTopology(VertexId u, VertexId v)
 {
   if (this->Boundary[u] && this->Boundary[v] && this->Star.facing.size() != 1)
   {
-    return false; // it would pinch the boundary
+    return false; // the collapse would pinch the boundary
   }
   const std::uint32_t nextToU = ++this->LastMark, facing = ++this->LastMark;
   for (std::size_t i = 0; i < this->Star.ofU; ++i)

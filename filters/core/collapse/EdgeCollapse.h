@@ -47,7 +47,7 @@ struct CollapsePart
   // For each vertex the sum of its triangles' colour quadrics; empty: no colours. Those of fixed
   // vertices are not used.
   std::vector<ColorQuadric> colorQuadrics;
-  Box bounds; // no vertex is moved out of it
+  Box bounds; // vertices stay inside
   // An edge also costs at least this, times the squared distance by which the surface retreats
   // there.
   double areaPerVertex = 0;
@@ -161,7 +161,7 @@ private:
   std::vector<Vec3> Positions;
   std::vector<Quadric> Quadrics;
   std::vector<Vec3> Normals;
-  bool FoldsOverAfter = false; // the same of one around the merged vertex
+  bool FoldsOverAfter = false; // the same for a triangle around the merged vertex
   std::vector<std::uint8_t> Fixed;
   std::size_t Components;
   std::vector<float> Attributes;

@@ -51,8 +51,8 @@ Result<CheapestErrors> FindCheapest(const ForEach& forEach, std::uint64_t count,
   constexpr unsigned digits = 16; // bits
   constexpr std::uint64_t mostKept = std::uint64_t{ 1 } << digits;
   std::uint64_t known = 0;         // the upper bits of the error sought
-  std::uint64_t rest = count;      // its place among those that begin with them, from 1
-  std::vector<std::uint64_t> kept; // all that begin with them, once they are few
+  std::uint64_t rest = count;      // rank of the wanted key among keys with this prefix, from 1
+  std::vector<std::uint64_t> kept; // all keys with this prefix, once there are few
   bool few = false, areKept = false;
   std::vector<std::uint64_t> bins;
   for (unsigned shift = 64; shift > 0;)

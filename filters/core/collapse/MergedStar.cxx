@@ -141,7 +141,7 @@ double MergedStar::SquaredRetreat(std::span<const Vec3> positions, const EdgeSta
     const Vec3& p = positions[from];
     const Lanes insides = this->SquaredToInsides(p);
     double nearest = std::min({ longest, insides[0], insides[1] });
-    // What is near enough, or nearer than what was found before, changes nothing any more.
+    // A triangle that is near enough, or nearer than the farthest so far, changes nothing.
     if (nearest > farthest && scale * nearest > enough)
     {
       nearest = this->SquaredToTriangles(p, positions, star, nearest);

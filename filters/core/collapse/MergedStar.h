@@ -34,7 +34,7 @@ public:
     VertexId v, double scale, double enough) const;
 
 private:
-  // Two triangles; the last one twice where their number is odd.
+  // Two triangles; if their number is odd, the last one fills both lanes.
   struct Pair
   {
     std::array<Lanes, 3> a, b; // sides from the merged vertex

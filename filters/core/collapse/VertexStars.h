@@ -32,7 +32,7 @@ struct EdgeStar
     Corner corner;
   };
 
-  std::vector<StarSide> sides; // of the triangles that have one of the ends: first u's, then v's
+  std::vector<StarSide> sides; // of the triangles at u, then of those at v
   std::size_t ofU = 0;         // how many are u's
   std::vector<Facing> facing;  // the third corner of each triangle that has both
 };

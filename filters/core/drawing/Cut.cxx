@@ -49,7 +49,7 @@ public:
     const TreeDepths& depths = this->C.depths;
     if (this->Base < this->Stitch)
     {
-      // Nothing is reached without its cluster of level S, which leads to finer ones.
+      // Finer vertices are reached only through their cluster of level S.
       return id.resolution == this->Stitch ||
              std::binary_search(
                this->C.active.begin(), this->C.active.end(), PieceAbove(this->Stitch, id, depths));
@@ -148,7 +148,7 @@ private:
     }
     else
     {
-      this->Base = finest; // one piece, which is wanted
+      this->Base = finest; // one piece, and it is wanted
     }
   }
 

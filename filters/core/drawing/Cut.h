@@ -46,7 +46,7 @@ using PieceLookup = std::function<const Piece*(PieceId)>;
 // The pieces that drawing needs, ascending: those of the base that show anything, and active ones.
 // O(active log active + partitions).
 std::vector<PieceId> PiecesOf(const Cut& cut);
-// Those of them that `lookup` does not find, ascending.
+// The needed pieces that `lookup` does not find, ascending.
 std::vector<PieceId> MissingPieces(const Cut& cut, const PieceLookup& lookup);
 
 // The dependency set: the pieces that must be active so that given pieces are shown whole, over a
@@ -54,7 +54,7 @@ std::vector<PieceId> MissingPieces(const Cut& cut, const PieceLookup& lookup);
 struct Closure
 {
   std::vector<PieceId> pieces;  // ascending: what is known to be needed, the wanted ones too
-  std::vector<PieceId> missing; // those of them that are not loaded, ascending
+  std::vector<PieceId> missing; // needed pieces that are not loaded, ascending
 };
 
 // The pieces that show all vertices of the wanted pieces at these pieces' resolution or finer. Only

@@ -14,7 +14,8 @@ namespace kdstream
 // What is known of the nodes above a vertex.
 struct Lineage
 {
-  std::optional<VertexKey> stitch;      // the key of the cluster of level S above it, or its own
+  // The key of the vertex's cluster of level S, or its own key.
+  std::optional<VertexKey> stitch;
   std::span<const std::uint32_t> ranks; // at the levels R … S - 1, R first
 };
 

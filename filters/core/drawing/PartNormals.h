@@ -39,8 +39,8 @@ private:
     std::vector<const Known*> borrowers; // of its points, in the order of the parts
     std::vector<Vec3> own;               // the new sums of the own points, until all are spread
     bool isNew = true;
-    bool due = true;         // the sums may be others than before,
-    bool ownChanged = false; // they are, or are of other points
+    bool due = true;         // the sums may have changed,
+    bool ownChanged = false; // they have changed, or belong to other points
     Normals normals;
 
     Vec3 SumOf(std::size_t ownPoint) const

@@ -31,7 +31,7 @@ bool AnyOf(const std::vector<std::uint64_t>& asked, const std::vector<std::uint6
     [&asked](std::uint64_t key) { return std::binary_search(asked.begin(), asked.end(), key); });
 }
 
-// What is in one of two ascending lists, but not in both.
+// The elements of two ascending lists that are in only one of them.
 std::vector<std::uint64_t> Differences(
   const std::vector<PieceId>& some, const std::vector<PieceId>& others)
 {
@@ -182,7 +182,7 @@ Resolution ShownVertices::ShownAtPlace(const Place& place)
   return this->Numbered[place.piece]->shown[place.vertex];
 }
 
-// What the ancestors of a vertex say: the finest one whose piece takes part.
+// The finest ancestor of a vertex whose piece takes part.
 ShownVertices::Ancestry ShownVertices::Ask(const Piece& piece, std::uint32_t v)
 {
   const auto row = piece.AncestorsOf(v, this->C.depths);

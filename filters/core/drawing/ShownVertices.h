@@ -67,7 +67,7 @@ private:
   struct Ancestry
   {
     bool parentIsSplit = false;
-    Resolution shown; // where it is not
+    Resolution shown; // if the parent is not split
   };
 
   void TakePieces(std::vector<const Piece*> pieces);
@@ -95,7 +95,7 @@ private:
   Keys AskedPieces, AskedPartitions;
   std::optional<Place> LastInterval; // that was found; keys are mostly asked in their order
   std::uint32_t LastPartition = 0;
-  std::optional<Resolution> LastFinest; // of it
+  std::optional<Resolution> LastFinest; // the finest resolution of LastPartition
 };
 
 }

@@ -426,7 +426,7 @@ Status SurfaceParts::GoTo(const Cut& cut, const PieceLookup& lookup, const Execu
   ShownVertices& view = *this->View;
   view.GoTo(cut, std::move(*pieces));
   const SurfacePartList before = std::exchange(this->All, {});
-  std::vector<std::size_t> numbers; // of the piece of each part; those that have stayed: none
+  std::vector<std::size_t> numbers; // the number of each part's piece; none for parts that stayed
   for (std::size_t i = 0; i < view.Pieces().size(); ++i)
   {
     std::shared_ptr<const SurfacePart> part;

@@ -43,7 +43,7 @@ public:
 private:
   static constexpr double never = std::numeric_limits<double>::infinity();
 
-  std::size_t Begin(std::size_t place, unsigned depth) const // of a node among those of its depth
+  std::size_t Begin(std::size_t place, unsigned depth) const // of a node, counted within its depth
   {
     return static_cast<std::size_t>(
       std::uint64_t{ place } * std::uint64_t{ this->Order.size() } >> depth);

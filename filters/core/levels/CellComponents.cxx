@@ -117,8 +117,8 @@ void LimitComponents(std::vector<CellComponent>& components)
   }
   for (CellComponent& component : components)
   {
-    while (
-      components[component.joined].joined != component.joined) // what had joined one that joined
+    // The component that it was joined to may have been joined to another one.
+    while (components[component.joined].joined != component.joined)
     {
       component.joined = components[component.joined].joined;
     }

@@ -22,7 +22,7 @@ struct CellComponent
   std::uint64_t count = 0; // original vertices
   Vec3 sum{};
   bool surface = false;
-  std::size_t joined = 0; // the component that it becomes part of
+  std::size_t joined = 0; // the component that this one is joined to
 };
 
 // Joins components of one cell until at most four are left. First joins all components

@@ -24,7 +24,8 @@ struct ClusterPart
   std::span<const ClusterSum> clusters;
   std::span<const std::uint32_t> cellOf; // finest cell of each cluster's lowest original vertex
   VertexId first = 0;                    // the number of the first cluster
-  std::span<const Triangle> triangles;   // all that touch one of the clusters, others perhaps
+  // All triangles that touch one of the clusters, perhaps more.
+  std::span<const Triangle> triangles;
   // Pairs of clusters that only collapsed triangles, or coincident vertices, tie together.
   std::span<const Link> links;
 };
@@ -50,7 +51,7 @@ CollapseState MakeCoarserClusters(const ClusterPart& below, unsigned depth,
 inline void AppendLinkOf(const Triangle& t, std::vector<Link>& links)
 {
   const VertexId other = t[0] == t[1] ? t[2] : t[1];
-  if (t[0] != other && (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]))
+  if (t[0] != other && IsDegenerate(t))
   {
     links.emplace_back(std::min(t[0], other), std::max(t[0], other));
   }
@@ -64,7 +65,7 @@ inline Triangle CollapsedTriangleOf(const Link& link)
 // In order, each once. O(l log l).
 void SortLinks(std::vector<Link>& links);
 
-// What is linked where a map takes the corners of triangles and of links. O(l log l).
+// The links between the images of the ends of triangles' edges and links. O(l log l).
 std::vector<Link> ImageOfLinks(
   std::span<const Triangle> triangles, std::span<const Link> links, std::span<const VertexId> map);
 

@@ -21,7 +21,7 @@ struct ClusterSum
   std::uint64_t count = 0; // original vertices
   Vec3 sum{};              // of their positions
   double squares = 0;      // of their positions' squared lengths
-  Vec3 boundarySum{};      // of the positions of those on the boundary of the surface
+  Vec3 boundarySum{};      // sum of the positions of vertices on the surface's boundary
   std::uint64_t boundaryCount = 0;
   Box box;         // of the vertices, absolute
   Quadric quadric; // of their triangles and boundary edges

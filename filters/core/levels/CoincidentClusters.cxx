@@ -47,7 +47,8 @@ void JoinCoincidentClusters(FinestClusters& finest, unsigned cellsBelowPartition
     return;
   }
   const std::vector<VertexId> targets = TargetsOf(finest, cellsBelowPartition);
-  std::vector<VertexId> number(targets.size() + 1, 0); // of those that stay, before each
+  // Number of clusters that stay before each cluster.
+  std::vector<VertexId> number(targets.size() + 1, 0);
   for (VertexId c = 0; c < targets.size(); ++c)
   {
     number[c + 1] = number[c] + (targets[c] == c);

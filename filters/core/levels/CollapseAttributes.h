@@ -57,7 +57,7 @@ CollapseAttributes MeanOverChildren(const CollapseAttributes& children,
 // The array of a mesh's vertex colours, or null.
 const Attribute* FindVertexColors(std::span<const Attribute> attributes);
 
-// The same of arrays that stand one after the other in a tuple: at which byte of it.
+// Byte offset of the vertex colours in a tuple of these arrays; nothing if there are none.
 std::optional<std::size_t> PlaceOfVertexColors(std::span<const AttributeInfo> attributes);
 
 // Whether two points are on either side of an edge of the colours.

@@ -312,7 +312,7 @@ Status CollapseRound::GroupFullNodes()
   return {};
 }
 
-// What merges in a block, by edges. Clusters that have lost their triangles are grouped.
+// The merges in a block, along edges. Clusters that have lost their triangles are grouped.
 Result<Merging> CollapseRound::MergingOf(std::size_t block)
 {
   const Result<const CollapseState*> state = this->Blocks.Load(block);

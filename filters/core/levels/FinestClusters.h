@@ -17,11 +17,11 @@ namespace kdstream
 // (ghosts). For the root: the whole mesh.
 struct FinestInput
 {
-  std::span<const Vec3> points; // those of a partition ascending by id
+  std::span<const Vec3> points; // within a partition ascending by id
   std::span<const Triangle> triangles;
   const KdTree& tree; // of the cell: over only its own vertices, depths from there; no boxes needed
   const TriangleBuckets&
-    partitionTriangles;            // for each of the cell's partitions those that touch it
+    partitionTriangles;            // for each partition of the cell, the triangles that touch it
   Vec3 origin;                     // of the sums: the centre of the model's box
   std::span<const VertexId> ids{}; // of each point in the mesh; empty: its place
   // The vertex colours of the points, or null. Clusters do not cross edges between colours

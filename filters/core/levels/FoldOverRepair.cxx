@@ -356,8 +356,8 @@ private:
   VertexId Begin, End;
   // Of the own clusters:
   std::vector<Vec3> Places;
-  std::vector<Vec3> Facing;        // where their triangles do, as long as their area; after them 0
-  std::vector<std::uint8_t> Waits; // to be looked at
+  std::vector<Vec3> Facing;        // sums of their triangles' area vectors; 0 after them
+  std::vector<std::uint8_t> Waits; // whether the cluster must be examined
   std::vector<double> Needs; // the limit below which no place is better; until a neighbour moves
   std::vector<std::uint32_t> First;  // in Around
   std::vector<std::uint32_t> Around; // numbers of triangles

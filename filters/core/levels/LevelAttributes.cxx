@@ -133,7 +133,7 @@ private:
   }
 
   Vec3 Sum{};
-  Vec3 First{}; // of the lowest vertex that has one
+  Vec3 First{}; // the normal of the lowest vertex that has one
   double Count = 0;
 };
 

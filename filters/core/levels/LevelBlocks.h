@@ -29,7 +29,7 @@ struct MergeList
 enum class TargetStage
 {
   Merged, // only by merges of edges
-  Grouped // and the clusters of nodes that are too full by cells
+  Grouped // and clusters in nodes that are too full are grouped by cells
 };
 
 // Blocks that follow each other.
@@ -67,7 +67,7 @@ public:
   // The block until another one is loaded.
   virtual Result<const CollapseState*> Load(std::size_t block) = 0;
 
-  // Takes the merge lists of the block's parts, ascending. They stay those that Lists returns until
+  // Keeps the merge lists of the block's parts, ascending. Lists returns them until
   // lists of another block are asked for.
   virtual Status KeepLists(std::size_t block, std::vector<MergeList>&& lists) = 0;
   virtual Result<std::vector<MergeList>*> Lists(std::size_t block) = 0;

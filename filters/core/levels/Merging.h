@@ -98,10 +98,10 @@ private:
   // For all clusters, ghosts too:
   std::vector<VertexId> Into;
   std::vector<Position> How;
-  std::vector<Vec3> Positions; // of the own ones, from the first of them on
+  std::vector<Vec3> Positions; // of own clusters, from the first one on
   // For clusters that did not merge into another:
   std::vector<VertexId> Lowest;      // original vertex
-  std::vector<std::uint32_t> Cell;   // finest, that holds it; of ghosts one that there is not
+  std::vector<std::uint32_t> Cell;   // its finest cell; an invalid one for ghosts
   std::vector<std::uint8_t> Touched; // by a triangle of the new level
 };
 

@@ -34,7 +34,8 @@ struct PartTriangles
     const CollapseState& block, const BlockParts& parts, const Execution& execution = {});
 
   std::vector<VertexId> begin; // of each part its first cluster, and the end
-  TriangleBuckets buckets;     // of each part the triangles that touch it; one more for ghosts
+  // For each part the triangles that touch it; one more bucket for ghosts.
+  TriangleBuckets buckets;
 };
 
 // Collapses parts, as many at once as there are threads.

@@ -63,7 +63,7 @@ std::vector<std::size_t> PartLists::BlocksWith(const PartFilter& wanted) const
 Status PartLists::MakeInBlock(std::size_t block, const PartFilter& wanted, double enough)
 {
   const std::size_t first = this->FirstOfBlock(block), count = this->CountOfBlock();
-  std::vector<std::size_t> parts; // wanted, from the block's first one
+  std::vector<std::size_t> parts; // wanted parts, counted from the block's first one
   bool anyMade = false;
   for (std::size_t local = 0; local < count; ++local)
   {
@@ -99,7 +99,7 @@ Status PartLists::LoadEngine(std::size_t block)
   KDSTREAM_TRY(state);
   if (!this->Engine || this->EngineBlock != block)
   {
-    this->Engine.reset(); // before the other one is made: both would take twice the memory
+    this->Engine.reset(); // before the next one is made: two at once would take twice the memory
     const BlockParts parts{ this->BelowPart, this->FirstOfBlock(block), this->CountOfBlock() };
     this->Engine.emplace(
       **state, this->Space, parts, this->SharePerPart, this->Blocks.AreaPerCluster(), this->Exec);

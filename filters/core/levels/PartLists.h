@@ -21,7 +21,7 @@ namespace kdstream
 // What is known of a part's list.
 struct ListSummary
 {
-  std::uint32_t clusters = 0;                      // of the part, those without triangles too
+  std::uint32_t clusters = 0;                      // of the part, including those without triangles
   std::uint32_t own = 0;                           // of the part, with triangles, at first
   std::uint32_t merges = 0;                        // in the list
   bool made = false, stuck = false, whole = false; // stuck, whole: as in MergeList

@@ -5,8 +5,6 @@
 #include "filters/core/levels/LevelAttributes.h"
 #include "filters/core/tree/KdTree.h"
 
-#include <algorithm>
-#include <string>
 #include <utility>
 
 namespace kdstream
@@ -15,20 +13,7 @@ namespace kdstream
 Result<ClusterLevel> SimplifyByClusters(const Mesh& mesh, const Clustering& clustering,
   const ClusterOptions& options, const Execution& execution, std::vector<VertexId>* clusterOf)
 {
-  if (clustering.clusterOf.size() != mesh.points.size())
-  {
-    return Error{ ErrorCode::InvalidArgument, std::to_string(clustering.clusterOf.size()) +
-                                                " cluster ids for " +
-                                                std::to_string(mesh.points.size()) + " vertices" };
-  }
-  const auto beyond = std::find_if(clustering.clusterOf.begin(), clustering.clusterOf.end(),
-    [&](std::uint32_t c) { return c >= clustering.clusters; });
-  if (beyond != clustering.clusterOf.end())
-  {
-    return Error{ ErrorCode::InvalidArgument,
-      "vertex " + std::to_string(beyond - clustering.clusterOf.begin()) + " is in cluster " +
-        std::to_string(*beyond) + " of " + std::to_string(clustering.clusters) };
-  }
+  KDSTREAM_TRY(CheckClustering(mesh.points.size(), clustering));
   if (mesh.points.empty())
   {
     return ClusterLevel{};

@@ -89,40 +89,38 @@ Status CheckChildNodes(const Piece& piece, const TreeDepths& depths)
   const bool has = HasChildNodes(piece.id.resolution, depths);
   if (piece.childBegin.size() != (has ? piece.ownVertices + std::size_t{ 1 } : 0))
   {
-    return Bad("reach has ", piece.childBegin.size(), " entries");
+    return Bad("the child nodes have ", piece.childBegin.size(), " entries");
   }
   if (!has)
   {
-    return piece.childNodes.empty() ? Status{}
-                                    : Status{ Bad("there must be no reach, but there is one") };
+    return piece.childNodes.empty() ? Status{} : Status{ Bad("there must be no child nodes") };
   }
   const unsigned next = piece.id.resolution.Depth() + 1;
   const unsigned nodeDepth = PieceDepth(Resolution::Level(next), depths);
   if (piece.childBegin.front() != 0 || piece.childBegin.back() != piece.childNodes.size())
   {
-    return Bad("reach does not cover its nodes");
+    return Bad("the vertices do not have all child nodes");
   }
   for (std::size_t i = 0; i + 1 < piece.childBegin.size(); ++i)
   {
     const std::uint32_t begin = piece.childBegin[i], end = piece.childBegin[i + 1];
     if (begin >= end)
     {
-      return Bad("vertex ", i, " reaches nothing");
+      return Bad("vertex ", i, " has no child nodes");
     }
     if (end > piece.childNodes.size())
     {
-      return Bad("reach of vertex ", i, " ends after the last node");
+      return Bad("the child nodes of vertex ", i, " end after the last one");
     }
     for (std::uint32_t k = begin; k < end; ++k)
     {
       if (piece.childNodes[k] >> nodeDepth != 1)
       {
-        return Bad(
-          "reach names node ", piece.childNodes[k], ", which is not a piece of the next level");
+        return Bad("child node ", piece.childNodes[k], " is not a piece of the next level");
       }
       if (k > begin && piece.childNodes[k] <= piece.childNodes[k - 1])
       {
-        return Bad("reach of vertex ", i, " does not ascend");
+        return Bad("the child nodes of vertex ", i, " do not ascend");
       }
     }
   }

@@ -151,7 +151,8 @@ private:
   std::vector<VertexId> Places;   // of each vertex of the mesh at hand; empty for a level
   std::span<const Triangle> Triangles;
   std::size_t OwnTriangles = 0;
-  TriangleBuckets Buckets; // a piece, and one for what lies in no piece of the part
+  // One bucket for each piece, and one for triangles in no piece of the part.
+  TriangleBuckets Buckets;
 };
 
 }

@@ -3,9 +3,29 @@
 
 #include <algorithm>
 #include <numeric>
+#include <string>
 
 namespace kdstream
 {
+
+Status CheckClustering(std::size_t vertices, const Clustering& clustering)
+{
+  if (clustering.clusterOf.size() != vertices)
+  {
+    return Error{ ErrorCode::InvalidArgument, std::to_string(clustering.clusterOf.size()) +
+                                                " cluster ids for " + std::to_string(vertices) +
+                                                " vertices" };
+  }
+  const auto beyond = std::find_if(clustering.clusterOf.begin(), clustering.clusterOf.end(),
+    [&](std::uint32_t c) { return c >= clustering.clusters; });
+  if (beyond != clustering.clusterOf.end())
+  {
+    return Error{ ErrorCode::InvalidArgument,
+      "vertex " + std::to_string(beyond - clustering.clusterOf.begin()) + " is in cluster " +
+        std::to_string(*beyond) + " of " + std::to_string(clustering.clusters) };
+  }
+  return {};
+}
 
 Clustering ClusteringOfLabels(std::span<const std::int64_t> labels)
 {

@@ -20,6 +20,10 @@ struct Clustering
   std::uint32_t clusters = 0;
 };
 
+// Errors: InvalidArgument for another number of entries than vertices, or for one that is not below
+// `clusters`; the message names it.
+Status CheckClustering(std::size_t vertices, const Clustering& clustering);
+
 // Replaces any labels by numbers 0, 1, 2 … in ascending order of the labels: for a caller's array
 // of cluster ids. O(n log n).
 Clustering ClusteringOfLabels(std::span<const std::int64_t> labels);

@@ -209,9 +209,10 @@ private:
   KdTree& Tree;
   const Execution& Exec;
   std::size_t Partitions;
-  double Scale;                      // partitions a vertex
-  std::vector<VertexId> Begin;       // of each partition, and the end
-  std::vector<std::uint32_t> OwnEnd; // triangles that it or a lower one is the lowest of
+  double Scale;                // partitions a vertex
+  std::vector<VertexId> Begin; // of each partition, and the end
+  // Number of triangles whose lowest vertex is this one or a lower one.
+  std::vector<std::uint32_t> OwnEnd;
   GatheredMesh Output;
 };
 
@@ -225,7 +226,7 @@ bool IsScattered(std::span<const Triangle> triangles, std::span<const std::uint3
   {
     if (count < 2 * samples)
     {
-      return false; // all of them are in the cache
+      return false; // all triangles are in the cache
     }
     std::size_t jumps = 0;
     for (std::size_t s = 0; s < samples; ++s)

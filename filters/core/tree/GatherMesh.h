@@ -17,7 +17,7 @@ namespace kdstream
 
 struct GatheredMesh
 {
-  std::vector<VertexId> ids; // of each vertex the number that it had before
+  std::vector<VertexId> ids; // the earlier number of each vertex
   TriangleBuckets buckets;   // by partition; in each in the order that the triangles had before
 };
 

@@ -38,25 +38,6 @@ double TriangleArea(const Vec3& p, const Vec3& q, const Vec3& r)
   return Length(Cross(Minus(q, p), Minus(r, p))) / 2;
 }
 
-Status CheckClustering(std::size_t vertices, const Clustering& clustering)
-{
-  if (clustering.clusterOf.size() != vertices)
-  {
-    return Error{ ErrorCode::InvalidArgument, std::to_string(clustering.clusterOf.size()) +
-                                                " cluster ids for " + std::to_string(vertices) +
-                                                " vertices" };
-  }
-  const auto beyond = std::find_if(clustering.clusterOf.begin(), clustering.clusterOf.end(),
-    [&](std::uint32_t c) { return c >= clustering.clusters; });
-  if (beyond != clustering.clusterOf.end())
-  {
-    return Error{ ErrorCode::InvalidArgument,
-      "vertex " + std::to_string(beyond - clustering.clusterOf.begin()) + " is in cluster " +
-        std::to_string(*beyond) + " of " + std::to_string(clustering.clusters) };
-  }
-  return {};
-}
-
 // The points around the origin, scaled to an extent of 1 to 2, so that squares are in the range of
 // doubles. `unit`: the scale, a power of two, so that only the translation rounds.
 Result<std::vector<Vec3>> Scale(std::span<const Vec3> points, double& unit)
@@ -99,9 +80,7 @@ std::vector<PartitionEdge> AddTriangles(std::span<const Vec3> points,
     std::sort(touched.begin(), touched.end());
     const auto end = std::unique(touched.begin(), touched.end());
     ++partitions[touched[0]].ownTriangles;
-    const VertexId corners[] = { place[t[0]], place[t[1]], place[t[2]] };
-    const bool degenerate =
-      corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0];
+    const bool degenerate = IsDegenerate({ place[t[0]], place[t[1]], place[t[2]] });
     const double area = TriangleArea(points[t[0]], points[t[1]], points[t[2]]);
     for (auto partition = touched.begin(); partition != end; ++partition)
     {

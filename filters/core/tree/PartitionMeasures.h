@@ -18,8 +18,8 @@ namespace kdstream
 struct PartitionMeasure
 {
   std::uint64_t vertices = 0;
-  std::uint64_t triangles = 0;    // that touch one of its vertices
-  std::uint64_t ownTriangles = 0; // of these: no lower partition touches them
+  std::uint64_t triangles = 0;    // triangles that touch the partition
+  std::uint64_t ownTriangles = 0; // triangles that no lower partition touches
   double boundaryLength = 0;      // p of eq. (1), in the unit of the coordinates
   double area = 0;                // w of eq. (1)
   // c = p^2 / (4 pi w): 1 for a disc, 1.27 for a square, more for longer or more jagged shapes. NaN
@@ -43,8 +43,8 @@ struct PartitionMeasures
   std::vector<PartitionMeasure> partitions; // one a cluster
   Spread vertices;
   Spread triangles;
-  Spread compactness;       // of the partitions that have one,
-  std::size_t measured = 0; // and how many they are
+  Spread compactness;       // of partitions that have a compactness,
+  std::size_t measured = 0; // and the number of these partitions
 };
 
 Spread SpreadOf(std::span<const double> values);

@@ -25,7 +25,7 @@ struct AncestorLevels
 {
   unsigned coarsest = 0;
   unsigned count = 0;
-  bool own = false; // own vertices too: at the levels up to S; of what is finer only the ghosts
+  bool own = false; // levels up to S: own vertices and ghosts; finer: only ghosts
 
   std::size_t Rows(std::size_t ownVertices, std::size_t ghosts) const
   {

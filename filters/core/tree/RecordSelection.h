@@ -171,7 +171,7 @@ private:
     }
     const Record kept = *begin; // its place is the gap that travels along
     Record* gap = begin;
-    Record* end = begin; // of those before the pivot
+    Record* end = begin; // end of the records before the pivot
     for (Record* next = begin + 1; next != last; ++next)
     {
       const bool isBefore = before(*next);

@@ -97,7 +97,7 @@ public:
   {
   }
 
-  // What might pass and is not known.
+  // Boxes that are unknown and might be part of the region.
   std::vector<UnknownBox> Into(unsigned depth)
   {
     this->Into(1, depth, {});
@@ -242,7 +242,7 @@ std::optional<std::vector<std::uint32_t>> FindKnownRegion(
 
 NearestAnswer NearestKnownPartition(TreeBoxes& boxes, const TreeDepths& depths, const Vec3& point)
 {
-  // No farther is the nearest: something lies in each box that is not empty.
+  // The nearest point is not farther than this: each box that is not empty has a point.
   double most = std::numeric_limits<double>::infinity();
   const auto isNear = [&](const Box& box)
   {

@@ -102,7 +102,7 @@ TEST(HeldFolder, UsesFilesAndFoldersOfItsUserOnly)
   }
 }
 
-TEST(HeldFolder, LeavesAnotherUsersFilesAlone)
+TEST(HeldFolder, DoesNotTouchAnotherUsersFiles)
 {
   if (::geteuid() != 0)
   {

@@ -146,7 +146,7 @@ TEST_F(NewFileTest, ANewOneHasWhatTheUmaskGives)
   }
 }
 
-TEST_F(NewFileTest, WhatIsReplacedKeepsItsPermissionsAndIsNoMoreReadableMeanwhile)
+TEST_F(NewFileTest, AReplacedFileKeepsItsPermissionsAlsoWhileItIsWritten)
 {
   for (const mode_t mode : { 0600, 0640, 0664, 0444, 0755 })
   {
@@ -197,7 +197,7 @@ TEST_F(NewFileTest, ALinkIsReplacedAndWhatItLeadsToStays)
   EXPECT_FALSE(fs::exists(this->Folder / "nowhere"));
 }
 
-TEST_F(NewFileTest, WhatIsNoRegularFileIsLeftAlone)
+TEST_F(NewFileTest, WhatIsNotARegularFileIsNotTouched)
 {
   fs::create_directory(this->File());
   EXPECT_FALSE(this->Write("x"));

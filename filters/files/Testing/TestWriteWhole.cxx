@@ -37,7 +37,7 @@ TEST(WriteWhole, AnOutputIsAFileOrWhatIsThere)
   EXPECT_FALSE(WriteToOutput(folder / "none/a", "x"));
 }
 
-TEST(WriteWhole, ADescriptorIsWrittenToBehindWhatIsThere)
+TEST(WriteWhole, ADescriptorIsWrittenToAfterWhatIsThere)
 {
   std::array<int, 2> pipe{};
   ASSERT_EQ(::pipe(pipe.data()), 0);

@@ -64,7 +64,7 @@ TEST(ByteSource, GivesTheBytesOfTheFileWhateverTheSteps)
   }
 }
 
-TEST(ByteSource, EndsWhereAFileEndsThatIsCutOrGrowsMeanwhile)
+TEST(ByteSource, EndsWithAFileThatIsCutOrGrowsWhileItIsRead)
 {
   const ScratchFolder folder;
   const auto file = folder.Write("bytes", RandomBytes(ByteSource::blockSize + 1000));
@@ -82,7 +82,7 @@ TEST(ByteSource, EndsWhereAFileEndsThatIsCutOrGrowsMeanwhile)
   EXPECT_EQ(grown->Remaining(), 0U);
 }
 
-TEST(ByteSource, RefusesWhatIsNoRegularFile)
+TEST(ByteSource, RefusesWhatIsNotARegularFile)
 {
   const ScratchFolder folder;
   const Result<ByteSource> missing = ByteSource::Open(folder.File("missing.ply"));

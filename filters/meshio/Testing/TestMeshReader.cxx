@@ -81,7 +81,7 @@ TEST(MeshReader, ReadsFacesByTheirTriangles)
   EXPECT_EQ(faces, 2000U);
 }
 
-TEST(MeshReader, RefusesAPlyThatIsCutBehindItsFaces)
+TEST(MeshReader, RefusesAPlyThatIsCutAfterItsFaces)
 {
   const ScratchFolder folder;
   const Result<std::unique_ptr<MeshReader>> reader = MeshReader::Open(folder.Write("a.ply",

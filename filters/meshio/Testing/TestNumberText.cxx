@@ -67,7 +67,7 @@ TEST(NumberText, ReadsExponentsOfFortran)
   EXPECT_FALSE(precision.FloatsSuffice());
 }
 
-TEST(NumberText, TellsWhatIsNoNumber)
+TEST(NumberText, ReportsWhatIsNotANumber)
 {
   for (const char* word :
     { "", "+", "-", "x", "1x", "1.5.2", "0x1p3", "+-1", "++1", "--1", "1e", "1 2", "1,5" })
@@ -81,7 +81,7 @@ TEST(NumberText, TellsWhatIsNoNumber)
   }
 }
 
-TEST(NumberText, TellsTooLargeFromTooSmall)
+TEST(NumberText, DistinguishesTooLargeFromTooSmall)
 {
   ExpectNone<std::uint8_t>("256", NumberTextError::OutOfRange);
   ExpectNone<std::int8_t>("-129", NumberTextError::OutOfRange);
@@ -184,7 +184,7 @@ TEST(NumberText, RoundsShortDecimalsAsTheCLibraryDoes)
 }
 
 // Whether a file of that one number is read as floats.
-TEST(NumberText, DecimalsThatFloatsTellApart)
+TEST(NumberText, DecimalsThatFloatsDistinguish)
 {
   const auto suffice = [](std::string_view word)
   {

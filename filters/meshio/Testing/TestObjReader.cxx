@@ -156,7 +156,7 @@ TEST(ObjReader, WhatIsNotReadIsNamed)
     (Names{ "texture coordinates, which no face names", "normals, which no face names" }));
 }
 
-TEST(ObjReader, NumbersBehindTheCoordinatesAreTakenForWhatTheyAre)
+TEST(ObjReader, NumbersAfterTheCoordinatesAreTakenForWhatTheyAre)
 {
   struct Case
   {
@@ -210,8 +210,7 @@ TEST(ObjReader, NumbersThatMeanNothingAreNamed)
 {
   const auto ignored = [](const std::string& words)
   {
-    return ReadBytes(
-      "v 0 0 0" + words + "\nv 1 0 0" + words + "\nv 0 1 0" + words + "\nf 1 2 3\n")
+    return ReadBytes("v 0 0 0" + words + "\nv 1 0 0" + words + "\nv 0 1 0" + words + "\nf 1 2 3\n")
       .info.ignoredAttributes;
   };
   using Names = std::vector<std::string>;
@@ -409,7 +408,7 @@ TEST(ObjReader, PolygonsOfManyCorners)
   ExpectError(many, "line 8384");
 }
 
-TEST(ObjReader, TextureCoordinatesThatAreTooLargeAreNoNumbers)
+TEST(ObjReader, TextureCoordinatesThatAreTooLargeAreNotNumbers)
 {
   const Contents read =
     ReadBytes(threePlaces + "vt 1e40 0.5\nvt 0.25\nvt 1 2 3 4 5\nf 1/1 2/2 3/3\n");

@@ -73,7 +73,7 @@ TEST(OffReader, ReadsHeadersAsProgramsWriteThem)
   }
 }
 
-TEST(OffReader, ReadsWhatStandsBehindPlaces)
+TEST(OffReader, ReadsNumbersAfterCoordinates)
 {
   const struct
   {

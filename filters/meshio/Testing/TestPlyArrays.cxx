@@ -126,7 +126,7 @@ TEST(PlyArrays, WhatDoesNotFitTogetherStaysApart)
     { "r:uint8:1", "g:uint8:1", "b:uint8:1", "RGBA:uint8:4" });
 }
 
-TEST(PlyArrays, NamesThatAreNoneAreNamed)
+TEST(PlyArrays, InvalidNamesAreReported)
 {
   ExpectArrays({ "int a%20b", "int 100%", "int %zz", "int %4" },
     { "a b:int32:1", "100%:int32:1", "%zz:int32:1", "%4:int32:1" });

@@ -98,7 +98,7 @@ TEST(PlyHeader, KnowsBothNamesOfEveryType)
   }
 }
 
-TEST(PlyHeader, RefusesWhatIsNoHeader)
+TEST(PlyHeader, RefusesWhatIsNotAHeader)
 {
   ExpectError("");
   ExpectError("solid cube\n");

@@ -123,7 +123,7 @@ TEST(PlyReader, ReadsPolygonsAndStripsInTheOrderOfTheFile)
 }
 
 // A header that counts too few faces loses the others, but not silently.
-TEST(PlyReader, TellsBytesBehindTheEnd)
+TEST(PlyReader, ReportsBytesAfterTheEnd)
 {
   const auto reported = [](const std::string& bytes)
   {

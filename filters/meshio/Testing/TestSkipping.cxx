@@ -107,7 +107,7 @@ TEST(Skipping, LeadsWhereReadingDoes)
 
 // A quad and a line have the same bytes as two triangles: a reader that skipped the quad would
 // continue at a wrong place. The reader of the part with the quad, or the line, notices.
-TEST(Skipping, ReadersOfOtherPartsSeeThatFacesAreNoTriangles)
+TEST(Skipping, ReadersOfOtherPartsSeeThatFacesAreNotTriangles)
 {
   const std::string triangle("\0\1\2", 3), quad("\0\1\2\3", 4), line("\1\2", 2);
   const ScratchFolder folder;

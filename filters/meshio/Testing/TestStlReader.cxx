@@ -245,7 +245,7 @@ TEST(StlReader, DropsFacetsThatAreNotFinite)
   }
 }
 
-TEST(StlReader, ReadsWhatStandsBehindTheEnd)
+TEST(StlReader, ReadsWhatFollowsTheEnd)
 {
   const std::string binary = BinaryStl("solid exported", onePlace);
   const auto warnings = [](const std::string& bytes)
@@ -287,7 +287,7 @@ TEST(StlReader, CountsThatAreTooSmallOrNotKnown)
 {
   const std::string binary = BinaryStl("exported", onePlace);
   const std::string facet = binary.substr(84);
-  const std::string two = " points or faces are in the file but not counted by its header; ";
+  const std::string two = " points or faces are in the file but its header does not count them; ";
   {
     const Contents read = ReadBytes(binary + facet + facet);
     EXPECT_EQ(read.mesh.triangles.size(), 1U);
@@ -375,7 +375,7 @@ TEST(StlReader, ReadsTextsOfOtherPrograms)
     const MeshFileInfo info = read(bytes, 1);
     EXPECT_EQ(info.tolerance.Warnings(), none);
     ASSERT_EQ(info.ignoredAttributes.size(), 1U);
-    EXPECT_EQ(info.ignoredAttributes[0].find("words between facets that are none of STL ('"), 0U);
+    EXPECT_EQ(info.ignoredAttributes[0].find("words between facets that STL does not have ('"), 0U);
   }
   // A facet whose first word is damaged is not passed over.
   for (const auto& [begin, message] :

@@ -61,7 +61,7 @@ TEST(TextWords, GivesAllWordsAndSkipsLines)
   }
 }
 
-TEST(TextWords, CutsWordsThatAreNone)
+TEST(TextWords, CutsInvalidWords)
 {
   const ScratchFolder folder;
   const std::string text(3 * TextWords::longestWord, 'x');

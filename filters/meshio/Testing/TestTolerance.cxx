@@ -7,7 +7,7 @@
 namespace kdstream::test
 {
 
-TEST(Tolerance, CountsAndTells)
+TEST(Tolerance, CountsAndReports)
 {
   Tolerance tolerance;
   EXPECT_FALSE(tolerance.Any());
@@ -28,7 +28,7 @@ TEST(Tolerance, CountsAndTells)
     "1 point is not finite and is dropped, which --strict does not allow");
 }
 
-TEST(Tolerance, AReadingAloneIsAllowed)
+TEST(Tolerance, OnlyAReadingIsAllowed)
 {
   Tolerance tolerance;
   tolerance.Tell("it could be either");

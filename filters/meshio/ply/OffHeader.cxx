@@ -42,7 +42,7 @@ bool IsNormal(const double* v)
   return std::abs(v[0] * v[0] + v[1] * v[1] + v[2] * v[2] - 1) < rounding;
 }
 
-// What all lines of vertices, or of faces, have.
+// The columns that all lines of vertices, or of faces, have.
 class OffColumns
 {
 public:
@@ -329,7 +329,7 @@ void OffText::LookForShort(
 Status OffText::LookAtNumbers(const Execution& execution)
 {
   const std::string header = "line " + std::to_string(this->Lines.Number());
-  std::string_view word = "0"; // the last one; empty: the end
+  std::string_view word = "0"; // the last word read; empty: end of file
   const auto next = [&]() -> Status
   {
     const Result<std::string_view> taken = this->HeaderWord();
@@ -388,7 +388,7 @@ Status OffText::LookAtLines(const Execution& execution)
     KDSTREAM_TRY(more);
     if (!*more && this->IsWhole && !this->Short.empty())
     {
-      return Error{ ErrorCode::InvalidInput, this->Short }; // no further line makes up for it
+      return Error{ ErrorCode::InvalidInput, this->Short }; // further lines cannot complete it
     }
     if (!*more || this->IsWhole)
     {

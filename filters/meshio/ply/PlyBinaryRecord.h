@@ -76,7 +76,7 @@ struct FaceLayout
   std::size_t listOffset = 0;
   std::size_t countSize = 0;
   std::size_t triangleSize = 0; // bytes of a record with three corners
-  std::uint64_t indexLimit = 0; // an index below zero, read as unsigned, must not be below it
+  std::uint64_t indexLimit = 0; // a negative index, read as unsigned, must be at least this
   PlyType countType = PlyType::UInt8;
 
   FaceLayout(const PlyElement& element, std::size_t list, const PlyFaceSink& sink)

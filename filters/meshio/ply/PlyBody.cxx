@@ -9,14 +9,14 @@ namespace kdstream
 namespace
 {
 
-// For a number of four bytes that is too large: the hint that it would not be in the other
+// For a 4-byte number that is too large: a hint that it would fit with its bytes in the other
 // order, else nothing.
 std::string OtherByteOrder(std::int64_t number, std::uint64_t limit)
 {
   constexpr std::int64_t large = 1 << 16;
   const std::uint32_t other = __builtin_bswap32(static_cast<std::uint32_t>(number));
   return number < 0 || (number >= large && number <= 0xFFFFFFFF)
-           ? (other < limit ? "; with its bytes in the other order it is " + std::to_string(other) +
+           ? (other < limit ? "; with its bytes swapped it is " + std::to_string(other) +
                                 ": the header's format may be wrong"
                             : "")
            : "";

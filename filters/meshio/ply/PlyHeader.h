@@ -111,7 +111,7 @@ struct PlyHeader
   std::string strayLine{};
   std::vector<PlyElement> elements;
   std::vector<std::string> textures;     // of "comment TextureFile" lines, quoted for messages
-  std::vector<std::string> textureFiles; // the same, as they are written, blanks too
+  std::vector<std::string> textureFiles; // the same as written, with blanks
 };
 
 // Reads the header and leaves `source` at the first byte of the body. Lines may end in LF, CRLF or

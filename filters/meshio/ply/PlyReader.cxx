@@ -161,7 +161,7 @@ std::uint64_t PlyReader::MostTriangles() const
     return 0;
   }
   const bool isText = this->Header.encoding == PlyEncoding::Ascii;
-  const auto bytesOf = [&](PlyType type) // in a text a digit and a blank
+  const auto bytesOf = [&](PlyType type) // at least a digit and a blank in a text
   { return isText ? std::size_t{ 2 } : SizeOf(type); };
   std::uint64_t rest = this->Source.Size() - this->Source.Position() + (isText ? 1 : 0);
   std::uint64_t ofCorner = sizeof(double);
@@ -184,7 +184,7 @@ std::uint64_t PlyReader::MostTriangles() const
     {
       least += bytesOf(property.isList ? property.countType : property.type);
     }
-    // What has no room leaves no claim to believe.
+    // The claim of an element that does not fit the file is ignored.
     rest -= least > 0 && element.count <= rest / least ? least * element.count : 0;
   }
   return rest / ofCorner;
@@ -267,7 +267,7 @@ void PlyReader::ListIgnoredAttributes()
   std::vector<std::string>& ignored = this->FileInfo.ignoredAttributes;
   if (!this->Header.strayLine.empty())
   {
-    ignored.push_back("a line of the header that is not one of PLY's: " + this->Header.strayLine);
+    ignored.push_back("an unknown line of the header: " + this->Header.strayLine);
   }
   for (std::size_t i = 0; i < this->Header.elements.size(); ++i)
   {
@@ -461,7 +461,7 @@ Status PlyReader::CheckTriangles(const FaceElement& faces) const
     Remedy::CopyAgain);
 }
 
-// What a build has counted on.
+// Checks the number of triangles that a build relies on.
 Status PlyReader::CountTriangles(const PlyElement& element, std::uint64_t made)
 {
   this->TrianglesMade += made;
@@ -537,7 +537,7 @@ Result<std::size_t> PlyReader::ReadSomeTriangles(Mesh& mesh, std::size_t limit)
   return static_cast<std::size_t>(done);
 }
 
-// What lines hold beyond the properties of the records that were read last.
+// Counts lines with more values than the properties of their records.
 void PlyReader::CountLongLines()
 {
   this->FileInfo.tolerance.Count(
@@ -586,7 +586,7 @@ Status PlyReader::CheckOrder() const
   const Result<bool> read = PlyBody::Make(this->Header, *again)
                               ->ReadPoints(vertices, this->Coordinates, 0,
                                 std::min(most, vertices.count), points, noArrays);
-  // What cannot be read is reported when it is reached.
+  // Errors are reported when the reader reaches them.
   return read ? CheckByteOrder(
                   points, type == PlyType::Float32 ? ScalarType::Float32 : ScalarType::Float64)
               : Status();

@@ -120,7 +120,7 @@ private:
   std::uint64_t TriangleBytes = 0, TrianglesBegin = 0;
   std::filesystem::path Scratch;
   PolygonFaces Polygons;
-  std::unique_ptr<ScratchTable<Vec3>> Places; // of all vertices, once polygons need it
+  std::unique_ptr<ScratchTable<Vec3>> Places; // of all vertices; made for the first polygon
   bool CheckedBytesAfterEnd = false;
   bool Finite = false; // whether all vertices that were read last are known to be
   std::optional<Error> Failure;

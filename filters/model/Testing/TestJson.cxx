@@ -98,7 +98,7 @@ TEST(TestJson, TheLastOfTwoMembersCounts)
   EXPECT_EQ(FindMember(*ParseJson("{}"), "a"), nullptr);
 }
 
-TEST(TestJson, RefusesWhatIsNoJson)
+TEST(TestJson, RefusesWhatIsNotJson)
 {
   using namespace std::string_view_literals;
   for (const std::string_view text : { ""sv, " "sv, "{"sv, "[1,]"sv, "{\"a\":1,}"sv, "{} {}"sv,

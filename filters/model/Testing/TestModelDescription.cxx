@@ -133,7 +133,7 @@ TEST(TestModelDescription, DescriptionsAreOptionalAndShortInLists)
   EXPECT_EQ(Json::parse(WriteModel(model))["description"], model.description);
 }
 
-TEST(TestModelDescription, AListTellsOfItsSite)
+TEST(TestModelDescription, AListNamesItsSite)
 {
   EXPECT_FALSE(Json::parse(WriteModelList({})).contains("site"));
   const std::string list = WriteModelList({ Summarize(Small()) }, { "Museum <b>", {} });
@@ -317,7 +317,7 @@ TEST(TestModelDescription, ThePreviewIsLevel11OrTheFinest)
   EXPECT_EQ(PreviewLevel(model), 4u);
 }
 
-TEST(TestModelDescription, WhatServersDoNotTellStaysWithTheStore)
+TEST(TestModelDescription, WhatServersDoNotSendIsOnlyInTheStore)
 {
   ModelDescription model = Small();
   const std::string reported = WriteModel(model);

@@ -155,7 +155,7 @@ TEST(Notes, AreBounded)
   EXPECT_EQ(ParseNotes(text).GetError().code, ErrorCode::LimitExceeded);
 }
 
-TEST(Notes, HostileFilesAreRefusedInWords)
+TEST(Notes, HostileFilesAreRefusedWithAReason)
 {
   EXPECT_TRUE(fixtures::FailsAt(ParseNotes(""), ErrorCode::InvalidInput, "byte 0"));
   EXPECT_FALSE(ParseNotes("[]"));

@@ -86,7 +86,7 @@ TEST(TestStoredModel, EarlierStoresSayTheSame)
 }
 
 // What servers send is what is stored, without the id before it and the build after it.
-TEST(TestStoredModel, ServersTellWhatStoresKeep)
+TEST(TestStoredModel, ServersSendWhatStoresKeep)
 {
   RandomModels random(3);
   for (int i = 0; i < 100; ++i)

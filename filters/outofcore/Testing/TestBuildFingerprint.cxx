@@ -104,7 +104,7 @@ TEST_F(TestBuildFingerprint, AnotherBuildIsNotResumedAndLosesNothing)
   EXPECT_EQ(this->Open(true, fingerprint).FinishedPhases(), 1U);
 }
 
-TEST_F(TestBuildFingerprint, FingerprintsTellBuildsApart)
+TEST_F(TestBuildFingerprint, FingerprintsDistinguishBuilds)
 {
   const SpillFolder folder = MakeSpillFolder();
   const fs::path input = folder.Path() / "mesh.ply";

@@ -197,7 +197,7 @@ TEST_F(TestBuildFolder, ABuildThatDoesNotResumeThrowsAwayWhatIsThere)
   EXPECT_EQ(this->FinishedPhases(), 0U) << "the journal went too";
 }
 
-TEST_F(TestBuildFolder, TellsWhatCouldBeResumedAndTouchesNothing)
+TEST_F(TestBuildFolder, ReportsWhatCouldBeResumedAndTouchesNothing)
 {
   const auto lastPhaseIn = [](const fs::path& path)
   {

@@ -138,7 +138,7 @@ TEST(MeshSpill, NoVertices)
 }
 
 // A header that promises what is not there takes no disk for it, and the reader's error comes.
-TEST(MeshSpill, TruncatedBodyBehindALargeClaim)
+TEST(MeshSpill, TruncatedBodyAfterALargeClaim)
 {
   const ScratchFolder scratch;
   const std::filesystem::path file = scratch.File("lies.ply");

@@ -71,7 +71,7 @@ TEST_F(TestPhaseBlob, BucketsComeBack)
   }
 }
 
-TEST_F(TestPhaseBlob, TellsWhatIsNotThere)
+TEST_F(TestPhaseBlob, ReportsWhatIsMissing)
 {
   BlobWriter writer;
   writer.Add(std::uint64_t{ 1 } << 61); // a list of that length, if it were one

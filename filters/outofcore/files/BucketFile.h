@@ -49,7 +49,7 @@ public:
   // about 4 bytes a block, into `blob`, and returns the file. REQUIRES: Finish() was called; the
   // object is not used afterwards.
   SpillFile Save(BlobWriter& blob);
-  // What Save took apart. Errors: Damaged where the two do not fit each other.
+  // The inverse of Save. Errors: Damaged if file and table do not fit each other.
   static Result<BucketFile> Restore(SpillFile file, std::size_t recordBytes, BlobReader& blob);
 
 private:

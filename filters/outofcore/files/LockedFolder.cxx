@@ -81,7 +81,7 @@ bool IsOnDiskOfMachine(int descriptor)
          std::find(disks.begin(), disks.end(), static_cast<long>(state.f_type)) != disks.end();
 }
 
-// Nothing where that cannot be known: errno says why.
+// Nothing if it cannot be examined: errno says why.
 std::optional<bool> IsSameFolder(int descriptor, const fs::path& path)
 {
   struct stat opened = {}, named = {};
@@ -177,7 +177,7 @@ Result<LockedFolder> MakeLockedFolder(const fs::path& parent)
     if (isSame.value_or(false))
     {
       fs::path path = name;
-      made.descriptor = -1; // the deleter closes it, also if there is no memory for the pointer
+      made.descriptor = -1; // the deleter closes it, even if memory for the shared_ptr is missing
       LockedFolder locked{ std::move(path),
         std::shared_ptr<void>(nullptr, [descriptor](void*) { close(descriptor); }) };
       made.isRemoved = false;
@@ -186,7 +186,7 @@ Result<LockedFolder> MakeLockedFolder(const fs::path& parent)
     if (taken || isSame || (descriptor < 0 && reason == ENOENT))
     {
       made.isRemoved = false;
-      continue; // before it was locked another process has taken it for one of a killed one
+      continue; // another process took it for an abandoned folder before it was locked
     }
     return SystemError("its folder for temporary files cannot be opened", reason, in.string());
   }

@@ -16,7 +16,7 @@ namespace kdstream
 struct LockedFolder
 {
   std::filesystem::path path;
-  std::shared_ptr<void> lock; // kept by the owner; the system gives it back with the process
+  std::shared_ptr<void> lock; // kept by the owner; the system releases it when the process ends
 };
 
 // Makes a new one in `parent`, only for this user. Errors: InputOutput.

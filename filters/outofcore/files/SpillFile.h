@@ -30,7 +30,7 @@ struct SpillCounts
   std::uint64_t peakBytesOnDisk = 0;
 };
 
-// What is about to be done in a folder. Only tests look: they end a process there.
+// The next operation in a folder. Only for tests, which end a process there.
 enum class FileOperation
 {
   Create,
@@ -49,15 +49,15 @@ struct SpillLedger
   std::atomic<std::uint64_t> bytesRead{ 0 }, bytesWritten{ 0 }, onDisk{ 0 }, peakOnDisk{ 0 };
   std::atomic<std::uint64_t> files{ 0 };
   bool keepFolder = false;
-  bool sums = false; // files of it may be kept: what is written in order is summed on the way
+  bool sums = false; // files may be kept: checksums are computed while they are written in order
   FileHook hook;
-  std::shared_ptr<void> lock; // of the folder, as long as a file of it is open
+  std::shared_ptr<void> lock; // the folder's lock, held while one of its files is open
 
   std::uint64_t expected = 0; // SpillFolder::Expect; 0: nobody knows
 
   void Note(FileOperation operation) const;
 
-  // What a user knows of it, for errors: the folder for temporary files that this one was made in.
+  // The name for error messages: the user's folder for temporary files, which contains this folder.
   std::string Disk() const;
 
   void Grow(std::uint64_t bytes);
@@ -109,8 +109,8 @@ private:
   std::atomic<std::uint64_t> Bytes{ 0 };
   int Descriptor = -1;
   bool Kept = false;
-  std::uint64_t KeptSum = 0;                    // of one that is kept
-  std::shared_ptr<detail::SumOfWrites> Written; // of one that may be
+  std::uint64_t KeptSum = 0;                    // checksum of a kept file
+  std::shared_ptr<detail::SumOfWrites> Written; // running checksum of a file that may be kept
 };
 
 // A hidden folder with a name of its own below a given one. The destructor removes it with all its

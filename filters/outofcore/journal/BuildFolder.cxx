@@ -198,7 +198,7 @@ fs::path BuildFolder::PathFor(const fs::path& store, const fs::path& temporaryFo
 Result<BuildFolder> BuildFolder::Open(
   const fs::path& path, std::string_view fingerprint, bool resume, FileHook hook)
 {
-  const std::string disk = path.parent_path().string(); // what a user knows of it
+  const std::string disk = path.parent_path().string(); // the folder that the user knows
   Result<std::shared_ptr<void>> lock = Lock(LockOf(path), hook);
   if (!lock && lock.GetError().code != ErrorCode::LimitExceeded) // not the folder's fault
   {
@@ -307,7 +307,7 @@ Status BuildFolder::TakeUp(std::string_view fingerprint, bool resume)
   {
     for (const JournalFile& file : phase.files)
     {
-      // Also of files that are gone: as long as the journal is not replaced it names them.
+      // Also numbers of removed files: the journal names them until it is replaced.
       next = file.number == JournalFile::noNumber ? next : std::max(next, file.number + 1);
     }
   }

@@ -63,7 +63,7 @@ public:
   {
     Nothing,  // no journal: none, or one that was killed before its first phase was finished
     Damaged,  // a journal that cannot be read, or is of another version
-    SameBuild // phases of it may be usable
+    SameBuild // some of its phases may be usable
   };
 
   // The folder for builds of `store`: a hidden folder in temporaryFolder, or, if that is empty,
@@ -132,7 +132,7 @@ private:
   Status TakeUp(std::string_view fingerprint, bool resume);
   // Whether the file of a phase is there, by its size and time.
   bool IsThere(const JournalFile& file) const;
-  // And by its sum.
+  // Also compares its checksum.
   bool IsWhole(const JournalFile& file) const;
   void RemoveUnnamed();
   Result<PhaseJournal> ReadJournal() const;
@@ -147,7 +147,7 @@ private:
   static constexpr const char* journalName = "journal";
 
   SpillFolder Folder;
-  std::filesystem::path JournalPath; // the destructor has no memory for it
+  std::filesystem::path JournalPath; // made early, because the destructor must not need memory
   PhaseJournal Journal;
   Found Earlier = Found::Nothing;
   bool Lost = false;

@@ -21,13 +21,13 @@ namespace kdstream
 namespace
 {
 
-// What finding coincident vertices may take, for each vertex of a block: no more than other steps.
+// Memory for finding coincident vertices, for each vertex of a block: not more than other steps.
 constexpr std::uint64_t coincidentBytes = 200;
 constexpr std::uint64_t leastCoincidentMemory = std::uint64_t{ 1 } << 20;
 // For blocks of a level: the number of clusters allowed for each vertex that a block of the mesh
 // has. Clusters take more memory (ExternalLevels.h), and two blocks of them are in memory.
 constexpr double clustersOfBlock = 0.62;
-// What a triangle beyond two a vertex takes of what a vertex does.
+// Memory of a triangle beyond two for each vertex, relative to a vertex.
 constexpr double triangleShare = 1.0 / 6;
 // Blocks whose triangles are mapped at the same time: each takes a tenth of what its vertices do.
 constexpr std::size_t imagesAtOnce = 4;

@@ -59,7 +59,7 @@ Result<const CollapseState*> FileLevelBlocks::Load(std::size_t block)
   if (block != this->Loaded)
   {
     this->Loaded = none;
-    this->Current = {}; // before the next one is in memory
+    this->Current = {}; // freed before the next block is loaded
     if (block != this->Ahead)
     {
       this->Next.reset();

@@ -117,9 +117,7 @@ Status ImageWriter::Add(std::vector<Triangle>& mapped)
   const VertexId first = this->Level.begin[block], end = this->Level.begin[block + 1];
   const auto own = [&](VertexId c) { return c >= first && c < end; };
   std::erase_if(mapped,
-    [&](const Triangle& t) {
-      return t[0] == t[1] || t[1] == t[2] || t[2] == t[0] || !(own(t[0]) || own(t[1]) || own(t[2]));
-    });
+    [&](const Triangle& t) { return IsDegenerate(t) || !(own(t[0]) || own(t[1]) || own(t[2])); });
   std::transform(mapped.begin(), mapped.end(), mapped.begin(), RotateLowestFirst);
   if (!std::is_sorted(mapped.begin(), mapped.end()))
   {

@@ -37,7 +37,8 @@ struct LevelFile
   SpillFile clusters;                       // ClusterRecord
   SpillFile triangles; // Triangle, lowest cluster first, sorted in each block, none twice
   SpillFile parents;   // VertexId: cluster of the next coarser level; closed at the coarsest
-  SpillFile tuples;    // of each cluster those of all the level's arrays; closed if it has none
+  // For each cluster the tuples of all arrays of the level; closed if there are none.
+  SpillFile tuples;
   // Clusters of other processes that blocks of this one use, ascending (BlockGroup.h).
   std::vector<VertexId> foreign;
 

@@ -31,7 +31,7 @@ Status AddBlocks(const LevelFile& level, const BlockRange& blocks, GeometricErro
   return {};
 }
 
-// Those that `group` has.
+// Adds the geometric errors of `group`.
 Status AddLevel(
   const ExternalLevels& levels, unsigned depth, const BlockGroup& group, GeometricErrorBins& bins)
 {

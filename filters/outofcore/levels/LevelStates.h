@@ -63,7 +63,7 @@ public:
   Status Begin(SpillFolder& folder, std::uint64_t expected);
   // All of a state without ghosts, and the sums of its attributes.
   Status Append(const CollapseState& block, const AttributeSums& attributes);
-  // So far.
+  // The number of clusters so far.
   VertexId ClusterCount() const { return this->Level.ClusterCount(); }
 
 private:
@@ -81,7 +81,7 @@ Result<CollapseState> LoadState(
 Result<AttributeSums> LoadAttributeSums(const LevelStates& states, const LevelArrays& arrays,
   VertexId firstCluster, std::size_t clusters);
 
-// Makes blocks of a smaller depth of those that a level has, before its triangles are written.
+// Merges the level's blocks into larger ones of a smaller depth, before its triangles are written.
 void MergeBlocks(LevelFile& level, unsigned blockDepth);
 
 // Replaces each corner by the entry of a file of VertexId at its place. [first, end): where most

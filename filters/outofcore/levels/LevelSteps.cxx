@@ -43,7 +43,7 @@ public:
       this->Folder.CreateFile("sums of clusters", this->Count * sizeof(ClusterSum)), this->File));
     KDSTREAM_TRY(WriteRecords<ClusterSum>(this->File, 0, std::span<const ClusterSum>(sums)));
     sums = std::vector<ClusterSum>();
-    ReturnFreeMemory(); // what the level before has left, too
+    ReturnFreeMemory(); // also memory that the previous level has left
     return {};
   }
 

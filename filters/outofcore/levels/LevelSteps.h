@@ -62,7 +62,7 @@ public:
   Result<std::vector<ClusterLevel>> BuildCoarse(
     SpillFolder& folder, LevelFile& level, LevelStates states, const LevelLinks& links) const;
 
-  // What is done of the finest level, or of a coarser one: 0 … 1.
+  // Reports progress of the finest level, or of a coarser one: 0 … 1.
   Status ReportFinest(double done) const;
   Status ReportLevel(unsigned depth, double done) const;
 

@@ -39,7 +39,7 @@ public:
   }
   void operator()(VertexId v)
   {
-    const std::size_t i = v - this->Begin; // of a lower one it is large
+    const std::size_t i = v - this->Begin; // large if v is below Begin
     if (v >= this->Begin && i < this->Marked.size())
     {
       this->Marked[i] = true;
@@ -60,8 +60,9 @@ Result<VertexMarks> MarkVertices(SpillFolder& folder, const MapSections& section
 
 struct PartedVertices
 {
-  VertexFiles used, unused;       // in their order
-  std::optional<VertexMap> map{}; // for each vertex its number among the used; none if all are
+  VertexFiles used, unused; // in their order
+  // For each vertex its number among the used ones; nothing if all are used.
+  std::optional<VertexMap> map{};
 };
 
 // Parts vertices by their marks. Errors: InputOutput.

@@ -304,7 +304,7 @@ private:
     return map;
   }
 
-  // Those that go get noVertex until the numbers of the lowest are known.
+  // Dropped vertices get noVertex until the numbers of the lowest ones are known.
   Status NumberThoseThatStay(
     const RecordBuckets<Twin>& twins, VertexMap& map, RecordBuckets<Twin>& byLowest)
   {

@@ -26,9 +26,9 @@ struct VertexFiles
 
 struct ExternalWeld
 {
-  VertexFiles vertices;         // those that stay, in their order
+  VertexFiles vertices;         // the vertices that stay, in input order
   std::uint64_t welded = 0;     // how many went
-  std::optional<VertexMap> map; // for each id of the input its new one; none if nothing went
+  std::optional<VertexMap> map; // new id of each input vertex; nothing if no vertex was merged
 };
 
 // Joins vertices with bit-equal coordinates and bit-equal tuples to the lowest id and renumbers the

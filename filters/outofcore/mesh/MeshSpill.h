@@ -22,7 +22,7 @@ struct SpilledMesh
   VertexFiles vertices;
   std::uint32_t triangleCount = 0;
   SpillFile triangles;  // NumberedTriangle, corners are ids
-  SpillFile cellTuples; // of each triangle the bytes of all its cell arrays' tuples; closed if none
+  SpillFile cellTuples; // the cell tuples of each triangle; closed if there are none
   std::size_t cellTupleBytes = 0;
   ScalarType scalarType = ScalarType::Float32;
   std::vector<AttributeInfo> attributes; // point arrays first, as their tuples are

@@ -10,6 +10,7 @@
 #include "filters/outofcore/files/BatchPass.h"
 #include "filters/outofcore/files/BucketFile.h"
 #include "filters/outofcore/files/MemoryPlan.h"
+#include "filters/outofcore/files/NumberSet.h"
 #include "filters/outofcore/files/RepeatedHashes.h"
 
 #include <algorithm>
@@ -32,48 +33,6 @@ std::uint64_t HashOf(const Vec3& place)
   return HashOfPlace(WithPositiveZeros(place), agreedSeed);
 }
 
-// A set of numbers. Duplicates are dropped whenever there are too many numbers, so that only
-// different ones take memory.
-class DifferentNumbers
-{
-public:
-  DifferentNumbers(std::size_t most, std::size_t all)
-    : Most(most)
-  {
-    this->Numbers.reserve(std::min(most, all));
-  }
-
-  void Add(std::uint64_t number)
-  {
-    if (this->Numbers.size() == this->Most)
-    {
-      this->DropEqual();
-      // There may be more than expected: then memory has to grow, or sorting would never end.
-      this->Most = std::max(this->Most, 2 * this->Numbers.size());
-    }
-    this->Numbers.push_back(number);
-  }
-
-  std::uint64_t CountAndClear()
-  {
-    this->DropEqual();
-    const std::uint64_t count = this->Numbers.size();
-    this->Numbers.clear();
-    return count;
-  }
-
-private:
-  void DropEqual()
-  {
-    std::sort(this->Numbers.begin(), this->Numbers.end());
-    this->Numbers.erase(
-      std::unique(this->Numbers.begin(), this->Numbers.end()), this->Numbers.end());
-  }
-
-  std::size_t Most;
-  std::vector<std::uint64_t> Numbers;
-};
-
 // Step 1: all places, where the hashes that may come twice fit the memory.
 template <class Scalar>
 class PlaceCounter
@@ -92,7 +51,7 @@ public:
   {
   }
 
-  // None where they do not fit.
+  // Nothing if the hashes do not fit.
   Result<std::optional<std::uint64_t>> CountPlaces()
   {
     std::vector<std::uint64_t> repeats(this->Shape.slots, 0);
@@ -210,7 +169,8 @@ Result<std::uint64_t> CountPlacesExternally(SpillFolder& folder, const SpillFile
   // Half of the memory for different hashes; a bucket has half of what fits, or a few more.
   const std::uint64_t most = std::max<std::uint64_t>(64, memory / 2 / sizeof(std::uint64_t));
   const std::uint64_t buckets = count <= most ? 1 : 1 + 2 * std::uint64_t{ count } / most;
-  DifferentNumbers different(static_cast<std::size_t>(most), count);
+  NumberSet<std::uint64_t> different(static_cast<std::size_t>(most));
+  different.Reserve(count);
   if (buckets == 1)
   {
     KDSTREAM_TRY(ForEachHash<Scalar>(records, count, placeOf, execution,

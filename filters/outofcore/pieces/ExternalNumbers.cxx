@@ -276,7 +276,8 @@ private:
     std::vector<bool> taken(clusterOf.size(), false); // of the block's numbers
     for (std::size_t i = 0; i < counts.size(); ++i)
     {
-      const std::uint64_t from = (*first)[i] - range.begin; // beyond the block where it is below
+      // Wraps around to a large number if it is below the block.
+      const std::uint64_t from = (*first)[i] - range.begin;
       bool fits = from <= range.size && counts[i] <= range.size - from;
       for (std::uint64_t at = from; fits && at < from + counts[i]; ++at)
       {

@@ -33,16 +33,17 @@ struct ExternalTreeOptions
 struct ExternalDepthStatistics
 {
   std::uint64_t cells = 0;
-  std::uint64_t records = 0;          // in these cells
-  std::uint64_t medianPasses = 0;     // passes over one cell that a method made, all cells together
-  std::uint64_t mostMedianPasses = 0; // over one cell
+  std::uint64_t records = 0; // in these cells
+  // Passes over single cells by the method, summed over all cells.
+  std::uint64_t medianPasses = 0;
+  std::uint64_t mostMedianPasses = 0; // most passes over a single cell
   std::uint64_t medianRecords = 0;    // read in these passes
 };
 
 struct ExternalTreeStatistics
 {
   std::vector<ExternalDepthStatistics> depths; // from the root's; empty where all fits the memory
-  std::uint64_t cellsInMemory = 0;             // that were finished there
+  std::uint64_t cellsInMemory = 0;             // cells finished in memory
   std::uint64_t bytesRead = 0, bytesWritten = 0, peakBytesOnDisk = 0;
 };
 

@@ -22,7 +22,7 @@ namespace
 struct Side
 {
   std::uint64_t count = 0;
-  double coordinates = 0, ids = 0; // sums: they only choose pivots
+  double coordinates = 0, ids = 0; // sums, used only to choose pivots
 
   void Add(const OrderKey& key, double sign = 1)
   {
@@ -163,7 +163,7 @@ Status Classify(KeySource& keys, const KeyRange& range, const OrderKey& pivot, M
   return {};
 }
 
-// What is left of a side without its heap.
+// The side without the keys of its heap.
 Side Without(Side side, const std::vector<OrderKey>& heap)
 {
   for (const OrderKey& key : heap)

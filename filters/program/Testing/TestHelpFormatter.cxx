@@ -98,7 +98,7 @@ TEST(HelpFormatter, GroupsValuesDefaultsAndTheExample)
     "  kdstream-test dragon.ply\n");
 }
 
-TEST(HelpFormatter, ACommandTellsOnlyItsOwn)
+TEST(HelpFormatter, ACommandPrintsOnlyItsOwn)
 {
   CLI::App app("Looks at stores.", "kdstream-test");
   app.require_subcommand(1);

@@ -16,7 +16,7 @@ std::vector<StepShare> Shares()
 
 }
 
-TEST(ProgressEstimate, TellsNothingBeforeThereIsEnough)
+TEST(ProgressEstimate, EstimatesNothingBeforeThereIsEnough)
 {
   ProgressEstimate estimate;
   estimate.Add("levels", 0.1, 100);
@@ -51,7 +51,7 @@ TEST(ProgressEstimate, MeasuresAStepFromWhereItBegan)
   EXPECT_NEAR(*estimate.Rate(), 0.1, 1e-12);
 }
 
-TEST(ProgressEstimate, TellsTheTimeOfAllStepsByTheirShares)
+TEST(ProgressEstimate, EstimatesTheTimeOfAllStepsByTheirShares)
 {
   ProgressEstimate estimate(Shares());
   estimate.Add("read", 0, 0);

@@ -24,7 +24,7 @@ TEST(ProgressReporter, DurationsAndAmountsAreShort)
   EXPECT_EQ(CountText(12), "12");
 }
 
-TEST(ProgressReporter, TellsStepTimeRateAndRest)
+TEST(ProgressReporter, ReportsStepTimeRateAndRest)
 {
   ProgressState state{ "levels", 0.356, 42.9, 2.14e6, "triangles",
     ProgressEstimate::Time{ 39.2, true } };
@@ -47,7 +47,7 @@ TEST(ProgressReporter, ABarFitsTheTerminal)
   EXPECT_EQ(ProgressBar(state, 50).size(), 50U);
 }
 
-TEST(ProgressReporter, ABarMovesWhereAStepTellsNothing)
+TEST(ProgressReporter, ABarMovesWhereAStepReportsNothing)
 {
   const auto bar = [](double fraction, double seconds) {
     return ProgressBar({ "surface", fraction, seconds, {}, {}, {} }, 200);

@@ -134,8 +134,8 @@ TEST(UsageMessage, CommandsToo)
 TEST(UsageMessage, MessagesOfCli11AreInPlainWords)
 {
   EXPECT_EQ(MessageWith({ "--weld", "ON" }), "--weld: \"ON\" is not one of on or off");
-  EXPECT_EQ(MessageWith({ "--port=-1" }), "--port: \"-1\" is not a value that it can have");
-  EXPECT_EQ(MessageWith({ "--title" }), "--title: a value is missing after it");
+  EXPECT_EQ(MessageWith({ "--port=-1" }), "--port: \"-1\" is not a valid value");
+  EXPECT_EQ(MessageWith({ "--title" }), "--title needs a value");
   EXPECT_EQ(MessageOfCommand({ "extract", "m.kds" }), "one of --level or --partition is missing");
   EXPECT_EQ(MessageOfCommand({ "extract", "m.kds", "--level", "1", "--partition", "2" }),
     "give only one of --level or --partition, not 2");

@@ -29,7 +29,7 @@ TEST(TestBlobId, EveryValidNameComesBack)
   }
 }
 
-TEST(TestBlobId, RefusesWhatIsNoBlob)
+TEST(TestBlobId, RefusesWhatIsNotABlob)
 {
   for (const char* name :
     { "", "/", "tree", "tree/", "tree//1", "tree/1/", "/tree/1", "trees/1", "levels/7",

@@ -51,7 +51,7 @@ TEST(TestControlMessage, ReadsTheDocumentedExamples)
   EXPECT_TRUE(ParseClientMessage(R"({"type":"cancel","request":5,"later":{}})"));
 }
 
-TEST(TestControlMessage, TellsFatalMessagesFromWrongOnes)
+TEST(TestControlMessage, DistinguishesFatalMessagesFromWrongOnes)
 {
   for (const char* text : { "", "x", "[]", "7", "\"text\"", "null", "{\"a\":}", "{", "\xFF" })
   {

@@ -39,7 +39,7 @@ void OverwriteInPlace(const fs::path& from, const fs::path& to)
 }
 
 // Their bytes are right, and their length that of their characters.
-TEST_F(DamagedStore, ATextIsNoBlob)
+TEST_F(DamagedStore, ATextIsNotABlob)
 {
   const std::vector<std::string> names{ "tree/1", "boxes/1", "levels/0/1" };
   for (const std::string table : { "directory", "content" })

@@ -330,7 +330,7 @@ TEST_F(HostileStore, ATreeWithoutAnEndIsEnded)
 }
 
 // Files beside the store are not the store's: they are neither read nor removed.
-TEST_F(HostileStore, AJournalBesideTheStoreIsLeftAlone)
+TEST_F(HostileStore, AJournalBesideTheStoreIsNotTouched)
 {
   this->Make("");
   const std::string garbage(100000, '\x5A');

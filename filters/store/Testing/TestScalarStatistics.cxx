@@ -116,7 +116,7 @@ TEST(ScalarStatistics, LeaveOutWhatIsNotFinite)
     statistics.Describe(), (std::vector<ScalarDescription>{ { "height", -2, 5, -2, 5, {} } }));
 }
 
-TEST(ScalarStatistics, TellNoClassesBeyond256)
+TEST(ScalarStatistics, ReportNoClassesBeyond256)
 {
   const AttributeInfo label{ "label", AttributeType::Int32, AttributeAssociation::Point, 1 };
   for (const std::uint32_t count : { 256U, 257U })

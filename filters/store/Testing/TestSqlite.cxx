@@ -35,7 +35,7 @@ TEST(TestSqlite, ARemovedCurrentFolderIsAnError)
 }
 
 // What the system refuses may pass: it is not taken for damage.
-TEST(TestSqlite, AReadThatFailsIsNoDamage)
+TEST(TestSqlite, AReadThatFailsIsNotDamage)
 {
   const fs::path file =
     fs::temp_directory_path() / ("kdstream-sqlite-" + std::to_string(::getpid()));

@@ -84,7 +84,7 @@ TEST_F(StoreTest, WithWeldingTheWeldedMeshComesBack)
   }
 }
 
-TEST_F(StoreTest, TheDigestDependsOnInputAndOptionsAlone)
+TEST_F(StoreTest, TheDigestDependsOnlyOnInputAndOptions)
 {
   for (const NamedMesh& named : AllMeshes())
   {

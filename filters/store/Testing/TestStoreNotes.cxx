@@ -93,7 +93,7 @@ TEST_F(TestStoreNotes, NoLinkBesideThemIsFollowedAndTheyStayPrivate)
   EXPECT_TRUE(fs::is_symlink(planted));
 }
 
-TEST_F(TestStoreNotes, WhatIsNoneIsRefused)
+TEST_F(TestStoreNotes, InvalidValuesAreRefused)
 {
   std::ofstream(this->File) << "[]";
   EXPECT_EQ(this->Wrong().code, ErrorCode::InvalidInput);

@@ -140,7 +140,7 @@ TEST_F(StoreWriterTest, AStoreThatIsReplacedKeepsItsPermissions)
 }
 
 // At every report of progress: nobody can open an output that is readable only in the store.
-TEST_F(StoreWriterTest, WhatIsUnfinishedIsNoMoreReadableThanTheStore)
+TEST_F(StoreWriterTest, AnUnfinishedFileHasThePermissionsOfTheStore)
 {
   const auto readable = [&](const BuildOptions& options)
   {

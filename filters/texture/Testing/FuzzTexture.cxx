@@ -21,7 +21,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   {
     std::abort();
   }
-  // The same bytes as a library of materials, in a file in memory.
+  // The same bytes as a material library, in a file in memory.
   static const int library = ::memfd_create("library", 0);
   if (library < 0 || ::ftruncate(library, 0) != 0 ||
       ::pwrite(library, data, size, 0) != static_cast<ssize_t>(size))

@@ -55,12 +55,13 @@ TEST(FilesBeside, SaysWhyNothingIsFound)
   for (const std::string written : { "../t.png", "maps/../../t.png", "..\\t.png", "C:\\t.png",
          "/t.png", "'../t.png'", "%2e%2e/t.png", "file:///t.png" })
   {
-    EXPECT_EQ(WhyMissing(written), "lies outside the mesh's folder, where nothing is read")
+    EXPECT_EQ(WhyMissing(written), "lies outside the mesh's folder, and nothing is read there")
       << written;
   }
-  EXPECT_EQ(WhyMissing("http://a.example/t.png"), "lies on the web, from which nothing is read");
+  EXPECT_EQ(WhyMissing("http://a.example/t.png"), "lies on the web, and nothing is downloaded");
   EXPECT_EQ(WhyMissing("t.mtl", true), "are not there");
-  EXPECT_EQ(WhyMissing("../t.mtl", true), "lie outside the mesh's folder, where nothing is read");
+  EXPECT_EQ(
+    WhyMissing("../t.mtl", true), "lie outside the mesh's folder, and nothing is read there");
 }
 
 TEST(FilesBeside, PicturesElsewhereAreNamedAsTheyAreWritten)
@@ -72,7 +73,7 @@ TEST(FilesBeside, PicturesElsewhereAreNamedAsTheyAreWritten)
   EXPECT_EQ(near.wrong, "");
   const PictureSource far = PictureBeside(folder.File("u.png"), "../maps/u.png", "<", ">");
   EXPECT_EQ(far.name, "<'../maps/u.png'>");
-  EXPECT_EQ(far.wrong, "it lies outside the mesh's folder, where nothing is read");
+  EXPECT_EQ(far.wrong, "it lies outside the mesh's folder, and nothing is read there");
 }
 
 TEST(MaterialNames, AreFoundAsTheyAreWrittenOrElseIfOneFits)

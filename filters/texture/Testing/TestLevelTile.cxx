@@ -293,7 +293,7 @@ TEST(LevelTile, HasNoMoreBytesThanItMay)
 }
 
 // Both sides of a leaf are painted, each in its colour.
-TEST(LevelTile, TellsTheTwoSidesOfALeaf)
+TEST(LevelTile, DistinguishesTheTwoSidesOfALeaf)
 {
   FinerTile leaf;
   for (const double z : { 0.0, 0.001 })

@@ -229,7 +229,7 @@ TEST(Picture, CutOnesAreErrorsThatSayWhat)
     }
   }
   EXPECT_EQ(ErrorOf({}), "it is empty");
-  EXPECT_EQ(ErrorOf({ 'G', 'I', 'F', '8' }), "it is no JPEG, PNG or WebP");
+  EXPECT_EQ(ErrorOf({ 'G', 'I', 'F', '8' }), "it is neither JPEG, PNG nor WebP");
 }
 
 TEST(Picture, DamagedBytesNeverCrash)

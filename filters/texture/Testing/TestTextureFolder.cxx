@@ -176,14 +176,14 @@ TEST_F(TestTextureFolder, WrongOnesAreRefused)
   EXPECT_NE(this->WhyNot().find("truncated"), std::string::npos) << this->WhyNot();
   material.picture = 1;
   this->Write(pictures, { material });
-  EXPECT_NE(this->WhyNot().find("a material whose picture is not there"), std::string::npos);
+  EXPECT_NE(this->WhyNot().find("a material whose picture does not exist"), std::string::npos);
   material.picture = 0;
   this->Write(pictures, { material });
   std::ofstream(index, std::ios::app) << "x";
   EXPECT_EQ(this->WhyNot(), "bytes beyond the end");
   this->Write(pictures, { material });
   fs::resize_file(this->Folder / "paint" / "picture-0", 100);
-  EXPECT_EQ(this->WhyNot(), "is of another size than its picture");
+  EXPECT_EQ(this->WhyNot(), "has another size than its picture");
   fs::remove(this->Folder / "paint" / "picture-0");
   EXPECT_NE(this->WhyNot().find("cannot be read: "), std::string::npos);
 }

@@ -231,7 +231,7 @@ void FinerColors::FindNeighbours()
 {
   struct EdgeSide
   {
-    std::uint64_t vertices; // the lower one in the upper half
+    std::uint64_t vertices; // the lower vertex in the upper half
     std::uint32_t triangle, edge;
   };
   const std::vector<Triangle>& triangles = this->Finer.piece.triangles;
@@ -376,7 +376,8 @@ void FinerColors::SearchCell(std::size_t cell, Search& search) const
 void FinerColors::Look(std::uint32_t t, Search& search) const
 {
   const Triangle& corners = this->Finer.piece.triangles[t];
-  // At a right angle as if it were a triangle's size farther, the other side more than two.
+  // A triangle that faces elsewhere counts as farther: at a right angle by its size, from behind by
+  // twice.
   const double turned =
     std::max(agreeing - Dot(this->Balls[t].normal, search.normal), 0.0) / agreeing * this->Side;
   const double squared = turned * turned + SquaredToTriangle(search.from, this->PointOf(corners[0]),

@@ -25,7 +25,7 @@ using ChartPlace = std::array<double, 2>;
 // An edge as each of its triangles has it.
 struct ChartEdge
 {
-  std::uint64_t vertices; // the lower one in the upper half
+  std::uint64_t vertices; // the lower vertex in the upper half
   std::uint32_t triangle;
   bool operator<(const ChartEdge& other) const
   {
@@ -136,7 +136,7 @@ public:
     this->Seen.assign(this->Triangles.size(), noChart);
     for (std::uint32_t t = 0; t < this->Triangles.size(); ++t)
     {
-      while (this->ChartOf[t] == noChart) // a chart may leave out the triangle that it grew from
+      while (this->ChartOf[t] == noChart) // a chart may leave out its first triangle
       {
         this->Charts.push_back(this->ChartFrom(t));
       }
@@ -268,7 +268,7 @@ private:
     return places;
   }
 
-  // Those of the triangles that lie beside each other on the plane.
+  // The triangles that lie beside each other on the plane.
   std::vector<std::uint32_t> Unfold(std::vector<std::uint32_t> grown, const Vec3& normal) const
   {
     const auto [u, v] = AxesOf(normal);
@@ -346,10 +346,11 @@ private:
   const std::span<const Vec3> Points;
   const std::span<const Triangle> Triangles;
   const double Spacing;
-  std::vector<Vec3> Normals;                      // of length 1; 0 of a triangle without area
-  std::vector<double> Areas;                      // twice
-  std::vector<std::uint32_t> FirstBeside, Beside; // of each triangle, those that share an edge
-  std::vector<std::uint32_t> ChartOf, Seen;       // by number of the chart
+  std::vector<Vec3> Normals; // of length 1; 0 of a triangle without area
+  std::vector<double> Areas; // twice
+  // For each triangle, the triangles that share an edge with it.
+  std::vector<std::uint32_t> FirstBeside, Beside;
+  std::vector<std::uint32_t> ChartOf, Seen; // by number of the chart
   std::vector<LevelChart> Charts;
 };
 

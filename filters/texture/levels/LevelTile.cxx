@@ -308,7 +308,7 @@ private:
     return squared;
   }
 
-  // Which finer piece has the nearest box; `last` where the point is in its.
+  // The finer piece with the nearest box; `last` if its box contains the point.
   std::size_t NearestPlace(const Vec3& point, std::size_t last) const
   {
     std::size_t nearest = last;
@@ -327,7 +327,7 @@ private:
 
   Status Sample()
   {
-    constexpr double mostRatio = 1.5; // of texels to those that they are sampled from
+    constexpr double mostRatio = 1.5; // texel size, relative to the texels that are sampled
     double ratio = this->Finest > 0 ? this->Spacing / this->Finest : 1;
     for (this->Halvings = 0; ratio > mostRatio && this->Halvings < mostPictureHalvings; ratio /= 2)
     {
@@ -427,9 +427,10 @@ private:
   const Piece& P;
   const FinerTiles& Finer;
   const LevelTileOptions& Options;
-  double Spacing = 1, Finest = 0; // of texels, and of the finer ones (0: none), model units
-  unsigned Halvings = 0;          // of finer pictures
-  std::vector<Vec3> Normals;      // of triangles, of length 1; 0 without area
+  // Of texels, and of texels of the finer tiles (0: none), model units.
+  double Spacing = 1, Finest = 0;
+  unsigned Halvings = 0;     // of finer pictures
+  std::vector<Vec3> Normals; // of triangles, of length 1; 0 without area
   std::vector<LevelChart> Charts;
   PackedBoxes Packed;
   std::vector<std::uint32_t> Owners;  // of each texel, a triangle

@@ -38,10 +38,10 @@ struct FinerTiles
   struct Place
   {
     Box box;           // of the piece's own vertices
-    bool below = true; // it covers part of the piece; else it is beside it
+    bool below = true; // true: the tile covers part of the piece; false: it is beside the piece
   };
   std::vector<Place> places;
-  // That of a place. Called more than once.
+  // Reads the tile at a place. Called more than once.
   std::function<Result<std::shared_ptr<const FinerColors>>(std::size_t)> read;
 };
 

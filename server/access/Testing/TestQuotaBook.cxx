@@ -58,7 +58,7 @@ QuotaLimits Share(double share)
 
 }
 
-TEST_F(Quotas, ItsFileIsForItsOwnerAlone)
+TEST_F(Quotas, ItsFileIsOnlyForItsOwner)
 {
   const auto book = this->Open(Share(0.01));
   EXPECT_TRUE(May(*book, "ann", 1));
@@ -169,7 +169,7 @@ TEST_F(Quotas, AClockThatIsSetBackForgetsNothing)
 }
 
 // A clock that goes back a little, or is a little late, does not give a new quota either.
-TEST_F(Quotas, AClockThatIsALittleBehindGivesNoMore)
+TEST_F(Quotas, AClockThatIsALittleSlowGivesNoMore)
 {
   QuotaLimits limits;
   limits.regionsPerMinute = 3;
@@ -457,7 +457,7 @@ TEST_F(Quotas, ManyWhoFindTheFileLockedWaitTogether)
   EXPECT_TRUE(May(*book, "ann", 1));
 }
 
-TEST_F(Quotas, AFileThatIsNoneIsAnError)
+TEST_F(Quotas, AnInvalidFileIsAnError)
 {
   std::ofstream(this->file) << std::string(10'000, 'x');
   const auto book = QuotaBook::Open(this->file, Share(0.1));

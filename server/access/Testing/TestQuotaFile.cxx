@@ -333,7 +333,7 @@ TEST_F(QuotaFile, AFileThatIsReplacedByAnother)
   EXPECT_EQ(*QueryInteger(database->get(), "SELECT sum(count) FROM counts"), 2);
 }
 
-TEST_F(QuotaFile, AFileThatIsNoneForAWhile)
+TEST_F(QuotaFile, AFileThatIsInvalidForAWhile)
 {
   const auto book = this->Open(2);
   EXPECT_TRUE(May(*book, 1));

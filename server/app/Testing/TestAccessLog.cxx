@@ -60,7 +60,7 @@ TEST_F(Log, AClientBreaksNoLine)
     " fe80::1%\\x0a127.0.0.1\\x20\\x22 \"GET /a\\x20\\x22b\\x22\" 200 512 250.0\n");
 }
 
-TEST_F(Log, ANewFileIsNotForEverybody)
+TEST_F(Log, ANewFileIsNotReadableForEverybody)
 {
   ASSERT_TRUE(AccessLog::Open(this->file));
   EXPECT_EQ(fs::status(this->file).permissions() & fs::perms::others_all, fs::perms::none);

@@ -81,7 +81,7 @@ TEST_F(Serve, ServesAFolderUntilItIsStopped)
   EXPECT_NE(text.find(" 127.0.0.1 \"GET /api/models.json\" 200 "), std::string::npos) << text;
 }
 
-TEST_F(Serve, TellsOfItsSite)
+TEST_F(Serve, NamesItsSite)
 {
   this->Build("one.kds");
   Process serve(
@@ -496,7 +496,7 @@ TEST_F(Serve, NoSecretsComeByAPipe)
   }
 }
 
-TEST_F(Serve, TellsWhyItCannotServe)
+TEST_F(Serve, ReportsWhyItCannotServe)
 {
   this->Build("one.kds");
   const std::uintmax_t bytes = fs::file_size(this->stores / "one.kds");

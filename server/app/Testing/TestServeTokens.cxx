@@ -99,7 +99,7 @@ TEST_F(Guarded, TakesTheTokensThatItMakes)
   EXPECT_EQ(serve.AnyErrorLine(), "") << "it has nothing to warn of";
 }
 
-TEST_F(Guarded, TellsWhoGivesTokens)
+TEST_F(Guarded, NamesWhoGivesTokens)
 {
   Process serve({ this->stores, "--port", "0", "--tokens", this->keys, "--contact",
     "Museum <b>, \"ann\"@example.org" });

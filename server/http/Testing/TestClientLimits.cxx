@@ -6,7 +6,7 @@
 using namespace kdstream;
 using namespace std::chrono_literals;
 
-TEST(ClientLimits, AnAddressHasSoManySlots)
+TEST(ClientLimits, AnAddressHasALimitedNumberOfSlots)
 {
   ClientLimits limits(2, 0);
   auto first = limits.TakeSlot("10.0.0.1");

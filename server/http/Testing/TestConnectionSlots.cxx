@@ -95,7 +95,7 @@ TEST_F(ConnectionSlots, ARequestsIsFreeWhenItsClientIsReset)
 }
 
 // A client that has only closed its sending side may wait for an answer, but not for ever.
-TEST_F(ConnectionSlots, AReaderIsNotWaitedForForEver)
+TEST_F(ConnectionSlots, AReaderIsWaitedForOnlyForALimitedTime)
 {
   const auto port = this->Start();
   this->model->diskHangs = true;

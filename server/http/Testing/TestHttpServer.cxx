@@ -390,7 +390,7 @@ TEST_F(Server, AHostThatIsAllowedIsTakenByTheAdministratorToo)
   EXPECT_EQ(statusFor(admin, "evil.example"), 421u);
 }
 
-TEST_F(Server, TellsWhyItCannotStart)
+TEST_F(Server, ReportsWhyItCannotStart)
 {
   const auto port = this->Start();
   HttpServerOptions taken;

@@ -133,7 +133,7 @@ TEST_F(ModelPages, AModelThatIsGoneSaysSo)
   EXPECT_LT(this->Get("/m/" + std::string(7000, 'a')).length, 2000u);
 }
 
-TEST_F(ModelPages, WithoutATokenNothingIsToldOfAModel)
+TEST_F(ModelPages, WithoutATokenNothingIsRevealedOfAModel)
 {
   const auto token = [](const std::string& models)
   {

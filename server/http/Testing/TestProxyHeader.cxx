@@ -68,7 +68,7 @@ const std::string of6 =
 
 }
 
-TEST(ProxyHeader, NamesTheClientInWords)
+TEST(ProxyHeader, NamesTheClient)
 {
   EXPECT_EQ(ClientOf("PROXY TCP4 1.2.3.4 5.6.7.8 50000 443\r\n"), "1.2.3.4");
   EXPECT_EQ(ClientOf("PROXY TCP6 2001:db8::7 ::1 1 65535\r\n"), "2001:db8::7");
@@ -87,7 +87,7 @@ TEST(ProxyHeader, NamesTheClientInBytes)
   EXPECT_EQ(ClientOf(Binary(0x21, 0x31, std::string(216, 's'))), "") << "a socket of its machine";
 }
 
-TEST(ProxyHeader, RefusesWhatIsNone)
+TEST(ProxyHeader, RefusesInvalidText)
 {
   for (const std::string& wrong : { "GET /healthz HTTP/1.1\r\n\r\n"s, "PROXYTCP4 1.2.3.4"s,
          "PROXY TCP4 1.2.3.4 5.6.7.8 50000\r\n"s, "PROXY TCP4 1.2.3.4 5.6.7.8 1 2 3\r\n"s,

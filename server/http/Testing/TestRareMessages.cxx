@@ -6,7 +6,7 @@
 
 using namespace kdstream;
 
-TEST(RareMessages, TellsTheSameOnceAMinuteWithACount)
+TEST(RareMessages, ReportsTheSameOnceAMinuteWithACount)
 {
   RareMessages messages;
   const RareMessages::Clock::time_point start{ std::chrono::hours(1) };

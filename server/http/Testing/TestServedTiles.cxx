@@ -407,7 +407,7 @@ TEST_F(ServedTiles, CloudsAndStoresWithoutLevels)
 }
 
 // A piece that cannot be read is the server's failure, and nothing of it is kept.
-TEST_F(ServedTiles, DamageIsNoTile)
+TEST_F(ServedTiles, DamageIsNotATile)
 {
   MemoryCatalog memory; // whose blobs are no pieces
   memory.Add("hill", 1, 4, 3000);

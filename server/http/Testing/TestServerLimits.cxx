@@ -65,7 +65,7 @@ TEST_F(Limits, RefusesMoreConnectionsThanItHasSlots)
   }
 }
 
-TEST_F(Limits, AHeaderHasSoManyBytes)
+TEST_F(Limits, AHeaderHasALimitedSize)
 {
   this->options.headerBytes = 1024;
   HttpTestClient client(this->Start());
@@ -77,7 +77,7 @@ TEST_F(Limits, AHeaderHasSoManyBytes)
   EXPECT_TRUE(client.Ends());
 }
 
-TEST_F(Limits, AnAddressHasSoManyConnections)
+TEST_F(Limits, AnAddressHasALimitedNumberOfConnections)
 {
   this->options.connectionsOfAddress = 2;
   const auto port = this->Start();

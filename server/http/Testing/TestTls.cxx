@@ -95,7 +95,7 @@ TEST_F(Tls, ServesHttps)
   EXPECT_EQ(answer.substr(0, 15), "HTTP/1.1 200 OK") << answer;
 }
 
-TEST_F(Tls, TellsBrowsersToStayWithIt)
+TEST_F(Tls, SendsBrowsersHsts)
 {
   const std::string field = "\r\nStrict-Transport-Security: max-age=31536000\r\n";
   {

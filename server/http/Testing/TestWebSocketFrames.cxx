@@ -102,7 +102,7 @@ TEST(WebSocketFrames, MessagesComeWholeWithControlFramesBetween)
                                "binary", "text end", "close 1000 bye" }));
 }
 
-TEST(WebSocketFrames, AMessageHasSoManyBytesInAllItsParts)
+TEST(WebSocketFrames, AMessageHasALimitedSizeInAllItsParts)
 {
   const std::string most(mostMessageBytes, 'x');
   EXPECT_EQ(EventsOf(TextFrame(most)), std::vector<std::string>{ "text " + most });

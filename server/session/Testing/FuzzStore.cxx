@@ -108,7 +108,7 @@ void Serve(const ServedModel& model)
     const auto size = model.BlobSize(id); // first: what was read is in memory
     const auto bytes = model.ReadBlob(id);
     Require(!bytes || (size && *size == (*bytes)->size()), "a blob of another size");
-    Require(bytes || !bytes.GetError().message.empty(), "an error without words");
+    Require(bytes || !bytes.GetError().message.empty(), "an error without a message");
   }
   const protocol::ClientMessage region{ 1, protocol::RegionRequest{ 1, 3, {} } };
   (void)ListBlobs(model, region, 1000).HasValue();
@@ -383,7 +383,7 @@ void Read(const std::filesystem::path& file)
   const auto store = Store::Open(file);
   if (!store)
   {
-    Require(!store.GetError().message.empty(), "an error without words");
+    Require(!store.GetError().message.empty(), "an error without a message");
     return;
   }
   Require(HasSchemaOfStore(file), "a store with another schema");

@@ -348,7 +348,7 @@ TEST_F(ConversationTest, ListensWhileATaskIsDone)
   EXPECT_EQ(this->model->reads.load(), 0u);
 }
 
-TEST_F(ConversationTest, ABlobOfACancelledRequestIsNoneOfTheNext)
+TEST_F(ConversationTest, ABlobOfACancelledRequestIsNotOneOfTheNextRequest)
 {
   this->OpenModel();
   this->Ask({ 2, AskPartitions({ 3 }) });
@@ -383,7 +383,7 @@ TEST_F(ConversationTest, WhatIsInMemoryNeedsNoTask)
   EXPECT_EQ(this->model->reads.load(), 0u);
 }
 
-TEST_F(ConversationTest, RegionsHaveSoManyPartitions)
+TEST_F(ConversationTest, RegionsHaveALimitedNumberOfPartitions)
 {
   for (const std::size_t most : { std::size_t{ 127 }, std::size_t{ 128 } })
   {
@@ -455,7 +455,7 @@ TEST_F(ConversationTest, AtMostSixteenUnfinishedRequests)
   EXPECT_EQ(this->blobs.size(), 17u);
 }
 
-TEST_F(ConversationTest, ClientsThatDoNotReadAreNotHeardForEver)
+TEST_F(ConversationTest, ClientsThatDoNotReadAreDisconnected)
 {
   int accepted = 0;
   for (; this->conversation.AcceptsMessages() && accepted < 100000; ++accepted)

@@ -121,7 +121,7 @@ TEST_F(SomeOpenStores, ABlobInMemoryIsSentOfAStoreThatWasLetGo)
   EXPECT_EQ(model->FindBlob(BlobId::Partition(0)), nullptr);
 }
 
-TEST_F(SomeOpenStores, AFileThatWasReplacedMeanwhileIsNoticed)
+TEST_F(SomeOpenStores, AFileThatWasReplacedWhileItWasReadIsNoticed)
 {
   this->Build(this->File(0), 33);
   EXPECT_EQ(this->models[0]->CheckUnchanged().GetError().code, ErrorCode::Changed);
@@ -145,7 +145,7 @@ TEST_F(SomeOpenStores, AFileThatWasReplacedMeanwhileIsNoticed)
 }
 
 // Another store of the same size in the same file, which says that it is as old.
-TEST_F(SomeOpenStores, AFileThatWasOverwrittenMeanwhileIsNoticed)
+TEST_F(SomeOpenStores, AFileThatWasOverwrittenWhileItWasReadIsNoticed)
 {
   const fs::path other = this->folder / "other";
   this->Build(other, 21);

@@ -37,7 +37,7 @@ TEST(PatientLoop, DoesAllInTheirOrder)
     0, leisure, [](std::size_t) { FAIL(); }, [](std::size_t) { FAIL(); });
 }
 
-TEST(PatientLoop, LeavesWhatTakesTooLongAlone)
+TEST(PatientLoop, LeavesOutWhatTakesTooLong)
 {
   const auto work = std::make_shared<Work>();
   std::vector<std::size_t> late;

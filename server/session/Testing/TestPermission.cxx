@@ -164,7 +164,7 @@ TEST_F(Access, AConversationGivesWhatTheTokenAllows)
 }
 
 // Resolutions finer than the token allows are not listed either, by GET as on a stream.
-TEST_F(Access, ADescriptionTellsNoMoreThanTheTokenAllows)
+TEST_F(Access, ADescriptionHasNoMoreThanTheTokenAllows)
 {
   const auto& all = this->model->Description();
   ASSERT_GT(all.levels.size(), 12u);

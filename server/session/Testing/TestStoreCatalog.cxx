@@ -272,7 +272,7 @@ TEST_F(Folder, TexturesAreReadLikePartitions)
 }
 
 // As many and as long as a store can hold: the description must still be one that clients take.
-TEST_F(Folder, TellsEveryAttribute)
+TEST_F(Folder, ReportsEveryAttribute)
 {
   Mesh mesh = Sheet(30);
   for (std::size_t i = 0; i < mostAttributes; ++i)
@@ -327,7 +327,7 @@ TEST_F(Folder, WhatAModelDoesNotHaveIsNotFound)
   EXPECT_TRUE(this->reports.empty());
 }
 
-TEST_F(Folder, WhatIsNoStoreIsReportedAndLeftOut)
+TEST_F(Folder, WhatIsNotAStoreIsReportedAndLeftOut)
 {
   this->Build("good.kds", 20);
   fs::copy(this->folder / "good.kds", this->folder / "bad name.kds");

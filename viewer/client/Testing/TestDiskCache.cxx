@@ -72,7 +72,7 @@ std::optional<Bytes> FindSoon(DiskCache& cache, const CacheKey& key)
 }
 
 // Otherwise anybody who may write to the folder could cause computing without an end.
-TEST(TestDiskCache, AStrangersTablesAreMadeAnew)
+TEST(TestDiskCache, TablesOfAnotherProgramAreReplaced)
 {
   const std::string endless = "(WITH RECURSIVE c(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM c) "
                               "SELECT count(*) FROM c)";
@@ -360,7 +360,7 @@ TEST(TestDiskCache, AFileThatStaysBusyIsReportedOnce)
 }
 
 // Where others may write to the folder, its name may lead to anything.
-TEST(TestDiskCache, AnothersFileBehindALinkIsLeftAlone)
+TEST(TestDiskCache, AnotherUsersFileThatALinkLeadsToIsNotTouched)
 {
   const TemporaryFolder folder;
   std::filesystem::create_directory(folder / "cache");
@@ -378,7 +378,7 @@ TEST(TestDiskCache, AnothersFileBehindALinkIsLeftAlone)
 }
 
 // SQLite would write through it, or believe what it says.
-TEST(TestDiskCache, WhatOthersPutBesideTheFileIsLeftAlone)
+TEST(TestDiskCache, FilesOfOthersBesideTheFileAreNotTouched)
 {
   for (const std::string ending : { "-wal", "-shm", "-journal" })
   {

@@ -75,7 +75,7 @@ struct ModelWithoutMemory final : TorusModel
   }
 };
 
-TEST(TestLocalClient, ABlobForWhichThereIsNoMemoryFailsAlone)
+TEST(TestLocalClient, OnlyTheBlobForWhichThereIsNoMemoryFails)
 {
   const auto model = std::make_shared<ModelWithoutMemory>();
   model->described = kdstream::testing::ServedTorus().Description();
@@ -144,7 +144,7 @@ TEST(TestLocalClient, WhatIsCancelledDoesNotCome)
   EXPECT_LT(cancelled, 100'000u);
 }
 
-TEST(TestLocalClient, WhatIsNoStoreIsRefused)
+TEST(TestLocalClient, WhatIsNotAStoreIsRefused)
 {
   const TemporaryFolder folder;
   const auto empty = LocalClient::Open(folder.Path);

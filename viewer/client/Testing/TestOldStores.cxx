@@ -10,7 +10,7 @@
 #include "viewer/client/LocalClient.h"
 #include "viewer/client/ServerClient.h"
 #include "viewer/client/Testing/SettledSession.h"
-#include "viewer/session/look/Coloring.h"
+#include "viewer/session/appearance/Coloring.h"
 
 #include <gtest/gtest.h>
 

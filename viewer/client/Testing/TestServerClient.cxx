@@ -277,7 +277,7 @@ TEST_F(TestServerClient, ALineThatBreaksOftenStillBringsEverything)
   EXPECT_GT(connections, 3);
 }
 
-TEST_F(TestServerClient, ALostServerIsAnErrorInWords)
+TEST_F(TestServerClient, ALostServerIsAnErrorWithAReason)
 {
   auto client = ServerClient::Connect(this->Server->Url());
   ASSERT_TRUE(client) << client.GetError().message;

@@ -192,7 +192,7 @@ TEST(TestServerLine, WhoWaitsForNothingComesBackLaterOrWhenSomethingIsAskedFor)
   }
 }
 
-TEST(TestServerLine, WhoComesBackInVainSaysSo)
+TEST(TestServerLine, AFailedRetryIsReported)
 {
   ServerLine line(Patient());
   StreamAtRest(line);

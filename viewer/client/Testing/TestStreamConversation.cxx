@@ -65,7 +65,7 @@ void ReceiveBlob(
   ASSERT_TRUE(conversation.ReceiveFrame(protocol::EncodeFrame({ wire, blob, 0, 3 }, payload), now));
 }
 
-TEST(TestStreamConversation, LongListsAreCutAndOnlySoManyMessagesAreInFlight)
+TEST(TestStreamConversation, LongListsAreCutAndTheNumberOfMessagesInFlightIsLimited)
 {
   StreamConversation conversation;
   SessionRequest request = Partitions(5, 10000, 1'000'000'000u);

@@ -307,7 +307,7 @@ TEST_F(TestView, WrongUsageEndsWithTwoAndFailedWorkWithOne)
   EXPECT_NE(this->Err.find("cannot be reached"), std::string::npos) << this->Err;
 }
 
-TEST_F(TestView, TellsItsOptionsAndVersion)
+TEST_F(TestView, PrintsItsOptionsAndVersion)
 {
   EXPECT_EQ(this->Run("--help"), 0);
   for (const char* word : { "--replay", "--offscreen", "--rings", "--stats", "--size", "--record",

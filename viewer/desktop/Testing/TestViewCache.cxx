@@ -133,7 +133,7 @@ TEST_F(TestViewCache, AMeshIsSeenWhereNothingCanBeKept)
 
 // In a cache that others may write to. The mesh is shown in each case, and the obstacle is reported
 // and not changed.
-TEST_F(TestViewCache, WhatOthersPlantedIsLeftAlone)
+TEST_F(TestViewCache, FilesThatOthersPlantedAreNotTouched)
 {
   namespace fs = std::filesystem;
   this->Write("mesh.ply", TetrahedronPly());

@@ -129,7 +129,7 @@ TEST_F(TestViewPictures, APictureHasALegend)
     << this->Err;
 }
 
-TEST_F(TestViewPictures, ALinkOpensTheViewThatItTells)
+TEST_F(TestViewPictures, ALinkOpensTheViewThatItNames)
 {
   const std::string url = this->Server->Url();
   const std::string view = " --offscreen auto --size 200x150 --screenshot ";

@@ -4,7 +4,7 @@
 
 #include "viewer/desktop/LegendText.h"
 #include "viewer/desktop/window/Panels.h"
-#include "viewer/session/look/ColorLegend.h"
+#include "viewer/session/appearance/ColorLegend.h"
 
 #include <imgui.h>
 

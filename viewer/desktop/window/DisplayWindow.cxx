@@ -135,7 +135,7 @@ Result<std::unique_ptr<DisplayWindow>> DisplayWindow::Make(
   vtkObject::GlobalWarningDisplayOn();
   made->Interactor->SetInteractorStyle(nullptr);
   made->Interactor->SetRenderWindow(made->Shown);
-  made->Interactor->EnableRenderOff(); // frames are drawn by whoever knows what is on them
+  made->Interactor->EnableRenderOff(); // WindowController draws the frames
   made->Interactor->Initialize();
   Display* display = DisplayOf(*made->Shown);
   made->Ratio = RatioOf(display);
@@ -381,7 +381,7 @@ void DisplayWindow::NoteButtonTimes()
     {
       reinterpret_cast<std::vector<unsigned long>*>(noted)->push_back(event->xbutton.time);
     }
-    return False; // it stays in the queue
+    return False; // False: the event stays in the queue
   };
   XEvent unused;
   XCheckIfEvent(DisplayOf(*this->Shown), &unused, note, reinterpret_cast<XPointer>(&serverTimes));

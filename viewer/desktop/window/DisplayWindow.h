@@ -40,7 +40,7 @@ public:
 
   // Waits for input or another event of the window, at most this time.
   void Wait(std::chrono::milliseconds atMost);
-  // What has been done since the last call, in order.
+  // The user's actions since the last call, in order.
   std::vector<WindowEvent> TakeEvents();
   // Whether the window has been resized or uncovered since the last call.
   bool TakeDamage();
@@ -71,10 +71,11 @@ private:
   std::uint32_t LastServerTime = 0;    // ms
   std::optional<double> ServerSeconds; // that time by our clock
   double LastTime = 0;
-  int FingersOpcode = 0; // of the X Input Extension; 0 without it
+  int FingersOpcode = 0; // of the X Input Extension; 0 if the server lacks it
   double PinchScale = 1; // since the trackpad's pinch began
   bool Damaged = true, Closed = false, FullScreen = false;
-  int PlainX = 0, PlainY = 0, PlainWidth = 0, PlainHeight = 0; // before it filled the screen
+  // Position and size before full screen.
+  int PlainX = 0, PlainY = 0, PlainWidth = 0, PlainHeight = 0;
 };
 
 }

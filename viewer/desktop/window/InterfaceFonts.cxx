@@ -14,13 +14,13 @@ namespace kdstream
 namespace
 {
 
-constexpr int mostFonts = 8; // each adds the letters that those before it lack
+constexpr int mostFonts = 8; // each adds letters that the fonts before it lack
 
 struct FontFile
 {
   std::string file;
   int index = 0;
-  std::set<char32_t> letters; // that it has, of those that were asked for
+  std::set<char32_t> letters; // requested letters that the font has
 };
 
 template <auto destroy>

@@ -39,7 +39,7 @@ constexpr auto controlKey = ImGuiKey_ModCtrl;
 constexpr auto shiftKey = ImGuiKey_ModShift;
 #endif
 
-// What fields know, and what X calls it.
+// Keys of text fields, and X's names for them.
 constexpr std::array<std::pair<decltype(ImGuiKey_Tab), std::string_view>, 16> keys{
   { { ImGuiKey_Tab, "Tab" }, { ImGuiKey_LeftArrow, "Left" }, { ImGuiKey_RightArrow, "Right" },
     { ImGuiKey_UpArrow, "Up" }, { ImGuiKey_DownArrow, "Down" }, { ImGuiKey_Home, "Home" },
@@ -291,7 +291,7 @@ bool InterfaceLayer::TakeKey(const WindowEvent& event)
     keys.begin(), keys.end(), [&](const auto& each) { return each.second == event.key; });
   if (key == keys.end())
   {
-    return true; // no field knows it
+    return true; // no text field uses this key
   }
   if (this->KeyIsDown || this->KeyWasDown)
   {
@@ -337,7 +337,7 @@ void InterfaceLayer::TakeEvents()
     }
     if (moves && std::find(changed.begin(), changed.end(), true) != changed.end())
     {
-      return; // where it was pressed counts
+      return; // what counts is where the button was pressed
     }
     io.MousePos = { static_cast<float>(event.x), static_cast<float>(event.y) };
     if (isDown || isUp)

@@ -22,7 +22,7 @@ class vtkRenderer;
 namespace kdstream
 {
 
-// One at a time.
+// Only one object may exist at a time.
 class InterfaceLayer
 {
 public:
@@ -32,7 +32,7 @@ public:
   InterfaceLayer(const InterfaceLayer&) = delete;
   InterfaceLayer& operator=(const InterfaceLayer&) = delete;
 
-  // That these letters may be drawn.
+  // Makes sure that these letters can be drawn.
   void KnowText(std::string_view text);
 
   // Takes the mouse, fingers as if they were a mouse, and keys while text is written.
@@ -85,7 +85,7 @@ private:
   bool FontsAreDue = true;
   std::deque<WindowEvent> Events;
   bool KeyIsDown = false, KeyWasDown = false; // in this frame, in the last one
-  std::vector<Shape> Shapes;                  // when they were described last
+  std::vector<Shape> Shapes;                  // the shapes of the last frame
 };
 
 // ---- The letters of the window's texts: the desktop's fonts, by fontconfig (InterfaceFonts.cxx).

@@ -15,13 +15,13 @@
 namespace kdstream
 {
 
-// What an author has written on a model and not saved is kept while others are looked at.
+// Unsaved notes on a model are kept while other models are viewed.
 class NotesBook
 {
 public:
   // Takes the model's notes; what was written and not saved stays.
   void Open(const std::string& model, std::vector<Note> notes);
-  // No model is looked at.
+  // No model is viewed any more.
   void Close();
 
   const std::string& Model() const { return this->Id; }

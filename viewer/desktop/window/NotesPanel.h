@@ -22,7 +22,7 @@ struct NotesWishes
     std::string title, text;
   };
   std::optional<std::size_t> show, remove;
-  std::optional<std::pair<std::size_t, int>> move; // a note, by one place
+  std::optional<std::pair<std::size_t, int>> move; // moves a note by one place
   std::optional<Written> keep;
   bool list = false, save = false;
 };
@@ -34,7 +34,7 @@ public:
 
   // width: of the window, pixels. ratio: pixels a point.
   NotesWishes Draw(const NotesBook& book, int width, double ratio);
-  // What is in the model's fields is kept, or is not to be.
+  // Drops the text in the model's fields.
   void EndEdit(const std::string& model) { this->Drafts.erase(model); }
   // Whether something is written, on any model, that would be lost.
   bool HasDraft() const;
@@ -42,7 +42,7 @@ public:
 private:
   void DrawShown(const NotesBook& book, NotesWishes& wishes) const;
   void DrawList(const NotesBook& book, NotesWishes& wishes);
-  // What is written on one model waits while others are looked at.
+  // The text for one model is kept while others are viewed.
   struct Fields
   {
     std::optional<std::size_t> index;

@@ -563,7 +563,7 @@ void Panels::DrawError(const PanelFacts& facts, PanelWishes& wishes)
   ImGui::End();
 }
 
-// Not while an error is shown in the same place: it says more.
+// Not while an error is shown in the same place, because the error is more important.
 void Panels::DrawWarnings(const PanelFacts& facts)
 {
   const std::string& error = facts.status.error;

@@ -39,7 +39,7 @@ struct ViewSettings
   bool operator==(const ViewSettings&) const = default;
 };
 
-// What is reported.
+// The values that panels show.
 struct PanelFacts
 {
   int width = 0, height = 0; // of the window, pixels
@@ -47,13 +47,13 @@ struct PanelFacts
   bool fullScreen = false;   // the window's
   bool recording = false;
 
-  const std::vector<ModelSummary>* models = nullptr; // null: they are not known yet
-  std::string opening;                               // what is being done until they are
-  std::string trouble;                               // why they are not, for good
-  std::string warnings;                              // what is odd about where they come from
+  const std::vector<ModelSummary>* models = nullptr; // null: the list is not known yet
+  std::string opening;                               // what is being done until the list is known
+  std::string trouble;                               // why the list will not be known
+  std::string warnings;                              // warnings about the source
 
   ViewerStatus status;
-  const ModelDescription* model = nullptr; // that is open
+  const ModelDescription* model = nullptr; // the open model
   const std::deque<BlobStatistics>* blobs = nullptr;
   SessionTraffic traffic;
   double frameSeconds = 0; // of the last frames

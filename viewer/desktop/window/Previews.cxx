@@ -16,7 +16,7 @@ namespace kdstream
 namespace
 {
 
-constexpr int previewSide = 160; // pixels; what is fetched does not depend on it
+constexpr int previewSide = 160; // pixels; the size does not change what is fetched
 
 SessionOptions PreviewOptions()
 {
@@ -186,7 +186,8 @@ void Previews::Aim(Entry& entry) const
   ViewerScene turned = entry.view;
   turned.eye = focal + Turned(entry.view.eye - focal, entry.up, this->Angle);
   turned.up = Turned(entry.view.up, entry.up, this->Angle);
-  (void)entry.scene->Follow(turned); // its camera was good, and this one is as far away
+  // Cannot fail: its camera was valid, and this one has the same distance.
+  (void)entry.scene->Follow(turned);
 }
 
 }

@@ -47,7 +47,7 @@ public:
 private:
   struct Entry
   {
-    std::unique_ptr<SessionScene> scene; // once it has been placed
+    std::unique_ptr<SessionScene> scene; // made once the preview has a place
     bool isThere = false, isPlaced = false;
     std::string trouble;
     ViewerScene view; // its surface is in `scene`

@@ -8,7 +8,7 @@
 namespace kdstream
 {
 
-// What was put here is there for as long as this program runs and no other has put anything.
+// The content stays until this program ends or another program sets the clipboard.
 class ScreenClipboard
 {
 public:

@@ -34,7 +34,7 @@ Result<OpenedSources> OpenBoth(const ViewOptions& options,
   opened.models = std::move(*models);
   if (opened.models->Models().size() > 1)
   {
-    // What there is to warn of has been said.
+    // Warnings were reported already when `source` was opened.
     auto previews = OpenSource(options, report, [](std::string_view) {});
     KDSTREAM_TRY(previews);
     opened.previews = std::move(*previews);

@@ -15,8 +15,9 @@ namespace kdstream
 struct OpenedSources
 {
   std::unique_ptr<ModelSource> models;
-  std::unique_ptr<ModelSource> previews; // the same once more; null where there is one model only
-  std::string warnings;                  // a sentence a line
+  // The same source again, for previews; null if there is only one model.
+  std::unique_ptr<ModelSource> previews;
+  std::string warnings; // a sentence a line
 };
 
 class SourceOpening

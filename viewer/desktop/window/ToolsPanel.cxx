@@ -42,7 +42,7 @@ void DrawSides(const PanelFacts& facts, PanelWishes& wishes)
     }
   }
   bool spins = facts.status.spinning;
-  ImGui::BeginDisabled(facts.recording); // no file tells of it
+  ImGui::BeginDisabled(facts.recording); // session files do not record it
   if (ImGui::Checkbox("Turn automatically", &spins))
   {
     wishes.spin = spins;

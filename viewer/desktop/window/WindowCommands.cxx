@@ -179,7 +179,7 @@ void WindowController::TakeTool(Tool tool)
                                      : "Drag to move the light.");
 }
 
-// One thing after the other.
+// Closes one thing at a time.
 void WindowController::GoBack()
 {
   for (bool* const open : { &this->Words.helpOpen, &this->Words.popUp, &this->Words.settingsOpen,

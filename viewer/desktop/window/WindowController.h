@@ -16,7 +16,7 @@
 #include "viewer/desktop/window/WindowInput.h"
 #include "viewer/desktop/window/WindowSession.h"
 #include "viewer/rendering/Picture.h"
-#include "viewer/session/look/OcclusionClock.h"
+#include "viewer/session/appearance/OcclusionClock.h"
 
 #include <vtkNew.h>
 
@@ -41,7 +41,7 @@ inline double SteadySeconds()
 
 inline constexpr std::size_t windowPrefetchBytes = std::size_t{ 1 } << 20;
 
-// What the model is seen as.
+// The inputs of a picture: if they are equal, it does not change.
 struct SceneSight
 {
   std::uint64_t surfaceVersion = 0;
@@ -114,7 +114,7 @@ private:
   ViewOptions Options;
   std::unique_ptr<DisplayWindow> Display;
 
-  vtkNew<vtkRenderer> Ground; // behind all
+  vtkNew<vtkRenderer> Ground; // drawn first, behind everything
   SessionScene Scene;
   RegionBoxes Boxes;
   InterfaceLayer Interface;
@@ -131,7 +131,7 @@ private:
   std::vector<Tile> Tiles;
   Viewport View;
   OcclusionClock Occlusion;
-  bool LacksOcclusion = false;    // the picture, which is to have it
+  bool LacksOcclusion = false;    // the current picture lacks the occlusion that it should have
   std::optional<SceneSight> Seen; // in the last picture
   bool PressIsOfPanels = false;
   bool Ended = false;

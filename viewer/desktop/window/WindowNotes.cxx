@@ -98,7 +98,7 @@ void WindowController::SaveNotes()
                                        : ""));
 }
 
-// Not what was written and would be lost, the first time.
+// The first time, does not end while notes are unsaved.
 void WindowController::End()
 {
   const bool isOutstanding = this->Session.Notes().HasUnsaved() || this->Words.notes.HasDraft();

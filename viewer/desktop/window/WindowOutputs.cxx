@@ -110,7 +110,7 @@ Result<WindowPicture> WindowController::PictureWith(InterfaceLayer::Part part)
   return picture;
 }
 
-// Only the model, as a recording that is played writes it.
+// The picture has only the model, like the pictures of a replay.
 Status WindowController::WriteModelPicture(const std::string& file)
 {
   const auto picture = this->PictureWith(InterfaceLayer::Part::None);

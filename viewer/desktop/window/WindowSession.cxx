@@ -18,7 +18,7 @@ WindowSession::WindowSession(
   , Record(std::move(recorder))
   , Session(SessionOptionsOf(options))
 {
-  this->Session.SetCoasting(!this->Record.IsOn()); // of which no file tells
+  this->Session.SetCoasting(!this->Record.IsOn()); // session files do not record coasting
   this->Retry();
 }
 
@@ -184,7 +184,7 @@ void WindowSession::Begin(OpenedSources sources)
   }
 }
 
-// So that a recording plays as it was, whatever the options it is played with.
+// Records the options, so that a replay is the same with any options.
 void WindowSession::RecordOptions()
 {
   const ViewOptions& now = this->Options;

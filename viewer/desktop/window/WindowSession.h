@@ -27,10 +27,10 @@ public:
   bool Follow();
   bool IsOpening() const { return this->Opening != nullptr; }
   bool IsOpen() const { return this->Source != nullptr; }
-  // What is being done until then; and why it could not be done, for good.
+  // Progress of opening; and the final error.
   std::string Progress() const { return this->Opening ? this->Opening->Progress() : ""; }
   const std::string& Trouble() const { return this->OpeningTrouble; }
-  // What is not as one would expect, though it is open: a server that is away.
+  // Warnings about an open source, such as an unreachable server.
   const std::string& Warnings() const { return this->OpeningWarnings; }
   // exitDone, or the error's code if the models lack what the command line asks for.
   int ExitCode() const { return this->Code; }
@@ -48,7 +48,7 @@ public:
   SessionRecorder& Recorder() { return this->Record; }
   bool IsRecording() const { return this->Record.IsOn(); }
 
-  // What a person does; recorded.
+  // Carries out a user's step, and records it.
   void Do(const SessionStep& step);
   // In the whole window.
   void Open(std::size_t model);

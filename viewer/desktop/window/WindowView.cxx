@@ -9,7 +9,7 @@
 
 #include "viewer/desktop/window/ToolsPanel.h"
 #include "viewer/desktop/window/WindowController.h"
-#include "viewer/session/look/SceneLook.h"
+#include "viewer/session/appearance/SceneAppearance.h"
 
 #include <vtkRenderer.h>
 
@@ -149,7 +149,7 @@ void WindowController::Frame()
     this->Shelf->Turn(turningSpeed * std::min(begin - this->LastTurn, 0.5));
     this->LastTurn = begin;
   }
-  if (this->Shelf) // a link may have changed them
+  if (this->Shelf) // a link may have changed the settings
   {
     this->Settings.turning = this->Session.Viewer().GetCamera().GetTurning();
     this->Settings.detail = this->Session.Viewer().GetDetail();

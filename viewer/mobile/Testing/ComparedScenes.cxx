@@ -5,7 +5,7 @@
 #include "filters/meshio/MeshReader.h"
 #include "viewer/session/Geometry.h"
 #include "viewer/session/Testing/MemoryServer.h"
-#include "viewer/session/look/RakingLight.h"
+#include "viewer/session/appearance/RakingLight.h"
 #include "viewer/session/section/ShownSection.h"
 
 #include <cmath>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "viewer/session/SessionTypes.h"
-#include "viewer/session/look/Coloring.h"
+#include "viewer/session/appearance/Coloring.h"
 
 #include <string>
 #include <vector>

@@ -4,7 +4,7 @@
 #include "viewer/mobile/Testing/ComparedScenes.h"
 #include "viewer/mobile/Testing/GlesTools.h"
 #include "viewer/mobile/Testing/PngFile.h"
-#include "viewer/session/look/SceneLook.h"
+#include "viewer/session/appearance/SceneAppearance.h"
 
 #include <algorithm>
 #include <iostream>

@@ -128,7 +128,7 @@ TEST(GlesRenderer, MorphsFromTheSurfaceBefore)
 
 // As Draw promises: 16 bytes a vertex, 4 more with colours, 6 a triangle; and the textures of
 // ambient occlusion, of half the picture's sides.
-TEST(GlesRenderer, TellsHowMuchItHolds)
+TEST(GlesRenderer, ReportsHowMuchItHolds)
 {
   const Surface sphere = BumpySphere(24);
   const std::size_t points = sphere.points.size(), triangles = sphere.triangles.size();

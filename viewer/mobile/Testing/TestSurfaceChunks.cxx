@@ -4,9 +4,9 @@
 #include "viewer/mobile/SurfaceChunks.h"
 #include "viewer/mobile/Testing/GlesTools.h"
 #include "viewer/session/Testing/MemoryServer.h"
-#include "viewer/session/look/SceneRules.h"
-#include "viewer/session/look/SplatRadii.h"
-#include "viewer/session/look/VertexNormals.h"
+#include "viewer/session/appearance/SceneRules.h"
+#include "viewer/session/appearance/SplatRadii.h"
+#include "viewer/session/appearance/VertexNormals.h"
 
 #include <map>
 #include <random>
@@ -180,7 +180,7 @@ TEST(SurfaceChunks, HoldEveryPointOfACloudOnce)
 }
 
 // Each corner has its own colour, whatever triangle it is in, and a cloud's points theirs.
-TEST(SurfaceChunks, HoldTheColorsThatAModelCameWith)
+TEST(SurfaceChunks, HoldTheModelsOwnColors)
 {
   for (const bool isCloud : { false, true })
   {

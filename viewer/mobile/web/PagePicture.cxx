@@ -6,7 +6,7 @@
 
 #include <utility>
 
-// Only declared here: in gl.js, the browser decodes it.
+// Only declared here: gl.js lets the browser decode it.
 // clang-format off
 EM_JS(void, kdstream_upload_picture, (unsigned texture, const void* begin, std::size_t bytes,
   unsigned format, unsigned width, unsigned height), {})
@@ -122,7 +122,7 @@ PagePicture::State PagePicture::StateOf(const ViewerScene& scene, double morphed
     this->ColorsVersion, morphed, scene.section, scene.capVersion, scene.lighting };
   state.tiles = scene.tiles;
   state.occluded = this->ChooseOcclusion(state, now);
-  if (scene.surface->PointCount() == 0) // only the ground, whatever moves before it
+  if (scene.surface->PointCount() == 0) // only the background is drawn
   {
     state = State{};
     state.viewport = this->Window;
@@ -181,7 +181,7 @@ bool PagePicture::Draw()
   const double seconds = end - begin + (fresh ? this->Pace.MakingSeconds() : 0);
   if (!made)
   {
-    session.EndFrame(seconds); // of the surface that it shows, not of the one to come
+    session.EndFrame(seconds); // of the surface that the frame shows, not of the next one
   }
   if (fresh || retextured)
   {

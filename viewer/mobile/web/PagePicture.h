@@ -10,9 +10,9 @@
 #include "viewer/mobile/GlesRenderer.h"
 #include "viewer/mobile/SurfacePace.h"
 #include "viewer/mobile/web/PageSession.h"
-#include "viewer/session/look/Coloring.h"
-#include "viewer/session/look/OcclusionClock.h"
-#include "viewer/session/look/SceneLook.h"
+#include "viewer/session/appearance/Coloring.h"
+#include "viewer/session/appearance/OcclusionClock.h"
+#include "viewer/session/appearance/SceneAppearance.h"
 
 #include <array>
 #include <cstddef>
@@ -83,7 +83,7 @@ private:
 
   PageSession& Page;
   double (*Clock)();
-  std::unique_ptr<GlesRenderer> Renderer; // none before there is a context, and after it was lost
+  std::unique_ptr<GlesRenderer> Renderer; // null before there is a context and after it was lost
   Viewport Window;
   ColorChoice Chosen;
   std::uint64_t ColorsVersion = 0;
@@ -94,7 +94,7 @@ private:
   bool MayMorph = false;
   GeomorphClock Geomorph;
   OcclusionClock Occlusion;
-  double LastPicture = -1; // begin of the last frame, where the view moved in it; else below 0
+  double LastPicture = -1; // begin of the last frame, if the view moved in it; otherwise below 0
   std::uint64_t Frames = 0;
   std::string DrawingError;
 };

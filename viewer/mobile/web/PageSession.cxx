@@ -9,7 +9,7 @@
 #include "viewer/session/Geometry.h"
 #include "viewer/session/Picker.h"
 #include "viewer/session/SessionParts.h"
-#include "viewer/session/look/SceneRules.h"
+#include "viewer/session/appearance/SceneRules.h"
 
 #include <algorithm>
 #include <map>
@@ -144,7 +144,7 @@ void PageSession::Follow(const std::string& text)
   const std::string wrong = link ? "" : link.GetError().message;
   if (!link)
   {
-    link = ParseViewLink(ModelAlone(text)); // it opens all the same
+    link = ParseViewLink(ModelAlone(text)); // the model opens even if the view is invalid
   }
   if (link && link->detail == DetailMode::Full)
   {
@@ -187,7 +187,7 @@ void PageSession::Take(const ClientEvent& event)
   const bool keeps = this->Keeps && event.kind == ClientEvent::Kind::Blob && !event.fromCache &&
                      event.request > this->OpenRequest;
   const bool isTaken = Deliver(event, this->Viewer) == BlobArrival::Taken;
-  // What came late for the tree, or is there already, was not decoded.
+  // Late pages of the tree and blobs that were loaded already have not been decoded.
   if (keeps && isTaken && !this->Open.id.empty() && IsSealed(event.bytes))
   {
     this->Arrivals.push_back(
@@ -313,7 +313,7 @@ void PageSession::Found(std::uint32_t search, std::size_t index, std::vector<std
   this->Receive(std::move(event));
 }
 
-// What was found comes once more where it is outstanding, and something else of the same request.
+// Ends a search in the stored blobs: requests those that were not found.
 void PageSession::EndSearch(std::uint32_t search, bool isKept, double now)
 {
   Searched* const searched = this->FindSearch(search);
@@ -323,7 +323,7 @@ void PageSession::EndSearch(std::uint32_t search, bool isKept, double now)
   }
   if (this->IsAway && !std::exchange(searched->isAgain, true))
   {
-    searched->isReported = false; // the server has gone while it was searched
+    searched->isReported = false; // the server went away during the search
     return;
   }
   const SessionRequest left = LeftOf(std::move(searched->request), searched->found);
@@ -351,7 +351,7 @@ void PageSession::EndSearch(std::uint32_t search, bool isKept, double now)
   }
 }
 
-// What the list says of the model that is open: "" (all is well), "removed" or "replaced".
+// The open model's state in the list: "" (unchanged), "removed" or "replaced".
 std::string PageSession::Staleness() const
 {
   const std::string model = this->Viewer.GetStatus().model;
@@ -436,7 +436,8 @@ void PageSession::PlaceMarks()
 
 bool PageSession::Sees(const Vec3& point) const
 {
-  constexpr double slack = 0.01; // of the distance: a mark lies on what hides it, but for rounding
+  // Of the distance: without this slack, rounding would let the surface hide its own mark.
+  constexpr double slack = 0.01;
   const ViewerScene scene = this->Viewer.Scene();
   if (scene.section && scene.section->CutsAway(point))
   {

@@ -62,7 +62,7 @@ public:
   };
   // Whether arrivals are gathered and searches made; not at first.
   void SetKeeps(bool keeps) { this->Keeps = keeps; }
-  // The next one since the last call, or none.
+  // The next blob to store, or nothing.
   std::optional<Arrival> TakeArrival();
   // The next search for blobs that the page may have stored: its number and their paths at the
   // server, a line each; or "". Blobs that are not found are requested from the server. While
@@ -130,9 +130,10 @@ private:
   std::deque<Arrival> Arrivals;
   std::vector<Searched> Searches; // that have not ended
   bool IsAway = false;            // nothing comes from the server
-  bool Misses = false;            // what has failed for that reason
+  bool Misses = false;            // something has failed for this reason
   std::vector<Mark> Marks;
-  std::optional<std::uint64_t> MarkedSurface; // its version; none: marks are to be placed anew
+  // Version of the surface of the marks; nothing: marks must be placed again.
+  std::optional<std::uint64_t> MarkedSurface;
 };
 
 }

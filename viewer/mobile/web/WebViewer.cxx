@@ -12,8 +12,8 @@
 #include "viewer/mobile/web/PageSession.h"
 #include "viewer/session/InputTouches.h"
 #include "viewer/session/SessionParts.h"
-#include "viewer/session/look/ColorLegend.h"
-#include "viewer/session/look/Palette.h"
+#include "viewer/session/appearance/ColorLegend.h"
+#include "viewer/session/appearance/Palette.h"
 
 #include <emscripten/emmalloc.h>
 #include <emscripten/emscripten.h>
@@ -46,7 +46,7 @@ struct WebViewer
 {
   PageSession page{ Now };
   PagePicture picture{ page, Now };
-  std::vector<ServerLine::Action> actions; // to do, the next one last
+  std::vector<ServerLine::Action> actions; // actions to do; the next one is the last element
   std::size_t mostBytes = 0;               // of the last Fetch
 
   std::string inbox, outbox;
@@ -56,7 +56,7 @@ struct WebViewer
 namespace
 {
 
-// More than any answer that a phone could show.
+// Larger than any answer that a phone could show.
 constexpr std::size_t mostInbox = std::size_t{ 32 } << 20;
 
 int HexOf(const Color& color)
@@ -330,7 +330,7 @@ extern "C"
   {
     viewer->page.SetMemory(bytes > 4e9 ? 0xffffffff : static_cast<std::size_t>(bytes));
   }
-  // What of it is taken, as the text: bytes.
+  // Bytes of memory in use, as text.
   EMSCRIPTEN_KEEPALIVE void ViewerMemory(WebViewer* viewer)
   {
     const auto top = reinterpret_cast<std::size_t>(sbrk(0));
@@ -425,7 +425,7 @@ extern "C"
   {
     viewer->page.Line().SocketOpened(now);
   }
-  // The inbox is a message that came.
+  // The inbox holds a message of the stream.
   EMSCRIPTEN_KEEPALIVE void ViewerSocketText(WebViewer* viewer, double now)
   {
     viewer->page.Line().SocketText(viewer->inbox, now);
@@ -509,7 +509,7 @@ extern "C"
     }
     return 0;
   }
-  // That the answer to the last fetch may have.
+  // The maximum size of the answer to the last fetch.
   EMSCRIPTEN_KEEPALIVE std::size_t ViewerMostBytes(const WebViewer* viewer)
   {
     return viewer->mostBytes;

@@ -56,7 +56,7 @@ function describeProgress({ blobsLoaded, blobsWanted, bytesLoaded }) {
 const describeOriginal = ({ triangles, vertices }) => vertices && `${t("The original")}: ${triangles
   ? `${t("{n} triangles", { n: triangles })}, ${t("{n} vertices", { n: vertices })}` : t("{n} points", { n: vertices })}`;
 
-// What is drawn, in figures.
+// Statistics of the view.
 export const describeDetails = (status) => [describeSurface(status), describeProgress(status)].filter(Boolean).join(" · ");
 
 // close: what the button does. Gives what goes into the sheet.

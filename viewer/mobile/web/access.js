@@ -22,7 +22,7 @@ function forgetToken() {
   unlessDenied(() => localStorage.removeItem(rememberedKey));
 }
 
-// One that somebody has entered: itself, or the whole link. False if it is none.
+// Takes an entered token, or a link that contains one. False if it is not a token.
 function enterToken(given) {
   const text = given.trim();
   const found = text.match(tokenInLink)?.[2] ?? text.match(tokenAlone)?.[0];

@@ -9,13 +9,13 @@ import { t } from "./words.js";
 import { lastStatus, rest, wake } from "./frames.js";
 import { find, isEmbedded, line, say, viewer } from "./shared.js";
 
-export let models = null; // the list, once one has come
+export let models = null; // the list of models, once it has arrived
 export let linked = ""; // a link to a view, that waits for the list, or for the rest of the viewer
-export let linkTrouble = ""; // why the last one has opened nothing
+export let linkTrouble = ""; // why the last link opened nothing
 export let site = { title: "", text: "" };
 export let update = null; // goes over to a newer page
-let gallery = null; // the pictures of the list, once there was time for them
-let keptPage = false; // it has been asked for
+let gallery = null; // the pictures of the list, once they are loaded
+let keptPage = false; // whether keeping the page was requested
 export const refreshing = new Refreshing(takeList, askAgain, wake); // asked again for what could not be had
 
 export function selectedModel() {
@@ -64,7 +64,7 @@ export async function openGallery() {
   }
 }
 
-// What can wait until there is a picture.
+// Work that can wait until there is a picture.
 export async function goOnOnce() {
   if (keptPage) {
     return;
@@ -81,7 +81,7 @@ export async function goOnOnce() {
   });
 }
 
-// What a link shows, or, after a reload in full screen, that model again. Offline one that is kept, or none.
+// Selects a link's model, or, after a reload in full screen, the same model again. Offline: a stored model, or none.
 async function selectFirst() {
   if (linked) {
     followLink(linked);
@@ -137,12 +137,12 @@ export function takeLink() {
   models?.length ? followLink(linkInAddress()) : (linked = linkInAddress());
 }
 
-let hasDistances = false; // the last link, and nobody has taken them
+let hasDistances = false; // the last link has distances that were not shown yet
 
 // Whether it had any since the last call.
 export const takeDistances = () => hasDistances && !(hasDistances = false);
 
-export let colouring = "own"; // as links have it
+export let colouring = "own"; // in the form of links
 let coloursOfLink = ""; // until another model is chosen
 
 export function colourBy(colors) {
@@ -176,7 +176,7 @@ export async function followLink(link) {
   colourBy(coloursOfLink = link.match(/colours=([^&]*)/)?.[1] ?? "own"); // not decoded
   viewer.follow(link);
   const { mode, error } = viewer.status();
-  linkTrouble = mode === "no model" ? error : ""; // it names none of these
+  linkTrouble = mode === "no model" ? error : ""; // the link does not name a model of the list
   if (linkTrouble && !isEmbedded) {
     selectFirst();
   }

@@ -70,7 +70,7 @@ function followHistory() {
 
 // ---- buttons and keys
 
-// What a choice in the menu does.
+// The actions of the menu.
 const options = {
   detail: (value) => viewer.setDetail(Number(value)),
   turning: (value) => viewer.setTurning(Number(value)),
@@ -131,7 +131,7 @@ function listenToKeys() {
     } else if (key === "?" && lastStatus.mode === "full screen" && !isEmbedded && !isField(target)) {
       openHelp(find("help").hidden);
     } else if (key === "/" && !find("search").hidden && !isField(target)) {
-      event.preventDefault(); // it is not what is searched
+      event.preventDefault(); // or "/" would be typed into the field
       find("search").focus();
     } else if (key === "Enter" && document.activeElement === canvas) {
       if (lastStatus.mode === "full screen") {
@@ -164,7 +164,7 @@ export function listenToBrowser() {
     }
   });
   canvas.addEventListener("webglcontextlost", (event) => {
-    event.preventDefault(); // else it is never given back
+    event.preventDefault(); // otherwise the browser never restores the context
     contextLost = true;
     viewer.contextLost();
     wake();

@@ -18,7 +18,7 @@
   };
   const here = document.currentScript ? folderOf(document.currentScript.src) : folderOfModule();
   const mostAwake = 4; // frames at a time: browsers give a page few contexts to draw with
-  const awake = []; // that were seen last, the last one last
+  const awake = []; // viewers in the order in which they were last visible
   const look = ":host{display:block;position:relative;width:100%;aspect-ratio:4/3;min-height:160px;background:#1a1c20}"
     + ":host([theme=light]){background:#e9e7e2}:host([hidden]){display:none}iframe{display:block;border:0;width:100%;height:100%}"
     + "button{position:absolute;inset:0;width:100%;height:100%;padding:0;border:0;background:none;cursor:pointer}"
@@ -46,7 +46,7 @@
     constructor() {
       super();
       const root = this.attachShadow({ mode: "open" });
-      const sheet = new CSSStyleSheet(); // where no policy forbids it
+      const sheet = new CSSStyleSheet(); // a style element may be forbidden by a content security policy
       sheet.replaceSync(look);
       root.adoptedStyleSheets = [sheet];
     }

@@ -25,7 +25,7 @@ const commands = {
   },
 };
 
-const leastSeen = 0.5; // of the frame: of one that is scrolled farther away the fingers are elsewhere
+const leastSeen = 0.5; // part of the frame: if less is visible, the fingers are elsewhere
 
 async function fillScreen(viewer) {
   try {
@@ -57,7 +57,7 @@ export class Embedding {
       wake();
     };
     const asked = new URLSearchParams(location.search);
-    const isEntered = asked.get("embed") === "entered"; // the page around it is not scrolled over it
+    const isEntered = asked.get("embed") === "entered"; // the embedding page does not scroll over the frame
     const leave = () => {
       isByPointer = false;
       fingers.enter(isEntered || Boolean(document.fullscreenElement));

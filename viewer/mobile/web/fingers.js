@@ -3,7 +3,7 @@
 // here knows of gestures.
 
 const wheelLine = 16; // points that a mouse's wheel means by a line
-const slop = 10; // points: who has moved less has tapped a page that one finger scrolls
+const slop = 10; // points: a shorter movement is a tap on a page that one finger scrolls
 
 export class Fingers {
   #canvas;
@@ -11,10 +11,10 @@ export class Fingers {
   #changed;
   #down = new Map(); // by pointer: { x, y, isPair } in points of the window
   #moved = 0; // time of the last move that the viewer has not got yet
-  #outside = null; // the finger's pointerdown that is down where one finger scrolls
+  #outside = null; // the pointerdown of a finger where one finger scrolls
   #scale = 1; // of the last event of a trackpad's pinch
 
-  entered = true; // else one finger scrolls the page around this one's frame (embedding.js)
+  entered = true; // otherwise one finger scrolls the embedding page (embedding.js)
   onEnter = () => {};
 
   // changed: called whenever the viewer has got input, or should get it (flush).
@@ -50,7 +50,7 @@ export class Fingers {
     this.#down.size && this.#drop();
   }
 
-  // One finger turns from now on; or scrolls again.
+  // From now on one finger turns the model, or scrolls the page again.
   enter(enters = true) {
     if (this.entered !== enters) {
       this.entered = enters;
@@ -129,7 +129,7 @@ export class Fingers {
   }
 
   #cancel({ pointerId }) {
-    this.#outside = null; // it scrolls
+    this.#outside = null; // the finger scrolls
     this.#down.delete(pointerId) && this.#drop();
   }
 

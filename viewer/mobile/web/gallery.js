@@ -12,9 +12,9 @@ import { anotherViewer } from "./viewer.js";
 import { t } from "./words.js";
 
 const side = 192; // pixels
-const pause = 300; // ms, until it is looked again whether the page is at rest
+const pause = 300; // ms between two checks whether the page is idle
 const longest = 20000; // ms, for one picture
-const mostMade = 24; // by one viewer, which keeps what it has drawn
+const mostMade = 24; // pictures by one viewer, which keeps its memory
 const pathOf = (digest) => `picture/${digest}`;
 
 // ---- making pictures

@@ -3,7 +3,7 @@
 //
 // In WebAssembly WebGL objects are numbers; 0 means none.
 
-const objects = new WeakMap(); // by context: its objects by number, which go with it, and places
+const objects = new WeakMap(); // by context: its objects by number, and places; freed with the context
 let things; // of the context that is used, and
 let places; // of its uniforms: their numbers, by the number of the program and their name
 let lastThing = 0;
@@ -23,7 +23,7 @@ export function forgetObjects(context) {
   objects.set(context, [new Map(), new Map()]);
 }
 
-// What is drawn from now on appears there.
+// Later calls draw into this context.
 export function useContext(context) {
   gl = context;
   [things, places] = objects.get(context) ?? [];
@@ -158,7 +158,7 @@ const functions = {
     gl.uniformMatrix3fv(thingOf(place), false, floats(begin, 9 * count)),
 };
 
-// All others are as in WebGL; beside them the places of their arguments that are objects.
+// All other functions are as in WebGL, with the positions of their arguments that are objects.
 const alike = [
   ["", "activeTexture blendFunc checkFramebufferStatus clear colorMask depthFunc depthMask disable disableVertexAttribArray drawArrays drawElements enable enableVertexAttribArray getError texParameteri texStorage2D vertexAttrib4f vertexAttribPointer viewport"],
   ["0", "bindVertexArray compileShader linkProgram uniform1f uniform1i uniform2f uniform3f uniform4f useProgram"],

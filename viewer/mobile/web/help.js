@@ -10,22 +10,22 @@ const byFingers = () => [
   [t("One finger"), t("turns the model")],
   [t("Two fingers"), t("move it, and bring it nearer")],
   [t("Double tap on the surface"), t("shows the original there")],
-  [t("Double tap beside the model"), t("leads back to the first view")],
+  [t("Double tap beside the model"), t("returns to the first view")],
 ];
 const byMouse = () => [
   [t("Drag"), t("turns the model")],
   [t("Right button, or Shift"), t("moves it")],
   [t("Wheel"), t("brings it nearer")],
   [t("Double click on the surface"), t("shows the original there")],
-  [t("Double click beside the model"), t("leads back to the first view")],
+  [t("Double click beside the model"), t("returns to the first view")],
 ];
 const byKeys = () => [
   [t("Arrow keys"), t("turn the model; with Shift they move it")],
   ["+ −", t("bring it nearer, or farther away")],
-  ["H", t("leads back to the first view")],
-  ["U", t("takes back the last jump")],
+  ["H", t("returns to the first view")],
+  ["U", t("undoes the last jump")],
   ["?", t("shows this help")],
-  [t("Escape"), t("closes what is open, then leads to the list")],
+  [t("Escape"), t("closes the open panel, then returns to the list")],
 ];
 
 // Into the sheet. hasOriginal: it may be had.

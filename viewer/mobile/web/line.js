@@ -12,7 +12,7 @@ const mostListBytes = 16 << 20;
 const longestRetryAfter = 3600; // s
 const listPath = "/api/models.json";
 const beginOf = (path) => blobPath.exec(path)[0];
-const keepPause = 300; // ms, for which blobs are gathered before they are kept
+const keepPause = 300; // ms during which blobs are gathered before they are stored
 const textPath = /\/(model|notes)\.json$/;
 const blobPath = /^\/api\/models\/([^/]+)\/[0-9a-f]{32}\//;
 
@@ -23,7 +23,7 @@ export const tokenInLink = /^(.*[#&])token=([\w.-]{1,4096})(?:&(.*))?$/;
 export const root = new URL(".", import.meta.url).href; // the page's folder: a model's page is below it
 export const rememberedKey = `kdstream.token ${new URL(root).pathname}`;
 
-// What `act` gives; null where the browser keeps nothing for us.
+// The result of `act`; null if the browser denies storage.
 export function unlessDenied(act) {
   try {
     return act();
@@ -74,7 +74,7 @@ function contactIn(bytes) {
   }
 }
 
-// What needs a token is for its bearer, and not for the next user of this browser.
+// Data that need a token are for its bearer, not for the next user of this browser.
 export const mayKeep = () => !token;
 
 // Whether the list is that of an earlier day, as the server cannot be reached.
@@ -126,7 +126,7 @@ export async function get(path, mostBytes, cache = "default") {
       const { done, value } = await reader.read();
       if (done) {
         const bytes = join(parts, length);
-        if (response.status === 401) { // this one's: others come meanwhile
+        if (response.status === 401) { // about this token: others may have come since
           contact = contactIn(bytes);
         }
         return { status: response.status, bytes, retryAfter: retryAfterOf(response) };
@@ -193,9 +193,9 @@ function keepPreview({ path, bytes }) {
   }
 }
 
-// What is kept of the models that were looked at: sets of paths, by how these begin.
+// Stored blobs of viewed models: sets of paths, by their prefixes.
 const kept = new Map();
-const keptSoon = new Map(); // promises of them
+const keptSoon = new Map(); // promises of stored blobs
 
 function learnKept(begin) {
   if (!keptSoon.has(begin)) {
@@ -230,7 +230,7 @@ export class Line {
   #fetched = new Set(); // paths
   #arrived = []; // blobs that are to be kept
   #described = new Set(); // models whose descriptions are
-  #distrusted = new Set(); // those of them whose copy in the browser's cache may be damaged
+  #distrusted = new Set(); // blobs whose copy in the browser's cache may be damaged
 
   #streams;
 
@@ -328,7 +328,7 @@ export class Line {
     this.#socket = socket;
     socket.binaryType = "arraybuffer";
     let opened = false;
-    // What a connection says after it was given up no longer counts.
+    // Messages of an abandoned connection are ignored.
     const listen = (name, handle) => socket.addEventListener(name, (event) => {
       if (this.#socket === socket) {
         handle(event);
@@ -365,7 +365,7 @@ export class Line {
     }
     if (this.#socket === socket) {
       this.#socket = null;
-      const why = reason || trouble?.message || "it was closed"; // which one reads only where a stream had opened
+      const why = reason || trouble?.message || "it was closed"; // this reason is shown only if a stream had opened
       this.#viewer.socketEnded(refused, why, now(), trouble?.retryAfter ?? 0);
       this.#update();
     }

@@ -16,7 +16,7 @@ export const pageOf = (id) => pages && root + pages + id;
 
 export const nameOf = ({ title, id }) => title?.trim() || id;
 
-// What a list says of models and site, as it came and the viewer has taken it; what else is in it is not believed.
+// Reads models and site from a list that the viewer has accepted; other members are ignored.
 export function readList(bytes) {
   const { models, site, pages: folder } = JSON.parse(new TextDecoder().decode(bytes));
   pages = folder === "m/" && folder;

@@ -117,7 +117,7 @@ export function showMessage(message) {
   }
   box.className = message.good ? "good" : "";
   if (words.textContent !== message.text) {
-    words.textContent = message.text; // said aloud whenever it is set
+    words.textContent = message.text; // screen readers say it whenever it is set
   }
   action.hidden = !message.label;
   action.textContent = message.label ?? "";

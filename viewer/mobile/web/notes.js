@@ -54,8 +54,8 @@ export class Notes {
   #page;
   #model = null;
   #notes = [];
-  #at = -1; // the note that is shown; -1: the list of them
-  #written = new Map(); // what an author has made of them, by model
+  #at = -1; // the note that is shown; -1: the list of notes
+  #written = new Map(); // edited notes, by model
   #unsaved = new Set(); // models whose notes are lost with the page
   #drafts = new Map(); // what stands in the fields, by model: { index, title, text }
   #author = null;
@@ -85,7 +85,7 @@ export class Notes {
     document.addEventListener("keydown", (event) => {
       const another = document.querySelector(".sheet:not([hidden]), dialog[open]");
       if (event.key === "Escape" && !this.box.hidden && !another) {
-        event.preventDefault(); // it leads nowhere else
+        event.preventDefault(); // Escape must not do anything else
         this.#close();
       }
     }, true);
@@ -181,7 +181,7 @@ export class Notes {
     this.play.textContent = t(plays ? "Pause" : "Play the tour");
   }
 
-  // The next one once this one can have been read.
+  // Shows the next note after the time for reading this one.
   #playOn() {
     const { title, text } = this.#notes[this.#at];
     const time = Math.min(leastTime + timeOfLetter * (title.length + text.length), mostTime);
@@ -287,7 +287,7 @@ export class Notes {
   // index: of the note; null: none.
   #edit(index) {
     if (index !== null && this.#isBegun() && (this.edited === index || !this.#keep())) {
-      this.title.focus(); // it goes on where it was
+      this.title.focus(); // the focus stays where it was
       return;
     }
     this.#drafts.delete(this.#model);
@@ -305,7 +305,7 @@ export class Notes {
     this.text.value = text;
   }
 
-  // What is written on one model waits while others are looked at.
+  // The draft for one model is kept while others are viewed.
   #keepDraft() {
     if (this.#author && this.#model && this.#isBegun()) {
       this.#drafts.set(this.#model, { index: this.edited, title: this.title.value, text: this.text.value });

@@ -112,7 +112,7 @@ async function keepModel(own, { id, digest, ...description }) {
   }
 }
 
-// What stands in the way pauses the job.
+// Errors pause the job.
 async function keepBlob(own, run, path) {
   const pause = (trouble) => {
     if (own.run === run) {
@@ -238,7 +238,7 @@ function makeOfflineOptions() {
   const empty = async () => {
     if (job) {
       const wasKeeping = job.run;
-      job.run = null; // what it has asked for no longer counts
+      job.run = null; // answers to its requests are ignored
       job = newJob(job.id, wasKeeping ? t("all stored data was removed") : "");
     }
     await emptyStorage();

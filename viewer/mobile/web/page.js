@@ -123,7 +123,7 @@ async function start() {
   takeToken();
   takeLink();
   viewer.setKeeps(true);
-  isLight && viewer.setBackground(0xd9d6cf, 0xf4f2ee); // as light.css has them
+  isLight && viewer.setBackground(0xd9d6cf, 0xf4f2ee); // as in light.css
   setMemory();
   if (!viewer.gainCanvas(canvas)) {
     hideLoading();

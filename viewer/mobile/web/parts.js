@@ -44,7 +44,7 @@ async function read(name, heard) {
 // Stubs by their place in the table.
 const stubs = new Proxy({}, {
   get: (_, place) => (...values) => {
-    console.error(`function ${place} is not there yet`); // it lacks a guard: later.txt
+    console.error(`function ${place} is not there yet`); // the function is missing in later.txt
     joinAtOnce();
     return first.__indirect_function_table.get(Number(place))(...values);
   },

@@ -5,8 +5,8 @@
 import { make } from "./list.js";
 
 const ink = "#f3f0ea";
-const mostLines = 3; // of one text
-const mostLetters = 1000; // of it
+const mostLines = 3; // of a text
+const mostLetters = 1000; // of a text
 
 function shorten(brush, text, width) {
   let letters = [...text];

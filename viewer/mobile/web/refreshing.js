@@ -11,9 +11,9 @@ const emptyRetry = 5; // for a server that has no models yet
 const spread = (seconds) => seconds * (1 + Math.random()); // not all at once when a server comes back
 
 export class Refreshing {
-  trouble = ""; // why the last one could not be had
+  trouble = ""; // why the last list could not be loaded
 
-  #timer = 0; // 0: it is not asked for, nor going to be
+  #timer = 0; // 0: the list is not requested and will not be
   #retry = firstRetry; // s
   #take;
   #online;
@@ -29,7 +29,7 @@ export class Refreshing {
 
   async refresh() {
     clearTimeout(this.#timer);
-    this.#timer = -1; // it is asked for now
+    this.#timer = -1; // the list is requested now
     const wasOffline = isOffline();
     try {
       const count = this.#take(await getList());

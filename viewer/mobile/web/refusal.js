@@ -42,7 +42,7 @@ export function refusalOf(status, retryAfter = 0, hasToken = false) {
 
 const quotaRefusal = (time) => refusalOf(403, Math.max((Date.parse(time) - Date.now()) / 1000, 1));
 
-// What session and servers say, for developers.
+// Messages of session and servers, which are for developers.
 const known = [
   [/^the connection to the server was lost: (.*)$/s, (why) => t("the connection to the server was lost: {why}", { why: inPlainWords(why) })],
   [/^(\S+) cannot be opened: (.*)$/s, (name, why) => t("{name} cannot be opened: {why}", { name, why: inPlainWords(why) })],
@@ -56,7 +56,7 @@ const known = [
   [/^the token is not for the model /, () => t("your link is not for this model")],
 ];
 
-// Whether a server says that it will not give something, and not that it, or the way to it, is broken.
+// Whether a status is a deliberate refusal by the server, and not a failure of it or of the connection.
 export const isRefusal = (text) => known.slice(4).some(([pattern]) => pattern.test(text.replace(known[2][0], "$1")));
 
 // The same as a sentence for users, and in their language if its file has it.

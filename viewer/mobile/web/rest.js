@@ -26,11 +26,11 @@ export function loadStyle() {
 }
 
 export class Rest {
-  failed = false; // it could not be had, and is tried again
+  failed = false; // loading failed and is tried again
   outdated = false; // the server has that of another version
-  awaited = 0; // the number of callers that wait for it
+  awaited = 0; // the number of callers that wait for the part
 
-  #bytes = 0; // of it, that have come
+  #bytes = 0; // bytes of the part that have arrived
   #changed;
   #coming = null; // a promise
   #goOn = () => {};
@@ -82,7 +82,7 @@ export class Rest {
     this.#changed();
   }
 
-  // Not all at once when a server comes back.
+  // Random, so that not all pages return at once to a restarted server.
   #pause(seconds) {
     return new Promise((resolve) => {
       this.#goOn = resolve;

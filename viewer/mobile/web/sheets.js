@@ -9,7 +9,7 @@ import { colouring, followLink, selectedModel, takeDistances } from "./choosing.
 import { canvas, coarse, find, line, say, viewer } from "./shared.js";
 
 const sheets = ["menu", "tools", "about", "help"];
-let tools = null; // once they have been used, or a link has brought distances
+let tools = null; // set once the tools are used, or a link has distances
 let about = null;
 let notes = null; // once a model has some, or somebody writes some
 
@@ -18,7 +18,7 @@ export const shownSheet = () => sheets.find((id) => !find(id).hidden);
 async function openSheet(id, open) {
   const { mode } = lastStatus;
   open && await loadStyle();
-  showSheet(id, open && lastStatus.mode === mode); // else it was left meanwhile
+  showSheet(id, open && lastStatus.mode === mode); // otherwise the model was left while the part was loading
 }
 
 function showSheet(id, open) {
@@ -35,7 +35,7 @@ export const closeSheets = () => sheets.forEach((id) => showSheet(id, false));
 export async function openTools(open) {
   await rest.wait();
   if (open && lastStatus.mode !== "full screen") {
-    return; // it was left meanwhile
+    return; // the model was left while the part was loading
   }
   await openSheet("tools", open);
   if (open) {
@@ -45,7 +45,7 @@ export async function openTools(open) {
   wake();
 }
 
-// They draw the distances, too.
+// The tools draw the distances, too.
 async function getTools() {
   await rest.wait();
   const { Tools } = await import("./tools.js");
@@ -63,7 +63,7 @@ async function getTools() {
 export function showTools() {
   tools?.show();
   if (takeDistances()) {
-    getTools().then(wake, () => {}); // else they are not seen until the tools are opened
+    getTools().then(wake, () => {}); // without this they appear only when the tools are opened
   }
 }
 

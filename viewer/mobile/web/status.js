@@ -38,7 +38,7 @@ export function show(before) {
   if (lastStatus.idle && lastStatus.shownLevel !== null) {
     tellAloud(lastStatus);
     lastStatus.mode === "full screen" && fingers.entered && showFinger();
-    goOnOnce(); // now that it takes nothing away from the first picture
+    goOnOnce(); // after the first picture, so that it takes no bandwidth from it
   }
 }
 

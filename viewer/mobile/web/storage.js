@@ -48,7 +48,7 @@ function open() {
   return opened;
 }
 
-// What `act` gives, given the stores; or `otherwise`.
+// The result of `act`, which gets the stores; or `otherwise`.
 export async function within(mode, act, otherwise) {
   const database = await open();
   if (!database) {

@@ -53,7 +53,7 @@ export class Tools {
   #list = make("ol", { id: "measurements" });
   #drawn = "";
   #room = make("a", { id: "room", className: "tool", hidden: true, textContent: t("In my room") });
-  #roomFor = null; // which model it leads to
+  #roomFor = null; // the model of the link
 
   constructor(page) {
     this.#page = page;
@@ -110,7 +110,7 @@ export class Tools {
     return tab;
   }
 
-  // What writes notes is fetched with them.
+  // The code that writes notes is loaded together with the notes.
   #notesGroup() {
     const write = async () => (await this.#page.getNotes()).write(place);
     const place = make("div", {}, makeButton("Write notes", write, { className: "tool", id: "write-notes" }));

@@ -235,7 +235,7 @@ class Viewer {
     this.#call("SetColors", colorings.indexOf(by), colorMaps.indexOf(map), low, high);
   }
 
-  // What the model stands before, 0xrrggbb each.
+  // Sets the background, 0xrrggbb each.
   setBackground(bottom, top) {
     this.#call("SetBackground", bottom, top);
   }
@@ -256,7 +256,7 @@ class Viewer {
     return this.#context !== null;
   }
 
-  // It is not to be used any more.
+  // The viewer must not be used afterwards.
   drop() {
     this.#call("Drop");
     this.failure ??= new Error("dropped");

@@ -4,7 +4,7 @@
 // (?lang=de). Texts that a file lacks are shown in English.
 
 const directions = { de: "ltr", ar: "rtl" }; // of the languages that there are
-const longestWait = 3000; // ms, for a language's file: until it comes, English is better than nothing
+const longestWait = 3000; // ms to wait for a language's file; until it arrives, the page is in English
 const withOne = (one, other) => ({ one: `{n} ${one}`, other: `{n} ${other}` });
 export const manyForms = {
   "{n} triangles": withOne("triangle", "triangles"),
@@ -80,7 +80,7 @@ export function translated(sentence) {
   return sentence;
 }
 
-// What stands in index.html.
+// Translates index.html.
 function translate(root) {
   const known = (text) => texts[text.trim().replace(/\s+/g, " ")];
   const walk = document.createTreeWalker(root, NodeFilter.SHOW_ELEMENT | NodeFilter.SHOW_TEXT);

@@ -207,7 +207,7 @@ TEST(OffscreenWindow, AndItsSceneMayEndInEitherOrder)
   }
 }
 
-TEST(OffscreenWindow, LeavesNothingBehind)
+TEST(OffscreenWindow, LeavesNoFiles)
 {
   const Surface sphere = BumpySphere(20);
   const auto makeOne = [&](int i)

@@ -6,7 +6,7 @@
 #include "viewer/rendering/Testing/RenderTools.h"
 
 #include "viewer/session/Geometry.h"
-#include "viewer/session/look/Palette.h"
+#include "viewer/session/appearance/Palette.h"
 
 #include <vtkActorCollection.h>
 #include <vtkCamera.h>
@@ -425,7 +425,7 @@ TEST(SurfaceScene, LightsCloudsByTheirNormals)
   EXPECT_LT(brightness({ 0.7, -0.7, 0.1 }), 0.7 * front);
 }
 
-TEST(SurfaceScene, ShowsTheColorsThatAModelCameWith)
+TEST(SurfaceScene, ShowsTheModelsOwnColors)
 {
   for (const bool isCloud : { false, true })
   {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The history of a session's blobs: which frame's time belongs to which blob, and that it does not
 // grow forever.
-#include "viewer/session/line/BlobHistory.h"
+#include "viewer/session/requests/BlobHistory.h"
 
 #include <gtest/gtest.h>
 

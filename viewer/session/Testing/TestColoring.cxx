@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Colours by an array: maps, palettes, what a choice means for a model, its text, its legend.
-#include "viewer/session/look/ColorLegend.h"
-#include "viewer/session/look/Coloring.h"
+#include "viewer/session/appearance/ColorLegend.h"
+#include "viewer/session/appearance/Coloring.h"
 
 #include <gtest/gtest.h>
 
@@ -205,7 +205,7 @@ TEST(ColorLegend, HasRoundNumbers)
   }
 }
 
-TEST(ColorLegend, TellsMeasuresAndClasses)
+TEST(ColorLegend, ReportsMeasuresAndClasses)
 {
   const ColorLegend measure = LegendOf(ColoringOf(By("intensity"), scalars), scalars);
   EXPECT_EQ(measure.colors.front(), ColorOf(ColorMap::Viridis, 0));
@@ -225,7 +225,7 @@ TEST(ColorLegend, TellsMeasuresAndClasses)
   EXPECT_TRUE(LegendOf({}, scalars).colors.empty());
 }
 
-TEST(ColorLegend, OfManyClassesTellsTheMostFrequentByNumber)
+TEST(ColorLegend, OfManyClassesReportsTheMostFrequentByNumber)
 {
   ScalarDescription many{ "kind", 0, 29, 0, 29, {} };
   for (int i = 0; i < 30; ++i)

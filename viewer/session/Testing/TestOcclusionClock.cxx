@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "viewer/session/look/OcclusionClock.h"
+#include "viewer/session/appearance/OcclusionClock.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "viewer/session/look/Palette.h"
+#include "viewer/session/appearance/Palette.h"
 
 #include <gtest/gtest.h>
 

@@ -116,7 +116,7 @@ TEST(TestPicker, FindsTheNearestPointOfACloudThatAFingerCovers)
   EXPECT_FALSE(PickSurface(cloud, { { -0.1, 0, 0 }, { 0, 0, -1 } }, 0.5));
 }
 
-TEST(TestPicker, TellsWhetherAClosedSurfaceIsAroundAPoint)
+TEST(TestPicker, FindsWhetherAClosedSurfaceIsAroundAPoint)
 {
   Surface octahedron;
   octahedron.points = { { 1, 0, 0 }, { 0, 1, 0 }, { 0, 0, 1 }, { -1, 0, 0 }, { 0, -1, 0 },

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "viewer/session/look/SceneRules.h"
+#include "viewer/session/appearance/SceneRules.h"
 
 #include "viewer/session/Geometry.h"
-#include "viewer/session/look/VertexNormals.h"
+#include "viewer/session/appearance/VertexNormals.h"
 
 #include <gtest/gtest.h>
 
@@ -111,7 +111,7 @@ TEST(SceneRules, EncloseTheBoxBetweenThePlanes)
   }
 }
 
-TEST(SceneRules, LeaveDepthEnoughFromInsideAndBehind)
+TEST(SceneRules, LeaveEnoughDepthFromInsideAndBehind)
 {
   Box box;
   box.Add(Vec3{ -1, -1, -1 });
@@ -151,7 +151,7 @@ Attribute Array(AttributeInfo info, const std::vector<double>& values)
   return array;
 }
 
-TEST(SceneRules, TakeTheColorsThatAModelCameWith)
+TEST(SceneRules, TakeTheModelsOwnColors)
 {
   Surface surface = Plain(2);
   EXPECT_EQ(OwnColors(surface), nullptr);

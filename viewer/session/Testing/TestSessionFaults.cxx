@@ -153,7 +153,7 @@ TEST(TestSessionFaults, ALostConnectionFailsWhatWasOutstanding)
   EXPECT_EQ(session.GetStatus().region->shown, session.GetStatus().region->partitions);
 }
 
-TEST(TestSessionFaults, ModelsThatCannotBeShownAreRefusedInWords)
+TEST(TestSessionFaults, ModelsThatCannotBeShownAreRefusedWithAReason)
 {
   ViewerSession session(ByLevel());
   ModelDescription model = MemoryServer(SmallTorus()).Description();

@@ -205,7 +205,7 @@ TEST(TestSessionMeasure, TapsPlaceOneEndAfterTheOther)
   EXPECT_TRUE(session->Measurements().empty());
 }
 
-TEST(TestSessionMeasure, ALinkTellsThem)
+TEST(TestSessionMeasure, ALinkNamesThem)
 {
   Fingers fingers;
   MemoryServer server = SmallTorus();

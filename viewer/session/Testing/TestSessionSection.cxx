@@ -355,7 +355,7 @@ TEST(TestSessionSection, LightComesFromTheFinger)
   EXPECT_FALSE(session->GetSection().Plane());
 }
 
-TEST(TestSessionSection, ALinkTellsOfBoth)
+TEST(TestSessionSection, ALinkNamesBoth)
 {
   Fingers fingers;
   MemoryServer server = SmallTorus();
@@ -389,7 +389,7 @@ TEST(TestSessionSection, ALinkTellsOfBoth)
   }
 }
 
-TEST(TestSessionSection, FilesTellOfBoth)
+TEST(TestSessionSection, FilesNameBoth)
 {
   const std::string file = "{\"select\":\"torus\"}\n{\"wait\":\"idle\"}\n{\"section\":\"view\"}\n"
                            "{\"depth\":0.25}\n{\"tool\":\"section\"}\n{\"section\":\"flip\"}\n"

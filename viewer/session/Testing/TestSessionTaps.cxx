@@ -259,7 +259,7 @@ TEST(TestSessionTaps, ATapThatNeedsTooMuchOfTheTreeIsDropped)
     "The region around the tap is too large: it has too many partitions.");
 }
 
-TEST(TestSessionTaps, APageThatFailsEndsTheTapInWordsAndTheNextOneAsksAgain)
+TEST(TestSessionTaps, APageThatFailsEndsTheTapWithAReasonAndTheNextTapRequestsItAgain)
 {
   Fingers fingers;
   MemoryServer server(MakeTorus(200, 80), 4, 2);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "viewer/session/look/SplatRadii.h"
+#include "viewer/session/appearance/SplatRadii.h"
 
 #include "filters/core/tree/KdTree.h"
 

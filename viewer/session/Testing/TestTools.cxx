@@ -84,7 +84,7 @@ TEST(TestTools, TapsMeasureAndBesideTheModelADoubleTapIsLeft)
   EXPECT_EQ(hand.tools.Measuring().All().size(), 1u);
 }
 
-TEST(TestTools, ALinkTellsOfThemWhereverTheModelIs)
+TEST(TestTools, ALinkNamesThemWhereverTheModelIs)
 {
   InHand hand;
   hand.model.section.Set(SectionPlane{ { 0, 0, 1 }, 0.1 });

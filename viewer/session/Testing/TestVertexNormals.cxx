@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "viewer/session/look/VertexNormals.h"
+#include "viewer/session/appearance/VertexNormals.h"
 
 #include <gtest/gtest.h>
 

@@ -366,7 +366,7 @@ TEST(TestViewerSession, WhatNobodyHasTouchedFitsAnotherWindow)
   expectAlike("undone to home");
 }
 
-TEST(TestViewerSession, CancelledTouchesAreNoTap)
+TEST(TestViewerSession, CancelledTouchesAreNotATap)
 {
   Fingers fingers;
   MemoryServer server = SmallTorus();

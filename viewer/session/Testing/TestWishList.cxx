@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The list of wanted blobs: the order of requests, how much at a time, what is cancelled, and what
 // is prefetched.
-#include "viewer/session/line/WishList.h"
+#include "viewer/session/requests/WishList.h"
 
 #include <gtest/gtest.h>
 
@@ -94,7 +94,7 @@ TEST(TestWishList, WhatNobodyWantsIsCancelledAndNothingIsAskedForTwice)
   EXPECT_EQ(list.Close(asked[0].id), std::vector{ BlobId::Partition(1) });
 }
 
-TEST(TestWishList, ThePreviewIsAskedForByItselfAndTheTreeAloneForATap)
+TEST(TestWishList, ThePreviewIsRequestedByItselfAndTheTreeOnlyForATap)
 {
   WishList list(0);
   list.Want({ preview, BlobId::LevelPiece(12, 2), BlobId::LevelPiece(12, 3) });
@@ -143,7 +143,7 @@ TEST(TestWishList, TheOriginalIsAskedForApartWhereThatIsWanted)
   }
 }
 
-TEST(TestWishList, WhatIsPrefetchedIsNoProgressMakesWayAndHasItsEnd)
+TEST(TestWishList, PrefetchIsNotProgressAndMakesWayAndEnds)
 {
   const std::vector<PieceId> view{ { Resolution::Level(12), 2 } };
   WishList list(3 * blobBytes);

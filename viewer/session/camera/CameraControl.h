@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Moves the camera by fingers, wheel and keys, and keeps the user from getting lost: step "look" of
-// the pipeline picture.
+// Moves the camera by fingers, wheel and keys, and keeps the user from getting lost: step
+// "navigate" of the pipeline picture.
 #pragma once
 
 #include "viewer/session/Camera.h"
@@ -53,7 +53,7 @@ public:
   // Where a link says. isJump: from where one was; otherwise it is the first view.
   void TakePlace(const std::optional<CameraPlace>& place, bool isJump);
   bool CanUndo() const { return !this->Earlier.empty(); }
-  bool Undo(); // false where there was none
+  bool Undo(); // false if there was no jump
   // Sets the view of a host's own camera, which may be inside the surface. False, and no change, if
   // the view is the same; but the host's first call always counts as a motion.
   bool LookFrom(const Vec3& eye, const Vec3& focal, const Vec3& up, double tangent, bool begins);
@@ -69,7 +69,7 @@ public:
   // Like a pinch there, at once; the model stops turning by itself. False if nothing is open, or if
   // the factor is not finite or not above 0.
   bool ZoomAbout(double factor, double x, double y);
-  // What lies under a finger.
+  // The surface's point under a finger.
   std::optional<SurfaceHit> PickUnder(double x, double y) const;
 
   // ---- turning by itself. Whether the model continues to turn after it is released.
@@ -103,7 +103,7 @@ private:
   struct LeftView
   {
     View view;
-    Camera eye; // in the window as it is now
+    Camera eye; // for the current window
   };
 
   View Now() const { return { this->Eye, this->EyeMoved }; }
@@ -128,8 +128,8 @@ private:
   bool CoastsOn;
   std::deque<View> Earlier;         // before the last jumps, the last one last
   std::optional<LinkedView> Linked; // the last link's
-  std::optional<LeftView> Left;     // that changes of the window are made from
-  bool IsArriving = false;          // at the view of a link, whose surface comes
+  std::optional<LeftView> Left;     // the view from which changes of the window are computed
+  bool IsArriving = false;          // at a link's view, until its surface is loaded
   bool IsLed = false;               // by the host's own camera
   Momentum Turned;                  // by itself
 };

@@ -10,8 +10,9 @@ namespace kdstream
 namespace
 {
 
-constexpr double mostOfTheWay = 0.9;      // to what is ahead,
-constexpr double leastInDiagonals = 1e-5; // so far before it: beyond what rounding does
+constexpr double mostOfTheWay = 0.9; // to what is ahead,
+// Distance before the surface, larger than rounding errors.
+constexpr double leastInDiagonals = 1e-5;
 
 // The distance to the surface, or to the box if no surface is shown; infinite if none is ahead.
 double DistanceToObstacle(const ShownModel& model, const Ray& ray, double slack)

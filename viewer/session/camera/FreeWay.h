@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // How far an eye may move in a model without going through its surface, and keeping some of it in
-// sight: below step "look" of the pipeline picture.
+// sight: below step "navigate" of the pipeline picture.
 #pragma once
 
 #include "viewer/session/Camera.h"

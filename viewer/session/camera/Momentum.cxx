@@ -76,8 +76,8 @@ void Momentum::SetSpinning(bool spins)
 
 Momentum::Drag Momentum::Spin(double time, const Viewport& window)
 {
-  constexpr double longestStep = 0.1;       // after a pause it goes on from where it was
-  constexpr double sidesPerSecond = 0.1309; // of the window; 2 of them are a radian
+  constexpr double longestStep = 0.1;       // after a pause the model turns on from where it was
+  constexpr double sidesPerSecond = 0.1309; // sides of the window; 2 sides are a radian
   const double seconds = this->LastSpin ? std::clamp(time - *this->LastSpin, 0.0, longestStep) : 0;
   this->LastSpin = time;
   const double pixels = sidesPerSecond * seconds * std::min(window.width, window.height);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Turns a model by itself: for a moment after a finger has released it, or continuously. Step
-// "look" of the pipeline picture.
+// "navigate" of the pipeline picture.
 #pragma once
 
 #include "viewer/session/Camera.h"
@@ -26,9 +26,9 @@ public:
 
   // One finger is down. Does nothing if it was down already.
   void Touch(double time);
-  // It has turned the model, by this number of pixels.
+  // The finger has turned the model by this number of pixels.
   void Follow(double time, double dx, double dy);
-  // It has gone, or is not the only one any more.
+  // The finger is up, or is not the only one any more.
   void Forget() { this->Steps.clear(); }
   // The finger is released at (x, y): the model continues to turn, as fast as the finger was,
   // unless the finger had stopped or took no time.

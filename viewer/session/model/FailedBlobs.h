@@ -74,7 +74,7 @@ private:
   std::set<PieceId> FailedPieces;
   std::set<protocol::BlobId> FailedTree;
   std::map<protocol::BlobId, std::string> Lost; // and why
-  std::set<protocol::BlobId> AskedAgain;        // as long as none of these has come
+  std::set<protocol::BlobId> AskedAgain;        // until one of these has arrived
   std::map<PieceId, std::string> Doubtful;      // and the message
   std::string Last;
 };

@@ -45,7 +45,7 @@ public:
   // they are known; the next ones are recorded as missing. At most half of MostPages.
   void Walk(const std::function<bool(NodeId page, const Box& box)>& enter);
 
-  // What was needed and is not there, since the last call; pages first, coarse before fine.
+  // The missing pages and boxes since the last call; pages first, coarse before fine.
   std::set<protocol::BlobId> TakeMissing();
 
   std::size_t Bytes() const { return this->Sum; }

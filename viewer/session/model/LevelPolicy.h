@@ -51,7 +51,7 @@ private:
   LevelPolicyOptions Options;
   std::vector<double> GeometricErrors; // of levels 0 … L, falling
   unsigned Preview = 0;
-  unsigned Finest = 0; // that the budget allows
+  unsigned Finest = 0; // the finest level that the budget allows
 };
 
 }

@@ -212,7 +212,7 @@ unsigned LodSelection::EffectiveLevel() const
 SurfaceWish LodSelection::Wish(const View& view) const
 {
   const Resolution preview = this->Model.Preview().resolution;
-  if (this->Model.surface.IsEmpty()) // it comes first, nothing else
+  if (this->Model.surface.IsEmpty()) // the preview comes first, and nothing else
   {
     return { preview, {} };
   }

@@ -27,7 +27,7 @@ namespace kdstream
 class LodSelection
 {
 public:
-  // What is chosen by.
+  // The inputs of the selection.
   struct View
   {
     const Camera& camera;
@@ -58,7 +58,7 @@ public:
 
   // A piece has come.
   void Add(const Piece& piece);
-  // What is wanted, and what of the tree and of textures is missing for it.
+  // Finds the wanted pieces, and the missing pages of the tree and textures.
   void Follow(const View& view);
   // Something is wanted, or has come, since the last choice.
   bool IsDue() const { return this->ChoiceIsDue; }
@@ -72,7 +72,7 @@ public:
   // Nothing if the preview has just appeared: then Follow must be called again.
   std::optional<std::vector<protocol::BlobId>> Choose(const View& view);
 
-  // What is missing for a view that is nearer, the tree first, then the most urgent.
+  // The missing blobs of a nearer view, the tree first, then the most urgent.
   std::vector<protocol::BlobId> WantedNext(const View& view);
   // About, of a blob that has not come.
   std::size_t BytesOf(const protocol::BlobId& blob) const;
@@ -85,7 +85,7 @@ public:
   }
 
   const std::vector<PieceId>& WantedByView() const { return this->Chooser->refinement.Pieces(); }
-  // What ViewerStatus has of these; nothing before a model is open.
+  // Fills in its part of ViewerStatus; nothing before a model is open.
   void PutInto(ViewerStatus& status) const;
   // How often Choose was called.
   std::uint64_t Choices() const { return this->ChoicesMade; }
@@ -96,8 +96,8 @@ private:
   {
     SurfaceWish wish;
     std::pair<NodeId, unsigned> region;
-    std::set<protocol::BlobId> tree;     // that is missing
-    std::vector<protocol::BlobId> tiles; // that are missing
+    std::set<protocol::BlobId> tree;     // missing pages of the tree
+    std::vector<protocol::BlobId> tiles; // missing tiles
     std::set<PieceId> failedPieces;
     std::set<protocol::BlobId> failedTree;
     std::uint64_t pieces = 0; // their version
@@ -106,7 +106,7 @@ private:
   struct Choosers
   {
     LevelPolicy policy;
-    ViewRefinement refinement, next; // for the view, and for one that is nearer
+    ViewRefinement refinement, next; // for the view, and for a nearer view
     VisiblePartitions seen;
   };
 
@@ -122,8 +122,8 @@ private:
   LodOptions Options;
   std::optional<Choosers> Chooser;        // of the model that is open
   unsigned Target = 0;                    // level that the zoom asks for
-  std::set<protocol::BlobId> MissingTree; // what is needed now
-  std::optional<Situation> Last;          // that was followed
+  std::set<protocol::BlobId> MissingTree; // missing pages for the current view
+  std::optional<Situation> Last;          // the last situation that was followed
   bool ChoiceIsDue = false;
   std::uint64_t ChoicesMade = 0;
 };

@@ -47,7 +47,7 @@ public:
   // pointsPerUnit: of a model unit in the focal plane.
   void FollowZoom(double pointsPerUnit);
   bool IsShown() const { return this->Shown.has_value(); }
-  // Whether there is any partition of the regions before. Forgets those that have left the view.
+  // Whether partitions of earlier regions are left. Forgets those that have left the view.
   bool HasEarlier() const { return !this->Earlier.empty(); }
   void ForgetEarlier(const Camera& camera);
   void ForgetEarlier() { this->Earlier.clear(); }
@@ -82,7 +82,7 @@ private:
   unsigned Rings;
   RegionLimits Limits;
   std::uint64_t ViewTriangles;
-  // What a tap waits for: which partition it means, and which are around that.
+  // A tap waits for these: its partition, and those around it.
   std::optional<Vec3> Point;
   std::optional<NodeId> Cell;
   std::size_t Asked = 0;

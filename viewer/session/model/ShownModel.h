@@ -45,8 +45,9 @@ struct ShownModel
   {
   }
 
-  void Select(const std::string& model); // forgets the last one
-  // treeBytes: of its tree, that are kept. False, and reported, where it cannot be shown.
+  void Select(const std::string& model); // forgets the last model
+  // treeBytes: limit for loaded pages of the tree. False, and reported, if the model cannot be
+  // shown.
   bool Open(const ModelDescription& model, std::size_t treeBytes);
 
   // The depths of the open model.
@@ -78,7 +79,7 @@ struct ShownModel
   {
     return this->section.Plane() ? &*this->section.Plane() : nullptr;
   }
-  // What a ray meets of what is shown and not cut away: as PickSurface.
+  // The point where a ray meets the shown surface that is not cut away: see PickSurface.
   std::optional<SurfaceHit> Pick(const Ray& ray, double slack = 0) const
   {
     return this->section.Pick(this->Drawn(), ray, slack);

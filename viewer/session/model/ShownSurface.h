@@ -33,9 +33,9 @@ public:
   // Forgets what is shown: the surface is empty.
   void Reset(const TreeDepths& depths);
 
-  // What a whole wish needs, and what is missing of it, ascending. Which pieces are needed between
-  // a level and a region in it is known only from other pieces: so ask again after each that
-  // arrives.
+  // The pieces that a whole wish needs, and the missing ones, ascending. Which pieces are needed
+  // between a level and a region in it is known only from other pieces: so ask again after each
+  // that arrives.
   struct Needs
   {
     std::set<PieceId> all; // to keep

@@ -43,18 +43,18 @@ struct FoundBelow
 {
   double urgency = 0;
   std::size_t seen = 0;    // pieces below it that are in view
-  std::size_t refined = 0; // those of them that take its place
+  std::size_t refined = 0; // visible child pieces that replace it
 };
 
 struct ViewRefinement::Walk
 {
   const View& view;
   const std::set<PieceId>& failed;
-  const std::set<PieceId> before; // what was refined
+  const std::set<PieceId> before; // pieces that were refined before
   std::priority_queue<Candidate> waiting;
   std::map<PieceId, FoundBelow> found;
   std::map<NodeId, bool> seen; // of nodes that were asked for
-  std::set<NodeId> pages;      // that tell of what was refined
+  std::set<NodeId> pages;      // pages of pieces that were refined
 };
 
 bool ViewRefinement::Candidate::operator<(const Candidate& other) const
@@ -188,7 +188,7 @@ bool ViewRefinement::NeedsSubstitute(const Walk& walk, std::size_t step, NodeId 
          walk.failed.count(this->Above(piece, step - 1)) == 0;
 }
 
-// What would take the place of a piece.
+// Pushes the candidates that would replace a piece.
 void ViewRefinement::PushBelow(Walk& walk, std::size_t step, NodeId node, double urgency) const
 {
   if (step + 1 >= this->Allowed)
@@ -199,7 +199,7 @@ void ViewRefinement::PushBelow(Walk& walk, std::size_t step, NodeId node, double
   walk.pages.insert(TreePageOfNode(node, this->Depths));
   if (walk.pages.size() > view.tree.MostPages() / 2)
   {
-    return; // what is looked for would push out what is needed
+    return; // more pages would evict needed ones
   }
   const auto geometricError = this->GeometricErrorOf(step, node, view.tree);
   if (!geometricError)
@@ -211,7 +211,7 @@ void ViewRefinement::PushBelow(Walk& walk, std::size_t step, NodeId node, double
   const bool isReported = view.seen && view.seen->Knows(teller);
   if (view.seen && !isReported && !view.loaded.Peek(teller))
   {
-    walk.found[above].seen = 1; // which of what is below may be visible, that piece will tell
+    walk.found[above].seen = 1; // that piece will say which of the pieces below may be visible
     return;
   }
   const Step& next = this->Steps[step + 1];
@@ -224,7 +224,7 @@ void ViewRefinement::PushBelow(Walk& walk, std::size_t step, NodeId node, double
     if (!box)
     {
       view.tree.NeedAround(below.node);
-      ++walk.found[above].seen; // perhaps
+      ++walk.found[above].seen; // it may be visible
     }
     else if (this->MayBeVisible(walk, below.node) &&
              (!isReported || step >= this->Stitch || view.seen->MayBeVisible(below)))

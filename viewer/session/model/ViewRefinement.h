@@ -67,17 +67,17 @@ public:
     KnownTree& tree;
     const PieceCache& loaded;
     const VisiblePartitions* seen = nullptr; // null: all may be
-    bool inSteps = true;                     // fine pieces come by one on the way
-    const SectionPlane* section = nullptr;   // that cuts some of it away
+    bool inSteps = true;                     // fine pieces are preceded by one intermediate piece
+    const SectionPlane* section = nullptr;   // the section that cuts parts away
   };
   // Finds what is wanted. `first`: partitions that are wanted in any case; budgets serve them
   // first. `failed`: pieces that cannot be fetched. The tree records as missing which pages are
   // needed to continue. O(p log p) for p wanted pieces.
   void Follow(const View& view, std::span<const PieceId> first, const std::set<PieceId>& failed);
-  // Nothing is wanted but the preview.
+  // Only the preview is wanted.
   void Reset();
 
-  // That are wanted, ascending, without those that are wanted anyway; and what stands in for them.
+  // The wanted pieces, ascending, without those that are wanted anyway; and their substitutes.
   const std::vector<PieceId>& Pieces() const { return this->Wanted; }
   // The finest resolution among them; the preview's if there is none.
   Resolution Finest() const;
@@ -108,16 +108,16 @@ private:
   {
     Resolution resolution;
     unsigned depth = 0;   // of its pieces
-    double triangles = 0; // of one piece, on average; points, of a cloud
+    double triangles = 0; // average triangles of a piece; points for a cloud
     double vertices = 0, blob = 0, memory = 0;
-    double leap = 1; // it is taken at an error larger by this factor
+    double leap = 1; // the piece is taken at an error larger by this factor
   };
   struct Candidate
   {
     double urgency = 0, error = 0;
     std::size_t step = 0;
     NodeId node = 1;
-    PieceId above; // whose place it would take
+    PieceId above; // the piece that this candidate would replace
     // The most urgent, and of equals the coarsest and first, is on top of a heap.
     bool operator<(const Candidate& other) const;
   };
@@ -147,9 +147,9 @@ private:
   double LightPart;   // of the distance between vertices, which counts as an error
   double Smallest;    // distance from the eye, model units
   std::vector<Step> Steps;
-  std::size_t Allowed = 0;   // the first of them, which this client may have
+  std::size_t Allowed = 0;   // number of resolutions that this client may get
   std::set<PieceId> Refined; // with all above each
-  std::set<PieceId> Missed;  // of those, that cannot be had
+  std::set<PieceId> Missed;  // of these, the pieces that cannot be fetched
   std::vector<PieceId> Wanted;
   std::map<PieceId, double> Urgencies; // of what is wanted
   double Left = 0;

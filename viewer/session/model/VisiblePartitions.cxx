@@ -253,7 +253,7 @@ bool VisiblePartitions::MayBeVisible(NodeId node) const
       return true;
     }
   }
-  return next != end; // of some nothing is known
+  return next != end; // some partitions are unknown
 }
 
 }

@@ -53,10 +53,10 @@ public:
   bool MayBeVisible(NodeId node) const;
 
 private:
-  struct Face // a triangle, relative to an origin near it
+  struct Face // a triangle, relative to a near origin
   {
     std::array<float, 3> centre, normal; // of length 1
-    float radius = 0;                    // of a sphere around it
+    float radius = 0;                    // of a sphere around the triangle
   };
   struct FaceList
   {
@@ -68,7 +68,7 @@ private:
     FaceList list;
     bool visible = true;
   };
-  struct Below // what a level below S tells of a piece of the next level
+  struct Below // facts that a level below S has about a piece of the next level
   {
     NodeId node;
     FaceList list;
@@ -85,7 +85,7 @@ private:
   std::map<PieceId, std::vector<Below>> Above;
   std::set<PieceId> Visible;
   std::size_t Faces = 0;
-  std::shared_ptr<const Sight> Last; // that Seen is of; null where there are new faces
+  std::shared_ptr<const Sight> Last; // the view of Seen; null if there are new faces
 };
 
 }

@@ -123,7 +123,7 @@ public:
 
 private:
   static constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
-  struct Trapezoid // that a side is the left one of
+  struct Trapezoid // the trapezoid to the right of a side
   {
     std::size_t right = none;
     double since = 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The section that the user has put through the model: moving it, and its outline and cap. Below
-// the steps "look" and "draw" of the pipeline picture.
+// the steps "navigate" and "draw" of the pipeline picture.
 #pragma once
 
 #include "viewer/session/Picker.h"
@@ -43,7 +43,7 @@ public:
   // Computes the outline and, if the surface is closed, the cap, if plane or surface have changed.
   // surfaceVersion: of `surface`. As CutSurface and CapOf.
   void Follow(const DrawnSurface& surface, std::uint64_t surfaceVersion, bool isClosed);
-  // What fills the plane where the model is solid; null if nothing is filled. Its version grows
+  // The cap that fills the plane where the model is solid; null if there is none. Its version grows
   // whenever it changes.
   const std::shared_ptr<const Surface>& Cap() const { return this->Filling; }
   std::uint64_t CapVersion() const { return this->FillingVersion; }
@@ -64,7 +64,7 @@ private:
 
   Box Around;
   std::optional<SectionPlane> Cut;
-  Vec3 Turned{}; // the normal as fingers have turned it
+  Vec3 Turned{}; // the normal as turned by fingers
   struct Basis
   {
     SectionPlane plane;
@@ -72,7 +72,7 @@ private:
     bool isClosed = false;
     bool operator==(const Basis&) const = default;
   };
-  std::optional<Basis> Made; // what the next three are of
+  std::optional<Basis> Made; // the inputs of the next three members
   std::vector<SectionSegment> Segments;
   std::shared_ptr<const Surface> Filling;
   std::uint64_t FillingVersion = 0;

@@ -76,7 +76,7 @@ std::vector<SectionSegment> CutSurface(const DrawnSurface& surface, const Sectio
 std::vector<SectionLine> LinesOf(const std::vector<SectionSegment>& segments)
 {
   std::multimap<Vec3, std::size_t> beginning; // segments that no line has yet
-  std::map<Vec3, int> ends;                   // at each place, less those that begin there
+  std::map<Vec3, int> ends;                   // at each place: ends minus beginnings
   for (std::size_t i = 0; i < segments.size(); ++i)
   {
     beginning.emplace(segments[i].from, i);
@@ -99,7 +99,8 @@ std::vector<SectionLine> LinesOf(const std::vector<SectionSegment>& segments)
     }
     lines.push_back(std::move(line));
   };
-  for (const auto& [place, surplus] : ends) // open lines from their ends, or they would be halved
+  // First open lines, from their ends: from the middle they would be split.
+  for (const auto& [place, surplus] : ends)
   {
     for (int i = surplus; i < 0; ++i)
     {

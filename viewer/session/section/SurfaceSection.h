@@ -22,7 +22,7 @@ namespace kdstream
 struct SectionSegment
 {
   Vec3 from{}, to{};
-  std::uint32_t part = 0, triangle = 0; // as SurfaceHit has them
+  std::uint32_t part = 0, triangle = 0; // numbers as in SurfaceHit
 };
 
 // Triangles that only touch the plane from one side have no segment. If two triangles share an

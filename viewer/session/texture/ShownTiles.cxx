@@ -45,7 +45,7 @@ void ShownTiles::Reset(const ModelDescription& model, std::vector<double> spacin
   {
     return;
   }
-  // What a server claims is a guess at most.
+  // A server's claim is only a hint.
   const auto each = [](std::uint64_t all, std::uint64_t pieces)
   {
     return static_cast<std::size_t>(std::clamp<std::uint64_t>(
@@ -91,7 +91,7 @@ std::size_t ShownTiles::PictureBytes() const
   return bytes;
 }
 
-// It goes last. False where it is not kept.
+// Moves the tile to the end, as the latest one. False if it is not kept.
 bool ShownTiles::Touch(PieceId piece)
 {
   const auto place = std::find_if(this->Kept.begin(), this->Kept.end(),

@@ -55,7 +55,7 @@ public:
   // The bytes may be hostile. piece: the decoded piece that the tile belongs to, or null if it is
   // not in memory any more: then nothing happens. Errors: of DecodeTextureTile.
   Status Add(const protocol::BlobId& blob, std::span<const std::uint8_t> bytes, const Piece* piece);
-  // It is not asked for again until Retry.
+  // A failed tile is not requested again until Retry.
   void Fail(const protocol::BlobId& blob) { this->Failed.insert(blob); }
   void Retry() { this->Failed.clear(); }
   void Retry(const protocol::BlobId& blob) { this->Failed.erase(blob); }
@@ -64,7 +64,7 @@ public:
   const std::shared_ptr<const TileList>& Tiles() const { return this->Here; }
   // The bytes of the tiles as they arrived, and of their corners.
   std::size_t Bytes() const { return this->Held; }
-  // That decoded pictures take, 4 a texel.
+  // Bytes of decoded pictures, 4 for each texel.
   std::size_t PictureBytes() const;
 
 private:
@@ -81,7 +81,7 @@ private:
   std::size_t Limit;
   TreeDepths Depths;
   std::vector<ExpectedTile> Expected; // of levels, and of the original; empty without textures
-  TileList Kept;                      // in the order in which they were wanted, the last ones last
+  TileList Kept;                      // in the order in which they were wanted
   std::shared_ptr<const TileList> Here;
   std::vector<protocol::BlobId> Lacking;
   std::set<protocol::BlobId> Failed;

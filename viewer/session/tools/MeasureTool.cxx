@@ -177,7 +177,7 @@ bool MeasureTool::Settle(End& end, const SurfaceHit& hit)
   const auto isShown = [this](std::uint32_t partition)
   { return this->Model.surface.IsRefined(partition); };
   const bool isAllShown = std::all_of(end.partitions.begin(), end.partitions.end(), isShown);
-  if (isAllShown) // or none are known yet: the first is that around the hit
+  if (isAllShown) // true also if none are known: the first is the one around the hit
   {
     end.around = end.partitions.empty() ? std::vector<Vec3>{ hit.point } : coarse;
   }
@@ -227,7 +227,7 @@ void MeasureTool::FollowSurface(double slack)
       }
       if (!hit)
       {
-        return false; // as it was, until there is more
+        return false; // no change until more is loaded
       }
       return !this->Settle(end, *hit);
     });

@@ -66,9 +66,9 @@ private:
     std::size_t measurement = 0;
     bool isSecond = false;
     bool isOfLink = false;              // by a link: the ray begins there, and goes nowhere
-    Ray ray;                            // by which it was picked
+    Ray ray;                            // the ray of the pick
     std::set<std::uint32_t> partitions; // that are to be the original
-    std::vector<Vec3> around;           // places whose partitions are to be, once they are known
+    std::vector<Vec3> around;           // places whose partitions will be known later
   };
 
   void Add(const std::array<Vec3, 2>& points);

@@ -32,13 +32,13 @@ struct Measurement
 {
   std::string name;
   MeasuredPoint from;
-  std::optional<MeasuredPoint> to; // nothing while only one end is there
+  std::optional<MeasuredPoint> to; // nothing while there is only one end
   bool operator==(const Measurement&) const = default;
 
   // These three are 0 as long as there is no `to`.
   double Distance() const;                 // model units, straight
   double Height(const Vec3& up) const;     // of that along `up`, of length 1; below 0: downwards
-  double Horizontal(const Vec3& up) const; // of that across it
+  double Horizontal(const Vec3& up) const; // horizontal part of the distance
   // The distance in the input differs from this one by at most this.
   double Error() const;
   // Both ends are on the original.

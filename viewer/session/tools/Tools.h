@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The tools that a user may choose, and what fingers do with them: distances, a section, raking
-// light. Steps "look" and "draw" of the pipeline picture.
+// light. Steps "navigate" and "draw" of the pipeline picture.
 #pragma once
 
 #include "viewer/session/GestureRecognizer.h"
 #include "viewer/session/ViewLink.h"
-#include "viewer/session/look/RakingLight.h"
+#include "viewer/session/appearance/RakingLight.h"
 #include "viewer/session/model/ShownModel.h"
 #include "viewer/session/tools/MeasureTool.h"
 
@@ -34,7 +34,7 @@ public:
   // the zoom of a pinch.
   bool Take(const Gesture& gesture, const Camera& camera);
 
-  // There is another surface.
+  // The surface has changed.
   void FollowSurface(const Camera& camera)
   {
     this->Measures.FollowSurface(camera.TangentOf(fingerPoints));
@@ -46,7 +46,7 @@ public:
   // Nothing: the standard light. What is out of its range is brought into that.
   void SetLight(const std::optional<RakingLight>& light);
 
-  // What a link says of them, relative to the camera's fitted box.
+  // Writes the tools into a link, relative to the camera's fitted box.
   void PutInto(ViewLink& link, const Camera& camera) const;
   void TakeFrom(const ViewLink& link, const Camera& camera);
 

@@ -164,7 +164,7 @@ TEST_F(TestKdMeshReader, SelectionsFollowTheFile)
   EXPECT_TRUE(mesh.GetPointData()->HasArray("depth"));
 }
 
-TEST_F(TestKdMeshReader, TellsWhatItCanRead)
+TEST_F(TestKdMeshReader, ReportsWhatItCanRead)
 {
   FilterObserver heard(this->Reader);
   this->Write("cloud.ply",
@@ -180,7 +180,7 @@ TEST_F(TestKdMeshReader, TellsWhatItCanRead)
   EXPECT_EQ(heard.error + heard.warning, "");
 }
 
-TEST_F(TestKdMeshReader, PointsAloneAreCells)
+TEST_F(TestKdMeshReader, PointsWithoutCellsBecomeCells)
 {
   this->Write("cloud.ply",
     "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"

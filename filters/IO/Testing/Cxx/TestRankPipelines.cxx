@@ -58,7 +58,7 @@ TEST_P(RankPipelines, AnErrorOfOneIsAnErrorOfAll)
   this->Expect({ "error" });
 }
 
-TEST_P(RankPipelines, TextsStayBehindWithAWarning)
+TEST_P(RankPipelines, TextsAreLeftOutWithAWarning)
 {
   this->Expect({ "texts" });
 }
@@ -110,7 +110,7 @@ TEST_P(RankFaults, NoInputOrAnother)
   this->ExpectOfAll("inputs");
 }
 
-TEST_P(RankFaults, NoInputBehindAnotherFilter)
+TEST_P(RankFaults, NoInputAfterAnotherFilter)
 {
   this->ExpectOfAll("behind");
 }

@@ -77,7 +77,7 @@ TYPED_TEST(MeshPartitionPipeline, ProgressRises)
   EXPECT_EQ(observer.progress.back(), 1.0);
 }
 
-TYPED_TEST(MeshPartitionPipeline, AbortLeavesEmptyOutputsAndIsNoError)
+TYPED_TEST(MeshPartitionPipeline, AbortLeavesEmptyOutputsAndIsNotAnError)
 {
   for (const double at : { 0.0, 0.2, 0.45, 0.55, 0.9 })
   {
@@ -208,7 +208,7 @@ TYPED_TEST(MeshPartitionPipeline, RunsAgainOnlyWhenSomethingChanged)
 
 // Port 1 without port 0: the partition of each point, and nothing is cut. Then port 0, without
 // partitioning again.
-TYPED_TEST(MeshPartitionPipeline, IdsAloneCutNothing)
+TYPED_TEST(MeshPartitionPipeline, IdsDoNotCutAnything)
 {
   vtkNew<TypeParam> filter, both;
   for (TypeParam* each : { filter.Get(), both.Get() })

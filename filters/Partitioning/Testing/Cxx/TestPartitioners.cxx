@@ -113,7 +113,7 @@ TEST(OctreePartition, TheNumberOfPartitionsIsTheNearestPossible)
   EXPECT_EQ(SizesOf<vtkOctreePartition>(MakeRepeatedPoint(10), 2000, 50).size(), 1U);
 }
 
-TEST(KMeansPartition, ExactlySoManyNoneEmpty)
+TEST(KMeansPartition, ExactlyAsManyAsRequestedNoneEmpty)
 {
   for (const Input& input : Inputs())
   {

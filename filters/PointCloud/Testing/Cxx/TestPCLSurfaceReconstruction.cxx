@@ -537,7 +537,7 @@ TEST(PCLSurfaceReconstruction, SameOnEveryBackendAndNumberOfThreads)
   }
 }
 
-TEST(PCLSurfaceReconstruction, ProgressRisesAndAbortIsNoError)
+TEST(PCLSurfaceReconstruction, ProgressRisesAndAbortIsNotAnError)
 {
   for (const double at : { 2.0, 0.0, 0.2, 0.4 })
   {

@@ -261,7 +261,7 @@ TEST(KdClusterSimplificationMakers, PointsOfDifferentClustersAreNotWelded)
   EXPECT_EQ(Point(*filter->GetOutput(), 1), (Vec3{ 0, 0, 0 }));
 }
 
-TEST(KdClusterSimplificationMakers, ArraysThatAreNoClusters)
+TEST(KdClusterSimplificationMakers, ArraysThatAreNotClusters)
 {
   const PolyData input = MakePoints({ { 0, 0, 0 }, { 1, 0, 0 } });
   AddClusters(*input, "Half", { 1, 1.5 });

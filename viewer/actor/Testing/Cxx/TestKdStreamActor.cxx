@@ -341,7 +341,7 @@ TEST_F(TestKdStreamActor, PicturesOfATexturedModelAreOnItsParts)
   EXPECT_EQ(this->Count(isRed), 0u);
 }
 
-TEST_F(TestKdStreamActor, NumbersThatAreNoneAreRefused)
+TEST_F(TestKdStreamActor, InvalidNumbersAreRefused)
 {
   ReportedErrors heard(*this->Actor);
   const double nan = std::numeric_limits<double>::quiet_NaN();

@@ -4,8 +4,8 @@
 
 #include "filters/core/BitCast.h"
 #include "filters/model/ModelJson.h"
-#include "viewer/session/look/SceneRules.h"
-#include "viewer/session/look/SplatRadii.h"
+#include "viewer/session/appearance/SceneRules.h"
+#include "viewer/session/appearance/SplatRadii.h"
 
 #include <initializer_list>
 #include <utility>

@@ -3,7 +3,7 @@
 // right corner; nothing if colours are not those of an array.
 #include "viewer/desktop/window/ColorPanel.h"
 #include "viewer/desktop/window/Panels.h"
-#include "viewer/session/look/ColorLegend.h"
+#include "viewer/session/appearance/ColorLegend.h"
 
 #include <gtest/gtest.h>
 #include <imgui.h>

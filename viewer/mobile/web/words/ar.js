@@ -178,7 +178,7 @@ export const texts = {
   "Double tap on the surface": "لمس السطح مرتين",
   "shows the original there": "لإظهار الأصل هناك",
   "Double tap beside the model": "اللمس مرتين بجانب النموذج",
-  "leads back to the first view": "للرجوع إلى العرض الأول",
+  "returns to the first view": "للرجوع إلى العرض الأول",
   "Drag": "السحب",
   "Right button, or Shift": "الزر الأيمن أو Shift",
   "moves it": "لتحريكه",
@@ -189,10 +189,10 @@ export const texts = {
   "Arrow keys": "مفاتيح الأسهم",
   "turn the model; with Shift they move it": "لتدوير النموذج، ومع Shift لتحريكه",
   "bring it nearer, or farther away": "لتقريبه أو إبعاده",
-  "takes back the last jump": "للتراجع عن آخر قفزة",
+  "undoes the last jump": "للتراجع عن آخر قفزة",
   "shows this help": "لإظهار هذه المساعدة",
   "Escape": "Escape",
-  "closes what is open, then leads to the list": "لإغلاق المفتوح ثم الرجوع إلى القائمة",
+  "closes the open panel, then returns to the list": "لإغلاق المفتوح ثم الرجوع إلى القائمة",
 
   // notes
   "Notes": "ملاحظات",

@@ -178,7 +178,7 @@ export const texts = {
   "Double tap on the surface": "Doppelt auf die Oberfläche tippen",
   "shows the original there": "zeigt dort das Original",
   "Double tap beside the model": "Doppelt neben das Modell tippen",
-  "leads back to the first view": "führt zur ersten Ansicht zurück",
+  "returns to the first view": "führt zur ersten Ansicht zurück",
   "Drag": "Ziehen",
   "Right button, or Shift": "Rechte Taste oder Umschalt",
   "moves it": "verschiebt es",
@@ -189,10 +189,10 @@ export const texts = {
   "Arrow keys": "Pfeiltasten",
   "turn the model; with Shift they move it": "drehen das Modell; mit Umschalt verschieben sie es",
   "bring it nearer, or farther away": "holen es heran oder rücken es weg",
-  "takes back the last jump": "nimmt den letzten Sprung zurück",
+  "undoes the last jump": "nimmt den letzten Sprung zurück",
   "shows this help": "zeigt diese Hilfe",
   "Escape": "Escape",
-  "closes what is open, then leads to the list": "schließt, was offen ist, und führt dann zur Liste",
+  "closes the open panel, then returns to the list": "schließt, was offen ist, und führt dann zur Liste",
 
   // notes
   "Notes": "Anmerkungen",

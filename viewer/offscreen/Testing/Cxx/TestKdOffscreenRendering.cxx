@@ -77,7 +77,7 @@ TEST(KdOffscreenRendering, RefusesWhatCannotBeDrawn)
   EXPECT_EQ(offscreen->GetBackend(), vtkKdOffscreenRendering::OsMesa);
 }
 
-TEST(KdOffscreenRendering, TellsWhatX11Lacks)
+TEST(KdOffscreenRendering, ReportsWhatX11Lacks)
 {
   const char* const name = std::getenv("DISPLAY");
   const std::string display = name ? name : "";

@@ -11,7 +11,7 @@ namespace kdstream
 namespace
 {
 
-TEST(MissingGlSymbols, AreReportedInWords)
+TEST(MissingGlSymbols, AreReportedWithAReason)
 {
   for (const WindowBackend backend : { WindowBackend::Egl, WindowBackend::OsMesa })
   {

@@ -293,7 +293,7 @@ TEST_F(TestKdStoreReader, ACameraGetsWhatItNeeds)
   EXPECT_NE(this->Refusal().find("camera: the eye is at the focal point"), std::string::npos);
 }
 
-TEST_F(TestKdStoreReader, NumbersThatAreNoneAreRefused)
+TEST_F(TestKdStoreReader, InvalidNumbersAreRefused)
 {
   using Source = vtkKdModelSource;
   Source& source = *this->Reader;
@@ -538,7 +538,7 @@ TEST_F(TestKdStoreReader, SelectionsFollowTheStore)
   EXPECT_STREQ(output->GetPointData()->GetArrayName(0), "Depth");
 }
 
-TEST_F(TestKdStoreReader, TellsWhatItCanRead)
+TEST_F(TestKdStoreReader, ReportsWhatItCanRead)
 {
   FilterObserver heard(this->Reader);
   BuildTo(this->File, this->Sphere, 200);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "viewer/session/line/BlobHistory.h"
+#include "viewer/session/requests/BlobHistory.h"
 
 #include <utility>
 
@@ -8,7 +8,8 @@ namespace kdstream
 namespace
 {
 
-// One more than there are, so that a piece without triangles has a share in its frame too.
+// The number of triangles plus one, so that a piece without triangles also has a share in its
+// frame.
 double WeightOf(const BlobStatistics& blob)
 {
   return static_cast<double>(blob.triangles + 1);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Normals of a drawn surface: see VertexNormals.h.
-#include "viewer/session/look/VertexNormals.h"
+#include "viewer/session/appearance/VertexNormals.h"
 
 #include "filters/core/VectorMath.h"
 #include "filters/core/drawing/PartNormals.h"

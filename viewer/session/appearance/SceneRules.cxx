@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What every renderer decides alike about a scene: see SceneRules.h.
-#include "viewer/session/look/SceneRules.h"
+#include "viewer/session/appearance/SceneRules.h"
 
 #include "filters/model/JsonWriter.h"
 #include "viewer/session/Geometry.h"
@@ -13,22 +13,6 @@
 
 namespace kdstream
 {
-namespace
-{
-
-bool IsFinite(const Vec3& v)
-{
-  return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
-}
-
-const Attribute* FirstWithRole(const Surface& surface, AttributeRole role)
-{
-  const auto found = std::find_if(surface.attributes.begin(), surface.attributes.end(),
-    [role](const Attribute& array) { return RoleOf(array) == role; });
-  return found == surface.attributes.end() ? nullptr : &*found;
-}
-
-}
 
 Status CheckSurface(const Surface& surface, const Vec3& center)
 {
@@ -184,7 +168,7 @@ ClippingPlanes PlanesAround(const Box& bounds, const Vec3& eye, const Vec3& foca
 
 const Attribute* OwnColors(const Surface& surface)
 {
-  return FirstWithRole(surface, AttributeRole::Colors);
+  return FindRole(surface.attributes, AttributeRole::Colors);
 }
 
 bool HasOwnColors(const DrawnSurface& surface)
@@ -206,7 +190,7 @@ UnitNormals NormalsOf(const Surface& surface)
     return ComputeVertexNormals(surface.points, surface.triangles);
   }
   UnitNormals normals;
-  if (const Attribute* own = FirstWithRole(surface, AttributeRole::Normals))
+  if (const Attribute* own = FindRole(surface.attributes, AttributeRole::Normals))
   {
     normals.reserve(surface.points.size());
     for (std::size_t i = 0; i < surface.points.size(); ++i)

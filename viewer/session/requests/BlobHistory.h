@@ -26,7 +26,7 @@ public:
   void Count(std::size_t bytes, bool isWasted);
   // A piece has been decoded, and `entry` says how it came.
   void Add(PieceId piece, BlobStatistics entry);
-  // One that counts as wasted may be shown still.
+  // A blob that counts as wasted may still be shown later.
   void AddLate(PieceId piece, std::size_t bytes) { this->NeverShown[piece] += bytes; }
   // A frame has begun that shows these pieces. Those that it is the first to show share its time.
   void BeginFrame(const std::set<PieceId>& shown);
@@ -47,7 +47,8 @@ private:
   std::map<PieceId, std::uint64_t> NotShown; // number of its entry
   std::vector<std::uint64_t> JustShown;      // by the frame that has begun
   SessionTraffic Sum;
-  std::map<PieceId, std::size_t> NeverShown; // bytes that count as wasted until it is
+  // Bytes of pieces that were never shown: they count as wasted until then.
+  std::map<PieceId, std::size_t> NeverShown;
 };
 
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What is wanted and not there, and how it is got: see WishList.h.
-#include "viewer/session/line/WishList.h"
+#include "viewer/session/requests/WishList.h"
 
 #include <algorithm>
 #include <iterator>

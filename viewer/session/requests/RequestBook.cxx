@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Which requests are in flight, and which of their blobs are outstanding: step "request" of the
 // pipeline picture.
-#include "viewer/session/line/RequestBook.h"
+#include "viewer/session/requests/RequestBook.h"
 
 #include <algorithm>
 #include <utility>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The lights on a sphere: how bright each slope is, and how much brighter its neighbours are.
 #include "viewer/session/Geometry.h"
-#include "viewer/session/look/SceneLook.h"
+#include "viewer/session/appearance/SceneAppearance.h"
 
 #include <gtest/gtest.h>
 
@@ -62,7 +62,7 @@ std::vector<Vec3> SeenNormals()
 }
 
 // And there is a side that is lit, and one that is not.
-TEST(SceneLook, NothingIsBlackAndNothingIsBlown)
+TEST(SceneAppearance, NothingIsBlackAndNothingIsBlown)
 {
   double darkest = 2, brightestAway = 0, brightest = 0;
   for (const Vec3& normal : SeenNormals())
@@ -79,7 +79,7 @@ TEST(SceneLook, NothingIsBlackAndNothingIsBlown)
 
 // At nine of ten places there the light changes by 40 % a radian or more, at half of them by 70 %:
 // as on the lit side.
-TEST(SceneLook, SidesAwayFromTheKeyLightShowRelief)
+TEST(SceneAppearance, SidesAwayFromTheKeyLightShowRelief)
 {
   std::vector<double> dark, bright;
   for (const Vec3& normal : SeenNormals())

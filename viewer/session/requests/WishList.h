@@ -4,8 +4,8 @@
 #pragma once
 
 #include "viewer/session/SessionTypes.h"
-#include "viewer/session/line/LineMeter.h"
-#include "viewer/session/line/RequestBook.h"
+#include "viewer/session/requests/BandwidthMeter.h"
+#include "viewer/session/requests/RequestBook.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -40,7 +40,7 @@ public:
   // Replaces the list by these blobs, most urgent first. Blobs in flight are not requested again;
   // requests with no wanted blob are cancelled. If nothing is missing, prefetching continues.
   void Want(const std::vector<protocol::BlobId>& missing);
-  // Nothing more, until the next Want.
+  // Requests nothing more until the next Want.
   void Clear() { this->Queue.clear(); }
   // The same, and cancels each request with anything outstanding other than pages and boxes.
   void KeepTreeOnly();
@@ -63,7 +63,7 @@ public:
 
   // ---- answers; false if nobody waits for them
   bool Opened(std::uint32_t request) { return this->Requests.SettleOpen(request); }
-  // seconds: as in LineMeter; those of a cached blob are ignored.
+  // seconds: as in BandwidthMeter; those of a cached blob are ignored.
   bool Arrived(std::uint32_t request, const protocol::BlobId& blob, std::size_t bytes,
     double seconds, bool fromCache);
   bool Failed(std::uint32_t request, const protocol::BlobId& blob)
@@ -95,7 +95,7 @@ public:
     std::uint64_t blobsLoaded = 0, blobsWanted = 0, bytesLoaded = 0;
   };
   const Progress& GetProgress() const { return this->Counts; }
-  const LineMeter& Line() const { return this->Meter; }
+  const BandwidthMeter& Line() const { return this->Meter; }
   const RequestBook& Book() const { return this->Requests; }
   std::vector<SessionRequest> TakeOutgoing() { return this->Requests.TakeOutgoing(); }
 
@@ -104,13 +104,13 @@ private:
   bool IsOnlyPrefetched() const;
 
   RequestBook Requests;
-  LineMeter Meter;
-  std::deque<protocol::BlobId> Queue;    // that has not been asked for
+  BandwidthMeter Meter;
+  std::deque<protocol::BlobId> Queue;    // blobs not requested yet
   std::set<protocol::BlobId> Prefetched; // asked for though not wanted yet
   std::vector<PieceId> PrefetchedFor;    // the wanted pieces beyond which that was,
   std::size_t PrefetchBytes,
-    PrefetchLeft;                // bytes for a view, and what is left of them for this one
-  std::uint32_t LoneRequest = 0; // sent while nothing was outstanding; none of it has come
+    PrefetchLeft;                // bytes for each view, and what is left for this view
+  std::uint32_t LoneRequest = 0; // sent while nothing was outstanding; nothing of it has arrived
   Progress Counts;
 };
 

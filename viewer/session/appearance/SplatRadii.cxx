@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // How large the points of a cloud are drawn: see SplatRadii.h.
-#include "viewer/session/look/SplatRadii.h"
+#include "viewer/session/appearance/SplatRadii.h"
 
 #include "viewer/session/Geometry.h"
 
@@ -19,7 +19,7 @@ namespace
 {
 
 constexpr std::size_t longestRun = 64;
-constexpr std::size_t shortestRun = 32; // that tells a spacing of its own
+constexpr std::size_t shortestRun = 32; // a shorter run has no spacing of its own
 constexpr std::size_t askedStride = 4;  // one of this number is asked for its neighbours
 constexpr std::size_t neighbour = 4;    // which is the fourth nearest
 constexpr double radiusToSpacing = 0.82;

@@ -3,7 +3,7 @@
 // pipeline picture.
 #pragma once
 
-#include "viewer/session/look/Coloring.h"
+#include "viewer/session/appearance/Coloring.h"
 
 #include <cstdint>
 #include <string>
@@ -30,7 +30,7 @@ struct ColorLegend
     double value = 0;
     std::uint64_t vertices = 0;
     Color color{};
-    std::string name{}; // empty where it has none
+    std::string name{}; // empty if the class has no name
   };
   std::vector<Class> classes{};
   static constexpr std::size_t mostClasses = 20;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What colours mean: see ColorLegend.h.
-#include "viewer/session/look/ColorLegend.h"
+#include "viewer/session/appearance/ColorLegend.h"
 
 #include <algorithm>
 #include <cmath>
@@ -27,7 +27,7 @@ std::string NameOfLasClass(double value)
            : std::string();
 }
 
-// What the library's is would round differently from platform to platform.
+// Exact on all platforms, unlike std::pow.
 double PowerOfTen(int exponent)
 {
   double power = 1;
@@ -90,7 +90,7 @@ std::vector<double> RoundNumbers(double low, double high)
       continue;
     }
     std::vector<double> numbers;
-    // One more at both ends, where a quotient has been rounded.
+    // One more at both ends, in case a quotient was rounded.
     for (double i = first - 1; i <= last + 1 && std::abs(i) < 0x1p50; ++i)
     {
       numbers.push_back(value(i) + 0.0); // no -0

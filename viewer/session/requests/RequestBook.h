@@ -43,7 +43,7 @@ public:
   // The request is over: what is still outstanding of it, nothing if it is not known (any more).
   std::vector<protocol::BlobId> Close(std::uint32_t request);
 
-  // What is outstanding, and in which request.
+  // The outstanding blobs, and their requests.
   const std::map<protocol::BlobId, std::uint32_t>& AllOutstanding() const
   {
     return this->Outstanding;
@@ -58,7 +58,7 @@ public:
   // A list of what is outstanding for messages: "open dragon, levels/12/3, and 4 more".
   std::string Describe() const;
 
-  // What there is to send since the last TakeOutgoing, in order.
+  // The requests to send since the last TakeOutgoing, in order.
   const std::vector<SessionRequest>& Outgoing() const { return this->Unsent; }
   std::vector<SessionRequest> TakeOutgoing();
 
@@ -77,7 +77,7 @@ private:
   std::map<std::uint32_t, Entry> Open;
   std::map<protocol::BlobId, std::uint32_t> Outstanding;
   std::vector<SessionRequest> Unsent;
-  std::map<std::uint32_t, Entry> Cancelled; // after they had been sent
+  std::map<std::uint32_t, Entry> Cancelled; // cancelled after they had been sent
 };
 
 }

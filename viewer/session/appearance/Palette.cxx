@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The colours of partitions and resolutions: see Palette.h.
-#include "viewer/session/look/Palette.h"
+#include "viewer/session/appearance/Palette.h"
 
 #include <algorithm>
 #include <cmath>

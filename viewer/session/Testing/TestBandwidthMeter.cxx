@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "viewer/session/line/LineMeter.h"
+#include "viewer/session/requests/BandwidthMeter.h"
 
 #include <gtest/gtest.h>
 
@@ -7,9 +7,9 @@
 
 using namespace kdstream;
 
-TEST(TestLineMeter, AsksForAQuarterOfASecondOfTheLine)
+TEST(TestBandwidthMeter, RequestsAQuarterOfASecondOfTheBandwidth)
 {
-  LineMeter meter;
+  BandwidthMeter meter;
   EXPECT_EQ(meter.Window(), 65536u); // nothing is known
   for (int i = 0; i < 100; ++i)
   {
@@ -23,9 +23,9 @@ TEST(TestLineMeter, AsksForAQuarterOfASecondOfTheLine)
   EXPECT_NEAR(double(meter.Window()), 250e3, 5e3);
 }
 
-TEST(TestLineMeter, FillsALineWithALongWay)
+TEST(TestBandwidthMeter, FillsAConnectionWithALongRoundTrip)
 {
-  LineMeter meter;
+  BandwidthMeter meter;
   meter.Arrived(5000, 0.6, true);
   meter.Arrived(5000, 0.8, true);
   for (int i = 0; i < 100; ++i)
@@ -36,24 +36,24 @@ TEST(TestLineMeter, FillsALineWithALongWay)
 }
 
 // Only the first answer: a round trip, or a slow line. Little is asked for until that is known.
-TEST(TestLineMeter, WhatCameAloneIsNoLongWayOnASlowLine)
+TEST(TestBandwidthMeter, SingleBlobsOnASlowConnectionAreNotALongRoundTrip)
 {
-  LineMeter meter;
+  BandwidthMeter meter;
   meter.Arrived(7500, 0.18, true); // 0.03 s, and 0.15 at 50 kB/s
   EXPECT_EQ(meter.Window(), 12288u);
   meter.Arrived(5000, 0.1, false);
   EXPECT_NEAR(double(meter.Window()), 12500, 100);
 
-  LineMeter fast;
+  BandwidthMeter fast;
   fast.Arrived(7500, 0.0306, true); // and at 100 Mbit/s
   EXPECT_NEAR(double(fast.Window()), 61e3, 1e3);
   fast.Arrived(5000, 0.0004, false);
   EXPECT_NEAR(double(fast.Window()), 3.1e6, 1e5);
 }
 
-TEST(TestLineMeter, StaysInItsLimitsWhateverTheClockSays)
+TEST(TestBandwidthMeter, StaysInItsLimitsWhateverTheClockSays)
 {
-  LineMeter meter;
+  BandwidthMeter meter;
   for (const double seconds : { 0.0, -1.0, std::numeric_limits<double>::quiet_NaN() })
   {
     meter.Arrived(1000, seconds, false);

@@ -5,8 +5,8 @@
 
 #include "filters/core/drawing/Surface.h"
 #include "filters/model/ModelDescription.h"
-#include "viewer/session/look/ColorMaps.h"
-#include "viewer/session/look/Palette.h"
+#include "viewer/session/appearance/ColorMaps.h"
+#include "viewer/session/appearance/Palette.h"
 
 #include <array>
 #include <cstddef>
@@ -38,7 +38,7 @@ std::optional<ColorChoice> ParseColors(std::string_view text);
 // Two finite numbers, the first below the second, with `between` between them.
 std::optional<std::array<double, 2>> ParseRange(std::string_view text, char between);
 
-// What renderers go by.
+// The colouring for renderers.
 struct Coloring
 {
   Coloring(SurfaceColoring byWhat = SurfaceColoring::Own)
@@ -52,10 +52,10 @@ struct Coloring
   ColorMap map = ColorMap::Viridis;
   double low = 0, high = 1; // low <= high
   bool hasClasses = false;  // which have colours of their own, and no map
-  bool isLas = false;       // they are those of LAS
+  bool isLas = false;       // the classes are those of LAS
   bool operator==(const Coloring&) const = default;
 
-  // What a number of the attribute looks like; stone where it is NaN.
+  // The colour of a value of the attribute; stone for NaN.
   Color Of(double value) const;
   // Whether colours are those of points, which go over into each other: Own and Attribute.
   bool IsOfPoints() const

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What a surface is coloured by: see Coloring.h.
-#include "viewer/session/look/Coloring.h"
+#include "viewer/session/appearance/Coloring.h"
 
 #include "filters/core/Texts.h"
 #include "filters/model/Json.h"
 #include "filters/model/JsonWriter.h"
-#include "viewer/session/look/SceneRules.h"
+#include "viewer/session/appearance/SceneRules.h"
 
 #include <algorithm>
 #include <cmath>
@@ -25,7 +25,7 @@ constexpr std::array<std::pair<std::string_view, SurfaceColoring>, 4> words{ {
 
 constexpr std::string_view byAttribute = "by:";
 
-// What stands before the first `end`, which goes with it.
+// Removes and returns the text before the first `end`, and removes `end`.
 std::string_view TakeUpTo(std::string_view& text, char end)
 {
   const std::string_view part = text.substr(0, text.find(end));

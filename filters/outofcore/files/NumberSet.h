@@ -10,25 +10,43 @@
 namespace kdstream
 {
 
-// Memory: twice the different numbers. O(log n) a number, on average.
+// Memory: `most` numbers, or twice the different ones where these are more. O(log n) a number, on
+// average.
 template <class Number>
 class NumberSet
 {
 public:
+  explicit NumberSet(std::size_t most = std::size_t{ 1 } << 16)
+    : Most(most)
+  {
+  }
+
+  // Reserves memory, so that the first `all` numbers are not moved.
+  void Reserve(std::size_t all) { this->Numbers.reserve(std::min(this->Most, all)); }
+
   void Add(Number number)
   {
-    this->Numbers.push_back(number);
     if (this->Numbers.size() >= this->Most)
     {
       this->Compact();
+      // There may be more than expected: then memory has to grow, or sorting would never end.
       this->Most = std::max(this->Most, 2 * this->Numbers.size());
     }
+    this->Numbers.push_back(number);
   }
   // All so far; none are left.
   std::vector<Number> Take()
   {
     this->Compact();
     return std::exchange(this->Numbers, {});
+  }
+  // How many these are; none are left, and their memory is kept.
+  std::size_t CountAndClear()
+  {
+    this->Compact();
+    const std::size_t count = this->Numbers.size();
+    this->Numbers.clear();
+    return count;
   }
 
 private:
@@ -40,7 +58,7 @@ private:
   }
 
   std::vector<Number> Numbers;
-  std::size_t Most = std::size_t{ 1 } << 16;
+  std::size_t Most;
 };
 
 }

@@ -11,8 +11,8 @@ class OcclusionClock
 {
 public:
   static constexpr double slowFrame = 0.045;
-  static constexpr int slowFrames = 3; // one after the other: the device is slow
-  static constexpr double pause = 10;  // then it is tried again
+  static constexpr int slowFrames = 3; // this number of slow frames in a row: the device is slow
+  static constexpr double pause = 10;  // seconds until occlusion is tried again
   static constexpr double stillness = 0.25;
 
   // Whether a picture that is drawn now has it. moves: it is another than the last one.

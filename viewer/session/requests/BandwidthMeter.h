@@ -8,16 +8,16 @@
 namespace kdstream
 {
 
-// What is in flight should fill the connection, and no more: when the view changes, it must be
-// waited for. The right amount is a quarter of a second of the connection, or two round trips if
-// these take longer.
-class LineMeter
+// The bytes in flight should fill the connection, and not exceed it: when the view changes, they
+// still have to arrive first. The right amount is what a quarter of a second brings, or two round
+// trips if these take longer.
+class BandwidthMeter
 {
 public:
   // A blob of `bytes` bytes arrived `seconds` after its request, or after the blob before it, if
-  // that is later. alone: nothing else was in flight when it was requested, so that the time
+  // that is later. single: nothing else was in flight when it was requested, so that the time
   // includes the round trip. Times of 0 or less, as in replays and from caches, are ignored.
-  void Arrived(std::size_t bytes, double seconds, bool alone);
+  void Arrived(std::size_t bytes, double seconds, bool single);
 
   // The number of bytes that may be in flight: 12 KiB to 4 MiB; if nothing is known, 64 KiB. Until
   // blobs have arrived directly after others, single blobs give a lower bound for the speed.
@@ -30,8 +30,8 @@ private:
   {
     double bytes = 0, seconds = 0;
   };
-  Sample Behind; // what came close behind something else, newest most
-  Sample Alone;  // what came by itself, soonest
+  Sample Following; // blobs that arrived right after another one; newer ones count more
+  Sample Single;    // the fastest blob that was requested by itself
 };
 
 }

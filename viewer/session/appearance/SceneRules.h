@@ -6,8 +6,8 @@
 #include "filters/core/Result.h"
 #include "filters/core/drawing/DrawnSurface.h"
 #include "filters/core/tree/KdTree.h"
-#include "viewer/session/look/Palette.h"
-#include "viewer/session/look/VertexNormals.h"
+#include "viewer/session/appearance/Palette.h"
+#include "viewer/session/appearance/VertexNormals.h"
 
 #include <array>
 #include <cstddef>
@@ -72,7 +72,7 @@ Color OwnColor(const Attribute& colors, std::size_t point);
 // it has none at all.
 UnitNormals NormalsOf(const Surface& surface);
 
-// What the colour of a vertex or of a triangle follows from.
+// The inputs for the colour of a vertex or a triangle.
 struct ColorSource
 {
   std::optional<std::uint32_t> partition; // none below the stitch depth: clusters span several

@@ -3,7 +3,7 @@
 // picture.
 #pragma once
 
-#include "viewer/session/look/Palette.h"
+#include "viewer/session/appearance/Palette.h"
 
 #include <array>
 #include <optional>

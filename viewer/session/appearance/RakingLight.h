@@ -3,7 +3,7 @@
 // invisible in light from the front. Below step "render" of the pipeline picture.
 #pragma once
 
-#include "viewer/session/look/SceneLook.h"
+#include "viewer/session/appearance/SceneAppearance.h"
 
 #include <algorithm>
 #include <array>
@@ -33,7 +33,7 @@ struct RakingLight
   static constexpr double rim = 0.997; // of the disc: from behind the rim there is no light
 };
 
-// What is finite and in its range.
+// The value clamped to its range; `least` for NaN.
 inline double InRange(double value, double least, double most)
 {
   return std::isfinite(value) ? std::clamp(value, least, most) : least;

@@ -6,7 +6,7 @@
 // color vision deficiency", PLoS ONE 13(7), 2018 (CC BY), as Matplotlib has it. Diverging:
 // Moreland, "Diverging color maps for scientific visualization", 2009, "cool to warm", which is
 // free to use. From each map 17 entries, evenly spaced; colours between them are interpolated.
-#include "viewer/session/look/ColorMaps.h"
+#include "viewer/session/appearance/ColorMaps.h"
 
 #include <algorithm>
 #include <cmath>
