@@ -426,7 +426,7 @@ private:
     return exitDone;
   }
 
-  // All of one white material.
+  // The mesh with one white material.
   Result<TexturedMesh> MakePlain(const Store& store) const
   {
     Result<Mesh> mesh = ExtractMesh(store, this->Line.wanted);
@@ -619,7 +619,7 @@ private:
     }
   }
 
-  // All of one level, or of the original, as one small file.
+  // Writes a level, or the original, as one small file.
   int ExportGlb(const Store& store) const
   {
     const auto begin = std::chrono::steady_clock::now();
