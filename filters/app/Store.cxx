@@ -75,7 +75,7 @@ struct CommandLine
   std::string format = formatFiles;
   std::string compression = HasMeshoptCompression() ? "meshopt" : "none";
   std::string normals = "on";
-  TilesOptions tiles; // its origin
+  TilesOptions tiles; // only its member origin
   // Options of export, and the formats that they go with.
   std::vector<std::pair<const CLI::Option*, std::string>> ofFormats;
   bool json = false, all = false, quiet = false;

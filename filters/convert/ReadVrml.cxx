@@ -1454,7 +1454,7 @@ private:
     }
   }
 
-  // which: and why.
+  // which: the node, and why it is left out.
   void LeaveOutNode(const std::string& which, std::uint64_t line = 0, std::uint64_t count = 1)
   {
     VrmlLeftOut& left = this->NodesLeftOut[which];

@@ -622,7 +622,7 @@ Routes::Found Routes::FindTile(const HttpRequest& request, const protocol::Resou
     }
   }
   Reading reading;
-  // Whatever counts is made by readers first, and only then taken of the quota.
+  // A counted answer is first made by readers, and only then subtracted from the quota.
   reading.counts = mayCount ? Counts::Perhaps : Counts::No;
   // All tiles of all models are one source, so that half of the readers at most make them. One
   // reader makes the tilesets of a detail, the first of which takes long.

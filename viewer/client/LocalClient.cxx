@@ -98,7 +98,7 @@ private:
   {
     if (this->Current.kind == Job::Kind::Notes)
     {
-      return; // the model is looked at without
+      return; // the model is shown without notes
     }
     ClientEvent event;
     event.kind = this->Current.kind == Job::Kind::Read ? ClientEvent::Kind::BlobFailed
