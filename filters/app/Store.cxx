@@ -805,8 +805,8 @@ void AddExport(CLI::App& exported, CommandLine& line)
   exported.add_option("STORE", line.store, "the store")->required();
   exported
     .add_option("DIR", line.output,
-      "folder to write to; of files, other models in it are kept; of 3dtiles, a new one; of glb, "
-      "the file")
+      "files: the folder to write to, other models in it are kept; 3dtiles: a new folder; glb: the "
+      "file to write")
     ->required();
   exported
     .add_option("--format", line.format,
@@ -823,12 +823,12 @@ void AddExport(CLI::App& exported, CommandLine& line)
          ->type_name("ID")
          ->group(files),
     formatFiles);
-  auto* const page = exported
-                       .add_option("--page", line.exported.page,
-                         "copy the viewer's web page from this folder as well, and make one of it "
-                         "for the model, m/ID")
-                       ->type_name("WEB")
-                       ->group(files);
+  auto* const page =
+    exported
+      .add_option("--page", line.exported.page,
+        "also copy the viewer's web page from this folder, and make a page for the model, m/ID")
+      ->type_name("WEB")
+      ->group(files);
   only(page, formatFiles);
   only(
     exported
@@ -851,7 +851,8 @@ void AddExport(CLI::App& exported, CommandLine& line)
   const char* const tiles = "3dtiles and glb";
   only(exported
          .add_option("--compression", line.compression,
-           "of the .glb files: meshopt (EXT_meshopt_compression, 16 bits a coordinate), draco "
+           "compression of the .glb files: meshopt (EXT_meshopt_compression, 16 bits a "
+           "coordinate), draco "
            "(KHR_draco_mesh_compression; not of points), or none")
          ->check(CLI::IsMember({ "meshopt", "draco", "none" }))
          ->capture_default_str()
