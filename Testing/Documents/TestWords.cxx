@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <fstream>
 #include <regex>
 
 namespace
@@ -195,6 +196,25 @@ TEST(Words, ThatWereReplacedAreInNoIdentifier)
   }
   EXPECT_GT(sources, 500U) << "not the tree of this project";
   EXPECT_GT(scripts, 80U) << "not the tree of this project";
+}
+
+// Phrases that had to be read twice. The list has the English sentences, and the translations of
+// the page after "=>".
+TEST(Words, OfMessagesArePlain)
+{
+  const std::regex phrases(
+    R"re(\b(that|which) (is|are) none\b|\bso many\b|\btold\b|\bin vain\b|)re"
+    R"re(\bbehind\b|\bmeanwhile\b|\bnot (as many|carried)\b|\bas many as are\b|)re"
+    R"re(\bof VTK's\b|\b(was|were) not there when\b)re");
+  EXPECT_TRUE(std::regex_search("a number of elements that is none", phrases));
+  std::ifstream list(std::string(KDSTREAM_SOURCE_TREE) + "/Testing/Documents/Messages.txt");
+  std::size_t sentences = 0;
+  for (std::string line; std::getline(list, line); ++sentences)
+  {
+    const std::string english = line.substr(0, line.find(" => "));
+    EXPECT_FALSE(std::regex_search(english, phrases)) << english;
+  }
+  EXPECT_GT(sentences, 2000U) << "not the list of messages";
 }
 
 TEST(Words, OfTheFieldAreFoundInProductCode)

@@ -295,10 +295,10 @@ TEST_F(TestConvertDamage, DamagedPartsOfVtkFilesAreNamed)
     { "# vtk DataFile Version 3.0\nt\nBINARY\nDATASET POLYDATA\nPOINTS 4 float\n" + bytes,
       "POINTS (byte 53) has 3 of its 12 numbers, then the file ends" },
     { mesh + points + "POLYGONS 2 10\n3 0 1 2\n3 0 1 2\n7 3\n",
-      "POLYGONS (line 10) has 10 numbers, of which its cell 2 (line 13) has only a part" },
+      "POLYGONS (line 10) has 10 numbers and ends inside cell 2 (line 13)" },
     { "# vtk DataFile Version 3.0\nt\nBINARY\nDATASET POLYDATA\nPOINTS 1 float\n" + bytes +
         "\nPOLYGONS 1 4\n\3" + std::string(15, '\0'),
-      "POLYGONS (byte 81) has 4 numbers, of which its cell 0 (byte 94) has only a part" },
+      "POLYGONS (byte 81) has 4 numbers and ends inside cell 0 (byte 94)" },
     { grid + points + "CELLS 1 5\n4 0 1", "CELLS (line 10) has 3 of its 5 numbers, then the file" },
     { grid + points + "CELLS 1 5\n4 0 1 2 9\nCELL_TYPES 1\n10\n",
       "CELLS: cell 0 uses point 9, but there are 4 (it is a tetra)" },

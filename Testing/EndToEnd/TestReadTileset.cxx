@@ -501,7 +501,7 @@ TEST_F(TestReadTileset, DamagedTilesAreNamed)
                           BytesOf(std::uint32_t{ 0xFFFFFFFF }) + "b3dm" +
                           BytesOf(std::uint32_t{ 1 }) + BytesOf(std::uint32_t{ 0 });
   this->WriteText("a.b3dm", composite);
-  this->ExpectError("tileset.json", "of which number 0 does not fit into it");
+  this->ExpectError("tileset.json", "but has no room for tile 0");
   this->WriteText("tileset.json", "{\"asset\":{\"version\":\"1.1\"},\"geometricError\":1,\"root\"");
   this->ExpectError("tileset.json", "its JSON breaks off");
   this->WriteText("tileset.json", "{\"asset\":{\"version\":\"1.1\"},\"geometricError\":1}");

@@ -72,7 +72,8 @@ private:
     return {};
   }
 
-  // All that touch a block of the level: of the finer blocks that are here, and what came.
+  // Loads all triangles that touch a block of the level: from finer blocks of this rank, and
+  // received ones.
   Status LoadImages(std::size_t block, std::vector<Triangle>& images) const
   {
     const std::size_t begin = std::max(this->FinerHere.begin, block << this->Step);

@@ -143,7 +143,7 @@ private:
     return this->Steps.ByClusters() ? Status{} : this->RepairFoldOvers(level);
   }
 
-  // Each rank its own clusters, with those of others where they were at first.
+  // Each rank repairs its own clusters; clusters of other ranks stay at their first places.
   Status RepairFoldOvers(LevelFile& level)
   {
     KDSTREAM_TRY(this->Steps.RepairFoldOvers(

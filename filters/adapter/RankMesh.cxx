@@ -710,7 +710,7 @@ private:
       std::transform(kept.from.begin(), kept.from.end(), std::back_inserter(this->CellIds),
         [&](const TupleOfPart& cell) { return IdOf(*ids, cell); });
     }
-    // First only those of this rank: else what has one id, however many, would come to one rank.
+    // First checks the ids of this rank: otherwise all elements with one id would come to one rank.
     const Result<bool> differ = this->Ranks.AllHave(AreDifferent(this->CellIds));
     KDSTREAM_TRY(differ);
     if (!*differ)

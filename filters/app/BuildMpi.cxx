@@ -158,7 +158,7 @@ Result<bool> ReadCommandLine(CLI::App& app, int argc, char** argv, BuildCommand&
   return *wanted;
 }
 
-// All ranks go on, or end, together. The same result on all.
+// All ranks continue or end together, with the same result.
 Result<bool> ReadCommandLine(
   MpiGroup& group, CLI::App& app, int argc, char** argv, BuildCommand& line)
 {

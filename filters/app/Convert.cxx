@@ -293,7 +293,7 @@ int Convert(const CLI::App& app, const CommandLine& line)
     std::cerr << program << ": warning: " << line.input
               << ": --texture-pixels has no effect: no textures were read\n";
   }
-  // From here on there is something to remove.
+  // From here on an interrupt must remove files.
   CatchInterrupts();
   Result<OutputFolders> folders = OutputFolders::Make(line.output);
   const Status written =

@@ -330,7 +330,7 @@ public:
     return this->Put(path + ".gz", *small);
   }
 
-  // All that is below the folder `page`, and not counted.
+  // Copies all files below the folder `page`; they are not counted.
   Status CopyPage(const fs::path& page, const std::string& path = "/")
   {
     const auto names = NamesIn(page);

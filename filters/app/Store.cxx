@@ -75,7 +75,7 @@ struct CommandLine
   std::string format = formatFiles;
   std::string compression = HasMeshoptCompression() ? "meshopt" : "none";
   std::string normals = "on";
-  TilesOptions tiles; // its origin
+  TilesOptions tiles; // only its member origin
   // Options of export, and the formats that they go with.
   std::vector<std::pair<const CLI::Option*, std::string>> ofFormats;
   bool json = false, all = false, quiet = false;
@@ -426,7 +426,7 @@ private:
     return exitDone;
   }
 
-  // All of one white material.
+  // The mesh with one white material.
   Result<TexturedMesh> MakePlain(const Store& store) const
   {
     Result<Mesh> mesh = ExtractMesh(store, this->Line.wanted);
@@ -619,7 +619,7 @@ private:
     }
   }
 
-  // All of one level, or of the original, as one small file.
+  // Writes a level, or the original, as one small file.
   int ExportGlb(const Store& store) const
   {
     const auto begin = std::chrono::steady_clock::now();
@@ -805,8 +805,8 @@ void AddExport(CLI::App& exported, CommandLine& line)
   exported.add_option("STORE", line.store, "the store")->required();
   exported
     .add_option("DIR", line.output,
-      "folder to write to; of files, other models in it are kept; of 3dtiles, a new one; of glb, "
-      "the file")
+      "files: the folder to write to, other models in it are kept; 3dtiles: a new folder; glb: the "
+      "file to write")
     ->required();
   exported
     .add_option("--format", line.format,
@@ -823,12 +823,12 @@ void AddExport(CLI::App& exported, CommandLine& line)
          ->type_name("ID")
          ->group(files),
     formatFiles);
-  auto* const page = exported
-                       .add_option("--page", line.exported.page,
-                         "copy the viewer's web page from this folder as well, and make one of it "
-                         "for the model, m/ID")
-                       ->type_name("WEB")
-                       ->group(files);
+  auto* const page =
+    exported
+      .add_option("--page", line.exported.page,
+        "also copy the viewer's web page from this folder, and make a page for the model, m/ID")
+      ->type_name("WEB")
+      ->group(files);
   only(page, formatFiles);
   only(
     exported
@@ -851,7 +851,8 @@ void AddExport(CLI::App& exported, CommandLine& line)
   const char* const tiles = "3dtiles and glb";
   only(exported
          .add_option("--compression", line.compression,
-           "of the .glb files: meshopt (EXT_meshopt_compression, 16 bits a coordinate), draco "
+           "compression of the .glb files: meshopt (EXT_meshopt_compression, 16 bits a "
+           "coordinate), draco "
            "(KHR_draco_mesh_compression; not of points), or none")
          ->check(CLI::IsMember({ "meshopt", "draco", "none" }))
          ->capture_default_str()

@@ -166,7 +166,8 @@ std::vector<bool> MaterialsThatLeave(const TexturedMesh& textured)
   return leave;
 }
 
-// Some readers take "-clamp on" as a part of the picture's name: it is written where it is seen.
+// Some readers take "-clamp on" as a part of the picture's name, so it is written only if it
+// matters.
 Status WriteMaterials(const std::filesystem::path& file, const std::string& objName,
   const TexturedMesh& textured, NewFiles& files)
 {

@@ -55,7 +55,7 @@ struct BuildOptions
   // Makes textures of partitions, by arrays of paint that the input has; null: there are none.
   std::shared_ptr<const PieceTextures> textures;
   std::string inputName; // stored as the input's name; empty: that of the file
-  // By whose bytes the input is known (InputDigest.h), one after the other; empty: the file.
+  // Files whose bytes identify the input (InputDigest.h), in this order; empty: the input file.
   std::vector<std::filesystem::path> inputFiles;
   // For an input that is converted anew for each build: the file that it is converted from, and
   // everything else that the conversion depends on. A build can be resumed if these are the same.

@@ -29,7 +29,7 @@ struct ExternalBuildState : BuildState
   std::string_view Step{};             // the step that is shown, and its fraction
   double StepDone = 0;
 
-  // By LoadMesh, of partitions of any size; empty, and 0, of cells of a k-d tree:
+  // Set by LoadMesh for partitions of any size; empty, and 0, for cells of a k-d tree:
   std::vector<VertexId> PartitionBegin{}; // ranks, and the end
   std::uint64_t MostInBlock = 0;          // vertices
 

@@ -168,7 +168,7 @@ public:
   // surface.
   double MirroredAcross(std::size_t axis) const;
 
-  // Of the triangles that face this direction: the bends of edges, times their length, by area.
+  // Relief of the triangles that face this direction: bends of edges times their length, by area.
   double ReliefTowards(const Vec3& direction) const;
 
 private:

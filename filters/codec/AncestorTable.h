@@ -118,7 +118,7 @@ public:
     std::array<std::uint32_t, most> groups;
     std::size_t count = 0, single = 0;
 
-    // By which an entry's choice is stored.
+    // The context under which an entry's choice is stored.
     std::size_t Context() const { return std::min<std::size_t>(this->single, 3); }
   };
 

@@ -39,7 +39,7 @@ struct GateGroups
     return contexts::groupOf + (this->first == this->second ? 1U : 0U) +
            (this->second == this->third ? 2U : 0U) + (this->first == this->third ? 4U : 0U);
   }
-  // From which the difference to another group is stored. last: the group that was stored last.
+  // The group to which the difference is stored. last: the group that was stored last.
   KDSTREAM_IN_LOOPS std::int64_t Reference(std::uint32_t last) const
   {
     const std::uint32_t firstOwn = this->first != noVertex    ? this->first

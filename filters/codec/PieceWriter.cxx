@@ -55,7 +55,7 @@ void PieceWriter::WriteVertices()
   WriteGhosts(this->Symbols, vertices, this->Content.keys, numbers);
 }
 
-// Each as the difference to the one before.
+// Writes each number as the difference to the one before.
 void PieceWriter::WriteArray(std::size_t context, const std::vector<std::uint64_t>& values)
 {
   std::uint64_t last = 0;

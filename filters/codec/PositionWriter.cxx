@@ -22,7 +22,7 @@ public:
     this->Raw += 16 * (size > 1 ? size - 1 : 0);
     ++this->Sizes[table][size];
   }
-  // All under one table.
+  // The cost with one table for all axes.
   std::uint64_t Shared() const
   {
     std::array<std::uint64_t, 65> all{};

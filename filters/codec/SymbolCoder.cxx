@@ -180,7 +180,7 @@ void SymbolWriter::FewRawBits(std::uint64_t value, unsigned count)
   }
 }
 
-// All of them, low byte first.
+// All raw bits, low byte first.
 std::vector<std::uint8_t> SymbolWriter::RawBytes() const
 {
   const std::size_t inWords = 4 * this->RawWords.size();

@@ -404,8 +404,8 @@ private:
 
   bool CellIsCut(std::uint64_t cell, std::uint64_t numbers)
   {
-    return this->Damaged("has " + std::to_string(numbers) + " numbers, of which its cell " +
-                           std::to_string(cell) + " " + this->Here() + " has only a part",
+    return this->Damaged("has " + std::to_string(numbers) + " numbers and ends inside cell " +
+                           std::to_string(cell) + " " + this->Here(),
       true);
   }
 

@@ -1057,7 +1057,8 @@ private:
     const std::vector<Vec3> points = PointsOf(node.coord);
     VrmlFaces faces;
     faces.points = points;
-    // By USE: else each shape would have all points of all.
+    // Coordinates are shared by USE: only used points are kept, or each shape would have all of
+    // them.
     faces.isShared = node.coord.getValue() && node.coord.getValue()->getRefCount() > 1;
     faces.index = IndicesOf(node.coordIndex);
     faces.clockwise = node.ccw.getValue() == 0;
@@ -1162,7 +1163,7 @@ private:
     this->AddWelded(*read, faces.material, this->PlacedBy(action));
   }
 
-  // With the colours that it has, or else all in one.
+  // Adds it with its own colours, or else in one colour.
   void AddWelded(const ForeignMesh& read, const Color& color, const Transform& placed)
   {
     const Attribute* const colors =
@@ -1453,7 +1454,7 @@ private:
     }
   }
 
-  // which: and why.
+  // which: the node, and why it is left out.
   void LeaveOutNode(const std::string& which, std::uint64_t line = 0, std::uint64_t count = 1)
   {
     VrmlLeftOut& left = this->NodesLeftOut[which];

@@ -114,7 +114,7 @@ private:
     const VtkMessages notReported; // what is there was read
     constexpr std::size_t block = 4096;
     std::array<double, block> values{}; // of at most eight bytes
-    // From the last known word on: VTK fails where it is to begin after the end.
+    // From the last known word on, because VTK fails if it must begin after the end.
     std::uint64_t known = static_cast<std::uint64_t>(counted) * components;
     for (std::size_t read = block; read == block;)
     {

@@ -416,7 +416,7 @@ private:
     }
   }
 
-  // At most `most` and one more.
+  // Returns at most `most` + 1 cells.
   static std::vector<std::string_view> CellsOf(
     std::string_view line, char separator, std::size_t most)
   {
@@ -710,7 +710,7 @@ private:
     return std::move(this->Out);
   }
 
-  // By the values: what the first column is, and those after the coordinates.
+  // Guesses from the values what the first column is, and those after the coordinates.
   Result<XyzLayout> ChooseLayout(std::vector<std::string>& readings)
   {
     using Meaning = XyzFirstColumn::Meaning;

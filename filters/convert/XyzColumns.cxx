@@ -628,7 +628,7 @@ std::size_t XyzColumns::Choose(const std::vector<Candidate>& candidates) const
       return *alone;
     }
   }
-  // At an end, and not a colour that is nowhere.
+  // A column at an end, and not a colour that is 0 everywhere.
   if (varying + 1 == this->Count)
   {
     if (const auto alone = only([this](std::size_t k)

@@ -99,7 +99,7 @@ public:
     {
       return static_cast<VertexId>(found - all.begin());
     }
-    // Most in common, nearest, first: the least of these is the best.
+    // Most corners in common, then nearest, then first: the least tuple is the best.
     auto best = std::tuple(0, std::numeric_limits<double>::infinity(), noVertex);
     for (const VertexId cluster : image)
     {

@@ -48,7 +48,8 @@ struct HashBlocks
     const std::size_t blocks = std::min(mostBlocks, std::bit_ceil(count >> 12 | 1));
     const auto shift = 32 - std::countr_zero(blocks);
     const auto blockOf = [&](std::uint32_t hash) { return blocks == 1 ? 0 : hash >> shift; };
-    // Each chunk counts for itself; where it puts its own follows from those before it.
+    // Each chunk counts by itself; the place of its elements follows from the counts of earlier
+    // chunks.
     const std::size_t chunks = (count + chunk - 1) / chunk;
     std::vector<std::uint32_t> counts(chunks * blocks, 0);
     const auto forEach = [&](const auto& visit)

@@ -169,7 +169,8 @@ Status SyncTree(const fs::path& folder)
   const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor >= 0)
   {
-    // At once, so that the disk takes them in its own order; then nothing is left to do for each.
+    // All files at once, so that the disk writes them in its own order; then each fsync has nothing
+    // left to do.
     (void)::syncfs(descriptor);
     KDSTREAM_TRY(SyncBelow(descriptor, folder));
   }

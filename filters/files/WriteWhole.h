@@ -36,7 +36,7 @@ enum class Links
   Follow,
   Refuse // in a folder that others may write to
 };
-// All of a file. Errors: NotFound, InputOutput.
+// Reads a whole file. Errors: NotFound, InputOutput.
 Result<std::string> ReadWholeFile(const std::filesystem::path& file, Links links = Links::Follow);
 
 }

@@ -22,7 +22,7 @@ struct Mark
   std::string_view begin, ending;
 };
 
-// By what the formats' own descriptions want there.
+// Marks from the formats' specifications.
 constexpr Mark marks[] = { { "ply\n", ".ply" }, { "ply\r", ".ply" }, { "glTF", ".glb" },
   { "LASF", ".las" }, { "# vtk DataFile", ".vtk" }, { "#VRML", ".wrl" }, { "# .PCD", ".pcd" },
   { "VERSION .7", ".pcd" }, { "solid ", ".stl" }, { "solid\n", ".stl" }, { "solid\r", ".stl" },

@@ -70,7 +70,7 @@ private:
     const std::size_t begin = mesh.points.size();
     const Result<std::size_t> read = this->Reader->ReadVertices(mesh, limit);
     KDSTREAM_TRY(read);
-    // Some readers count: they know of points that go with others, or that are one in the file.
+    // Some readers count dropped points themselves: they know which points are one in the file.
     if (!this->Reader->KnowsFinite())
     {
       KDSTREAM_TRY(DropPoints(mesh, begin, this->VerticesRead, this->Dropped,

@@ -458,7 +458,7 @@ Status CheckMesh(const Mesh& mesh, bool isStl)
   if (isStl && mesh.triangles.empty() && !mesh.points.empty())
   {
     return Error{ ErrorCode::InvalidArgument,
-      "STL holds triangles only, and there are none; .ply, .vtp, .obj and .wrl hold points" };
+      "STL holds only triangles, and there are none; .ply, .vtp, .obj and .wrl hold points" };
   }
   if (isStl && mesh.triangles.size() > mostStlTriangles)
   {

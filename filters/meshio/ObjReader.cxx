@@ -535,7 +535,7 @@ Status ObjReader::ReadFaces(Mesh& mesh, std::size_t number)
   return this->CutPolygons(mesh);
 }
 
-// By the mesh's points where it has all of them, else by a table.
+// Takes places from the mesh's points if it has all of them, else from a table.
 Status ObjReader::CutPolygons(Mesh& mesh)
 {
   if (this->Polygons.Empty())
@@ -578,7 +578,7 @@ Status ObjReader::KeepPlaces()
     });
 }
 
-// As a fan.
+// Reads a face as a fan of triangles.
 Status ObjReader::ReadFace(std::vector<Triangle>& triangles)
 {
   KDSTREAM_TRY(this->NextOf(ObjKeyword::Face));

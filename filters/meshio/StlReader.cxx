@@ -838,7 +838,7 @@ Result<std::unique_ptr<MeshReader>> OpenStlReader(ByteSource source, const Execu
   const bool hasHeader = head->size() >= headerBytes;
   const std::uint32_t facets = hasHeader ? LoadLittle(head->data() + headerBytes - 4) : 0;
   const std::uint64_t size = headerBytes + std::uint64_t{ facetBytes } * facets;
-  // By what is in it: a size that fits; a text; facets that a file with more after them has.
+  // Decides by the content: a size that fits; a text; facets with more bytes after them.
   const bool more = hasHeader && facets > 0 && source.Size() > size;
   // Programs that do not know the number when they begin write one of these.
   const bool streamed = hasHeader && (facets == 0 || facets == 0xFFFFFFFF) &&

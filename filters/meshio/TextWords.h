@@ -19,7 +19,7 @@ constexpr bool IsBlank(char c)
   return c == ' ' || (c >= '\t' && c <= '\r');
 }
 
-// With letters of ASCII made small, whatever the locale.
+// The text with ASCII letters in lower case, whatever the locale.
 inline std::string LowercaseText(std::string_view text)
 {
   std::string lower(text);

@@ -236,7 +236,7 @@ private:
     return true;
   }
 
-  // At is its last character then.
+  // Afterwards At is the escape's last character.
   bool TakeEscape()
   {
     constexpr std::string_view letters = "\"\\/bfnrt", meanings = "\"\\/\b\f\n\r\t";

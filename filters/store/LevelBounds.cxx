@@ -387,7 +387,7 @@ private:
 
   bool IsPoints() const { return this->Model.levels[this->Depth].triangles == 0; }
 
-  // All of the level's pieces in a node.
+  // Gathers all of the level's pieces in a node.
   Status Gather(NodeId node, Mesh& mesh) const
   {
     const Resolution resolution = Resolution::Level(this->Depth);

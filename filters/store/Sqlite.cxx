@@ -131,7 +131,7 @@ Result<Database> Open(const std::string& name, int flags, ErrorCode code, const 
   return database;
 }
 
-// By our own file system, which opens no other file.
+// How our own file system opens the file; it opens no other file.
 enum class OpenMode
 {
   Read,

@@ -40,7 +40,7 @@ constexpr bool HasUnused(int version)
 
 inline constexpr int storeApplicationId = 0x4B445331; // "KDS1": SQLite's application_id
 
-// Of SQLite's pages.
+// Bytes of SQLite's pages.
 inline constexpr std::size_t storePageBytes = 1024, mostStorePageBytes = 4096;
 constexpr std::size_t PageBytesOfStore(int version)
 {

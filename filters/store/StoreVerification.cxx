@@ -159,8 +159,8 @@ private:
     return count;
   }
 
-  // Each blob is read once, but for what is counted apart: more bytes than the file has are some of
-  // them again and again.
+  // Each blob is read once, except blobs that are counted separately: more bytes than the file has
+  // are some of them again and again.
   Status EndWhereMuchIsWrong() const
   {
     Connection& database = *this->Whole.Database;

@@ -40,7 +40,7 @@ public:
   bool AreThere() const { return this->Pages != MAP_FAILED; }
   std::uint8_t* Begin() const { return static_cast<std::uint8_t*>(this->Pages); }
 
-  // All before `end`.
+  // Gives back all bytes before `end`.
   void GiveBack(std::size_t end)
   {
     constexpr std::size_t atOnce = 1 << 20; // a multiple of every size of pages

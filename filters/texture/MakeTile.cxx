@@ -234,7 +234,7 @@ private:
     return {};
   }
 
-  // With its gutter, in the tile's texels.
+  // The chart's box with its gutter, in the tile's texels.
   TexelBox Halved(const TexelBox& box) const
   {
     const unsigned h = this->Halvings;

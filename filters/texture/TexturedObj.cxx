@@ -249,7 +249,7 @@ private:
     }
   }
 
-  // As a fan.
+  // Keeps the face as a fan of triangles.
   Status KeepFace()
   {
     TexturedMesh& textured = this->Out.textured;

@@ -75,7 +75,7 @@ public:
   {
   }
 
-  // To the next line of a text, whose last value may be after what the header names.
+  // Goes to the next line of a text; a line may have values after those that the header names.
   Status EndLine()
   {
     return this->Encoding == PlyEncoding::Ascii ? this->Words.SkipLine() : Status();

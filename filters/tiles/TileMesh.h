@@ -82,7 +82,8 @@ TileMesh CutTileMesh(
 // Whether CutTileMesh makes triangles of a piece. O(size).
 bool ShowsTriangles(const Piece& piece);
 
-// All of a mesh, without skirts. REQUIRES: as many tuples as points; triangles of its points.
+// The whole mesh as a tile, without skirts. REQUIRES: as many tuples as points; triangles of its
+// points.
 TileMesh WholeTileMesh(const Mesh& mesh, bool normals);
 
 }

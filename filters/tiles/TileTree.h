@@ -42,7 +42,7 @@ struct TilesOptions
 struct TileInput
 {
   std::function<Result<Piece>(PieceId)> readPiece; // checked
-  // Of a page of the tree, or of a texture.
+  // Reads a page of the tree, or a texture.
   std::function<Result<std::vector<std::uint8_t>>(const protocol::BlobId&)> readBlob;
 };
 

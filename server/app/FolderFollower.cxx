@@ -71,7 +71,7 @@ void FolderFollower::Wake() const
   (void)!::write(this->Bell, &one, sizeof one);
 }
 
-// Until something has happened, or a second is over.
+// Waits until something has happened, or a second is over.
 void FolderFollower::Wait(int watched) const
 {
   std::array<pollfd, 2> sources{ { { this->Bell, POLLIN, 0 }, { watched, POLLIN, 0 } } };

@@ -481,7 +481,7 @@ int Serve(const std::string& program, ServeOptions& line)
     return exitFailed; // also of a --host that no name server knows today
   }
   Run(signals, line, messages, catalog, folder, *logs, std::move(*tokens), **server);
-  return exitDone; // what is still in flight ends with the server
+  return exitDone; // requests in flight end with the server
 }
 
 }

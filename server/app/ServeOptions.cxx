@@ -290,7 +290,7 @@ void AddAccess(CLI::App& app, ServeOptions& line)
     ->group("Access");
 }
 
-// How much each client may have, and all of them.
+// Limits for each client, and for all clients.
 void AddLimits(CLI::App& app, HttpServerOptions& server)
 {
   const char* const limits = "Limits";

@@ -28,7 +28,7 @@ public:
     this->Begin();
   }
 
-  // With the next request, of which some may have come already.
+  // Begins the next request; a part of it may have arrived already.
   void Begin()
   {
     this->IsLineSkipped = false;

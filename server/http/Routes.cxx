@@ -235,14 +235,15 @@ std::optional<HttpResponse> Routes::RefuseMisuse(const HttpRequest& request) con
   return std::nullopt;
 }
 
-// With what all answers have.
+// Adds the fields that all answers have.
 HttpResponse Routes::Finished(const HttpRequest& request, HttpResponse response) const
 {
   response.omitBody = request.method == "HEAD";
   response.fields.emplace_back("X-Content-Type-Options", "nosniff");
   if (PathOf(request.target) == "/embed.js")
   {
-    // Any page may have it as a module, which browsers load across origins only where they may.
+    // Any page may load embed.js as a module, which browsers load across origins only with this
+    // field.
     response.fields.emplace_back("Access-Control-Allow-Origin", "*");
   }
   else if (!this->Options.allowOrigin.empty())
@@ -579,7 +580,7 @@ Routes::Found Routes::FindTile(const HttpRequest& request, const protocol::Resou
   std::shared_ptr<const ServedModel> model, Permission permission) const
 {
   const auto& description = model->Description();
-  // Of all that is said of it: a unit, say, is in the tiles but not in the digest.
+  // A hash of the whole description: for example, a unit changes the tiles but not the digest.
   const std::string version = HashOf(*model->Json(), tilesFormat);
   if (!resource.tile.isRoot && resource.digest != version)
   {
@@ -621,7 +622,7 @@ Routes::Found Routes::FindTile(const HttpRequest& request, const protocol::Resou
     }
   }
   Reading reading;
-  // Whatever counts is made by readers first, and only then taken of the quota.
+  // A counted answer is first made by readers, and only then subtracted from the quota.
   reading.counts = mayCount ? Counts::Perhaps : Counts::No;
   // All tiles of all models are one source, so that half of the readers at most make them. One
   // reader makes the tilesets of a detail, the first of which takes long.

@@ -30,7 +30,7 @@ public:
   };
 
   Outcome Handshake();
-  // Up to `bytes` of what the other side has said; got: how many, if Done.
+  // Reads up to `bytes` bytes from the other side; got: their number, if Done.
   Outcome Read(void* place, std::size_t bytes, std::size_t& got);
   // At most mostWritten bytes.
   Outcome Write(const void* place, std::size_t bytes);

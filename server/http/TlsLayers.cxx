@@ -105,7 +105,7 @@ void TlsLayers::Shake(const std::shared_ptr<ShakingHands>& hands)
     });
 }
 
-// With the answer, be it that the client is not understood.
+// Sends the engine's answer, even if the handshake failed.
 void TlsLayers::GoOnShaking(const std::shared_ptr<ShakingHands>& hands)
 {
   this->Flush(

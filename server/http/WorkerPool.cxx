@@ -132,7 +132,7 @@ unsigned WorkerPool::MostOf(const void* source) const
   return !source ? this->Wanted : this->Stalled < this->Wanted ? (this->Wanted + 1) / 2 : 1;
 }
 
-// Whether it would wait for what has been given up.
+// Whether the task would wait for a task that was given up.
 bool WorkerPool::IsHopeless(const Task& task) const
 {
   const auto source = this->Sources.find(task.source);

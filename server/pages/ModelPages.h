@@ -61,7 +61,7 @@ public:
   Result<BlobBytes> Get(const ServedModel& model) const;
 
 private:
-  // By all that is said of a model: its pose belongs to that, not to its digest.
+  // Finds by the whole description: the home view is a part of it, but not of the digest.
   BlobBytes Find(const BlobBytes& description) const;
   void Keep(const BlobBytes& description, const BlobBytes& picture) const;
 

@@ -69,7 +69,7 @@ private:
   mutable std::array<BlobBytes, 3> Written; // by detail
 };
 
-// How a memory of blobs has done so far.
+// Statistics of a cache of blobs.
 struct CacheUse
 {
   std::uint64_t hits = 0, misses = 0; // blobs that were found, and that had to be read

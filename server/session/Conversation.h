@@ -141,7 +141,7 @@ public:
   // Counts of its requests so far.
   struct Tally
   {
-    std::uint64_t failedBlobs = 0; // that could not be read
+    std::uint64_t failedBlobs = 0; // blobs that could not be read
     // Requests refused because of the token, or ended when it expired.
     std::uint64_t forbidden = 0;
     std::uint64_t tooMany = 0; // requests beyond ConversationLimits::requests

@@ -208,7 +208,7 @@ void StoreCatalog::Look()
   }
 }
 
-// Until all of it has been done, it is to be done again.
+// If it does not finish, it must be done again.
 Status StoreCatalog::Try(Patience patience)
 {
   const std::lock_guard reloading(this->ReloadMutex);

@@ -39,7 +39,7 @@ public:
   // Takes and draws what has arrived, for at most this number of seconds, but at least one piece.
   // Errors: those of SurfaceActors.
   Status TakeIn(double seconds);
-  // Until something more has come.
+  // Waits until something more has arrived.
   bool Wait(std::chrono::milliseconds atMost) { return this->Source->Wait(atMost); }
   // Whether there is something to take in.
   bool HasNews();

@@ -58,7 +58,7 @@ public:
 private:
   using Clock = std::chrono::steady_clock;
 
-  // To open a model, to read a blob of the one that was opened last, or the notes on one.
+  // A job opens a model, reads a blob of the model opened last, or reads the notes on a model.
   struct Job
   {
     enum class Kind
@@ -98,7 +98,7 @@ private:
   {
     if (this->Current.kind == Job::Kind::Notes)
     {
-      return; // the model is looked at without
+      return; // the model is shown without notes
     }
     ClientEvent event;
     event.kind = this->Current.kind == Job::Kind::Read ? ClientEvent::Kind::BlobFailed

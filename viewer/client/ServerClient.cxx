@@ -43,7 +43,7 @@ public:
 
   ClientThread& Events() { return this->Thread; }
 
-  // From another thread. After an error the line is of no use any more.
+  // Called from another thread. After an error the connection cannot be used any more.
   Result<HttpReply> FetchAndWait(const HttpFetch& fetch, const Execution& execution)
   {
     auto reply = std::make_shared<std::promise<Result<HttpReply>>>();

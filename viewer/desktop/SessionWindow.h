@@ -28,7 +28,7 @@ public:
     int width, int height, const SceneSettings& settings);
 
   void Resize(const Viewport& view);
-  // From the next picture on.
+  // Applies from the next picture on.
   void SetSettings(const SceneSettings& settings);
   const SceneSettings& Settings() const { return this->How; }
   // Renders the session's scene, and the overlays that the settings ask for; unit: of the model.

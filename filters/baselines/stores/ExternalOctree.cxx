@@ -118,7 +118,7 @@ private:
     return this->Run.Report("octree", double(this->Done) / double(this->Count));
   }
 
-  // All leaves of a cell.
+  // Makes all leaves of a cell.
   Status Descend(const OctreeCell& cell, SpillFile& file)
   {
     if (cell.isLeaf)

@@ -254,7 +254,7 @@ Result<GltfBuffers::View> GltfBuffers::ViewOf(std::size_t number)
     const auto [entry, isNew] = this->Decompressed.try_emplace(number);
     if (isNew)
     {
-      // Else many views could make much of the same bytes.
+      // Otherwise many views could decompress the same bytes again and again.
       this->BytesDecompressed += bytes->size();
       if (this->BytesDecompressed > this->BytesInAll)
       {

@@ -50,7 +50,7 @@ public:
   const std::optional<Error>& Missing() const { return this->Missed; }
   // The numbers of missing or short buffers, whether anything needs them or not.
   std::vector<std::size_t> WrongOnes() const;
-  // How many bytes all buffers have that are there.
+  // The bytes of all buffers that could be read.
   std::uint64_t Size() const { return this->BytesInAll; }
 
   // The files that buffers are in, but the document's own.

@@ -227,7 +227,7 @@ private:
     if (this->IsInData(view))
     {
       const Result<GltfBytes> bytes = this->Buffers.BytesOf(view);
-      // Else many views could make much of the same bytes.
+      // Otherwise many views could decode the same bytes again and again.
       this->BytesTaken += bytes ? bytes->size() : 0;
       if (!bytes || this->BytesTaken > this->Buffers.Size())
       {

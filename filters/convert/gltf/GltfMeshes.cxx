@@ -89,7 +89,7 @@ AttributeType TypeOf(GltfComponent component)
   return AttributeType::Float32;
 }
 
-// By attribute the name of the property that it is, where both have the same values.
+// For each attribute the name of its property, if both have the same values.
 std::map<std::string, std::string> NamesOfProperties(const Json& json)
 {
   static constexpr std::array<std::string_view, 5> taken{ "Normals", "TCoords", "texcoord_1", "RGB",

@@ -40,7 +40,7 @@ struct GltfPart
 class GltfMeshes
 {
 public:
-  // All of them must outlive it.
+  // All arguments must outlive the object.
   GltfMeshes(
     const GltfDocument& document, GltfBuffers& buffers, const std::vector<GltfMaterial>& materials);
 

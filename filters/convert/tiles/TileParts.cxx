@@ -220,8 +220,8 @@ private:
       const std::uint64_t size = begin->empty() ? 0 : NumberInTile(*begin, 8, 4);
       if (size < least || size > end - at || inner.size() == mostParts)
       {
-        return BadInput("claims " + std::to_string(count) + " tiles, of which number " +
-                          std::to_string(i) + " does not fit into it",
+        return BadInput("claims " + std::to_string(count) + " tiles, but has no room for tile " +
+                          std::to_string(i),
           Remedy::Repair);
       }
       inner.push_back({ at, size });

@@ -372,7 +372,7 @@ private:
     return below || !files.empty();
   }
 
-  // By its name, or else by its first byte.
+  // Decides by the name, or else by the first byte.
   bool IsTileset(const fs::path& file) const
   {
     const std::string ending = FileEnding(file);

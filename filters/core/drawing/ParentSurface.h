@@ -23,7 +23,7 @@ struct Lineage
 class ParentSurface
 {
 public:
-  // Both must be kept.
+  // Both arguments must outlive the object.
   ParentSurface(const SurfacePartList& parts, const TreeDepths& depths)
     : Parts(parts)
     , Depths(depths)

@@ -56,7 +56,7 @@ public:
   virtual Status Sum(std::span<std::uint64_t>) { return {}; }
   // parts: equally many bytes for each part of the level. Gets those of other processes' parts.
   virtual Status ShareParts(std::span<std::byte>) { return {}; }
-  // All targets of a stage are kept: gets those of the ghosts that are at home in other processes.
+  // Called when all targets of a stage are kept: gets those of ghosts that other processes own.
   virtual Status ShareTargets(TargetStage) { return {}; }
 
   // Area of the triangles of all clusters (AddAreas) / number of clusters.

@@ -61,7 +61,7 @@ public:
   {
     return this->CellAt(this->NodeDepth, this->Cell[standing]);
   }
-  // By how many own clusters each node is above what a piece may hold.
+  // For each node, by how many own clusters it exceeds what a piece may hold.
   std::vector<std::size_t> ExcessOfNodes() const;
   // Own standing clusters, by (cell of this depth, lowest original vertex).
   std::vector<VertexId> Standing() const;

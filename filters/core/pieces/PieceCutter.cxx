@@ -232,7 +232,7 @@ void PieceCutter::AddTriangles(Piece& piece, VertexId begin, const std::vector<V
                  std::lower_bound(ghosts.begin(), ghosts.end(), v) - ghosts.begin()) +
                  piece.ownVertices;
   };
-  // By how many corners each was turned.
+  // By how many corners each triangle was rotated.
   const auto turnOf = [&](const Triangle& turned, std::uint32_t number)
   {
     const Triangle& given = this->Triangles[number];

@@ -28,7 +28,7 @@ struct Siblings
   }
 };
 
-// By place; in one place by lowest original vertex.
+// Orders by place, then by lowest original vertex.
 bool IsBefore(const ClusterParents& level, VertexId a, VertexId b)
 {
   return level.positions[a] != level.positions[b] ? level.positions[a] < level.positions[b]

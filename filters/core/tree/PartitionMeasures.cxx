@@ -80,7 +80,8 @@ std::vector<PartitionEdge> AddTriangles(std::span<const Vec3> points,
     std::sort(touched.begin(), touched.end());
     const auto end = std::unique(touched.begin(), touched.end());
     ++partitions[touched[0]].ownTriangles;
-    const bool degenerate = IsDegenerate({ place[t[0]], place[t[1]], place[t[2]] });
+    const VertexId corners[] = { place[t[0]], place[t[1]], place[t[2]] };
+    const bool degenerate = IsDegenerate({ corners[0], corners[1], corners[2] });
     const double area = TriangleArea(points[t[0]], points[t[1]], points[t[2]]);
     for (auto partition = touched.begin(); partition != end; ++partition)
     {

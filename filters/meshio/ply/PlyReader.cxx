@@ -544,7 +544,7 @@ void PlyReader::CountLongLines()
     Lapse::ValuesNotNamed, this->Body->TakeLongLines(), this->Body->FirstLongLine());
 }
 
-// By the mesh's points where it has all of them, else by a table.
+// Takes places from the mesh's points if it has all of them, else from a table.
 Status PlyReader::CutPolygons(Mesh& mesh)
 {
   if (this->Polygons.Empty())

@@ -34,13 +34,13 @@ public:
     }
     this->Numbers.push_back(number);
   }
-  // All so far; none are left.
+  // Returns all numbers, and leaves the set empty.
   std::vector<Number> Take()
   {
     this->Compact();
     return std::exchange(this->Numbers, {});
   }
-  // How many these are; none are left, and their memory is kept.
+  // Returns how many numbers there are, and leaves the set empty; keeps its memory.
   std::size_t CountAndClear()
   {
     this->Compact();

@@ -26,7 +26,8 @@ public:
   {
   }
 
-  // By any threads at once. Returns how many of the hashes came into a class that was seen before.
+  // May be called by several threads. Returns how many of the hashes came into a class that was
+  // seen before.
   template <class Hashes>
   std::uint64_t Add(const Hashes& hashes)
   {

@@ -28,7 +28,7 @@ struct PhaseFile
   std::string name;
   SpillFile file;
 };
-// What a killed build has left that can be gone on from.
+// A killed build that could be resumed.
 struct LeftBuild
 {
   std::string fingerprint, lastPhase;

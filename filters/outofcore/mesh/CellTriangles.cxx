@@ -16,7 +16,7 @@ namespace
 constexpr std::string_view cellStep = "faces";
 constexpr std::size_t trianglesOfRun = 1 << 13;
 
-// All ranks by vertex, where they fit the memory.
+// Holds all ranks by vertex, if they fit the memory.
 template <class Scalar>
 Status FillRanks(const SpillFile& records, std::span<VertexId> ranks, std::uint64_t memory,
   const Execution& execution)
@@ -194,7 +194,7 @@ std::size_t CellOfRank::operator()(VertexId rank) const
       std::upper_bound(this->Begin.begin() + 1, this->Begin.end() - 1, rank) - this->Begin.begin() -
       1);
   }
-  // As if all were of equal size; a few steps make up for it.
+  // A guess as if all cells had equal size; a few steps correct it.
   std::size_t cell = std::min(static_cast<std::size_t>(rank * this->Scale), this->Count() - 1);
   while (this->Begin[cell] > rank)
   {

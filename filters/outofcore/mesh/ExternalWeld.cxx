@@ -256,7 +256,7 @@ private:
       });
   }
 
-  // By the upper half of the hash; tables go by the lower.
+  // Buckets use the upper half of the hash, tables the lower half.
   Result<BucketFile> BucketVertices(std::size_t count)
   {
     const std::size_t stride = this->KeyBytes + sizeof(VertexId);

@@ -249,7 +249,8 @@ private:
       this->Numbers.ranked[depth], begin, std::span<const RankedCluster>(ranked));
   }
 
-  // Of level depth - 1, from level `depth`, which has the same blocks or smaller ones.
+  // Finds child nodes of level depth - 1 from level `depth`, which has the same blocks or smaller
+  // ones.
   Status FindChildNodesOfParents(const VertexTree& tree, unsigned depth)
   {
     ChildNodeFile& file = this->Numbers.childNodes[depth - 1];

@@ -217,7 +217,7 @@ Status CoarseTree::ReadParentRanks(unsigned depth, VertexTreeLevel& level) const
   return {};
 }
 
-// From the last level up, whose parents are ranks so far.
+// Goes up from the last level, whose parents are ranks so far.
 Status CoarseTree::AddAncestors(std::vector<VertexTreeLevel>& levels) const
 {
   const unsigned coarsest = PreviewLevel(this->Input.depths);

@@ -112,7 +112,7 @@ WindowEvent TouchOf(const XGenericEventCookie& cookie)
   return translated;
 }
 
-// By which desktops know that a window belongs to the program's entry in their menus.
+// Sets the class by which desktops match a window with the program's entry in their menus.
 void SetWindowClass(Display* display, ::Window window)
 {
   std::array<char, 14> name{ "kdstream-view" };
