@@ -343,6 +343,7 @@ TEST_F(TestExport, WithTheViewersPageEachModelHasOneOfItsOwn)
   has("www/m/ring/manifest.json", "https://example.org/scans/m/ring/manifest.json");
   has("www/m/ring/manifest.json", "\"value\":\"<b>\"");
   EXPECT_EQ(ReadWhole(this->Folder / "www/m/ring/picture.jpg").substr(0, 3), "\xff\xd8\xff");
+  has("www/m/index.html", "<a href=\"../m/ring/\">A ring</a>");
   EXPECT_TRUE(hasPages());
 
   ASSERT_EQ(this->Export({ "ring.kds", "www", "--page", "web" }).exitCode, 0);

@@ -547,6 +547,16 @@ Status PutPage(const Store& store, const ModelDescription& model,
   return writer.PutText(PageFile(model.id, "index.html"), MakeModelPage(*viewer, model, place, {}));
 }
 
+// The page of all models, without scripts links to each.
+Status PutListPage(
+  const std::vector<ModelSummary>& models, const ExportOptions& options, Writer& writer)
+{
+  const auto viewer = ReadWholeFile(options.page / "index.html");
+  KDSTREAM_TRY(viewer);
+  return writer.PutText("/" + std::string(pagesFolder) + "index.html",
+    MakeListPage(*viewer, models, { options.address, "../", true }, {}));
+}
+
 // "m/" where each of the models has a page.
 std::string PagesOf(const std::vector<ModelSummary>& models, const Writer& writer)
 {
@@ -622,6 +632,7 @@ Result<ExportReport> ExportStore(const Store& store, const fs::path& folder,
   {
     KDSTREAM_TRY(writer.CopyPage(options.page));
     KDSTREAM_TRY(PutPage(store, reported, *notes, options, writer));
+    KDSTREAM_TRY(PutListPage(*models, options, writer));
   }
   KDSTREAM_TRY(writer.PutText(std::string(protocol::modelListPath),
     WithPages(WriteModelList(*models), PagesOf(*models, writer))));

@@ -16,7 +16,11 @@ namespace kdstream
 namespace
 {
 
-constexpr std::string_view blanksOfTexts = " \t\r\n";
+std::string PlainText(std::string_view text)
+{
+  const auto plain = WithoutDirections(text);
+  return std::string(Trimmed(plain, " \t\r\n"));
+}
 
 std::string Grouped(std::uint64_t number)
 {
@@ -130,12 +134,14 @@ std::string StructuredData(const ModelDescription& model, const ModelTexts& text
 std::string HeadOf(const ModelDescription& model, const ModelTexts& texts, const PagePlace& place,
   const std::string& site)
 {
-  std::string head = TitleElement(texts.title, site);
+  constexpr std::size_t mostOfTitle = 200; // bytes
+  const auto title = Shortened(texts.title, mostOfTitle);
+  std::string head = TitleElement(title, site);
   head += Meta("name", "description", texts.summary);
   head += Link("canonical", "", place.Page(model.id));
   head += Meta("property", "og:type", "website");
   head += Meta("property", "og:site_name", site);
-  head += Meta("property", "og:title", texts.title);
+  head += Meta("property", "og:title", title);
   head += Meta("property", "og:description", texts.summary);
   head += Meta("property", "og:url", place.Page(model.id));
   if (HasPicture(model))
@@ -144,19 +150,19 @@ std::string HeadOf(const ModelDescription& model, const ModelTexts& texts, const
     head += Meta("property", "og:image:type", "image/jpeg");
     head += Meta("property", "og:image:width", std::to_string(pictureWidth));
     head += Meta("property", "og:image:height", std::to_string(pictureHeight));
-    head += Meta("property", "og:image:alt", texts.title);
+    head += Meta("property", "og:image:alt", title);
   }
   head += Meta("name", "twitter:card", HasPicture(model) ? "summary_large_image" : "summary");
-  head += Meta("name", "twitter:title", texts.title);
+  head += Meta("name", "twitter:title", title);
   head += Meta("name", "twitter:description", texts.summary);
   if (HasPicture(model))
   {
     head += Meta("name", "twitter:image", place.Picture(model.id));
-    head += Meta("name", "twitter:image:alt", texts.title);
+    head += Meta("name", "twitter:image:alt", title);
   }
   if (!place.root.empty())
   {
-    head += Link("alternate", "application/json+oembed", place.Embed(model.id), texts.title);
+    head += Link("alternate", "application/json+oembed", place.Embed(model.id), title);
   }
   head += Link("alternate",
     R"(application/ld+json;profile="http://iiif.io/api/presentation/4/context.json")",
@@ -171,11 +177,16 @@ std::string Paragraph(std::string_view text)
   return text.empty() ? std::string() : "<p dir=\"auto\">" + HtmlEscaped(text) + "</p>\n";
 }
 
-std::string WithoutScripts(const std::string& content, const PagePlace& place)
+std::string WithoutScripts(const std::string& content)
 {
   return "<noscript><div id=\"no-script\">\n" + content +
-         "<p>The viewer needs JavaScript, which is switched off.</p>\n<p><a href=\"" +
-         HtmlEscaped(place.up) + "\">All models</a></p>\n</div></noscript>";
+         "<p>The viewer needs JavaScript, which is switched off.</p>\n</div></noscript>";
+}
+
+std::string LinkToList(const PagePlace& place)
+{
+  return "<p><a href=\"" + HtmlEscaped(place.up + std::string(pagesFolder)) +
+         "\">All models</a></p>\n";
 }
 
 std::string BodyOf(const ModelDescription& model, const ModelTexts& texts, const PagePlace& place)
@@ -194,7 +205,7 @@ std::string BodyOf(const ModelDescription& model, const ModelTexts& texts, const
                 HtmlEscaped(model.license) + "\">" + HtmlEscaped(model.license) + "</a></p>\n"
             : Paragraph(model.license);
   body += Paragraph(model.description);
-  return WithoutScripts(body + Paragraph(texts.size) + Paragraph(texts.count), place);
+  return WithoutScripts(body + Paragraph(texts.size) + Paragraph(texts.count) + LinkToList(place));
 }
 
 // ---- both into the page
@@ -259,8 +270,8 @@ std::string MakePage(
 ModelTexts TextsOf(const ModelDescription& model)
 {
   ModelTexts texts;
-  const auto title = Trimmed(model.title, blanksOfTexts);
-  texts.title = title.empty() ? model.id : std::string(title);
+  texts.title = PlainText(model.title);
+  texts.title = texts.title.empty() ? model.id : texts.title;
   texts.count = model.primitive == PrimitiveType::Points ? Grouped(model.vertices) + " points"
                                                          : Grouped(model.triangles) + " triangles";
   if (!model.unit.empty() && !model.box.Empty())
@@ -272,10 +283,9 @@ ModelTexts TextsOf(const ModelDescription& model)
     texts.size += " " + model.unit;
   }
   constexpr std::size_t mostOfCredit = 150, mostOfDescription = 250;
-  AppendSentence(texts.summary, Shortened(Trimmed(model.credit, blanksOfTexts), mostOfCredit));
+  AppendSentence(texts.summary, Shortened(PlainText(model.credit), mostOfCredit));
   AppendSentence(texts.summary, texts.size + (texts.size.empty() ? "" : ", ") + texts.count);
-  AppendSentence(
-    texts.summary, Shortened(Trimmed(model.description, blanksOfTexts), mostOfDescription));
+  AppendSentence(texts.summary, Shortened(PlainText(model.description), mostOfDescription));
   return texts;
 }
 
@@ -291,7 +301,28 @@ std::string MakeRefusalPage(std::string_view page, const std::string& title,
 {
   const std::string head = TitleElement(title, site) + Meta("name", "robots", "noindex");
   const std::string body = "<h1 dir=\"auto\">" + HtmlEscaped(title) + "</h1>\n" + Paragraph(text);
-  return MakePage(page, head, WithoutScripts(body, place), place);
+  return MakePage(page, head, WithoutScripts(body + LinkToList(place)), place);
+}
+
+std::string MakeListPage(std::string_view page, std::span<const ModelSummary> models,
+  const PagePlace& place, const SiteDescription& site)
+{
+  const std::string title = site.title.empty() ? "Models" : site.title;
+  const auto address = place.Base() + std::string(pagesFolder);
+  std::string head = "<title>" + HtmlEscaped(title) + "</title>\n";
+  head += Meta("name", "description", site.text) + Link("canonical", "", address) +
+          Meta("property", "og:type", "website") + Meta("property", "og:title", title) +
+          Meta("property", "og:description", site.text) + Meta("property", "og:url", address);
+  std::string body = "<h1 dir=\"auto\">" + HtmlEscaped(title) + "</h1>\n" + Paragraph(site.text);
+  const PagePlace near{ {}, place.up, place.isFolder };
+  body += "<ul>\n";
+  for (const ModelSummary& model : models)
+  {
+    const auto name = PlainText(model.title);
+    body += "<li dir=\"auto\"><a href=\"" + HtmlEscaped(near.Page(model.id)) + "\">" +
+            HtmlEscaped(name.empty() ? model.id : name) + "</a></li>\n";
+  }
+  return MakePage(page, head, WithoutScripts(body + "</ul>\n"), place);
 }
 
 }

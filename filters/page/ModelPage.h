@@ -6,6 +6,7 @@
 #include "filters/model/ModelDescription.h"
 #include "filters/page/PagePlace.h"
 
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -29,6 +30,10 @@ ModelTexts TextsOf(const ModelDescription& model);
 // a title or <noscript> gets them in its head and body. site: its title, may be empty. O(bytes).
 std::string MakeModelPage(std::string_view page, const ModelDescription& model,
   const PagePlace& place, const std::string& site);
+
+// The page of all models, m/: with scripts the viewer's own list; without them links to each.
+std::string MakeListPage(std::string_view page, std::span<const ModelSummary> models,
+  const PagePlace& place, const SiteDescription& site);
 
 // The same where there is no model to show: what says why, for people and robots. With scripts the
 // viewer says it, and shows the other models.

@@ -705,6 +705,21 @@ HttpResponse Routes::AnswerTile(
 }
 
 // The models that the client may have.
+// The models that the page of all models names, without scripts: enough for search engines.
+std::vector<ModelSummary> Routes::SummariesFor(const Permission& permission) const
+{
+  constexpr std::size_t most = 1000;
+  std::vector<ModelSummary> summaries;
+  for (const auto& model : this->Models.Models())
+  {
+    if (summaries.size() < most && !permission.RefuseModel(model->Description().id))
+    {
+      summaries.push_back(Summarize(model->Description()));
+    }
+  }
+  return summaries;
+}
+
 HttpResponse Routes::AnswerModelList(const HttpRequest& request, const Permission& permission) const
 {
   BlobBytes body;
@@ -807,16 +822,21 @@ Routes::Found Routes::FindPage(const HttpRequest& request, PagePath asked) const
     }
   }
   const auto permission = this->Admit(request.client, request.authorization);
-  const auto refused = permission ? permission->RefuseModel(asked.model)
-                                  : Permission::Refused({ 401, permission.GetError().message });
-  auto model = refused ? nullptr : this->Models.Find(asked.model);
+  const bool isList = asked.kind == PagePath::Kind::List;
+  const auto refused = !permission ? Permission::Refused({ 401, permission.GetError().message })
+                       : isList    ? std::nullopt
+                                   : permission->RefuseModel(asked.model);
+  auto model = refused || isList ? nullptr : this->Models.Find(asked.model);
   Reading reading;
-  if (asked.kind == PagePath::Kind::Page)
+  if (asked.kind == PagePath::Kind::Page || isList)
   {
     reading.source = this; // the folder of the page
     reading.part = "page";
-    reading.Read = [this, request, asked, model, lacking = refused ? refused->message : ""](bool)
-    { return this->AnswerPage(request, asked, model.get(), lacking); };
+    auto listed =
+      isList && !refused ? this->SummariesFor(*permission) : std::vector<ModelSummary>();
+    reading.Read = [this, request, asked, model, listed = std::move(listed),
+                     lacking = refused ? refused->message : ""](bool)
+    { return this->AnswerPage(request, asked, model.get(), listed, lacking); };
     return reading;
   }
   if (refused)
@@ -861,9 +881,11 @@ Routes::Found Routes::FindPage(const HttpRequest& request, PagePath asked) const
   return reading;
 }
 
-// model: null where there is none to show. lacking: what the client's token lacks, or nothing.
+// listed: of the page of all models. model: null where there is none to show. lacking: what the
+// client's token lacks, or nothing.
 HttpResponse Routes::AnswerPage(const HttpRequest& request, const PagePath& asked,
-  const ServedModel* model, const std::string& lacking) const
+  const ServedModel* model, const std::vector<ModelSummary>& listed,
+  const std::string& lacking) const
 {
   const auto page = this->Options.web->Read("/");
   if (!page)
@@ -880,6 +902,11 @@ HttpResponse Routes::AnswerPage(const HttpRequest& request, const PagePath& aske
   {
     response =
       this->AnswerText(request, type, MakeModelPage(viewer, model->Description(), place, site));
+  }
+  else if (lacking.empty() && asked.kind == PagePath::Kind::List)
+  {
+    response = this->AnswerText(
+      request, type, MakeListPage(viewer, listed, place, this->Models.AboutSite()));
   }
   else if (!lacking.empty())
   {

@@ -104,7 +104,7 @@ TEST(ModelPage, TheHeadIsTheModels)
          "href=\"https://museum.example/3d/m/dragon/manifest.json\"", "href=\"../style.css\"",
          "href=\"../icon.svg\"", "src=\"../page.js\"", "src=\"/a.png\"", "href=\"#top\"",
          "src=\"data:", "<h1 dir=\"auto\">A dragon</h1>", "src=\"../m/dragon/picture.jpg\"",
-         "871,414 triangles</p>", "<a href=\"../\">All models</a>" })
+         "871,414 triangles</p>", "<a href=\"../m/\">All models</a>" })
   {
     EXPECT_TRUE(Has(page, part)) << part << "\n" << page;
   }
@@ -185,6 +185,67 @@ TEST(ModelPage, LongTextsAreCutBetweenCharacters)
   const auto texts = TextsOf(model);
   EXPECT_LT(texts.summary.size(), 600u);
   EXPECT_TRUE(texts.summary.ends_with("ä…")) << texts.summary;
+}
+
+// What a title turns round must not be the site's name, or a number that follows.
+TEST(ModelPage, NoTextTurnsRoundWhatFollowsIt)
+{
+  auto model = Reported();
+  model.title = "\u202eevil\u2066 title";
+  model.credit = "Ann \u202d\u2067 Co\u2069\u202c";
+  model.description = "مزهرية\u200f \u202b1";
+  const auto texts = TextsOf(model);
+  EXPECT_EQ(texts.title, "evil title");
+  EXPECT_TRUE(texts.summary.starts_with("Ann  Co. 205 × ")) << texts.summary;
+  EXPECT_TRUE(texts.summary.ends_with("مزهرية\u200f 1")) << "marks stay: " << texts.summary;
+  const auto page = MakeModelPage(viewerPage, model, known, "A museum");
+  EXPECT_TRUE(Has(page, "<title>evil title – A museum</title>")) << page;
+  const auto embed = Json::parse(WriteEmbedAnswer(model, known, ""));
+  EXPECT_EQ(embed["title"], "evil title");
+  EXPECT_EQ(embed["author_name"], "Ann  Co");
+  model.title = "\u202e \u2069";
+  EXPECT_EQ(TextsOf(model).title, "dragon") << "nothing is left of it";
+}
+
+TEST(ModelPage, ALongTitleIsCutInTheHeadOnly)
+{
+  auto model = Reported();
+  model.title = std::string(2000, 'W');
+  const auto page = MakeModelPage(viewerPage, model, known, "A museum");
+  EXPECT_TRUE(Has(page, "<title>" + std::string(200, 'W') + "… – A museum</title>"));
+  EXPECT_TRUE(Has(page, "<meta property=\"og:title\" content=\"" + std::string(200, 'W') + "…\">"));
+  EXPECT_TRUE(Has(page, "<h1 dir=\"auto\">" + model.title + "</h1>"));
+  EXPECT_EQ(DataOf(page)["name"], model.title);
+}
+
+TEST(ModelPage, ThePageOfAllModelsLinksToEach)
+{
+  std::vector<ModelSummary> models(2);
+  models[0].id = "dragon";
+  models[1].id = "vase";
+  models[1].title = "A <b>vase</b>";
+  const auto page = MakeListPage(viewerPage, models, known, { "A museum", "Of <things>." });
+  for (const std::string part :
+    { "<title>A museum</title>", "<meta name=\"description\" content=\"Of &lt;things&gt;.\">",
+      "<link rel=\"canonical\" href=\"https://museum.example/3d/m/\">",
+      "<meta property=\"og:title\" content=\"A museum\">", "<h1 dir=\"auto\">A museum</h1>",
+      "<li dir=\"auto\"><a href=\"../m/dragon\">dragon</a></li>",
+      "<a href=\"../m/vase\">A &lt;b&gt;vase&lt;/b&gt;</a>", "src=\"../page.js\"" })
+  {
+    EXPECT_TRUE(Has(page, part)) << part << "\n" << page;
+  }
+  const auto folder = MakeListPage(viewerPage, models, { {}, "../", true }, {});
+  EXPECT_TRUE(Has(folder, "<title>Models</title>")) << folder;
+  EXPECT_TRUE(Has(folder, "<a href=\"../m/dragon/\">dragon</a>"));
+  for (const std::string& text : hostileTexts)
+  {
+    models[0].title = text;
+    const auto hostile = MakeListPage(viewerPage, models, known, { text, text });
+    for (const char* const tag : { "<script", "<title>", "<noscript", "<img", "<body", "<li" })
+    {
+      EXPECT_EQ(Count(hostile, tag), Count(page, tag)) << tag << " of " << text;
+    }
+  }
 }
 
 TEST(ModelPage, OtherPagesGetWhatTheyLack)

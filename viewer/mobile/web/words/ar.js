@@ -4,6 +4,7 @@
 export const texts = {
   // the list
   "Models": "النماذج",
+  "All models": "كل النماذج",
   "Search": "بحث",
   "Search the models": "البحث في النماذج",
   "available offline": "متاح دون اتصال",

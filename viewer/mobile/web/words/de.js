@@ -4,6 +4,7 @@
 export const texts = {
   // the list
   "Models": "Modelle",
+  "All models": "Alle Modelle",
   "Search": "Suchen",
   "Search the models": "Modelle suchen",
   "available offline": "offline verfügbar",
