@@ -61,6 +61,7 @@ const isLight = new URLSearchParams(location.search).get("theme") === "light";
 
 function beLight() {
   document.documentElement.dataset.theme = "light";
+  document.querySelector("[name=theme-color]").content = "#f4f2ee";
   document.head.append(make("link", { rel: "stylesheet", href: new URL("light.css", import.meta.url).href }));
 }
 
