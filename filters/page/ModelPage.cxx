@@ -2,13 +2,19 @@
 #include "filters/page/ModelPage.h"
 
 #include "filters/core/Texts.h"
+#include "filters/core/VectorMath.h"
 #include "filters/model/JsonWriter.h"
+#include "filters/model/Units.h"
 #include "filters/page/ModelPicture.h"
 #include "filters/page/PageTexts.h"
 #include "filters/page/PreviewGlb.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdio>
+#include <iterator>
+#include <utility>
 
 namespace kdstream
 {
@@ -32,19 +38,63 @@ std::string Grouped(std::uint64_t number)
   return text;
 }
 
-std::string ThreeDigits(double length)
+// A unit of metres in which a length is from 1 to 1000, if there is one, and what to multiply by.
+// Another unit stays as it is. As the viewer has it (viewer/mobile/web/lengths.js).
+std::pair<std::string, double> UnitToRead(double length, const std::string& unit)
 {
-  char text[32];
-  std::snprintf(text, sizeof text, length >= 100 && length < 1e15 ? "%.0f" : "%.3g", length);
-  return text;
+  using Unit = std::pair<const char*, double>;
+  constexpr std::array<Unit, 6> largestFirst{ { { "km", 1e3 }, { "m", 1 }, { "cm", 1e-2 },
+    { "mm", 1e-3 }, { "µm", 1e-6 }, { "nm", 1e-9 } } };
+  const double metres = MetresOfUnit(unit).value_or(0);
+  const bool isKnown = std::any_of(largestFirst.begin(), largestFirst.end(),
+    [metres](const Unit& each) { return each.second == metres; });
+  if (!isKnown || (length >= 1 && length < 1000))
+  {
+    return { PlainText(unit), 1 };
+  }
+  const auto found = std::find_if(largestFirst.begin(), largestFirst.end(),
+    [=](const Unit& each) { return length * metres >= each.second; });
+  const Unit& shown = found == largestFirst.end() ? largestFirst.back() : *found;
+  return { shown.first, metres / shown.second };
+}
+
+// Three digits of the longest side, of all alike; empty where nothing is known.
+std::string SizeOf(const ModelDescription& model)
+{
+  const Vec3 sides = model.box.Empty() ? Vec3{} : Minus(model.box.hi, model.box.lo);
+  const double longest = std::max({ sides[0], sides[1], sides[2] });
+  if (model.unit.empty() || !(longest > 0) || !std::isfinite(longest))
+  {
+    return {};
+  }
+  const auto [unit, factor] = UnitToRead(longest, model.unit);
+  const double order = std::floor(std::log10(longest * factor));
+  const int digits = static_cast<int>(std::clamp(2 - order, -9.0, 9.0)); // after the point
+  std::string size;
+  for (const double side : sides)
+  {
+    const double step = std::pow(10, -digits);
+    const double value = digits > 0 ? side * factor : std::round(side * factor / step) * step;
+    char text[400]; // the longest double
+    std::snprintf(text, sizeof text, "%.*f", std::max(0, digits), value);
+    std::string figure = text;
+    if (digits > 0)
+    {
+      figure.erase(figure.find_last_not_of('0') + 1);
+      figure.erase(figure.find_last_not_of('.') + 1);
+    }
+    size += (size.empty() ? "" : " × ") + figure;
+  }
+  return size + " " + unit;
 }
 
 void AppendSentence(std::string& all, std::string_view sentence)
 {
   if (!sentence.empty())
   {
+    constexpr std::string_view ends[] = { ".", "!", "?", "…", "؟", "。" };
     const bool isWhole =
-      all.empty() || all.ends_with('.') || all.ends_with('!') || all.ends_with('?');
+      std::any_of(std::begin(ends), std::end(ends), [&](auto end) { return all.ends_with(end); });
     all += (all.empty() ? "" : isWhole ? " " : ". ") + std::string(sentence);
   }
 }
@@ -274,18 +324,15 @@ ModelTexts TextsOf(const ModelDescription& model)
   texts.title = texts.title.empty() ? model.id : texts.title;
   texts.count = model.primitive == PrimitiveType::Points ? Grouped(model.vertices) + " points"
                                                          : Grouped(model.triangles) + " triangles";
-  if (!model.unit.empty() && !model.box.Empty())
-  {
-    for (std::size_t k = 0; k < 3; ++k)
-    {
-      texts.size += (k == 0 ? "" : " × ") + ThreeDigits(model.box.hi[k] - model.box.lo[k]);
-    }
-    texts.size += " " + model.unit;
-  }
+  texts.size = SizeOf(model);
   constexpr std::size_t mostOfCredit = 150, mostOfDescription = 250;
-  AppendSentence(texts.summary, Shortened(PlainText(model.credit), mostOfCredit));
-  AppendSentence(texts.summary, texts.size + (texts.size.empty() ? "" : ", ") + texts.count);
   AppendSentence(texts.summary, Shortened(PlainText(model.description), mostOfDescription));
+  AppendSentence(texts.summary, Shortened(PlainText(model.credit), mostOfCredit));
+  AppendSentence(texts.summary, texts.size);
+  if (texts.summary.empty())
+  {
+    texts.summary = texts.count;
+  }
   return texts;
 }
 

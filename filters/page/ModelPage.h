@@ -17,10 +17,11 @@ namespace kdstream
 struct ModelTexts
 {
   std::string title;   // its own, else its id
-  std::string summary; // who made it, how large it is, how many triangles; the begin of its
-                       // description: at most about 500 bytes
-  std::string size;    // "19.8 × 14 × 8.9 cm"; empty where it has no unit
-  std::string count;   // "871,414 triangles"
+  std::string summary; // the begin of its description, who made it, how large it is; where nothing
+                       // of this is known, how many triangles: at most about 500 bytes
+  std::string size;  // "19.8 × 14 × 8.9 cm", in a unit of metres that is read easily; empty where
+                     // it has no unit
+  std::string count; // "871,414 triangles"
 };
 ModelTexts TextsOf(const ModelDescription& model);
 
