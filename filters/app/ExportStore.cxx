@@ -60,6 +60,12 @@ add_header Referrer-Policy same-origin;
 location ~ ^/kdstream(-more)?\.wasm$ {
   types { application/wasm wasm; }
 }
+# Pages of other sites may load the script as a module, and viewers there a manifest.
+location ~ ^/(embed\.js|m/[^/]+/manifest\.json)$ {
+  add_header Cache-Control no-cache;
+  add_header X-Content-Type-Options nosniff;
+  add_header Access-Control-Allow-Origin *;
+}
 location = /kdstream.nginx.conf { return 404; }
 location = /.htaccess { return 404; }
 location = /api { return 404; }
@@ -107,8 +113,8 @@ AddEncoding gzip .gz
   Header set Cache-Control "no-cache"
   Header set X-Content-Type-Options nosniff
   Header merge Vary Accept-Encoding
-  <If "%{REQUEST_URI} =~ m#/api/#">
-    # Pages of other sites may read the models. Drop this line if they may not.
+  <If "%{REQUEST_URI} =~ m#/api/|/embed\.js|/m/[^/]+/manifest\.json#">
+    # Pages of other sites may read the models, and load the script as a module. Drop this line if they may not.
     Header set Access-Control-Allow-Origin "*"
   </If>
   <Else>
