@@ -114,7 +114,8 @@ AddEncoding gzip .gz
   Header set X-Content-Type-Options nosniff
   Header merge Vary Accept-Encoding
   <If "%{REQUEST_URI} =~ m#/api/|/embed\.js|/m/[^/]+/manifest\.json#">
-    # Pages of other sites may read the models, and load the script as a module. Drop this line if they may not.
+    # Pages of other sites may read the models, and load the script as a module. Drop this line if
+    # they may not.
     Header set Access-Control-Allow-Origin "*"
   </If>
   <Else>
