@@ -554,14 +554,18 @@ Status PutPage(const Store& store, const ModelDescription& model,
   return writer.PutText(PageFile(model.id, "index.html"), MakeModelPage(*viewer, model, place, {}));
 }
 
-// The page of all models, without scripts links to each.
+// The page of all models, without scripts links to each; and their addresses for search engines.
 Status PutListPage(
   const std::vector<ModelSummary>& models, const ExportOptions& options, Writer& writer)
 {
   const auto viewer = ReadWholeFile(options.page / "index.html");
   KDSTREAM_TRY(viewer);
-  return writer.PutText("/" + std::string(pagesFolder) + "index.html",
-    MakeListPage(*viewer, models, { options.address, "../", true }, {}));
+  const PagePlace place{ options.address, "../", true };
+  const std::string sitemap = "/sitemap.xml";
+  KDSTREAM_TRY(options.address.empty() ? writer.RemoveText(sitemap)
+                                       : writer.PutText(sitemap, WriteSitemap(models, place)));
+  return writer.PutText(
+    "/" + std::string(pagesFolder) + "index.html", MakeListPage(*viewer, models, place, {}));
 }
 
 // "m/" where each of the models has a page.

@@ -372,4 +372,18 @@ std::string MakeListPage(std::string_view page, std::span<const ModelSummary> mo
   return MakePage(page, head, WithoutScripts(body + "</ul>\n"), place);
 }
 
+std::string WriteSitemap(std::span<const ModelSummary> models, const PagePlace& place)
+{
+  std::string map = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
+                    "<urlset xmlns=\"http://www.sitemaps.org/schemas/sitemap/0.9\">\n";
+  const auto add = [&map](const std::string& address)
+  { map += "<url><loc>" + HtmlEscaped(address) + "</loc></url>\n"; };
+  add(place.Base());
+  for (const ModelSummary& model : models)
+  {
+    add(place.Page(model.id));
+  }
+  return map + "</urlset>\n";
+}
+
 }

@@ -36,6 +36,10 @@ std::string MakeModelPage(std::string_view page, const ModelDescription& model,
 std::string MakeListPage(std::string_view page, std::span<const ModelSummary> models,
   const PagePlace& place, const SiteDescription& site);
 
+// The addresses of all pages, for search engines (https://www.sitemaps.org). REQUIRES: the place's
+// root is known.
+std::string WriteSitemap(std::span<const ModelSummary> models, const PagePlace& place);
+
 // The same where there is no model to show: what says why, for people and robots. With scripts the
 // viewer says it, and shows the other models.
 std::string MakeRefusalPage(std::string_view page, const std::string& title,

@@ -334,6 +334,11 @@ Routes::Found Routes::Route(const HttpRequest& request, std::string_view path) c
   {
     return this->FindApi(request, path);
   }
+  const bool isForRobots = path == "/robots.txt" || path == "/sitemap.xml";
+  if (isForRobots && this->Options.web && !this->Options.guard && !request.root.empty())
+  {
+    return this->FindForRobots(request, path);
+  }
   return this->FindFile(request, path);
 }
 
@@ -705,10 +710,36 @@ HttpResponse Routes::AnswerTile(
 }
 
 // The models that the client may have.
-// The models that the page of all models names, without scripts: enough for search engines.
-std::vector<ModelSummary> Routes::SummariesFor(const Permission& permission) const
+// What search engines ask for, unless the web folder has files of these names.
+Routes::Found Routes::FindForRobots(const HttpRequest& request, std::string_view path) const
 {
-  constexpr std::size_t most = 1000;
+  Reading reading;
+  reading.source = this;
+  reading.part = std::string(path);
+  reading.Read = [this, request, path = std::string(path)](bool)
+  {
+    constexpr unsigned missing = 404;
+    auto own = this->ReadFile(request, path, AcceptsGzip(request.acceptEncoding));
+    if (own.status != missing)
+    {
+      return own;
+    }
+    if (path == "/robots.txt")
+    {
+      return this->AnswerText(request, "text/plain; charset=utf-8",
+        "User-agent: *\nAllow: /\n\nSitemap: " + request.root + "sitemap.xml\n");
+    }
+    constexpr std::size_t most = 49'999; // of a sitemap
+    const auto permission = this->Admit(request.client, {});
+    return this->AnswerText(request, "application/xml",
+      WriteSitemap(permission ? this->SummariesFor(*permission, most) : std::vector<ModelSummary>(),
+        { request.root }));
+  };
+  return reading;
+}
+
+std::vector<ModelSummary> Routes::SummariesFor(const Permission& permission, std::size_t most) const
+{
   std::vector<ModelSummary> summaries;
   for (const auto& model : this->Models.Models())
   {
@@ -832,8 +863,9 @@ Routes::Found Routes::FindPage(const HttpRequest& request, PagePath asked) const
   {
     reading.source = this; // the folder of the page
     reading.part = "page";
+    constexpr std::size_t most = 1000; // links, for whoever runs no scripts
     auto listed =
-      isList && !refused ? this->SummariesFor(*permission) : std::vector<ModelSummary>();
+      isList && !refused ? this->SummariesFor(*permission, most) : std::vector<ModelSummary>();
     reading.Read = [this, request, asked, model, listed = std::move(listed),
                      lacking = refused ? refused->message : ""](bool)
     { return this->AnswerPage(request, asked, model.get(), listed, lacking); };

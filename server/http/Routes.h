@@ -125,7 +125,9 @@ private:
   HttpResponse AnswerPage(const HttpRequest& request, const PagePath& asked,
     const ServedModel* model, const std::vector<ModelSummary>& listed,
     const std::string& lacking) const;
-  std::vector<ModelSummary> SummariesFor(const Permission& permission) const;
+  // Of the first models that it allows, at most this number.
+  std::vector<ModelSummary> SummariesFor(const Permission& permission, std::size_t most) const;
+  Found FindForRobots(const HttpRequest& request, std::string_view path) const;
   HttpResponse AnswerDrawn(const HttpRequest& request, const ServedModel& model,
     const std::string& name, const std::string& type, Result<BlobBytes> bytes) const;
   HttpResponse AnswerText(

@@ -136,6 +136,22 @@ TEST_F(ModelPages, AllModelsHaveAPage)
   EXPECT_FALSE(Holds(TextOf(this->Get("/m/", true, of("vase"))), "dragon"));
 }
 
+TEST_F(ModelPages, SearchEnginesFindAllPages)
+{
+  const auto robots = this->Get("/robots.txt");
+  EXPECT_EQ(robots.Field("Content-Type"), "text/plain; charset=utf-8");
+  EXPECT_TRUE(Holds(TextOf(robots), "\nSitemap: https://museum.example/sitemap.xml\n"));
+  const auto map = this->Get("/sitemap.xml");
+  EXPECT_EQ(map.Field("Content-Type"), "application/xml");
+  EXPECT_TRUE(Holds(TextOf(map), "<url><loc>https://museum.example/m/dragon</loc></url>"))
+    << TextOf(map);
+  EXPECT_EQ(this->Get("/sitemap.xml", true).status, 404u) << "with tokens";
+  std::ofstream(this->folder / "robots.txt") << "own";
+  EXPECT_EQ(TextOf(this->Get("/robots.txt")), "own");
+  this->root.clear();
+  EXPECT_EQ(this->Get("/sitemap.xml").status, 404u) << "it needs whole addresses";
+}
+
 TEST_F(ModelPages, AModelThatIsGoneSaysSo)
 {
   for (const char* const target :
