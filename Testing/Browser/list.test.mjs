@@ -206,7 +206,7 @@ test("all that is known of a model, with links that lead to http alone", () => {
     assert.equal(facts.Licence, licence, "all of it");
     assert.equal(facts.By, "javascript:alert(1)");
     const figures = about.locator("details p").first();
-    assert.match(await figures.textContent(), /^The original: 9,0\d\d triangles, 4,5\d\d vertices$/);
+    assert.match(await figures.textContent(), /^The original: 9,0\d\d triangles · 4,5\d\d vertices$/);
     assert.equal(await figures.isVisible(), false, "only for those who ask for details");
     const links = await about.locator("a").evaluateAll((all) => all.map((each) => [each.href, each.rel, each.target]));
     assert.deepEqual(links.map(([href]) => href), ["https://example.org/pebble", licence]);
