@@ -709,7 +709,6 @@ HttpResponse Routes::AnswerTile(
     request, tile.isTileset ? "application/json" : "model/gltf-binary", bytes, asked.tag, keep);
 }
 
-// The models that the client may have.
 // What search engines ask for, unless the web folder has files of these names.
 Routes::Found Routes::FindForRobots(const HttpRequest& request, std::string_view path) const
 {
@@ -751,6 +750,7 @@ std::vector<ModelSummary> Routes::SummariesFor(const Permission& permission, std
   return summaries;
 }
 
+// The models that the client may have.
 HttpResponse Routes::AnswerModelList(const HttpRequest& request, const Permission& permission) const
 {
   BlobBytes body;
