@@ -177,6 +177,10 @@ test("it is light, and has no list, before there is a picture", async () => {
   await visit.picture("embed-7-early");
   send();
   await untilEvent(visit, "a picture", "ready", "a");
+  await visit.open(`${server.url}/?theme=light`);
+  await visit.untilIdle();
+  assert.equal(await visit.page.evaluate(() => getComputedStyle(document.body).backgroundColor), "rgb(244, 242, 238)", "the whole page, too");
+  await visit.picture("embed-8-light-page");
   await visit.close();
 });
 

@@ -70,6 +70,12 @@ test("without scripts there are texts and a picture", async () => {
     await page.screenshot({ path: join(process.env.KDSTREAM_PICTURES, "pages-2-no-script.png") });
     writeFileSync(join(process.env.KDSTREAM_PICTURES, "pages-2-picture.jpg"), await pictures[0].body());
   }
+  await page.locator("#no-script a").click();
+  assert.deepEqual(await page.locator("#no-script li").allInnerTexts(), ["A pebble", "A shell"]);
+  await page.goto(server.url); // a page of files
+  await page.locator("#no-script a").click();
+  await page.getByText("A shell").click();
+  assert.equal(await page.locator("#no-script h1").innerText(), "A shell");
   await context.close();
 });
 

@@ -343,11 +343,14 @@ TEST_F(TestExport, WithTheViewersPageEachModelHasOneOfItsOwn)
   has("www/m/ring/manifest.json", "https://example.org/scans/m/ring/manifest.json");
   has("www/m/ring/manifest.json", "\"value\":\"<b>\"");
   EXPECT_EQ(ReadWhole(this->Folder / "www/m/ring/picture.jpg").substr(0, 3), "\xff\xd8\xff");
+  has("www/m/index.html", "<a href=\"../m/ring/\">A ring</a>");
+  has("www/sitemap.xml", "<url><loc>https://example.org/scans/m/ring/</loc></url>");
   EXPECT_TRUE(hasPages());
 
   ASSERT_EQ(this->Export({ "ring.kds", "www", "--page", "web" }).exitCode, 0);
   has(page, "<link rel=\"canonical\" href=\"../../m/ring/\">");
   EXPECT_FALSE(fs::exists(this->Folder / "www/m/ring/oembed.json")) << "it needs whole addresses";
+  EXPECT_FALSE(fs::exists(this->Folder / "www/sitemap.xml")) << "and so does this";
   ASSERT_EQ(this->Export({ "ring.kds", "www", "--model", "bare" }).exitCode, 0);
   EXPECT_FALSE(hasPages()) << "not each has one";
   EXPECT_EQ(this->Export({ "ring.kds", "www", "--address", "https://example.org" }).exitCode, 2)

@@ -44,6 +44,7 @@ protected:
     const auto page = this->folder / "page";
     fs::create_directories(page);
     std::ofstream(page / "index.html") << "home";
+    std::ofstream(page / "embed.js") << "script";
     std::ofstream(page / "kdstream.wasm") << "wasm";
     std::ofstream(page / "kdstream.wasm.gz") << "small";
     Process exporting({ "export", this->stores / "ring.kds", this->www, "--page", page }, store);
@@ -120,6 +121,14 @@ protected:
     EXPECT_EQ(page.Field("X-Content-Type-Options"), "nosniff");
     EXPECT_EQ(page.Field("Cache-Control"), "no-cache");
     EXPECT_EQ(page.Field("Access-Control-Allow-Origin"), "");
+    for (const char* const forOthers : { "/embed.js", "/m/ring/manifest.json" })
+    {
+      const auto answer = this->Get(forOthers, true);
+      EXPECT_EQ(answer.status, 200u) << forOthers;
+      EXPECT_EQ(answer.Field("Access-Control-Allow-Origin"), "*") << forOthers;
+      EXPECT_EQ(answer.Field("Cache-Control"), "no-cache") << forOthers;
+    }
+    EXPECT_EQ(this->Get("/m/ring/").Field("Access-Control-Allow-Origin"), "");
     const auto wasm = this->Get("/kdstream.wasm", true);
     EXPECT_EQ(wasm.body, "small");
     EXPECT_EQ(wasm.Field("Content-Type"), "application/wasm");

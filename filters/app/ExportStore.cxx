@@ -60,6 +60,12 @@ add_header Referrer-Policy same-origin;
 location ~ ^/kdstream(-more)?\.wasm$ {
   types { application/wasm wasm; }
 }
+# Pages of other sites may load the script as a module, and viewers there a manifest.
+location ~ ^/(embed\.js|m/[^/]+/manifest\.json)$ {
+  add_header Cache-Control no-cache;
+  add_header X-Content-Type-Options nosniff;
+  add_header Access-Control-Allow-Origin *;
+}
 location = /kdstream.nginx.conf { return 404; }
 location = /.htaccess { return 404; }
 location = /api { return 404; }
@@ -107,8 +113,9 @@ AddEncoding gzip .gz
   Header set Cache-Control "no-cache"
   Header set X-Content-Type-Options nosniff
   Header merge Vary Accept-Encoding
-  <If "%{REQUEST_URI} =~ m#/api/#">
-    # Pages of other sites may read the models. Drop this line if they may not.
+  <If "%{REQUEST_URI} =~ m#/api/|/embed\.js|/m/[^/]+/manifest\.json#">
+    # Pages of other sites may read the models, and load the script as a module. Drop this line if
+    # they may not.
     Header set Access-Control-Allow-Origin "*"
   </If>
   <Else>
@@ -547,6 +554,20 @@ Status PutPage(const Store& store, const ModelDescription& model,
   return writer.PutText(PageFile(model.id, "index.html"), MakeModelPage(*viewer, model, place, {}));
 }
 
+// The page of all models, without scripts links to each; and their addresses for search engines.
+Status PutListPage(
+  const std::vector<ModelSummary>& models, const ExportOptions& options, Writer& writer)
+{
+  const auto viewer = ReadWholeFile(options.page / "index.html");
+  KDSTREAM_TRY(viewer);
+  const PagePlace place{ options.address, "../", true };
+  const std::string sitemap = "/sitemap.xml";
+  KDSTREAM_TRY(options.address.empty() ? writer.RemoveText(sitemap)
+                                       : writer.PutText(sitemap, WriteSitemap(models, place)));
+  return writer.PutText(
+    "/" + std::string(pagesFolder) + "index.html", MakeListPage(*viewer, models, place, {}));
+}
+
 // "m/" where each of the models has a page.
 std::string PagesOf(const std::vector<ModelSummary>& models, const Writer& writer)
 {
@@ -623,6 +644,7 @@ Result<ExportReport> ExportStore(const Store& store, const fs::path& folder,
   {
     KDSTREAM_TRY(writer.CopyPage(options.page));
     KDSTREAM_TRY(PutPage(store, reported, *notes, options, writer));
+    KDSTREAM_TRY(PutListPage(*models, options, writer));
   }
   KDSTREAM_TRY(writer.PutText(std::string(protocol::modelListPath),
     WithPages(WriteModelList(*models), PagesOf(*models, writer))));

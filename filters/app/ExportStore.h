@@ -32,11 +32,11 @@ struct ExportReport
 // folder has a list of models, the model is added to it, or replaced. The list is written last, so
 // a host that serves the folder never lists a model that is not there. Notes are exported with the
 // model; if the model has no notes any more, the old ones are removed. With the page each model
-// gets one of its own (doc/protocol.md#pages), with a picture and a manifest; oEmbed needs
-// `address`. Also rules for caching, for nginx (kdstream.nginx.conf) and Apache (.htaccess).
-// Reports the step "export". Errors: those of the store; InvalidInput for a malformed list or
-// malformed notes; InputOutput; Cancelled. The files of a model (of one digest) appear all or not
-// at all.
+// gets one of its own (doc/protocol.md#pages), with a picture and a manifest, and all together
+// m/index.html; oEmbed needs `address`. Also rules for caching, for nginx (kdstream.nginx.conf) and
+// Apache (.htaccess). Reports the step "export". Errors: those of the store; InvalidInput for a
+// malformed list or malformed notes; InputOutput; Cancelled. The files of a model (of one digest)
+// appear all or not at all.
 Result<ExportReport> ExportStore(const Store& store, const std::filesystem::path& folder,
   const ExportOptions& options, const Execution& execution = {});
 

@@ -102,7 +102,7 @@ std::string WriteEmbedAnswer(const ModelDescription& model, const PagePlace& pla
     .Member("cache_age", 3600);
   if (!model.credit.empty())
   {
-    json.Member("author_name", model.credit);
+    json.Member("author_name", WithoutDirections(model.credit));
   }
   if (HasPicture(model) && pictureWidth <= request.maximumWidth.value_or(pictureWidth) &&
       pictureHeight <= request.maximumHeight.value_or(pictureHeight))

@@ -2,13 +2,19 @@
 #include "filters/page/ModelPage.h"
 
 #include "filters/core/Texts.h"
+#include "filters/core/VectorMath.h"
 #include "filters/model/JsonWriter.h"
+#include "filters/model/Units.h"
 #include "filters/page/ModelPicture.h"
 #include "filters/page/PageTexts.h"
 #include "filters/page/PreviewGlb.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdio>
+#include <iterator>
+#include <utility>
 
 namespace kdstream
 {
@@ -16,7 +22,11 @@ namespace kdstream
 namespace
 {
 
-constexpr std::string_view blanksOfTexts = " \t\r\n";
+std::string PlainText(std::string_view text)
+{
+  const auto plain = WithoutDirections(text);
+  return std::string(Trimmed(plain, " \t\r\n"));
+}
 
 std::string Grouped(std::uint64_t number)
 {
@@ -28,19 +38,63 @@ std::string Grouped(std::uint64_t number)
   return text;
 }
 
-std::string ThreeDigits(double length)
+// A unit of metres in which a length is from 1 to 1000, if there is one, and what to multiply by.
+// Another unit stays as it is. As the viewer has it (viewer/mobile/web/lengths.js).
+std::pair<std::string, double> UnitToRead(double length, const std::string& unit)
 {
-  char text[32];
-  std::snprintf(text, sizeof text, length >= 100 && length < 1e15 ? "%.0f" : "%.3g", length);
-  return text;
+  using Unit = std::pair<const char*, double>;
+  constexpr std::array<Unit, 6> largestFirst{ { { "km", 1e3 }, { "m", 1 }, { "cm", 1e-2 },
+    { "mm", 1e-3 }, { "µm", 1e-6 }, { "nm", 1e-9 } } };
+  const double metres = MetresOfUnit(unit).value_or(0);
+  const bool isKnown = std::any_of(largestFirst.begin(), largestFirst.end(),
+    [metres](const Unit& each) { return each.second == metres; });
+  if (!isKnown || (length >= 1 && length < 1000))
+  {
+    return { PlainText(unit), 1 };
+  }
+  const auto found = std::find_if(largestFirst.begin(), largestFirst.end(),
+    [=](const Unit& each) { return length * metres >= each.second; });
+  const Unit& shown = found == largestFirst.end() ? largestFirst.back() : *found;
+  return { shown.first, metres / shown.second };
+}
+
+// Three digits of the longest side, of all alike; empty where nothing is known.
+std::string SizeOf(const ModelDescription& model)
+{
+  const Vec3 sides = model.box.Empty() ? Vec3{} : Minus(model.box.hi, model.box.lo);
+  const double longest = std::max({ sides[0], sides[1], sides[2] });
+  if (model.unit.empty() || !(longest > 0) || !std::isfinite(longest))
+  {
+    return {};
+  }
+  const auto [unit, factor] = UnitToRead(longest, model.unit);
+  const double order = std::floor(std::log10(longest * factor));
+  const int digits = static_cast<int>(std::clamp(2 - order, -9.0, 9.0)); // after the point
+  std::string size;
+  for (const double side : sides)
+  {
+    const double step = std::pow(10, -digits);
+    const double value = digits > 0 ? side * factor : std::round(side * factor / step) * step;
+    char text[400]; // the longest double
+    std::snprintf(text, sizeof text, "%.*f", std::max(0, digits), value);
+    std::string figure = text;
+    if (digits > 0)
+    {
+      figure.erase(figure.find_last_not_of('0') + 1);
+      figure.erase(figure.find_last_not_of('.') + 1);
+    }
+    size += (size.empty() ? "" : " × ") + figure;
+  }
+  return size + " " + unit;
 }
 
 void AppendSentence(std::string& all, std::string_view sentence)
 {
   if (!sentence.empty())
   {
+    constexpr std::string_view ends[] = { ".", "!", "?", "…", "؟", "。" };
     const bool isWhole =
-      all.empty() || all.ends_with('.') || all.ends_with('!') || all.ends_with('?');
+      std::any_of(std::begin(ends), std::end(ends), [&](auto end) { return all.ends_with(end); });
     all += (all.empty() ? "" : isWhole ? " " : ". ") + std::string(sentence);
   }
 }
@@ -130,12 +184,14 @@ std::string StructuredData(const ModelDescription& model, const ModelTexts& text
 std::string HeadOf(const ModelDescription& model, const ModelTexts& texts, const PagePlace& place,
   const std::string& site)
 {
-  std::string head = TitleElement(texts.title, site);
+  constexpr std::size_t mostOfTitle = 200; // bytes
+  const auto title = Shortened(texts.title, mostOfTitle);
+  std::string head = TitleElement(title, site);
   head += Meta("name", "description", texts.summary);
   head += Link("canonical", "", place.Page(model.id));
   head += Meta("property", "og:type", "website");
   head += Meta("property", "og:site_name", site);
-  head += Meta("property", "og:title", texts.title);
+  head += Meta("property", "og:title", title);
   head += Meta("property", "og:description", texts.summary);
   head += Meta("property", "og:url", place.Page(model.id));
   if (HasPicture(model))
@@ -144,19 +200,19 @@ std::string HeadOf(const ModelDescription& model, const ModelTexts& texts, const
     head += Meta("property", "og:image:type", "image/jpeg");
     head += Meta("property", "og:image:width", std::to_string(pictureWidth));
     head += Meta("property", "og:image:height", std::to_string(pictureHeight));
-    head += Meta("property", "og:image:alt", texts.title);
+    head += Meta("property", "og:image:alt", title);
   }
   head += Meta("name", "twitter:card", HasPicture(model) ? "summary_large_image" : "summary");
-  head += Meta("name", "twitter:title", texts.title);
+  head += Meta("name", "twitter:title", title);
   head += Meta("name", "twitter:description", texts.summary);
   if (HasPicture(model))
   {
     head += Meta("name", "twitter:image", place.Picture(model.id));
-    head += Meta("name", "twitter:image:alt", texts.title);
+    head += Meta("name", "twitter:image:alt", title);
   }
   if (!place.root.empty())
   {
-    head += Link("alternate", "application/json+oembed", place.Embed(model.id), texts.title);
+    head += Link("alternate", "application/json+oembed", place.Embed(model.id), title);
   }
   head += Link("alternate",
     R"(application/ld+json;profile="http://iiif.io/api/presentation/4/context.json")",
@@ -171,11 +227,16 @@ std::string Paragraph(std::string_view text)
   return text.empty() ? std::string() : "<p dir=\"auto\">" + HtmlEscaped(text) + "</p>\n";
 }
 
-std::string WithoutScripts(const std::string& content, const PagePlace& place)
+std::string WithoutScripts(const std::string& content)
 {
   return "<noscript><div id=\"no-script\">\n" + content +
-         "<p>The viewer needs JavaScript, which is switched off.</p>\n<p><a href=\"" +
-         HtmlEscaped(place.up) + "\">All models</a></p>\n</div></noscript>";
+         "<p>The viewer needs JavaScript, which is switched off.</p>\n</div></noscript>";
+}
+
+std::string LinkToList(const PagePlace& place)
+{
+  return "<p><a href=\"" + HtmlEscaped(place.up + std::string(pagesFolder)) +
+         "\">All models</a></p>\n";
 }
 
 std::string BodyOf(const ModelDescription& model, const ModelTexts& texts, const PagePlace& place)
@@ -194,7 +255,7 @@ std::string BodyOf(const ModelDescription& model, const ModelTexts& texts, const
                 HtmlEscaped(model.license) + "\">" + HtmlEscaped(model.license) + "</a></p>\n"
             : Paragraph(model.license);
   body += Paragraph(model.description);
-  return WithoutScripts(body + Paragraph(texts.size) + Paragraph(texts.count), place);
+  return WithoutScripts(body + Paragraph(texts.size) + Paragraph(texts.count) + LinkToList(place));
 }
 
 // ---- both into the page
@@ -259,23 +320,19 @@ std::string MakePage(
 ModelTexts TextsOf(const ModelDescription& model)
 {
   ModelTexts texts;
-  const auto title = Trimmed(model.title, blanksOfTexts);
-  texts.title = title.empty() ? model.id : std::string(title);
+  texts.title = PlainText(model.title);
+  texts.title = texts.title.empty() ? model.id : texts.title;
   texts.count = model.primitive == PrimitiveType::Points ? Grouped(model.vertices) + " points"
                                                          : Grouped(model.triangles) + " triangles";
-  if (!model.unit.empty() && !model.box.Empty())
-  {
-    for (std::size_t k = 0; k < 3; ++k)
-    {
-      texts.size += (k == 0 ? "" : " × ") + ThreeDigits(model.box.hi[k] - model.box.lo[k]);
-    }
-    texts.size += " " + model.unit;
-  }
+  texts.size = SizeOf(model);
   constexpr std::size_t mostOfCredit = 150, mostOfDescription = 250;
-  AppendSentence(texts.summary, Shortened(Trimmed(model.credit, blanksOfTexts), mostOfCredit));
-  AppendSentence(texts.summary, texts.size + (texts.size.empty() ? "" : ", ") + texts.count);
-  AppendSentence(
-    texts.summary, Shortened(Trimmed(model.description, blanksOfTexts), mostOfDescription));
+  AppendSentence(texts.summary, Shortened(PlainText(model.description), mostOfDescription));
+  AppendSentence(texts.summary, Shortened(PlainText(model.credit), mostOfCredit));
+  AppendSentence(texts.summary, texts.size);
+  if (texts.summary.empty())
+  {
+    texts.summary = texts.count;
+  }
   return texts;
 }
 
@@ -291,7 +348,42 @@ std::string MakeRefusalPage(std::string_view page, const std::string& title,
 {
   const std::string head = TitleElement(title, site) + Meta("name", "robots", "noindex");
   const std::string body = "<h1 dir=\"auto\">" + HtmlEscaped(title) + "</h1>\n" + Paragraph(text);
-  return MakePage(page, head, WithoutScripts(body, place), place);
+  return MakePage(page, head, WithoutScripts(body + LinkToList(place)), place);
+}
+
+std::string MakeListPage(std::string_view page, std::span<const ModelSummary> models,
+  const PagePlace& place, const SiteDescription& site)
+{
+  const std::string title = site.title.empty() ? "Models" : site.title;
+  const auto address = place.Base() + std::string(pagesFolder);
+  std::string head = "<title>" + HtmlEscaped(title) + "</title>\n";
+  head += Meta("name", "description", site.text) + Link("canonical", "", address) +
+          Meta("property", "og:type", "website") + Meta("property", "og:title", title) +
+          Meta("property", "og:description", site.text) + Meta("property", "og:url", address);
+  std::string body = "<h1 dir=\"auto\">" + HtmlEscaped(title) + "</h1>\n" + Paragraph(site.text);
+  const PagePlace near{ {}, place.up, place.isFolder };
+  body += "<ul>\n";
+  for (const ModelSummary& model : models)
+  {
+    const auto name = PlainText(model.title);
+    body += "<li dir=\"auto\"><a href=\"" + HtmlEscaped(near.Page(model.id)) + "\">" +
+            HtmlEscaped(name.empty() ? model.id : name) + "</a></li>\n";
+  }
+  return MakePage(page, head, WithoutScripts(body + "</ul>\n"), place);
+}
+
+std::string WriteSitemap(std::span<const ModelSummary> models, const PagePlace& place)
+{
+  std::string map = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
+                    "<urlset xmlns=\"http://www.sitemaps.org/schemas/sitemap/0.9\">\n";
+  const auto add = [&map](const std::string& address)
+  { map += "<url><loc>" + HtmlEscaped(address) + "</loc></url>\n"; };
+  add(place.Base());
+  for (const ModelSummary& model : models)
+  {
+    add(place.Page(model.id));
+  }
+  return map + "</urlset>\n";
 }
 
 }

@@ -6,6 +6,7 @@
 #include "filters/model/ModelDescription.h"
 #include "filters/page/PagePlace.h"
 
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -16,10 +17,11 @@ namespace kdstream
 struct ModelTexts
 {
   std::string title;   // its own, else its id
-  std::string summary; // who made it, how large it is, how many triangles; the begin of its
-                       // description: at most about 500 bytes
-  std::string size;    // "19.8 × 14 × 8.9 cm"; empty where it has no unit
-  std::string count;   // "871,414 triangles"
+  std::string summary; // the begin of its description, who made it, how large it is; where nothing
+                       // of this is known, how many triangles: at most about 500 bytes
+  std::string size;  // "19.8 × 14 × 8.9 cm", in a unit of metres that is read easily; empty where
+                     // it has no unit
+  std::string count; // "871,414 triangles"
 };
 ModelTexts TextsOf(const ModelDescription& model);
 
@@ -30,6 +32,14 @@ ModelTexts TextsOf(const ModelDescription& model);
 // O(bytes).
 std::string MakeModelPage(std::string_view page, const ModelDescription& model,
   const PagePlace& place, const std::string& site);
+
+// The page of all models, m/: with scripts the viewer's own list; without them links to each.
+std::string MakeListPage(std::string_view page, std::span<const ModelSummary> models,
+  const PagePlace& place, const SiteDescription& site);
+
+// The addresses of all pages, for search engines (https://www.sitemaps.org). REQUIRES: the place's
+// root is known.
+std::string WriteSitemap(std::span<const ModelSummary> models, const PagePlace& place);
 
 // The same where there is no model to show: what says why, for people and robots. With scripts the
 // viewer says it, and shows the other models.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The addresses of models' pages, and of what belongs to them (doc/protocol.md#pages):
 //
+//   m/                     the page of all models
 //   m/{id}                 the page; m/{id}/ where files are served
 //   m/{id}/picture.jpg     its picture
 //   m/{id}/manifest.json   its IIIF manifest

@@ -49,6 +49,25 @@ std::string Shortened(std::string_view text, std::size_t bytes)
   return std::string(text.substr(0, Utf8Prefix(text.substr(0, bytes)))) + "…";
 }
 
+std::string WithoutDirections(std::string_view text)
+{
+  std::string plain;
+  for (std::size_t at = 0; at < text.size();)
+  {
+    // U+202A to U+202E, U+2066 to U+2069
+    const auto prefix = text.substr(at, 2);
+    const auto last = at + 2 < text.size() ? static_cast<unsigned char>(text[at + 2]) : 0;
+    const bool isDirection = (prefix == "\xE2\x80" && last >= 0xAA && last <= 0xAE) ||
+                             (prefix == "\xE2\x81" && last >= 0xA6 && last <= 0xA9);
+    if (!isDirection)
+    {
+      plain += text[at];
+    }
+    at += isDirection ? 3 : 1;
+  }
+  return plain;
+}
+
 bool IsWebAddress(std::string_view text)
 {
   return (text.substr(0, 7) == "http://" || text.substr(0, 8) == "https://") &&

@@ -19,6 +19,10 @@ std::string ScriptEscaped(std::string_view json);
 // At most this number of bytes, cut between characters, with "…" where something is cut off.
 std::string Shortened(std::string_view text, std::size_t bytes);
 
+// The text without the bidirectional embeddings, overrides and isolates of Unicode, which would
+// turn round what follows it in a sentence. Marks (LRM, RLM, ALM) stay.
+std::string WithoutDirections(std::string_view text);
+
 // Whether the text is an address of the web, which may be linked: http or https, without blanks.
 bool IsWebAddress(std::string_view text);
 

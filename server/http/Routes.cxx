@@ -335,6 +335,11 @@ Routes::Found Routes::Route(const HttpRequest& request, std::string_view path) c
   {
     return this->FindApi(request, path);
   }
+  const bool isForRobots = path == "/robots.txt" || path == "/sitemap.xml";
+  if (isForRobots && this->Options.web && !this->Options.guard && !request.root.empty())
+  {
+    return this->FindForRobots(request, path);
+  }
   return this->FindFile(request, path);
 }
 
@@ -705,6 +710,47 @@ HttpResponse Routes::AnswerTile(
     request, tile.isTileset ? "application/json" : "model/gltf-binary", bytes, asked.tag, keep);
 }
 
+// What search engines ask for, unless the web folder has files of these names.
+Routes::Found Routes::FindForRobots(const HttpRequest& request, std::string_view path) const
+{
+  Reading reading;
+  reading.source = this;
+  reading.part = std::string(path);
+  reading.Read = [this, request, path = std::string(path)](bool)
+  {
+    constexpr unsigned missing = 404;
+    auto own = this->ReadFile(request, path, AcceptsGzip(request.acceptEncoding));
+    if (own.status != missing)
+    {
+      return own;
+    }
+    if (path == "/robots.txt")
+    {
+      return this->AnswerText(request, "text/plain; charset=utf-8",
+        "User-agent: *\nAllow: /\n\nSitemap: " + request.root + "sitemap.xml\n");
+    }
+    constexpr std::size_t most = 49'999; // of a sitemap
+    const auto permission = this->Admit(request.client, {});
+    return this->AnswerText(request, "application/xml",
+      WriteSitemap(permission ? this->SummariesFor(*permission, most) : std::vector<ModelSummary>(),
+        { request.root }));
+  };
+  return reading;
+}
+
+std::vector<ModelSummary> Routes::SummariesFor(const Permission& permission, std::size_t most) const
+{
+  std::vector<ModelSummary> summaries;
+  for (const auto& model : this->Models.Models())
+  {
+    if (summaries.size() < most && !permission.RefuseModel(model->Description().id))
+    {
+      summaries.push_back(Summarize(model->Description()));
+    }
+  }
+  return summaries;
+}
+
 // The models that the client may have.
 HttpResponse Routes::AnswerModelList(const HttpRequest& request, const Permission& permission) const
 {
@@ -808,16 +854,22 @@ Routes::Found Routes::FindPage(const HttpRequest& request, PagePath asked) const
     }
   }
   const auto permission = this->Admit(request.client, request.authorization);
-  const auto refused = permission ? permission->RefuseModel(asked.model)
-                                  : Permission::Refused({ 401, permission.GetError().message });
-  auto model = refused ? nullptr : this->Models.Find(asked.model);
+  const bool isList = asked.kind == PagePath::Kind::List;
+  const auto refused = !permission ? Permission::Refused({ 401, permission.GetError().message })
+                       : isList    ? std::nullopt
+                                   : permission->RefuseModel(asked.model);
+  auto model = refused || isList ? nullptr : this->Models.Find(asked.model);
   Reading reading;
-  if (asked.kind == PagePath::Kind::Page)
+  if (asked.kind == PagePath::Kind::Page || isList)
   {
     reading.source = this; // the folder of the page
     reading.part = "page";
-    reading.Read = [this, request, asked, model, lacking = refused ? refused->message : ""](bool)
-    { return this->AnswerPage(request, asked, model.get(), lacking); };
+    constexpr std::size_t most = 1000; // links, for whoever runs no scripts
+    auto listed =
+      isList && !refused ? this->SummariesFor(*permission, most) : std::vector<ModelSummary>();
+    reading.Read = [this, request, asked, model, listed = std::move(listed),
+                     lacking = refused ? refused->message : ""](bool)
+    { return this->AnswerPage(request, asked, model.get(), listed, lacking); };
     return reading;
   }
   if (refused)
@@ -862,9 +914,11 @@ Routes::Found Routes::FindPage(const HttpRequest& request, PagePath asked) const
   return reading;
 }
 
-// model: null where there is none to show. lacking: what the client's token lacks, or nothing.
+// listed: of the page of all models. model: null where there is none to show. lacking: what the
+// client's token lacks, or nothing.
 HttpResponse Routes::AnswerPage(const HttpRequest& request, const PagePath& asked,
-  const ServedModel* model, const std::string& lacking) const
+  const ServedModel* model, const std::vector<ModelSummary>& listed,
+  const std::string& lacking) const
 {
   const auto page = this->Options.web->Read("/");
   if (!page)
@@ -881,6 +935,11 @@ HttpResponse Routes::AnswerPage(const HttpRequest& request, const PagePath& aske
   {
     response =
       this->AnswerText(request, type, MakeModelPage(viewer, model->Description(), place, site));
+  }
+  else if (lacking.empty() && asked.kind == PagePath::Kind::List)
+  {
+    response = this->AnswerText(
+      request, type, MakeListPage(viewer, listed, place, this->Models.AboutSite()));
   }
   else if (!lacking.empty())
   {

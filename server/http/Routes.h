@@ -19,6 +19,7 @@
 #include <string>
 #include <string_view>
 #include <variant>
+#include <vector>
 
 namespace kdstream
 {
@@ -124,7 +125,11 @@ private:
   HttpResponse AnswerFile(const HttpRequest& request, const StaticFile& file) const;
   Found FindPage(const HttpRequest& request, PagePath asked) const;
   HttpResponse AnswerPage(const HttpRequest& request, const PagePath& asked,
-    const ServedModel* model, const std::string& lacking) const;
+    const ServedModel* model, const std::vector<ModelSummary>& listed,
+    const std::string& lacking) const;
+  // Of the first models that it allows, at most this number.
+  std::vector<ModelSummary> SummariesFor(const Permission& permission, std::size_t most) const;
+  Found FindForRobots(const HttpRequest& request, std::string_view path) const;
   HttpResponse AnswerDrawn(const HttpRequest& request, const ServedModel& model,
     const std::string& name, const std::string& type, Result<BlobBytes> bytes) const;
   HttpResponse AnswerText(

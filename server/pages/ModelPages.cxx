@@ -50,7 +50,11 @@ std::optional<PagePath> ParsePagePath(std::string_view path)
     return preview;
   }
   const auto begin = "/" + std::string(pagesFolder);
-  if (path.substr(0, begin.size()) != begin || path.size() == begin.size())
+  if (path == begin || path == begin.substr(0, begin.size() - 1))
+  {
+    return PagePath{ Kind::List, {}, path == begin };
+  }
+  if (!path.starts_with(begin))
   {
     return std::nullopt;
   }
@@ -72,6 +76,10 @@ std::optional<PagePath> ParsePagePath(std::string_view path)
 
 PagePlace PlaceOf(const PagePath& path, const std::string& root)
 {
+  if (path.kind == PagePath::Kind::List)
+  {
+    return { root, path.isFolder ? "../" : "" };
+  }
   const bool isBelow = path.isFolder || path.kind == PagePath::Kind::Manifest;
   return { root, isBelow ? "../../" : "../" };
 }

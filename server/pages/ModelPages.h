@@ -22,6 +22,7 @@ struct PagePath
 {
   enum class Kind
   {
+    List, // of all models
     Page,
     Picture,
     Manifest,
@@ -29,7 +30,8 @@ struct PagePath
     Embed
   };
   Kind kind = Kind::Page;
-  std::string model{};   // not of Embed; any bytes: escapes are decoded, nothing else is checked
+  std::string
+    model{}; // not of List and Embed; any bytes: escapes are decoded, nothing else is checked
   bool isFolder = false; // the address of the page ends with a slash
   std::string digest{};  // of Preview: any bytes
 };

@@ -8,6 +8,8 @@
 
 #include <gtest/gtest.h>
 
+#include <tuple>
+
 #include <nlohmann/json.hpp>
 
 using namespace kdstream;
@@ -88,23 +90,23 @@ const PagePlace known{ "https://museum.example/3d/" };
 TEST(ModelPage, TheHeadIsTheModels)
 {
   const auto page = MakeModelPage(viewerPage, Reported(), known, "A museum");
-  for (const std::string part : { "<title>A dragon – A museum</title>",
-         "<meta name=\"description\" content=\"Stanford University. 205 × 144 × 9.04 mm, 871,414 "
-         "triangles. Of porcelain.\">",
-         "<link rel=\"canonical\" href=\"https://museum.example/3d/m/dragon\">",
-         "<meta property=\"og:title\" content=\"A dragon\">",
-         "<meta property=\"og:site_name\" content=\"A museum\">",
-         "<meta property=\"og:url\" content=\"https://museum.example/3d/m/dragon\">",
-         "<meta property=\"og:image\" content=\"https://museum.example/3d/m/dragon/picture.jpg\">",
-         "<meta property=\"og:image:width\" content=\"1200\">",
-         "<meta name=\"twitter:card\" content=\"summary_large_image\">",
-         "<link rel=\"alternate\" type=\"application/json+oembed\" "
-         "href=\"https://museum.example/3d/"
-         "oembed?url=https%3A%2F%2Fmuseum.example%2F3d%2Fm%2Fdragon\" title=\"A dragon\">",
-         "href=\"https://museum.example/3d/m/dragon/manifest.json\"", "href=\"../style.css\"",
-         "href=\"../icon.svg\"", "src=\"../page.js\"", "src=\"/a.png\"", "href=\"#top\"",
-         "src=\"data:", "<h1 dir=\"auto\">A dragon</h1>", "src=\"../m/dragon/picture.jpg\"",
-         "871,414 triangles</p>", "<a href=\"../\">All models</a>" })
+  for (const std::string part :
+    { "<title>A dragon – A museum</title>",
+      "<meta name=\"description\" content=\"Of porcelain. Stanford University. 205 × 145 × 9 mm\">",
+      "<link rel=\"canonical\" href=\"https://museum.example/3d/m/dragon\">",
+      "<meta property=\"og:title\" content=\"A dragon\">",
+      "<meta property=\"og:site_name\" content=\"A museum\">",
+      "<meta property=\"og:url\" content=\"https://museum.example/3d/m/dragon\">",
+      "<meta property=\"og:image\" content=\"https://museum.example/3d/m/dragon/picture.jpg\">",
+      "<meta property=\"og:image:width\" content=\"1200\">",
+      "<meta name=\"twitter:card\" content=\"summary_large_image\">",
+      "<link rel=\"alternate\" type=\"application/json+oembed\" "
+      "href=\"https://museum.example/3d/"
+      "oembed?url=https%3A%2F%2Fmuseum.example%2F3d%2Fm%2Fdragon\" title=\"A dragon\">",
+      "href=\"https://museum.example/3d/m/dragon/manifest.json\"", "href=\"../style.css\"",
+      "href=\"../icon.svg\"", "src=\"../page.js\"", "src=\"/a.png\"", "href=\"#top\"",
+      "src=\"data:", "<h1 dir=\"auto\">A dragon</h1>", "src=\"../m/dragon/picture.jpg\"",
+      "871,414 triangles</p>", "<a href=\"../m/\">All models</a>" })
   {
     EXPECT_TRUE(Has(page, part)) << part << "\n" << page;
   }
@@ -184,7 +186,87 @@ TEST(ModelPage, LongTextsAreCutBetweenCharacters)
   }
   const auto texts = TextsOf(model);
   EXPECT_LT(texts.summary.size(), 600u);
-  EXPECT_TRUE(texts.summary.ends_with("ä…")) << texts.summary;
+  EXPECT_TRUE(texts.summary.ends_with("ä… Stanford University. 205 × 145 × 9 mm")) << texts.summary;
+}
+
+// What a title turns round must not be the site's name, or a number that follows.
+TEST(ModelPage, NoTextTurnsRoundWhatFollowsIt)
+{
+  auto model = Reported();
+  model.title = "\u202eevil\u2066 title";
+  model.credit = "Ann \u202d\u2067 Co\u2069\u202c";
+  model.description = "مزهرية\u200f \u202b1";
+  const auto texts = TextsOf(model);
+  EXPECT_EQ(texts.title, "evil title");
+  EXPECT_EQ(texts.summary, "مزهرية\u200f 1. Ann  Co. 205 × 145 × 9 mm") << "marks stay";
+  const auto page = MakeModelPage(viewerPage, model, known, "A museum");
+  EXPECT_TRUE(Has(page, "<title>evil title – A museum</title>")) << page;
+  const auto embed = Json::parse(WriteEmbedAnswer(model, known, ""));
+  EXPECT_EQ(embed["title"], "evil title");
+  EXPECT_EQ(embed["author_name"], "Ann  Co");
+  model.title = "\u202e \u2069";
+  EXPECT_EQ(TextsOf(model).title, "dragon") << "nothing is left of it";
+}
+
+TEST(ModelPage, SizesAreInAUnitThatOneReads)
+{
+  for (const auto& [longest, unit, size] : { std::tuple{ 0.206, "m", "20.6 × 10.3 × 0 cm" },
+         { 206.0, "mm", "206 × 103 × 0 mm" }, { 1234.0, "mm", "1.23 × 0.62 × 0 m" },
+         { 3.2e-5, "metres", "32 × 16 × 0 µm" }, { 0.5, "feet", "0.5 × 0.25 × 0 feet" },
+         { 12345.0, "feet", "12300 × 6200 × 0 feet" }, { 0.5, "cubits", "0.5 × 0.25 × 0 cubits" },
+         { 0.0, "mm", "" }, { 1.0, "", "" }, { 5e6, "km", "5000000 × 2500000 × 0 km" } })
+  {
+    auto model = Reported();
+    model.unit = unit;
+    model.box = {};
+    model.box.Add(Vec3{ 0, 0, 0 });
+    model.box.Add(Vec3{ longest, longest / 2, 0 });
+    EXPECT_EQ(TextsOf(model).size, size);
+  }
+  auto huge = Reported();
+  huge.box.Add(Vec3{ 1e308, 0, 0 });
+  EXPECT_LT(TextsOf(huge).size.size(), 1300u);
+}
+
+TEST(ModelPage, ALongTitleIsCutInTheHeadOnly)
+{
+  auto model = Reported();
+  model.title = std::string(2000, 'W');
+  const auto page = MakeModelPage(viewerPage, model, known, "A museum");
+  EXPECT_TRUE(Has(page, "<title>" + std::string(200, 'W') + "… – A museum</title>"));
+  EXPECT_TRUE(Has(page, "<meta property=\"og:title\" content=\"" + std::string(200, 'W') + "…\">"));
+  EXPECT_TRUE(Has(page, "<h1 dir=\"auto\">" + model.title + "</h1>"));
+  EXPECT_EQ(DataOf(page)["name"], model.title);
+}
+
+TEST(ModelPage, ThePageOfAllModelsLinksToEach)
+{
+  std::vector<ModelSummary> models(2);
+  models[0].id = "dragon";
+  models[1].id = "vase";
+  models[1].title = "A <b>vase</b>";
+  const auto page = MakeListPage(viewerPage, models, known, { "A museum", "Of <things>." });
+  for (const std::string part :
+    { "<title>A museum</title>", "<meta name=\"description\" content=\"Of &lt;things&gt;.\">",
+      "<link rel=\"canonical\" href=\"https://museum.example/3d/m/\">",
+      "<meta property=\"og:title\" content=\"A museum\">", "<h1 dir=\"auto\">A museum</h1>",
+      "<li dir=\"auto\"><a href=\"../m/dragon\">dragon</a></li>",
+      "<a href=\"../m/vase\">A &lt;b&gt;vase&lt;/b&gt;</a>", "src=\"../page.js\"" })
+  {
+    EXPECT_TRUE(Has(page, part)) << part << "\n" << page;
+  }
+  const auto folder = MakeListPage(viewerPage, models, { {}, "../", true }, {});
+  EXPECT_TRUE(Has(folder, "<title>Models</title>")) << folder;
+  EXPECT_TRUE(Has(folder, "<a href=\"../m/dragon/\">dragon</a>"));
+  for (const std::string& text : hostileTexts)
+  {
+    models[0].title = text;
+    const auto hostile = MakeListPage(viewerPage, models, known, { text, text });
+    for (const char* const tag : { "<script", "<title>", "<noscript", "<img", "<body", "<li" })
+    {
+      EXPECT_EQ(Count(hostile, tag), Count(page, tag)) << tag << " of " << text;
+    }
+  }
 }
 
 TEST(ModelPage, OtherPagesGetWhatTheyLack)

@@ -104,13 +104,52 @@ TEST_F(ModelPages, EachModelHasAPage)
   }
   EXPECT_TRUE(Holds(TextOf(this->Get("/m/dragon/")), "src=\"../../page.js\""));
   EXPECT_EQ(this->Get("/m/dragon/nothing").status, 404u);
-  EXPECT_EQ(this->Get("/m/").status, 404u);
   const auto list = TextOf(this->Get("/api/models.json"));
   EXPECT_EQ(nlohmann::json::parse(list)["pages"], "m/");
   EXPECT_EQ(ParseModelList(list)->size(), 1u);
   this->root.clear();
   EXPECT_TRUE(
     Holds(TextOf(this->Get("/m/dragon")), "<link rel=\"canonical\" href=\"../m/dragon\">"));
+}
+
+// Without scripts it leads to each model.
+TEST_F(ModelPages, AllModelsHaveAPage)
+{
+  const auto response = this->Get("/m/");
+  EXPECT_EQ(response.status, 200u);
+  const auto page = TextOf(response);
+  EXPECT_TRUE(Holds(page, "<a href=\"../m/dragon\">A &lt;b&gt;dragon&lt;/b&gt;</a>")) << page;
+  EXPECT_TRUE(Holds(page, "<link rel=\"canonical\" href=\"https://museum.example/m/\">"));
+  EXPECT_TRUE(Holds(page, "src=\"../page.js\""));
+  EXPECT_EQ(response.Field("Content-Security-Policy"), protocol::pagePolicy);
+  const auto above = TextOf(this->Get("/m"));
+  EXPECT_TRUE(Holds(above, "<a href=\"m/dragon\">")) << above;
+  EXPECT_TRUE(Holds(above, "src=\"page.js\""));
+  EXPECT_EQ(this->Get("/m/", true).status, 401u);
+  EXPECT_FALSE(Holds(TextOf(this->Get("/m/", true)), "dragon"));
+  const auto of = [](const std::string& models)
+  {
+    return forged::Token(forged::header,
+      R"({"sub":"ann","exp":2000,"models":[")" + models + R"("],"detail":"preview"})");
+  };
+  EXPECT_TRUE(Holds(TextOf(this->Get("/m/", true, of("dragon"))), "m/dragon"));
+  EXPECT_FALSE(Holds(TextOf(this->Get("/m/", true, of("vase"))), "dragon"));
+}
+
+TEST_F(ModelPages, SearchEnginesFindAllPages)
+{
+  const auto robots = this->Get("/robots.txt");
+  EXPECT_EQ(robots.Field("Content-Type"), "text/plain; charset=utf-8");
+  EXPECT_TRUE(Holds(TextOf(robots), "\nSitemap: https://museum.example/sitemap.xml\n"));
+  const auto map = this->Get("/sitemap.xml");
+  EXPECT_EQ(map.Field("Content-Type"), "application/xml");
+  EXPECT_TRUE(Holds(TextOf(map), "<url><loc>https://museum.example/m/dragon</loc></url>"))
+    << TextOf(map);
+  EXPECT_EQ(this->Get("/sitemap.xml", true).status, 404u) << "with tokens";
+  std::ofstream(this->folder / "robots.txt") << "own";
+  EXPECT_EQ(TextOf(this->Get("/robots.txt")), "own");
+  this->root.clear();
+  EXPECT_EQ(this->Get("/sitemap.xml").status, 404u) << "it needs whole addresses";
 }
 
 TEST_F(ModelPages, AModelThatIsGoneSaysSo)

@@ -54,7 +54,7 @@ function describeProgress({ blobsLoaded, blobsWanted, bytesLoaded }) {
 }
 
 const describeOriginal = ({ triangles, vertices }) => vertices && `${t("The original")}: ${triangles
-  ? `${t("{n} triangles", { n: triangles })}, ${t("{n} vertices", { n: vertices })}` : t("{n} points", { n: vertices })}`;
+  ? `${t("{n} triangles", { n: triangles })} · ${t("{n} vertices", { n: vertices })}` : t("{n} points", { n: vertices })}`;
 
 // Statistics of the view.
 export const describeDetails = (status) => [describeSurface(status), describeProgress(status)].filter(Boolean).join(" · ");

@@ -56,15 +56,13 @@ for (const link of document.querySelectorAll("head link:not([rel=stylesheet])"))
 
 /* global viewerBytes: of the WebAssembly's first part, by MakePage.cmake */
 
-// In somebody's page there is one model and no list, on a light ground if that page asks for one.
-const isLight = isEmbedded && new URLSearchParams(location.search).get("theme") === "light";
+// On a light ground if the address asks for one.
+const isLight = new URLSearchParams(location.search).get("theme") === "light";
 
-function beEmbedded() {
-  document.body.dataset.embedded = "";
-  if (isLight) {
-    document.documentElement.dataset.theme = "light";
-    document.head.append(make("link", { rel: "stylesheet", href: new URL("light.css", import.meta.url).href }));
-  }
+function beLight() {
+  document.documentElement.dataset.theme = "light";
+  document.querySelector("[name=theme-color]").content = "#f4f2ee";
+  document.head.append(make("link", { rel: "stylesheet", href: new URL("light.css", import.meta.url).href }));
 }
 
 // New vertices morph to their places, and a released model continues to turn for a moment, except for users who prefer reduced
@@ -92,7 +90,10 @@ function saveDataIfAsked() {
 }
 
 async function start() {
-  isEmbedded && beEmbedded();
+  if (isEmbedded) { // in somebody's page there is one model and no list
+    document.body.dataset.embedded = "";
+  }
+  isLight && beLight();
   if (typeof WebAssembly !== "object") {
     hideLoading();
     showEnd(t("This browser has no WebAssembly, or it is switched off."));

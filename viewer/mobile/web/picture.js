@@ -4,7 +4,9 @@
 
 import { make } from "./list.js";
 
-const ink = "#f3f0ea";
+const dark = { ink: "#f3f0ea", foot: "#1a1c20", ground: ["rgb(33 36 41)", "rgb(92 94 99)"] };
+const light = { ink: "#1d1c19", foot: "#f4f2ee", ground: ["#f4f2ee", "#d9d6cf"] }; // light.css
+const look = () => (document.documentElement.dataset.theme === "light" ? light : dark);
 const mostLines = 3; // of a text
 const mostLetters = 1000; // of a text
 
@@ -48,7 +50,7 @@ function entryRows(brush, entries, { left, width, line }) {
   return rows.map((row) => (y) => row.forEach(({ color, text, x: from }) => {
     brush.fillStyle = color;
     brush.fillRect(from, y - 0.6 * line, 0.6 * line, 0.6 * line);
-    brush.fillStyle = ink;
+    brush.fillStyle = look().ink;
     brush.fillText(text, from + 0.8 * line, y);
   }));
 }
@@ -62,7 +64,7 @@ function barRows(brush, { colors, ends }, { left, width, line }) {
       brush.fillRect(left + i * step, y - 0.5 * line, step + 1, 0.5 * line);
     }),
     (y) => {
-      brush.fillStyle = ink;
+      brush.fillStyle = look().ink;
       ends.forEach((text, i) => {
         brush.textAlign = ["left", "center", "right"][i];
         brush.fillText(text, left + i * wide / 2, y);
@@ -75,7 +77,7 @@ function barRows(brush, { colors, ends }, { left, width, line }) {
 // key: as keyOf has it (legend.js), or null.
 function rowsOf(brush, key, words, place) {
   const textRow = (text) => (y) => {
-    brush.fillStyle = ink;
+    brush.fillStyle = look().ink;
     brush.fillText(text, place.left, y);
   };
   const named = key?.name ? [textRow(shorten(brush, key.name, place.width))] : [];
@@ -94,13 +96,12 @@ export function composePicture({ canvas, overlay, key, words }) {
   const rows = rowsOf(brush, key, words, { left: line / 2, width: canvas.width - line, line });
   picture.height = canvas.height + (rows.length ? (rows.length + 0.7) * line : 0); // which forgets the font
   const ground = brush.createLinearGradient(0, 0, 0, canvas.height);
-  ground.addColorStop(0, "rgb(33 36 41)");
-  ground.addColorStop(1, "rgb(92 94 99)");
+  look().ground.forEach((colour, i) => ground.addColorStop(i, colour));
   brush.fillStyle = ground;
   brush.fillRect(0, 0, canvas.width, canvas.height);
   brush.drawImage(canvas, 0, 0);
   overlay(brush);
-  brush.fillStyle = "#1a1c20";
+  brush.fillStyle = look().foot;
   brush.fillRect(0, canvas.height, picture.width, picture.height - canvas.height);
   brush.font = font;
   rows.forEach((draw, i) => draw(canvas.height + (i + 1) * line));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Augmented reality: the model's preview in the room around the device. Android's Scene Viewer fetches it by itself, so it must be
-// a file that needs no token. (Apple's Quick Look needs USDZ, which nothing here writes.)
+// a file that needs no token. Apple's Quick Look needs USDZ, for which Debian has no library.
 
 import { addressOf, hasToken } from "./line.js";
 

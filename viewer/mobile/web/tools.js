@@ -23,7 +23,7 @@ export function describeMeasurement({ distance, height, horizontal, error, exact
   const doubt = bound && ` ± ${bound}`;
   const remark = waits ? ` ${t("(the original is loading)")}` : exact ? "" : ` ${t("(of a coarser level)")}`;
   return t("{distance}, height {height}, across {across}",
-    { distance: `${length(distance)}${doubt}${remark}`, height: length(height), across: length(horizontal) });
+    { distance: `${length(distance)}${doubt}${remark}`, height: length(Math.abs(height)), across: length(horizontal) });
 }
 
 // ---- carrying away

@@ -54,7 +54,7 @@ async function answerWith(file, request) {
   return kept ?? fetch(request);
 }
 
-// The page of a model (m/ID) is the same page, seen from a folder below. The head that a server gives it is not for browsers.
+// The page of a model (m/ID), or of all of them (m/), is the same page, seen from a folder below. The head that a server gives it is not for browsers.
 async function answerWithModel(up, request) {
   const cache = await caches.open(name).catch(() => null);
   const kept = await cache?.match(addressOf("index.html")).catch(() => null);
@@ -69,7 +69,7 @@ self.addEventListener("fetch", (event) => {
   const file = address === scope ? "index.html" : address.startsWith(scope) ? address.slice(scope.length) : "";
   if (event.request.method === "GET" && Object.hasOwn(pageFiles, file)) {
     event.respondWith(answerWith(file, event.request));
-  } else if (event.request.mode === "navigate" && /^m\/[^/]+\/?$/.test(file)) {
+  } else if (event.request.mode === "navigate" && /^m\/([^/]+\/?)?$/.test(file)) {
     event.respondWith(answerWithModel("../".repeat(file.split("/").length - 1), event.request));
   }
 });

@@ -4,6 +4,7 @@
 export const texts = {
   // the list
   "Models": "Modelle",
+  "All models": "Alle Modelle",
   "Search": "Suchen",
   "Search the models": "Modelle suchen",
   "available offline": "offline verfügbar",
@@ -84,8 +85,8 @@ export const texts = {
   "On demand": "Auf Verlangen",
   "Upright": "Aufrecht",
   "Free": "Frei",
-  "Original detail around a double tap": "Original um doppeltes Antippen",
-  "Original detail around a double click": "Original um einen Doppelklick",
+  "Original detail around a double tap": "Original rund um die angetippte Stelle",
+  "Original detail around a double click": "Original rund um die angeklickte Stelle",
   "Near": "Nah",
   "Wide": "Weit",
   "Widest": "Weiter",
