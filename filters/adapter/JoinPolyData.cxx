@@ -96,9 +96,9 @@ private:
     if (ids && !merged.byIds)
     {
       vtkDataArray* const array = output.GetPointData()->GetGlobalIds();
-      joined.leftOut.push_back(std::string("global ids \"") +
-                               (array && array->GetName() ? array->GetName() : "") +
-                               "\": points of one id lie in different places");
+      const std::string name = array && array->GetName() ? array->GetName() : "";
+      joined.leftOut.push_back(
+        "global ids \"" + name + "\": points of one id lie in different places");
     }
     if (!merged.byIds)
     {

@@ -219,13 +219,12 @@ Result<PolyDataElements> ReadElements(vtkPolyData& input)
 
 Result<std::vector<std::int64_t>> ReadLabels(vtkDataArray& array, vtkIdType points)
 {
-  const std::string name =
-    std::string("the array \"") + (array.GetName() ? array.GetName() : "") + "\"";
+  const std::string name = array.GetName() ? array.GetName() : "";
   if (array.GetNumberOfComponents() != 1 || array.GetNumberOfTuples() != points)
   {
     return Error{ ErrorCode::InvalidInput,
-      name + " has " + std::to_string(array.GetNumberOfTuples()) + " tuples of " +
-        std::to_string(array.GetNumberOfComponents()) + " components for " +
+      "the array \"" + name + "\" has " + std::to_string(array.GetNumberOfTuples()) +
+        " tuples of " + std::to_string(array.GetNumberOfComponents()) + " components for " +
         std::to_string(points) + " points" };
   }
   constexpr double exact = 9007199254740992; // 2^53
