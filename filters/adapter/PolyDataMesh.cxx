@@ -241,9 +241,9 @@ Result<std::vector<std::int64_t>> ReadLabels(vtkDataArray& array, vtkIdType poin
     const double value = array.GetComponent(i, 0);
     if (!(std::abs(value) <= exact) || std::floor(value) != value)
     {
-      return Error{ ErrorCode::InvalidInput, name + ": value " + std::to_string(value) +
-                                               " of point " + std::to_string(i) +
-                                               " is not a whole number" };
+      return Error{ ErrorCode::InvalidInput, "the array \"" + name + "\": value " +
+                                               std::to_string(value) + " of point " +
+                                               std::to_string(i) + " is not a whole number" };
     }
     labels.push_back(static_cast<std::int64_t>(value));
   }
