@@ -267,7 +267,7 @@ TEST(KdClusterSimplificationMakers, LargeClusterIdsAreExact)
   const PolyData input = MakePoints({ { 0, 0, 0 }, { 1, 0, 0 }, { 5, 0, 0 } });
   vtkNew<vtkIdTypeArray> ids;
   ids->SetName("Mine");
-  for (const vtkIdType id : { 1, 1, 0 })
+  for (const vtkIdType id : { 0, 0, 1 })
   {
     ids->InsertNextValue((vtkIdType{ 1 } << 60) + id);
   }

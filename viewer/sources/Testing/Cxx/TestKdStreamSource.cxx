@@ -8,6 +8,7 @@
 #include "viewer/sources/Testing/Cxx/ModelSourceTools.h"
 
 #include <vtkCompositeDataPipeline.h>
+#include <vtkErrorCode.h>
 #include <vtkInformation.h>
 #include <vtkInformationObjectBaseKey.h>
 #include <vtkKdStoreReader.h>
