@@ -30,7 +30,6 @@ int main(int argc, char* argv[])
   writer->Write();
   vtkPolyData* const output = coarse->GetOutput();
   std::cout << output->GetNumberOfPolys() << " triangles; points are estimated to lie within "
-            << output->GetPointData()->GetArray("Deviation")->GetRange()[1]
-            << " of the surface\n";
+            << output->GetPointData()->GetArray("Deviation")->GetRange()[1] << " of the surface\n";
   return output->GetNumberOfPolys() > 0 ? 0 : 1;
 }
