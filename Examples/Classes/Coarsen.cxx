@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Writes a coarser mesh, by edge collapse, and prints the largest geometric error of its points:
+// Writes a coarser mesh, by edge collapse, and prints an estimate of its largest geometric error:
 //   Coarsen MESH OUT.ply TRIANGLES
 #include <vtkDataArray.h>
 #include <vtkKdClusterSimplification.h>
@@ -29,8 +29,7 @@ int main(int argc, char* argv[])
   writer->SetFileName(argv[2]);
   writer->Write();
   vtkPolyData* const output = coarse->GetOutput();
-  std::cout << output->GetNumberOfPolys() << " triangles, at most "
-            << output->GetPointData()->GetArray("Deviation")->GetRange()[1]
-            << " from the surface\n";
+  std::cout << output->GetNumberOfPolys() << " triangles; points are estimated to lie within "
+            << output->GetPointData()->GetArray("Deviation")->GetRange()[1] << " of the surface\n";
   return output->GetNumberOfPolys() > 0 ? 0 : 1;
 }

@@ -6,6 +6,18 @@ foreach(example IN ITEMS PartitionPicture Stores Classes ClassPictures Offscreen
   file(REMOVE_RECURSE "${WORK}/${example}")
   configure_against("${WORK}/installed" "${SOURCE}/${example}" "${WORK}/${example}")
 endforeach()
+
+# The tutorial's project as it stands, with the source that it names.
+file(READ "${SOURCE}/../doc/tutorials/filters-in-a-pipeline.md" text)
+string(REPLACE ";" "<semicolon>" text "${text}")
+if(NOT text MATCHES "\n```cmake\n([^`]*)```")
+  message(FATAL_ERROR "doc/tutorials/filters-in-a-pipeline.md has no CMake any more")
+endif()
+string(REPLACE "<semicolon>" ";" commands "${CMAKE_MATCH_1}")
+file(REMOVE_RECURSE "${WORK}/Tutorial")
+file(WRITE "${WORK}/Tutorial/CMakeLists.txt" "${commands}")
+file(COPY "${SOURCE}/Classes/Coarsen.cxx" DESTINATION "${WORK}/Tutorial")
+configure_against("${WORK}/installed" "${WORK}/Tutorial" "${WORK}/Tutorial/build")
 set(screen "${XVFB_RUN}" -a -s "-screen 0 1024x768x24 +extension GLX")
 
 run("${PROBE}" make-mesh "${WORK}/sphere.ply")

@@ -207,6 +207,7 @@ int vtkKdStoreWriter::FillInputPortInformation(int, vtkInformation* info)
 
 void vtkKdStoreWriter::WriteData()
 {
+  this->HasBegun = true;
   const bool hasName = this->FileName && *this->FileName;
   const auto fail = [&](const Error& error)
   {
@@ -292,14 +293,19 @@ void vtkKdStoreWriter::WriteData()
 // Without input a process fails, too, where all of them are asked: the others wait for it.
 int vtkKdStoreWriter::Write()
 {
-  if (this->GetNumberOfInputConnections(0) > 0)
+  this->HasBegun = false;
+  this->SetErrorCode(vtkErrorCode::UnknownError); // until WriteData knows better
+  const bool isCollective = AreSeveral(this->Controller);
+  const bool hasInput = this->GetNumberOfInputConnections(0) > 0;
+  if (hasInput || !isCollective)
   {
-    return this->Superclass::Write();
-  }
-  this->SetErrorCode(vtkErrorCode::UnknownError);
-  if (!AreSeveral(this->Controller))
-  {
-    return this->Superclass::Write();
+    const int isWritten = this->Superclass::Write();
+    if (hasInput && !isCollective && !this->HasBegun)
+    {
+      vtkErrorMacro(<< (this->FileName ? this->FileName : "")
+                    << ": it was not written: its input could not be made");
+    }
+    return isWritten;
   }
   this->Modified();
   this->UpdateWholeExtent();

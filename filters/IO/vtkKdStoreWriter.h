@@ -31,10 +31,11 @@
  * byte.
  *
  * The store appears whole or not at all. It depends only on input and members, not on backend and
- * threads of vtkSMPTools. Aborting leaves no file. Errors: no points; a coordinate that is not
- * finite; an error of the file system; arrays whose names no store can hold; on several processes,
- * less memory than a partition needs. GetErrorCode is then OutOfDiskSpaceError (the disk, a quota,
- * the longest allowed file), CannotOpenFileError, NoFileNameError, or UnknownError.
+ * threads of vtkSMPTools. Aborting leaves no file. Errors: an input that could not be made; no
+ * points; a coordinate that is not finite; an error of the file system; arrays whose names no store
+ * can hold; on several processes, less memory than a partition needs. GetErrorCode is then
+ * OutOfDiskSpaceError (the disk, a quota, the longest allowed file), CannotOpenFileError,
+ * NoFileNameError, or UnknownError.
  *
  * Numbers below that are out of their range are clamped. A negative number where none is allowed,
  * NaN, or a vector that is not finite is an error, and the old value stays.
@@ -199,6 +200,7 @@ private:
   int Maker = Collapse;
   bool Weld = true;
   bool WeldByPlace = false;
+  bool HasBegun = false; // since the last Write: WriteData was called
   std::string Title, Credit, License, Unit;
   double Up[3] = { 0, 0, 0 }, View[3] = { 0, 0, 0 };
 };

@@ -9,7 +9,8 @@
  *
  * Input: a vtkPolyData, with or without cells; or a vtkPartitionedDataSet,
  * vtkPartitionedDataSetCollection or vtkMultiBlockDataSet of them, which is taken as one mesh:
- * - Points that parts share become one by their global ids, or by place if WeldByPlace is on.
+ * - Points that parts share become one by their global ids, or by place if WeldByPlace is on. Ids
+ *   that points in different places share are not used; a warning says so.
  * - Ghosts (vtkGhostType: duplicate, hidden, refined) are dropped. A cell that uses a duplicate
  *   point uses the point that it is a copy of.
  * - Arrays that not all parts have, or of a wrong length, are left out with a warning.

@@ -18,9 +18,7 @@
 #include <vtkObjectFactory.h>
 #include <vtkPolyData.h>
 #include <vtkTable.h>
-#include <vtkVariant.h>
 
-#include <cmath>
 #include <string>
 #include <vector>
 
@@ -30,47 +28,6 @@ namespace
 {
 
 using namespace kdstream;
-
-// The labels of all points.
-Result<std::vector<std::int64_t>> ReadLabels(vtkDataArray* array, vtkIdType points)
-{
-  const auto bad = [](const std::string& message) {
-    return Error{ ErrorCode::InvalidInput, message };
-  };
-  if (!array)
-  {
-    return bad(
-      "there is no point array of partition ids (set it with SetInputArrayToProcess; default "
-      "\"PartitionId\")");
-  }
-  const std::string name = array->GetName() ? array->GetName() : "";
-  if (array->GetNumberOfComponents() != 1 || array->GetNumberOfTuples() != points)
-  {
-    return bad("the array \"" + name + "\" has " + std::to_string(array->GetNumberOfTuples()) +
-               " tuples of " + std::to_string(array->GetNumberOfComponents()) + " components for " +
-               std::to_string(points) + " points");
-  }
-  constexpr double exact = 9007199254740992; // 2^53
-  const bool real = array->GetDataType() == VTK_FLOAT || array->GetDataType() == VTK_DOUBLE;
-  std::vector<std::int64_t> labels;
-  labels.reserve(static_cast<std::size_t>(points));
-  for (vtkIdType i = 0; i < points; ++i)
-  {
-    if (!real)
-    {
-      labels.push_back(array->GetVariantValue(i).ToTypeInt64());
-      continue;
-    }
-    const double value = array->GetComponent(i, 0);
-    if (!(std::abs(value) <= exact) || std::floor(value) != value)
-    {
-      return bad("point " + std::to_string(i) + ": partition " + std::to_string(value) +
-                 " is not a whole number");
-    }
-    labels.push_back(static_cast<std::int64_t>(value));
-  }
-  return labels;
-}
 
 void AddIds(vtkTable& table, const char* name, const std::vector<std::int64_t>& values)
 {
@@ -172,8 +129,14 @@ int vtkPartitionMeasures::RequestData(
   std::vector<std::int64_t> labels;
   if (whole.GetNumberOfPoints() > 0)
   {
-    Result<std::vector<std::int64_t>> read =
-      ReadLabels(this->GetInputArrayToProcess(0, &whole), whole.GetNumberOfPoints());
+    vtkDataArray* const array = this->GetInputArrayToProcess(0, &whole);
+    Result<std::vector<std::int64_t>> read = Error{ ErrorCode::InvalidInput,
+      "there is no point array of partition ids (set it with SetInputArrayToProcess; default "
+      "\"PartitionId\")" };
+    if (array)
+    {
+      read = ReadLabels(*array, whole.GetNumberOfPoints());
+    }
     if (!read)
     {
       return fail(read.GetError());

@@ -35,7 +35,6 @@
 #include <vtkPolyData.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <numeric>
 #include <string>
@@ -133,7 +132,7 @@ void DropUnused(Simplifiable& input)
   }
 }
 
-// One whole number for each point.
+// The ids as an attribute. array: null where the input does not have it.
 Result<Attribute> ReadClusterIds(vtkDataArray* array, vtkIdType points)
 {
   if (!array)
@@ -141,25 +140,11 @@ Result<Attribute> ReadClusterIds(vtkDataArray* array, vtkIdType points)
     return Error{ ErrorCode::InvalidArgument,
       "the input does not have this point array of cluster ids" };
   }
-  const std::string name = array->GetName() ? array->GetName() : "";
-  if (array->GetNumberOfComponents() != 1 || array->GetNumberOfTuples() != points)
-  {
-    return Error{ ErrorCode::InvalidInput,
-      "array \"" + name + "\" must have one cluster id per point" };
-  }
+  const Result<std::vector<std::int64_t>> labels = ReadLabels(*array, points);
+  KDSTREAM_TRY(labels);
   Attribute ids{ { clusterIdName, AttributeType::Int64, AttributeAssociation::Point, 1 }, {} };
-  ids.values.resize(static_cast<std::size_t>(points) * sizeof(std::int64_t));
-  for (vtkIdType i = 0; i < points; ++i)
-  {
-    const double value = array->GetComponent(i, 0);
-    if (!(std::abs(value) <= 9007199254740992.0) || value != std::floor(value))
-    {
-      return Error{ ErrorCode::InvalidInput, "array \"" + name + "\": value " +
-                                               std::to_string(value) + " of point " +
-                                               std::to_string(i) + " is not a whole number" };
-    }
-    ids.Set(static_cast<std::size_t>(i), 0, value);
-  }
+  ids.values.resize(labels->size() * sizeof(std::int64_t));
+  std::memcpy(ids.values.data(), labels->data(), ids.values.size());
   return ids;
 }
 

@@ -25,7 +25,8 @@
  * cell for every point. Arrays:
  * - "Deviation" (point array, vtkDoubleArray): how far, in the input's unit, a point lies from the
  *   surface that it stands for: the root of the mean squared distance to the planes of its
- *   triangles, never less than that of the finer points that it is made from.
+ *   triangles, never less than that of the finer points that it is made from. An estimate: of parts
+ *   that vanish it knows nothing.
  * - "Normals" (point data; three floats or doubles) and "RGB" or "RGBA" (colours: scalars of
  *   unsigned char): averages.
  * - Every other array of numbers keeps its name, and stays active if it was. Of point data it has

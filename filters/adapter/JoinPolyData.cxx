@@ -12,6 +12,7 @@
 #include "filters/adapter/SharedArrays.h"
 
 #include <vtkCellData.h>
+#include <vtkDataArray.h>
 #include <vtkDataObjectTree.h>
 #include <vtkDataObjectTreeIterator.h>
 #include <vtkDataSetAttributes.h>
@@ -47,7 +48,7 @@ public:
     joined.mesh = vtkSmartPointer<vtkPolyData>::New();
     const auto pointArrays = FindSharedArrays(this->Input.pointData, "point", joined.leftOut);
     const auto cellArrays = FindSharedArrays(this->Input.cellData, "cell", joined.leftOut);
-    this->FillPoints(pointArrays, weldByPlace, *joined.mesh);
+    this->FillPoints(pointArrays, weldByPlace, joined);
     this->FillCells(cellArrays, *joined.mesh);
     if (this->Parts.size() == 1)
     {
@@ -67,10 +68,12 @@ private:
     return same ? type : VTK_DOUBLE;
   }
 
-  void FillPoints(const std::vector<SharedArray>& arrays, bool weldByPlace, vtkPolyData& output)
+  void FillPoints(const std::vector<SharedArray>& arrays, bool weldByPlace, JoinedPolyData& joined)
   {
+    vtkPolyData& output = *joined.mesh;
     PartPoints& all = this->Input.points;
-    if (const SharedArray* const ids = FindGlobalIds(arrays))
+    const SharedArray* const ids = FindGlobalIds(arrays);
+    if (ids)
     {
       for (VertexId v = 0; v < all.places.size(); ++v)
       {
@@ -90,6 +93,13 @@ private:
     }
     output.SetPoints(points);
     CopySharedArrays(arrays, tuples, *output.GetPointData());
+    if (ids && !merged.byIds)
+    {
+      vtkDataArray* const array = output.GetPointData()->GetGlobalIds();
+      const std::string name = array && array->GetName() ? array->GetName() : "";
+      joined.leftOut.push_back(
+        "global ids \"" + name + "\": points of one id lie in different places");
+    }
     if (!merged.byIds)
     {
       output.GetPointData()->SetActiveAttribute(-1, vtkDataSetAttributes::GLOBALIDS);

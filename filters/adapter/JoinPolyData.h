@@ -33,7 +33,8 @@ struct JoinedPolyData
 //   points of dropped cells; in both cases only if no remaining cell uses them. A duplicate point
 //   that a cell uses becomes the point that it is a copy of (MergePoints).
 // - Shared points become one by global ids, where all parts have them, or by place, if
-//   `weldByPlace` is set; else they stay separate.
+//   `weldByPlace` is set; else they stay separate. Ids that points in different places share are
+//   not used, and listed.
 //
 // Points have the type of all parts' points, or are doubles. Points and cells are in the order of
 // the parts, or of their global ids; of cells first vertices, then lines, polygons, strips. The

@@ -9,6 +9,7 @@
 #include <vtkDoubleArray.h>
 #include <vtkFloatArray.h>
 #include <vtkPoints.h>
+#include <vtkVariant.h>
 
 #include <algorithm>
 #include <array>
@@ -210,6 +211,39 @@ Result<PolyDataElements> ReadElements(vtkPolyData& input)
         " triangles, lines and vertices; at most 4294967295 are possible" };
   }
   return elements;
+}
+
+Result<std::vector<std::int64_t>> ReadLabels(vtkDataArray& array, vtkIdType points)
+{
+  const std::string name = array.GetName() ? array.GetName() : "";
+  if (array.GetNumberOfComponents() != 1 || array.GetNumberOfTuples() != points)
+  {
+    return Error{ ErrorCode::InvalidInput,
+      "the array \"" + name + "\" has " + std::to_string(array.GetNumberOfTuples()) +
+        " tuples of " + std::to_string(array.GetNumberOfComponents()) + " components for " +
+        std::to_string(points) + " points" };
+  }
+  constexpr double exact = 9007199254740992; // 2^53
+  const bool isReal = array.GetDataType() == VTK_FLOAT || array.GetDataType() == VTK_DOUBLE;
+  std::vector<std::int64_t> labels;
+  labels.reserve(static_cast<std::size_t>(points));
+  for (vtkIdType i = 0; i < points; ++i)
+  {
+    if (!isReal)
+    {
+      labels.push_back(array.GetVariantValue(i).ToTypeInt64());
+      continue;
+    }
+    const double value = array.GetComponent(i, 0);
+    if (!(std::abs(value) <= exact) || std::floor(value) != value)
+    {
+      return Error{ ErrorCode::InvalidInput, "the array \"" + name + "\": value " +
+                                               std::to_string(value) + " of point " +
+                                               std::to_string(i) + " is not a whole number" };
+    }
+    labels.push_back(static_cast<std::int64_t>(value));
+  }
+  return labels;
 }
 
 Result<Mesh> ReadMesh(vtkPolyData& input, const Execution& execution, bool any)

@@ -6,9 +6,11 @@
 #include "filters/core/Result.h"
 #include "filters/core/Types.h"
 
+#include <vtkDataArray.h>
 #include <vtkPolyData.h>
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -42,6 +44,11 @@ Result<PolyDataElements> ReadElements(vtkPolyData& input);
 
 // The errors of ReadElements about cells, without reading them. O(cells).
 Status CheckCells(vtkPolyData& input);
+
+// Labels: one whole number for each of `points` points, exact whatever the array's type. O(n).
+// Errors: InvalidInput naming the array, and the point whose value is not a whole number (floats
+// and doubles: beyond 2^53 too).
+Result<std::vector<std::int64_t>> ReadLabels(vtkDataArray& array, vtkIdType points);
 
 // Makes core's mesh: points and triangles; vertex and line cells are left out. Errors: those of
 // ReadPoints and ReadElements.

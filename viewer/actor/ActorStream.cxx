@@ -57,8 +57,7 @@ Status ActorStream::Open(const std::string& model, std::chrono::seconds timeout)
     KDSTREAM_TRY(this->TakeIn(1));
     if (Clock::now() - lastNews > timeout)
     {
-      return Error{ ErrorCode::InputOutput,
-        "the server has sent nothing for " + std::to_string(timeout.count()) + " s" };
+      return NothingArrived(timeout);
     }
   } while (!this->IsComplete());
   const std::string trouble = this->Session.GetStatus().error;

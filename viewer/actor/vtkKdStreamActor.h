@@ -111,7 +111,8 @@ public:
 
   ///@{
   /**
-   * Opening fails if nothing arrives for this number of seconds, 1 to 3600. Default 60.
+   * Opening fails if nothing arrives for this number of seconds, 1 to 3600 (of connecting at most
+   * 30). Default 60.
    */
   virtual void SetTimeout(int value);
   vtkGetMacro(Timeout, int);

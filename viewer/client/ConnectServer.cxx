@@ -12,11 +12,12 @@ namespace kdstream
 {
 
 Result<ConnectedServer> ConnectServer(const std::string& url, const std::string& token,
-  const std::string& authorities, std::shared_ptr<DiskCache> cache, const Execution& execution)
+  const std::string& authorities, std::shared_ptr<DiskCache> cache, const Execution& execution,
+  std::optional<std::chrono::seconds> timeout)
 {
   const auto server = ParseServerUrl(url);
   KDSTREAM_TRY(server);
-  auto client = ServerClient::Connect(url, token, authorities, execution);
+  auto client = ServerClient::Connect(url, token, authorities, execution, timeout);
   if (client && cache)
   {
     return ConnectedServer{
@@ -49,10 +50,16 @@ Result<std::unique_ptr<ModelSource>> ConnectServer(
     KDSTREAM_TRY(opened);
     cache = std::move(*opened);
   }
-  auto connected =
-    ConnectServer(address.url, address.token, address.authorities, std::move(cache), execution);
+  auto connected = ConnectServer(
+    address.url, address.token, address.authorities, std::move(cache), execution, address.timeout);
   KDSTREAM_TRY(connected);
   return std::move(connected->source);
+}
+
+Error NothingArrived(std::chrono::seconds timeout)
+{
+  return { ErrorCode::InputOutput,
+    "the server has sent nothing for " + std::to_string(timeout.count()) + " s" };
 }
 
 Result<std::string> FindModel(const std::vector<ModelSummary>& models, const std::string& wanted)

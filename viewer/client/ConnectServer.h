@@ -27,8 +27,8 @@ struct ConnectedServer
 // cache: where blobs are kept (CachedSource), and found if the server cannot be reached; null: no
 // cache. Else as ServerClient::Connect, also in its errors.
 Result<ConnectedServer> ConnectServer(const std::string& url, const std::string& token,
-  const std::string& authorities, std::shared_ptr<DiskCache> cache,
-  const Execution& execution = {});
+  const std::string& authorities, std::shared_ptr<DiskCache> cache, const Execution& execution = {},
+  std::optional<std::chrono::seconds> timeout = {});
 
 // All that makes another connection of a VTK class that has a server's model.
 struct ServerAddress
@@ -46,6 +46,9 @@ struct ServerAddress
 // The server at an address, or what its cache has of it. Errors: also those of DiskCache::Open.
 Result<std::unique_ptr<ModelSource>> ConnectServer(
   const ServerAddress& address, const Execution& execution = {});
+
+// The error of a server that has sent nothing for this time.
+Error NothingArrived(std::chrono::seconds timeout);
 
 // The name of the wanted model, or of the only one. Errors: NotFound, naming the existing ones.
 Result<std::string> FindModel(const std::vector<ModelSummary>& models, const std::string& wanted);

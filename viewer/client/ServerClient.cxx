@@ -6,6 +6,7 @@
 #include "filters/model/Notes.h"
 #include "filters/protocol/ResourcePath.h"
 #include "viewer/client/ClientThread.h"
+#include "viewer/client/ConnectServer.h"
 #include "viewer/client/HttpFetcher.h"
 #include "viewer/client/ServerLine.h"
 #include "viewer/client/ServerStream.h"
@@ -44,8 +45,10 @@ public:
   ClientThread& Events() { return this->Thread; }
 
   // Called from another thread. After an error the connection cannot be used any more.
-  Result<HttpReply> FetchAndWait(const HttpFetch& fetch, const Execution& execution)
+  Result<HttpReply> FetchAndWait(
+    const HttpFetch& fetch, const Execution& execution, std::optional<std::chrono::seconds> timeout)
   {
+    const auto begin = std::chrono::steady_clock::now();
     auto reply = std::make_shared<std::promise<Result<HttpReply>>>();
     auto answered = reply->get_future();
     // Shared, since Asio moves what is posted: nothing may need memory before Waiting is set.
@@ -57,21 +60,31 @@ public:
         this->Fetcher->Fetch(
           *asked, [this](Result<HttpReply> answer) { this->Answer(std::move(answer)); });
       });
+    this->IsGivenUp = true;
     while (answered.wait_for(patience) != std::future_status::ready)
     {
       KDSTREAM_TRY(execution.Report("waiting", 0));
+      if (timeout && std::chrono::steady_clock::now() - begin > *timeout)
+      {
+        return NothingArrived(*timeout);
+      }
     }
+    this->IsGivenUp = false;
     return answered.get();
   }
 
+  // Whether FetchAndWait ended before there was an answer.
+  bool HasGivenUp() const { return this->IsGivenUp; }
+
   // The same, repeated a few times if the server is busy, as when it starts or ends. In between it
   // waits as long as the server asks for, within limits.
-  Result<HttpReply> FetchFromBusy(const HttpFetch& fetch, const Execution& execution)
+  Result<HttpReply> FetchFromBusy(
+    const HttpFetch& fetch, const Execution& execution, std::optional<std::chrono::seconds> timeout)
   {
     constexpr int mostTries = 5;
     for (int tries = 1;; ++tries)
     {
-      auto reply = this->FetchAndWait(fetch, execution);
+      auto reply = this->FetchAndWait(fetch, execution, timeout);
       if (!reply || !IsBusy(reply->status) || tries == mostTries)
       {
         return reply;
@@ -331,6 +344,7 @@ private:
 
   ServerUrl Server;
   std::shared_ptr<asio::ssl::context> Tls; // null: plain
+  bool IsGivenUp = false;                  // of the thread that waits in FetchAndWait
   // Before what follows, which needs its context.
   ClientThread Thread{ [this] { this->Disconnect(); } };
   bool Started = false;
@@ -359,7 +373,8 @@ void ServerClient::LetGo(std::unique_ptr<Line> line)
 }
 
 Result<std::unique_ptr<ServerClient>> ServerClient::Connect(const std::string& url,
-  const std::string& token, const std::string& authorities, const Execution& execution)
+  const std::string& token, const std::string& authorities, const Execution& execution,
+  std::optional<std::chrono::seconds> timeout)
 {
   auto server = ParseServerUrl(url);
   KDSTREAM_TRY(server);
@@ -375,8 +390,8 @@ Result<std::unique_ptr<ServerClient>> ServerClient::Connect(const std::string& u
   const std::string authority = server->Authority();
   std::unique_ptr<ServerClient> client(new ServerClient(std::make_unique<Line>(*server, *tls)));
   auto reply = client->Kept->FetchFromBusy(
-    { std::string(protocol::modelListPath), maximumModelListBytes }, execution);
-  if (!reply && reply.GetError().code == ErrorCode::Cancelled)
+    { std::string(protocol::modelListPath), maximumModelListBytes }, execution, timeout);
+  if (!reply && (client->Kept->HasGivenUp() || reply.GetError().code == ErrorCode::Cancelled))
   {
     LetGo(std::move(client->Kept));
   }

@@ -9,6 +9,7 @@
 
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,16 +25,16 @@ namespace kdstream
 class ServerClient final : public ModelSource
 {
 public:
-  // Gets the list of models. Blocks until it arrives, at most about 50 s; a busy server (429, 503)
-  // is asked five times, with pauses of up to 16 s. token: for servers that require one
-  // (kdstream-serve token); else empty. authorities: a PEM file of certificate authorities to
-  // trust; empty: those of the system. Reports the step "waiting" every 20 ms. Errors: those of
-  // ParseServerUrl and MakeTlsContext; InvalidArgument for a malformed token; InputOutput if the
-  // server cannot be reached; InvalidInput if its certificate is not trusted, or if it is not a
-  // KdStream server; Cancelled.
+  // Gets the list of models. Blocks until it arrives, at most about 50 s, or `timeout` if that is
+  // less; a busy server (429, 503) is asked five times, with pauses of up to 16 s. token: for
+  // servers that require one (kdstream-serve token); else empty. authorities: a PEM file of
+  // certificate authorities to trust; empty: those of the system. Reports the step "waiting" every
+  // 20 ms. Errors: those of ParseServerUrl and MakeTlsContext; InvalidArgument for a malformed
+  // token; InputOutput if the server cannot be reached; InvalidInput if its certificate is not
+  // trusted, or if it is not a KdStream server; Cancelled.
   static Result<std::unique_ptr<ServerClient>> Connect(const std::string& url,
     const std::string& token = {}, const std::string& authorities = {},
-    const Execution& execution = {});
+    const Execution& execution = {}, std::optional<std::chrono::seconds> timeout = {});
   // Ends the connection and the thread.
   ~ServerClient() override;
 

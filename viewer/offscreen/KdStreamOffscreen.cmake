@@ -9,6 +9,11 @@
 # exports them, so that they go before those of the shared libraries (that file says why). The order of libraries on
 # the link line does not matter, since EGL and OSMesa are opened when the program runs.
 function(kdstream_enable_offscreen target)
+  get_target_property(type ${target} TYPE)
+  if(NOT type STREQUAL "EXECUTABLE")
+    message(FATAL_ERROR "kdstream_enable_offscreen(${target}): ${target} is not an executable, which decides whose OpenGL a process calls: "
+      "name the executable that links it")
+  endif()
   target_sources(${target} PRIVATE $<TARGET_OBJECTS:KdStream::offscreen_start>)
   target_link_libraries(${target} PRIVATE KdStream::ViewerOffscreen)
   target_link_options(${target} PRIVATE "LINKER:--export-dynamic-symbol=gl*")

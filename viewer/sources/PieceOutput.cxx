@@ -173,13 +173,20 @@ void TellBounds(vtkPartitionedDataSet& output, unsigned int partition, vtkPolyDa
   }
 }
 
-// The part of a level's surface that belongs to a share, with the triangles of other shares that
-// touch it, marked.
-Mesh CutShare(const Surface& surface, std::vector<std::uint32_t> shareOf, const OutputShare& share,
-  ScalarType scalarType)
+// Whose a point of a level is. A triangle that several shares have belongs to the lowest of them.
+enum ShareSide : std::uint32_t
 {
-  const PartitionLayout layout(std::move(shareOf), share.pieces, surface.triangles);
-  const PartitionPiece cut = layout.Cut(share.piece);
+  LowerShares,
+  ThisShare,
+  HigherShares
+};
+
+// The part of a level's surface that belongs to this share, with the triangles of other shares that
+// touch it, marked.
+Mesh CutShare(const Surface& surface, std::vector<std::uint32_t> sideOf, ScalarType scalarType)
+{
+  const PartitionLayout layout(std::move(sideOf), HigherShares + 1, surface.triangles);
+  const PartitionPiece cut = layout.Cut(ThisShare);
   Mesh mesh;
   mesh.scalarType = scalarType;
   for (const Attribute& array : surface.attributes)
@@ -423,18 +430,21 @@ Status PieceOutput::DrawInto(unsigned level, const OutputShare& share, vtkPolyDa
                         info.grid.scalarType, std::move(surface->attributes) },
       cells, output);
   }
-  std::vector<std::uint32_t> shareOf;
+  std::vector<std::uint32_t> sideOf;
   const bool byPartition = level >= info.depths.stitch;
   for (const Surface::Source& source : surface->sources)
   {
     const std::uint64_t place = byPartition ? PartitionOfKey(source.key) : source.key;
     const std::uint64_t count = byPartition ? info.partitions : info.levels[level].vertices;
-    shareOf.push_back(static_cast<std::uint32_t>(
-      std::min<std::uint64_t>(place * share.pieces / count, share.pieces - 1)));
+    const std::uint64_t piece =
+      std::min<std::uint64_t>(place * share.pieces / count, share.pieces - 1);
+    sideOf.push_back(piece < share.piece    ? LowerShares
+                     : piece == share.piece ? ThisShare
+                                            : HigherShares);
   }
   const auto cells =
-    static_cast<std::size_t>(std::count(shareOf.begin(), shareOf.end(), share.piece));
-  Mesh mesh = CutShare(*surface, std::move(shareOf), share, info.grid.scalarType);
+    static_cast<std::size_t>(std::count(sideOf.begin(), sideOf.end(), std::uint32_t{ ThisShare }));
+  Mesh mesh = CutShare(*surface, std::move(sideOf), info.grid.scalarType);
   if (share.ghostLevels == 0)
   {
     DropMarked(mesh);

@@ -59,8 +59,7 @@ Result<std::vector<ClientEvent>> RemoteModel::NextEvents(const Execution& execut
     KDSTREAM_TRY(execution.Report("waiting", 0));
     if (Clock::now() - begin > this->Timeout)
     {
-      return Error{ ErrorCode::InputOutput,
-        "the server has sent nothing for " + std::to_string(this->Timeout.count()) + " s" };
+      return NothingArrived(this->Timeout);
     }
   } while (!this->Source->Wait(patience));
   return this->Source->Take();

@@ -76,7 +76,8 @@ public:
 
   ///@{
   /**
-   * A read fails if nothing arrives for this number of seconds, 1 to 3600. Default 60.
+   * Connecting or reading fails if nothing arrives for this number of seconds, 1 to 3600 (of
+   * connecting at most 30). Default 60.
    */
   virtual void SetTimeout(int value);
   vtkGetMacro(Timeout, int);

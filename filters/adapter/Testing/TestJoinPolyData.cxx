@@ -140,6 +140,8 @@ TEST(JoinPolyData, GlobalIdsOfDifferentPlacesAreNotBelieved)
   const JoinedPolyData joined = Join(*Parts({ left, right }));
   EXPECT_EQ(joined.mesh->GetNumberOfPoints(), 8);
   EXPECT_EQ(joined.mesh->GetNumberOfCells(), 4);
+  ASSERT_EQ(joined.leftOut.size(), 1U);
+  EXPECT_NE(joined.leftOut[0].find("global ids \"GlobalIds\": "), std::string::npos);
   EXPECT_FALSE(joined.mesh->GetPointData()->GetGlobalIds());
   EXPECT_FALSE(joined.mesh->GetCellData()->GetGlobalIds());
   EXPECT_EQ(Join(*Parts({ left, right }), true).mesh->GetNumberOfPoints(), 6);

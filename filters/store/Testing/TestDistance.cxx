@@ -171,6 +171,8 @@ TEST_F(TestDistance, NoPointOfASmoothSurfaceIsFartherThanReported)
   this->Check(Torus(40, 24));
   this->Check(DisplacedSphere(3, { 1000, -2000, 3000 }));
   this->Check(HeightField(32));
+  this->Check(Shuffled(HeightField(24), 7));
+  this->Check(GridPlate(25));
 }
 
 TEST_F(TestDistance, NoPointOfThinAndLoosePartsIsFartherThanReported)
@@ -179,6 +181,7 @@ TEST_F(TestDistance, NoPointOfThinAndLoosePartsIsFartherThanReported)
   this->Check(ThinPlate(25));
   this->Check(Tetrahedra(300));
   this->Check(Soup(1000, 1));
+  this->Check(Unwelded(Torus(24, 16)));
   this->Check(Fan(1500));
   this->Check(Cloud(4));
 }
@@ -226,39 +229,5 @@ TEST_F(TestDistance, IsTheSameForAnyNumberOfThreads)
   for (std::size_t depth = 0; depth < reported.size(); ++depth)
   {
     EXPECT_EQ(report.info.levels[depth].geometricError, reported[depth]) << "level " << depth;
-  }
-}
-
-// SCRATCH
-#include <chrono>
-#include <cstdio>
-#include <cstdlib>
-#include <ctime>
-TEST(ScratchBound, Measure)
-{
-  const char* files = std::getenv("KDS_SCRATCH");
-  if (!files)
-  {
-    GTEST_SKIP();
-  }
-  std::string all = files;
-  for (std::size_t at = 0; at < all.size();)
-  {
-    const std::size_t end = std::min(all.find(':', at), all.size());
-    const std::string file = all.substr(at, end - at);
-    at = end + 1;
-    const auto store = *Store::Open(file);
-    const auto read = [&](PieceId id)
-    { return store->Read(BlobOfPiece(id, store->Info().depths)); };
-    const std::clock_t begin = std::clock();
-    const auto bounds = *BoundLevels(store->Info(), read);
-    const double seconds = double(std::clock() - begin) / CLOCKS_PER_SEC;
-    const Vec3 d = Minus(store->Info().box.hi, store->Info().box.lo);
-    std::printf("%s %.3f CPU s, ppm:", file.c_str(), seconds);
-    for (const double bound : bounds)
-    {
-      std::printf(" %.0f", 1e6 * bound / Length(d));
-    }
-    std::printf("\n");
   }
 }

@@ -7,6 +7,7 @@
 #include "filters/adapter/Testing/FilterTools.h"
 #include "server/http/Testing/ScarceMemory.h"
 
+#include <vtkCompositeDataPipeline.h>
 #include <vtkErrorCode.h>
 #include <vtkImageData.h>
 #include <vtkKdStoreWriter.h>
@@ -21,8 +22,10 @@
 #include <fstream>
 #include <functional>
 #include <iostream>
+#include <iterator>
 #include <limits>
 #include <map>
+#include <regex>
 
 #include <unistd.h>
 
@@ -174,6 +177,31 @@ void CheckBehind()
   behind->Update();
   Expect(heard.error.find("it has no input (rank 0 on ") != std::string::npos,
     "the error is " + heard.error);
+}
+
+// What ParaView does with a filter: the filter keeps its executive only if that is of the class
+// that the panel's XML names (none: ParaView's own). Then the input of one rank fails.
+void CheckParaView()
+{
+  std::ifstream file(KDSTREAM_PANELS);
+  const std::string text{ std::istreambuf_iterator<char>(file), {} };
+  std::smatch proxy;
+  Expect(
+    std::regex_search(text, proxy, std::regex("<SourceProxy [^>]*\"vtkKdTreePartition\"[^>]*>")),
+    "the filter has no panel");
+  std::smatch name;
+  const std::string attributes = proxy.str();
+  const bool isNamed = std::regex_search(attributes, name, std::regex("executive=\"([^\"]*)\""));
+  vtkNew<vtkKdTreePartition> filter;
+  if (!isNamed || !filter->GetExecutive()->IsA(name.str(1).c_str()))
+  {
+    vtkNew<vtkCompositeDataPipeline> paraViews;
+    filter->SetExecutive(paraViews);
+  }
+  filter->SetInputDataObject(rank == 1 ? nullptr : PartOf(rank).Get());
+  ExpectErrorOf(1, *filter, "in ParaView", "it has no input");
+  filter->SetInputDataObject(PartOf(rank));
+  Expect(Execute(*filter), "in ParaView, with an input");
 }
 
 void CheckOptions()
@@ -349,8 +377,8 @@ int main(int argc, char** argv)
   ranks = controller->GetNumberOfProcesses();
   folder = argc > 2 ? argv[2] : ".";
   const std::map<std::string, std::function<void()>> cases{ { "inputs", CheckInputs },
-    { "behind", CheckBehind }, { "options", CheckOptions }, { "memory", CheckMemory },
-    { "shares", CheckShares }, { "folders", CheckFolders } };
+    { "behind", CheckBehind }, { "paraview", CheckParaView }, { "options", CheckOptions },
+    { "memory", CheckMemory }, { "shares", CheckShares }, { "folders", CheckFolders } };
   const auto found = cases.find(argc > 1 ? argv[1] : "");
   Expect(found != cases.end(), "there is no such case");
   if (found != cases.end())

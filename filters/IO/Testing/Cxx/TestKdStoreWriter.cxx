@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <vtkErrorCode.h>
 #include <vtkImageData.h>
+#include <vtkKdMeshReader.h>
 #include <vtkKdStoreWriter.h>
 #include <vtkKdTreePartition.h>
 #include <vtkPartitionedDataSet.h>
@@ -194,6 +195,25 @@ TEST_F(TestKdStoreWriter, WhatCannotBeWrittenIsAnErrorAndNoFile)
   this->Writer->SetFileName(this->File.c_str());
   EXPECT_TRUE(this->Written());
   EXPECT_EQ(this->Writer->GetErrorCode(), static_cast<unsigned long>(vtkErrorCode::NoError));
+}
+
+// The algorithm before it has failed, and Write must not return success.
+TEST_F(TestKdStoreWriter, AnInputThatCouldNotBeMadeIsAnError)
+{
+  vtkNew<vtkKdMeshReader> reader;
+  reader->SetFileName("/nonexistent/mesh.ply");
+  FilterObserver unheard(reader);
+  this->Writer->SetInputConnection(reader->GetOutputPort());
+  for (int time = 0; time < 2; ++time)
+  {
+    FilterObserver heard(this->Writer);
+    EXPECT_EQ(this->Writer->Write(), 0);
+    EXPECT_NE(heard.error.find("model.kds: "), std::string::npos) << heard.error;
+    EXPECT_NE(this->Writer->GetErrorCode(), static_cast<unsigned long>(vtkErrorCode::NoError));
+    EXPECT_FALSE(std::filesystem::exists(this->File));
+  }
+  this->Writer->SetInputData(MakePlate(4));
+  EXPECT_TRUE(this->Written());
 }
 
 TEST_F(TestKdStoreWriter, AFullDiskIsReportedByItsCode)

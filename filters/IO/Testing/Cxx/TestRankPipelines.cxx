@@ -115,6 +115,11 @@ TEST_P(RankFaults, NoInputAfterAnotherFilter)
   this->ExpectOfAll("behind");
 }
 
+TEST_P(RankFaults, NoInputInParaView)
+{
+  this->ExpectOfAll("paraview");
+}
+
 TEST_P(RankFaults, OtherOptions)
 {
   this->ExpectOfAll("options");

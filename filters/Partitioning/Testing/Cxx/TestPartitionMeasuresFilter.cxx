@@ -227,8 +227,9 @@ TEST(PartitionMeasuresFilter, ErrorsNameWhatIsWrong)
   } cases[] = { { none, "there is no point array of partition ids" },
     { texts, "there is no point array of partition ids" },
     { wide, "the array \"PartitionId\" has 9 tuples of 2 components for 9 points" },
-    { CutPlate<vtkDoubleArray>(0, 0.5), "point 3: partition 0.500000 is not a whole number" },
-    { CutPlate<vtkDoubleArray>(nan, 0), "point 0: partition nan is not a whole number" },
+    { CutPlate<vtkDoubleArray>(0, 0.5),
+      "the array \"PartitionId\": value 0.500000 of point 3 is not a whole number" },
+    { CutPlate<vtkDoubleArray>(nan, 0), "value nan of point 0 is not a whole number" },
     { CutPlate<vtkDoubleArray>(1e300, 0), "is not a whole number" },
     { notFinite, "point 4: a coordinate is not finite" },
     { outside, "uses point 49, but there are 49" } };

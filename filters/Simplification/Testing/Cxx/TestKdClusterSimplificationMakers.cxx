@@ -261,6 +261,24 @@ TEST(KdClusterSimplificationMakers, PointsOfDifferentClustersAreNotWelded)
   EXPECT_EQ(Point(*filter->GetOutput(), 1), (Vec3{ 0, 0, 0 }));
 }
 
+// Beyond 2^53, where doubles are no longer exact.
+TEST(KdClusterSimplificationMakers, LargeClusterIdsAreExact)
+{
+  const PolyData input = MakePoints({ { 0, 0, 0 }, { 1, 0, 0 }, { 5, 0, 0 } });
+  vtkNew<vtkIdTypeArray> ids;
+  ids->SetName("Mine");
+  for (const vtkIdType id : { 0, 0, 1 })
+  {
+    ids->InsertNextValue((vtkIdType{ 1 } << 60) + id);
+  }
+  input->GetPointData()->AddArray(ids);
+  const Filter filter = MakeFilter(input, vtkKdClusterSimplification::Cluster);
+  UseClusters(*filter, "Mine");
+  filter->Update();
+  ASSERT_EQ(filter->GetOutput()->GetNumberOfPoints(), 2);
+  EXPECT_EQ(Point(*filter->GetOutput(), 0), (Vec3{ 0.5, 0, 0 }));
+}
+
 TEST(KdClusterSimplificationMakers, ArraysThatAreNotClusters)
 {
   const PolyData input = MakePoints({ { 0, 0, 0 }, { 1, 0, 0 } });
@@ -278,7 +296,7 @@ TEST(KdClusterSimplificationMakers, ArraysThatAreNotClusters)
     { "NotANumber", "array \"NotANumber\": value nan of point 0 is not a whole number" },
     { "Short",
       "the input does not have this point array of cluster ids" }, // left out, with a warning
-    { "Vectors", "array \"Vectors\" must have one cluster id per point" },
+    { "Vectors", "the array \"Vectors\" has " },
     { "Nothing", "the input does not have this point array of cluster ids" },
   };
   for (const auto& [name, message] : cases)

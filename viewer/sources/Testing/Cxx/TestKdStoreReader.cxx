@@ -166,6 +166,10 @@ TEST_F(TestKdStoreReader, PiecesOfAPipelineHaveAllOfItOnce)
             << content << type << pieces << ghosts;
         }
       }
+      // More pieces than there is anything: the memory does not grow with their number.
+      this->Reader->UpdatePiece(1, VTK_INT_MAX, 1);
+      EXPECT_EQ(this->Reader->GetOutputDataObject(0)->GetNumberOfElements(vtkDataObject::POINT), 0);
+      EXPECT_EQ(this->Reader->GetErrorCode(), 0U);
     }
   }
 }

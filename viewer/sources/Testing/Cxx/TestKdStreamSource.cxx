@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Models of a server as VTK gets them: what a reader of the store has, and only what is asked for.
+#include "filters/adapter/Testing/ReportedErrors.h"
 #include "server/access/Testing/ForgedToken.h"
 #include "server/http/HttpServer.h"
 #include "server/session/StoreCatalog.h"
@@ -7,6 +8,7 @@
 #include "viewer/sources/Testing/Cxx/ModelSourceTools.h"
 
 #include <vtkCompositeDataPipeline.h>
+#include <vtkErrorCode.h>
 #include <vtkInformation.h>
 #include <vtkInformationObjectBaseKey.h>
 #include <vtkKdStoreReader.h>
@@ -404,8 +406,14 @@ TEST_F(TestKdStreamSource, StopsWhileAServerDoesNotAnswer)
   this->Source->AddObserver(vtkCommand::ProgressEvent, &abort, &AbortWhen::Look);
   FilterObserver heard(this->Source);
   EXPECT_TRUE(ContentOf(this->Update(), true).points.empty());
-  EXPECT_EQ(heard.error, ""); // of its timeout, of 30 s
+  EXPECT_EQ(heard.error, ""); // of its timeout
   abort.Tell("a server that does not answer");
+  this->Source->RemoveAllObservers();
+  ReportedErrors late(*this->Source);
+  this->Source->SetTimeout(1); // counts for the connection, too
+  this->Update();
+  EXPECT_NE(late.Take().find("the server has sent nothing for 1 s"), std::string::npos);
+  EXPECT_EQ(this->Source->GetErrorCode(), vtkErrorCode::CannotOpenFileError);
   ::close(listener);
 }
 
