@@ -92,6 +92,7 @@ public:
   std::uint64_t Points() const { return this->Claims.points; } // that were claimed
   // What all places lie in, and how many parts were left out because they only close gaps.
   const Box& Bounds() const { return this->Whole; }
+  const Box& LastBounds() const { return this->OfScene; } // of the scene that came last
   std::uint64_t Skirts() const { return this->Claims.skirts; }
 
 private:
@@ -124,7 +125,7 @@ private:
   ForeignMesh Joined;
   std::vector<Color> Colors; // of the points; where pictures paint, what multiplies them
   TexturedMesh Textured;
-  Box Whole, Placed; // of all; of the part that is appended
+  Box Whole, OfScene, Placed; // of all; of the scene, of the part that is appended
   JoinedBorders Borders;
   std::size_t Appended = 0; // documents
   std::size_t Lines = 0;
