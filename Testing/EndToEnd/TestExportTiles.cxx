@@ -170,7 +170,7 @@ TEST_F(TestExportTiles, TilesetsAreSmallWherePartitionsAre)
       EXPECT_LT(fs::file_size(entry.path()), 70'000u) << entry.path();
     }
   }
-  EXPECT_GT(tiles, 1500u);
+  EXPECT_GT(tiles, 1000u);
   EXPECT_GT(tilesets, 16u);
   EXPECT_GT(groups, 0u);
   const auto contents = this->Contents("dust");

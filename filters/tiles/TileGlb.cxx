@@ -599,7 +599,7 @@ private:
       return;
     }
     const double finest = side / (mostShort - 1); // it begins below the box
-    this->IsWide = this->Frame.finestStep > 0 && this->Frame.latticeStep < finest;
+    this->IsWide = this->SharesLattice() && this->Frame.latticeStep < finest;
     for (this->Step = this->Frame.latticeStep; !this->IsWide && this->Step < finest;)
     {
       this->Step *= 2;
@@ -610,19 +610,35 @@ private:
       const double origin = this->Frame.latticeOrigin[k];
       const double begin =
         this->IsWide ? shown.lo[k] + (shown.hi[k] - shown.lo[k]) / 2 : this->Begin[k];
-      this->Begin[k] = origin + std::floor((begin - origin) / this->Step + 1e-9) * this->Step;
+      this->First[k] = std::floor((begin - origin) / this->Step + 1e-9);
+      this->Begin[k] = origin + this->First[k] * this->Step;
     }
+  }
+
+  // Whether the lattice is that of meshes beside this one, too.
+  bool SharesLattice() const
+  {
+    return this->IsRounded() && this->Frame.latticeStep > 0 && this->Frame.finestStep > 0;
   }
 
   // The point as the file has it: whole numbers of steps, or floats.
   Vec3 OnLattice(const Vec3& point) const
   {
-    const double least = this->IsWide ? -mostWide : 0, most = this->IsWide ? mostWide : mostShort;
     Vec3 place = Minus(point, this->Begin);
-    for (double& value : place)
+    for (std::size_t k = 0; k < 3; ++k)
     {
-      value = this->IsRounded() ? std::clamp(std::round(value / this->Step), least, most) + 0.0
-                                : double(float(value));
+      // Of a common lattice: counted from its origin, so that all meshes round a point alike.
+      place[k] = this->SharesLattice()
+                   ? std::floor((point[k] - this->Frame.latticeOrigin[k]) / this->Step + 0.5) -
+                       this->First[k]
+                 : this->IsRounded() ? std::round(place[k] / this->Step)
+                                     : double(float(place[k]));
+      if (this->IsRounded())
+      {
+        place[k] =
+          std::clamp(place[k], this->IsWide ? -mostWide : 0, this->IsWide ? mostWide : mostShort) +
+          0.0; // no -0
+      }
     }
     return place;
   }
@@ -878,7 +894,7 @@ private:
   {
     double step = this->Step * this->Frame.scale;
     Vec3 place = Times(Minus(this->Begin, this->Frame.origin), this->Frame.scale);
-    if (this->IsRounded() && this->Frame.latticeStep > 0 && this->Frame.finestStep > 0)
+    if (this->SharesLattice())
     {
       const double finest = this->Frame.finestStep;
       const double unit = RoundedToFewBits(finest * this->Frame.scale);
@@ -1093,6 +1109,7 @@ private:
   std::vector<unsigned> Used;    // vertices of the mesh
   std::size_t ShownVertices = 0; // the first of them: not only of skirts
   Vec3 Begin{};                  // where the numbers of positions are 0
+  Vec3 First{};                  // its number on the lattice
   double Step = 1;               // between two of them
   bool IsWide = false;           // positions need more than 16 bits
   std::string Bytes;             // of the binary chunk
