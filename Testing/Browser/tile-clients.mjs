@@ -68,17 +68,20 @@ export async function checkTileset(programs, store, folder, every = 1) {
   const levels = new Map(); // tiles, triangles, bytes
   const wrong = [];
   const inside = (point, box, margin) => [0, 1, 2].every((k) => Math.abs(point[k] - box[k]) <= box[3 + 4 * k] + margin);
-  let validated = 0;
-  for (const [i, tile] of tiles.entries()) {
-    const corners = ({ box }) => [-1, 1].map((sign) => [0, 1, 2].map((k) => box[k] + sign * box[3 + 4 * k]));
+  const corners = ({ box }) => [-1, 1].map((sign) => [0, 1, 2].map((k) => box[k] + sign * box[3 + 4 * k]));
+  for (const tile of allTiles(root)) { // groups of partitions, which have no content, too
+    const name = tile.content ?? tile.tileset;
     for (const child of tile.children) {
       if (child.error > tile.error || !corners(child).every((corner) => inside(corner, tile.box, 1e-9 * size))) {
-        wrong.push(`${child.content}: its box leaves its parent's, or its error is larger`);
+        wrong.push(`${child.content ?? child.tileset}: its box leaves its parent's, or its error is larger`);
       }
     }
     if (tile.children.length > 0 ? !(tile.error > 0) : tile.error !== 0) {
-      wrong.push(`${tile.content}: an error of ${tile.error}`);
+      wrong.push(`${name}: an error of ${tile.error}`);
     }
+  }
+  let validated = 0;
+  for (const [i, tile] of tiles.entries()) {
     const file = join(folder, tile.content);
     const gltf = headOf(file);
     const level = levels.get(levelOf(tile.content)) ?? { tiles: 0, triangles: 0, bytes: 0 };

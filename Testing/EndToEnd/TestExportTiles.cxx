@@ -16,6 +16,7 @@
 #include <csignal>
 #include <cstring>
 #include <functional>
+#include <map>
 #include <thread>
 
 using namespace kdstream;
@@ -133,6 +134,101 @@ TEST_F(TestExportTiles, LargeModelsHaveExternalTilesets)
   }
   EXPECT_EQ(tiles, contents.size());
   EXPECT_GT(tilesets, 1u);
+}
+
+// Partitions far smaller than the finest level's pieces: tiles without a content group them.
+TEST_F(TestExportTiles, TilesetsAreSmallWherePartitionsAre)
+{
+  this->Make("dust", DisplacedSphere(6), { "--vertices-per-partition", "20" });
+  ASSERT_EQ(this->Export({ "dust.kds", "dust" }).exitCode, 0);
+  std::size_t tilesets = 0, groups = 0;
+  const std::function<std::size_t(const Json&, const Json&)> count =
+    [&](const Json& tile, const Json& shown) -> std::size_t
+  {
+    const bool isGroup = !tile.contains("content");
+    groups += isGroup;
+    if (isGroup && !shown.is_null())
+    {
+      EXPECT_EQ(tile["boundingVolume"], shown["boundingVolume"]);
+      EXPECT_EQ(tile["geometricError"], shown["geometricError"]);
+    }
+    std::size_t tiles = 1;
+    for (const Json& child : tile.value("children", Json::array()))
+    {
+      tiles += count(child, isGroup ? shown : tile);
+    }
+    return tiles;
+  };
+  std::size_t tiles = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(this->Folder / "dust"))
+  {
+    tiles += entry.path().extension() == ".glb";
+    if (entry.path().extension() == ".json")
+    {
+      ++tilesets;
+      EXPECT_LE(count(Json::parse(ReadWhole(entry.path()))["root"], {}), 256u) << entry.path();
+      EXPECT_LT(fs::file_size(entry.path()), 70'000u) << entry.path();
+    }
+  }
+  EXPECT_GT(tiles, 1000u);
+  EXPECT_GT(tilesets, 16u);
+  EXPECT_GT(groups, 0u);
+  const auto contents = this->Contents("dust");
+  EXPECT_EQ(contents.size(), tiles);
+  EXPECT_EQ(std::set<fs::path>(contents.begin(), contents.end()).size(), tiles);
+}
+
+// Numbers of positions are whole steps of one lattice a level, from one point, so that tiles beside
+// each other have their common vertices in the same places.
+TEST_F(TestExportTiles, TilesOfALevelShareALattice)
+{
+  const Mesh mesh = DisplacedSphere(5, { 40, -20, 8 });
+  this->Make("grid", mesh, { "--vertices-per-partition", "500", "--unit", "mm" });
+  this->Make("exact", mesh, { "--vertices-per-partition", "500", "--precision", "lossless" });
+  for (const std::string name : { "grid", "exact" })
+  {
+    for (const std::string compression : { "meshopt", "draco" })
+    {
+      const std::string out = name + "-" + compression;
+      const Outcome made = this->Export({ name + ".kds", out, "--compression", compression });
+      if (made.err.find("was not there when KdStream was built") != std::string::npos)
+      {
+        continue;
+      }
+      ASSERT_EQ(made.exitCode, 0) << made.err;
+      const auto contents = this->Contents(out);
+      std::map<std::string, double> steps; // of levels
+      std::size_t wide = 0;
+      for (auto each = contents.rbegin(); each != contents.rend(); ++each) // the original first
+      {
+        const fs::path& file = *each;
+        const Json glb = JsonOfGlb(file);
+        const Json& matrix = glb["nodes"][0]["matrix"];
+        const double step = matrix[0];
+        EXPECT_EQ(steps.try_emplace(file.parent_path().filename(), step).first->second, step)
+          << file;
+        // The grid's levels have every 2nd, 3rd … point of the original's.
+        const double unit = name == "grid" ? steps.at("original") : step;
+        for (const std::size_t k : { 12, 13, 14 })
+        {
+          const double units = matrix[k].get<double>() / unit;
+          EXPECT_EQ(units, std::round(units)) << file;
+        }
+        const Json& positions =
+          glb["accessors"]
+             [glb["meshes"][0]["primitives"][0]["attributes"]["POSITION"].get<std::size_t>()];
+        for (const char* const end : { "min", "max" })
+        {
+          for (const double value : positions[end].get<std::vector<double>>())
+          {
+            EXPECT_EQ(value, std::round(value)) << file;
+            wide += std::abs(value) > 65535;
+          }
+        }
+      }
+      EXPECT_TRUE(wide > 0 || name == "exact") << "tiles of more than 16 bits are among them";
+    }
+  }
 }
 
 TEST_F(TestExportTiles, WhatIsNotCarriedIsNamed)

@@ -99,7 +99,7 @@ std::string SubtreeOf(std::string json, std::string bits)
 }
 
 // Members that each tile has.
-const std::string claims = "\"boundingVolume\":{\"sphere\":[0,0,0,9]},\"geometricError\":1";
+const std::string claims = "\"boundingVolume\":{\"sphere\":[0,0,0,999]},\"geometricError\":1";
 
 std::string At(double x, double y, double z)
 {
@@ -115,11 +115,12 @@ std::string Content(const std::string& uri)
 class TestReadTileset : public ConvertTest
 {
 protected:
-  // tile: its members, but claims.
-  void Tileset(const std::string& name, const std::string& tile, const std::string& asset = "")
+  // tile: its members, but claims. more: of the tileset.
+  void Tileset(const std::string& name, const std::string& tile, const std::string& asset = "",
+    const std::string& more = ",\"geometricError\":1")
   {
-    this->WriteText(name, "{\"asset\":{\"version\":\"1.1\"" + asset +
-                            "},\"geometricError\":1,\"root\":{" + claims + "," + tile + "}}");
+    this->WriteText(name, "{\"asset\":{\"version\":\"1.1\"" + asset + "}" + more + ",\"root\":{" +
+                            claims + "," + tile + "}}");
   }
   void Folders(const std::string& name) { fs::create_directories(this->Folder / name); }
 
@@ -453,6 +454,21 @@ TEST_F(TestReadTileset, HostileTilesetsAreNamed)
   this->ExpectTileError(
     "\"transform\":[1,0,0,5,0,1,0,0,0,0,1,0,0,0,0,1]", "whose last row is not 0 0 0 1");
   this->ExpectTileError("\"refine\":\"PERHAPS\"", "has an unknown refinement");
+  this->ExpectTileError(
+    "\"transform\":[0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1]", "has a transform that leaves it no volume");
+  this->ExpectTileError("\"children\":{\"0\":{}}", "tile root has children that are not a list");
+  this->ExpectTileError("\"content\":{\"uri\":\"box.glb\",\"boundingVolume\":{\"box\":[]}}",
+    "tile root has an invalid boundingVolume");
+  for (const auto& [more, what] : { std::pair{ ",\"geometricError\":-1", "has a geometricError" },
+         { ",\"geometricError\":\"1\"", "has a geometricError" },
+         { ",\"extensionsRequired\":[\"VENDOR_x\"]", "needs the extension \"VENDOR_x\"" } })
+  {
+    this->Tileset("tileset.json", Content("box.glb"), "", more);
+    this->ExpectError("tileset.json", what);
+  }
+  this->WriteText("tileset.json",
+    "{\"asset\":{\"version\":\"2.0\"},\"root\":{" + claims + "," + Content("box.glb") + "}}");
+  this->ExpectError("tileset.json", "is a tileset of version \"2.0\"");
   this->Tileset("tileset.json", Content("box.glb") +
                                   ",\"children\":[{\"boundingVolume\":{\"sphere\":"
                                   "[0,0,0,9]},\"geometricError\":5}]");
@@ -476,6 +492,32 @@ TEST_F(TestReadTileset, HostileTilesetsAreNamed)
                             "\"byteLength\":1}],\"tileAvailability\":{\"bitstream\":0}}");
   this->ExpectTileError(
     implicit(3, 3), "has a subtree \"s.json\" that has no 73 bits in its bufferView 0");
+}
+
+// What is not carried, and what is not where it is claimed to be.
+TEST_F(TestReadTileset, WhatIsLostIsNamed)
+{
+  this->WriteText("box.glb", BoxGlb());
+  this->Tileset("tileset.json", "\"metadata\":{\"class\":\"c\"}," + Content("box.glb"), "",
+    ",\"schema\":{\"id\":\"s\"}");
+  this->Expect(1, { 0, -3, 0 }, { 1, 0, 2 },
+    "members of tilesets that are not carried: \"metadata\", \"schema\"");
+  this->Tileset("tileset.json", Content("box.glb"), "", ",\"extensionsUsed\":[\"VENDOR_x\"]");
+  this->Expect(1, { 0, -3, 0 }, { 1, 0, 2 }, "extensions that are not read: \"VENDOR_x\"");
+  const std::string out = "tile \"box.glb\": it reaches out of its boundingVolume, beyond which "
+                          "viewers do not look for it";
+  for (const auto& [volume, isWarned] :
+    { std::pair{ "\"box\":[90,0,0,1,0,0,0,9,0,0,0,9]", true }, { "\"sphere\":[0,0,0,2]", true },
+      { "\"box\":[0,0,0,-4,0,0,0,0,4,0,4,0]", false }, { "\"region\":[0,0,0.1,0.1,0,9]", false } })
+  {
+    this->WriteText("tileset.json",
+      "{\"asset\":{\"version\":\"1.1\"},\"root\":{\"boundingVolume\":{" + std::string(volume) +
+        "},\"geometricError\":1," + At(10, 0, 0) + "," + Content("box.glb") + "}}");
+    this->Expect(1, { 10, -3, 0 }, { 11, 0, 2 }, isWarned ? out : "");
+  }
+  this->WriteText("box.glb", BoxGlb(",\"cameras\":[{\"type\":\"perspective\"}]"));
+  this->Tileset("tileset.json", Content("box.glb"));
+  this->Expect(1, { 0, -3, 0 }, { 1, 0, 2 }, "tile \"box.glb\": left out: 1 camera");
 }
 
 TEST_F(TestReadTileset, DamagedTilesAreNamed)

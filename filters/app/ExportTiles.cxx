@@ -228,6 +228,14 @@ private:
   Status WriteTiles(std::size_t s)
   {
     const TileStep& step = this->Tree.Steps()[s];
+    if (step.isGroup)
+    {
+      for (std::size_t t = 0; t < step.tiles.size(); ++t)
+      {
+        this->Tree.Place(s, t, {});
+      }
+      return {};
+    }
     KDSTREAM_TRY(this->Folder.MakeFolder(step.folder));
     KDSTREAM_TRY(this->FindBorders(s));
     return this->ForPieces(
@@ -251,7 +259,7 @@ private:
     const auto& steps = this->Tree.Steps();
     for (std::size_t s = 0; s < steps.size(); ++s)
     {
-      for (std::size_t t = 0; this->Tree.BeginsTileset(s) && t < steps[s].tiles.size(); ++t)
+      for (std::size_t t = 0; steps[s].begins && t < steps[s].tiles.size(); ++t)
       {
         if (steps[s].tiles[t].stays)
         {

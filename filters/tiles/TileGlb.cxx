@@ -32,6 +32,7 @@ namespace
 
 constexpr std::uint64_t mostGlbBytes = std::numeric_limits<std::uint32_t>::max();
 constexpr double mostShort = 65535;
+constexpr double mostWide = (1U << 22U) - 1; // of floats that hold whole numbers, of either sign
 // The largest 16-bit number is not an index.
 constexpr std::size_t mostShortVertices = 65535;
 
@@ -58,6 +59,15 @@ void AppendNumber(std::string& bytes, T value)
     std::reverse(raw, raw + sizeof(T));
   }
   bytes.append(raw, sizeof(T));
+}
+
+// The nearest number of 24 bits: multiples of it are exact.
+double RoundedToFewBits(double value)
+{
+  constexpr int bits = 24;
+  int exponent = 0;
+  const double part = std::frexp(value, &exponent);
+  return std::ldexp(std::round(std::ldexp(part, bits)), exponent - bits);
 }
 
 std::uint16_t ShortOf(double part)
@@ -220,6 +230,7 @@ private:
         }
         index = number;
       }
+      this->ShownVertices = this->ShownVertices == 0 ? this->Used.size() : this->ShownVertices;
     }
   }
 
@@ -232,11 +243,12 @@ private:
     {
       this->Used[v] = static_cast<unsigned>(v);
     }
+    this->ShownVertices = count;
 #ifdef KDSTREAM_HAS_MESHOPTIMIZER
     if (this->Small)
     {
       std::vector<float> places;
-      const Box box = this->BoundsOfUsed();
+      const Box box = this->BoundsOfUsed(count);
       for (const Vec3& point : this->From.points)
       {
         for (std::size_t k = 0; k < 3; ++k)
@@ -254,12 +266,13 @@ private:
 #endif
   }
 
-  Box BoundsOfUsed() const
+  // Of the first ones; those that are shown come before those of skirts.
+  Box BoundsOfUsed(std::size_t count) const
   {
     Box box;
-    for (const unsigned v : this->Used)
+    for (std::size_t i = 0; i < count; ++i)
     {
-      box.Add(this->From.points[v]);
+      box.Add(this->From.points[this->Used[i]]);
     }
     return box;
   }
@@ -472,12 +485,15 @@ private:
     this->PackPositions(packing);
     this->PackOthers(packing);
     draco::Encoder encoder;
-    constexpr int speed = 3, normalBits = 8, placeBits = 14, positionBits = 16;
-    const float origin[] = { 0, 0, 0 };
+    constexpr int speed = 3, normalBits = 8, placeBits = 14;
+    const int positionBits = this->IsWide ? 23 : 16;
+    const auto begin = float(this->IsWide ? -mostWide : 0);
+    const float origin[] = { begin, begin, begin };
+    const double range = this->IsWide ? (1U << 23U) - 1 : mostShort; // a step of it is 1
     encoder.SetSpeedOptions(speed, speed);
     encoder.SetTrackEncodedProperties(true);
     encoder.SetAttributeExplicitQuantization(
-      draco::GeometryAttribute::POSITION, positionBits, 3, origin, float(mostShort));
+      draco::GeometryAttribute::POSITION, positionBits, 3, origin, float(range));
     encoder.SetAttributeQuantization(draco::GeometryAttribute::NORMAL, normalBits);
     encoder.SetAttributeQuantization(draco::GeometryAttribute::TEX_COORD, placeBits);
     draco::EncoderBuffer buffer;
@@ -566,49 +582,76 @@ private:
   // Chooses origin and step of the lattice of positions.
   void ChooseLattice()
   {
-    const Box box = this->BoundsOfUsed();
+    const Box box = this->BoundsOfUsed(this->Used.size());
     double side = 0;
     for (std::size_t k = 0; k < 3; ++k)
     {
       side = std::max(side, box.hi[k] - box.lo[k]);
       this->Begin[k] = this->IsRounded() ? box.lo[k] : box.lo[k] + (box.hi[k] - box.lo[k]) / 2;
     }
-    if (!this->IsRounded() || !(side > 0))
+    if (!this->IsRounded())
     {
       return;
     }
-    this->Step = side / mostShort;
-    if (this->Frame.latticeStep > 0)
+    this->Step = side > 0 ? side / mostShort : 1;
+    if (!(this->Frame.latticeStep > 0))
     {
-      // The grid begins below the box.
-      const double finest = this->Step * mostShort / (mostShort - 1);
-      for (this->Step = this->Frame.latticeStep; this->Step < finest;)
-      {
-        this->Step *= 2;
-      }
-      for (std::size_t k = 0; k < 3; ++k)
-      {
-        const double origin = this->Frame.latticeOrigin[k];
-        this->Begin[k] =
-          origin + std::floor((this->Begin[k] - origin) / this->Step + 1e-9) * this->Step;
-      }
+      return;
     }
+    const double finest = side / (mostShort - 1); // it begins below the box
+    this->IsWide = this->SharesLattice() && this->Frame.latticeStep < finest;
+    for (this->Step = this->Frame.latticeStep; !this->IsWide && this->Step < finest;)
+    {
+      this->Step *= 2;
+    }
+    const Box shown = this->BoundsOfUsed(this->ShownVertices);
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const double origin = this->Frame.latticeOrigin[k];
+      const double begin =
+        this->IsWide ? shown.lo[k] + (shown.hi[k] - shown.lo[k]) / 2 : this->Begin[k];
+      this->First[k] = std::floor((begin - origin) / this->Step + 1e-9);
+      this->Begin[k] = origin + this->First[k] * this->Step;
+    }
+  }
+
+  // Whether the lattice is that of meshes beside this one, too.
+  bool SharesLattice() const
+  {
+    return this->IsRounded() && this->Frame.latticeStep > 0 && this->Frame.finestStep > 0;
   }
 
   // The point as the file has it: whole numbers of steps, or floats.
   Vec3 OnLattice(const Vec3& point) const
   {
     Vec3 place = Minus(point, this->Begin);
-    for (double& value : place)
+    for (std::size_t k = 0; k < 3; ++k)
     {
-      value = this->IsRounded() ? std::clamp(std::round(value / this->Step), 0.0, mostShort)
-                                : double(float(value));
+      // Of a common lattice: counted from its origin, so that all meshes round a point alike.
+      place[k] = this->SharesLattice()
+                   ? std::floor((point[k] - this->Frame.latticeOrigin[k]) / this->Step + 0.5) -
+                       this->First[k]
+                 : this->IsRounded() ? std::round(place[k] / this->Step)
+                                     : double(float(place[k]));
+      if (this->IsRounded())
+      {
+        place[k] =
+          std::clamp(place[k], this->IsWide ? -mostWide : 0, this->IsWide ? mostWide : mostShort) +
+          0.0; // no -0
+      }
     }
     return place;
   }
 
+  // A whole number as the filter EXPONENTIAL has a float: the lower three bytes, times 2^0.
+  static std::uint32_t WithoutExponent(double whole)
+  {
+    return static_cast<std::uint32_t>(static_cast<std::int32_t>(whole)) & 0xFFFFFFU;
+  }
+
   void AddPositions()
   {
+    const bool isShort = this->Small && !this->IsWide;
     std::string bytes;
     Box stored;
     for (const unsigned v : this->Used)
@@ -616,18 +659,21 @@ private:
       const Vec3 place = this->OnLattice(this->From.points[v]);
       for (const double value : place)
       {
-        this->Small ? AppendNumber(bytes, static_cast<std::uint16_t>(value))
-                    : AppendNumber(bytes, float(value));
+        isShort       ? AppendNumber(bytes, static_cast<std::uint16_t>(value))
+        : this->Small ? AppendNumber(bytes, WithoutExponent(value))
+                      : AppendNumber(bytes, float(value));
       }
-      if (this->Small)
+      if (isShort)
       {
         AppendNumber(bytes, std::uint16_t{ 0 }); // vertices begin at multiples of four bytes
       }
       stored.Add(place);
     }
-    Accessor accessor{ 0, 0, this->Small ? TileShort : TileFloat, "VEC3", false,
+    Accessor accessor{ 0, 0, isShort ? TileShort : TileFloat, "VEC3", false,
       { stored.lo.begin(), stored.lo.end() }, { stored.hi.begin(), stored.hi.end() } };
-    this->Attributes.emplace_back("POSITION", this->AddAttribute(bytes, std::move(accessor)));
+    const char* const filter = this->Small && this->IsWide ? "EXPONENTIAL" : nullptr;
+    this->Attributes.emplace_back(
+      "POSITION", this->AddAttribute(bytes, std::move(accessor), filter));
   }
 
   void AddNormals()
@@ -846,8 +892,18 @@ private:
 
   void PutMatrix(JsonWriter& json) const
   {
-    const double step = this->Step * this->Frame.scale;
-    const Vec3 place = Times(Minus(this->Begin, this->Frame.origin), this->Frame.scale);
+    double step = this->Step * this->Frame.scale;
+    Vec3 place = Times(Minus(this->Begin, this->Frame.origin), this->Frame.scale);
+    if (this->SharesLattice())
+    {
+      const double finest = this->Frame.finestStep;
+      const double unit = RoundedToFewBits(finest * this->Frame.scale);
+      step = std::round(this->Step / finest) * unit;
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        place[k] = std::round((this->Begin[k] - this->Frame.origin[k]) / finest) * unit;
+      }
+    }
     json.Key("matrix").BeginArray();
     for (std::size_t column = 0; column < 4; ++column)
     {
@@ -1049,11 +1105,14 @@ private:
   const TileFrame& Frame;
   const bool Small, IsDraco;
   const std::vector<std::string> Identifiers; // of arrays
-  Indices Shown, Under;       // the triangles', and the skirts', numbers among the used vertices
-  std::vector<unsigned> Used; // vertices of the mesh
-  Vec3 Begin{};               // where the numbers of positions are 0
-  double Step = 1;            // distance of neighbouring positions
-  std::string Bytes;          // of the binary chunk
+  Indices Shown, Under;          // the triangles', and the skirts', numbers among the used vertices
+  std::vector<unsigned> Used;    // vertices of the mesh
+  std::size_t ShownVertices = 0; // the first of them: not only of skirts
+  Vec3 Begin{};                  // where the numbers of positions are 0
+  Vec3 First{};                  // its number on the lattice
+  double Step = 1;               // between two of them
+  bool IsWide = false;           // positions need more than 16 bits
+  std::string Bytes;             // of the binary chunk
   std::size_t FallbackBytes = 0;
   std::vector<View> Views;
   std::vector<Accessor> Accessors;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/tiles/TileTree.h"
 
+#include "filters/codec/CoordinateGrid.h"
 #include "filters/codec/TextureTile.h"
 #include "filters/codec/TreePage.h"
 #include "filters/core/VectorMath.h"
@@ -10,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <optional>
 
@@ -18,8 +20,9 @@ namespace kdstream
 namespace
 {
 
-// A tileset's file describes this many resolutions; the first one's up to twice as many less one.
-constexpr std::size_t stepsOfTileset = 4;
+// How many depths of nodes are at most between a tile and its children: together they leave room in
+// a tileset for others.
+constexpr unsigned mostDepthsOfStep = 7;
 
 // How far light and colours of a piece may be wrong, since they are interpolated between its
 // vertices: of clouds and coloured surfaces all of the distance between these. Textures of levels
@@ -46,25 +49,73 @@ Box BoundsOfTile(const std::vector<Vec3>& points, double latticeStep)
   return box;
 }
 
-// The resolutions of a model's tiles, and how many each has, coarse to fine.
-std::vector<std::pair<Resolution, std::uint64_t>> ResolutionsOfTiles(
-  const ModelDescription& model, ModelDetail detail)
+double LongestSideOf(const Box& box)
 {
-  std::vector<std::pair<Resolution, std::uint64_t>> all;
-  const unsigned first = PreviewLevel(model.depths);
-  const std::size_t end = detail == ModelDetail::Preview ? first + 1 : model.levels.size();
-  for (unsigned level = first; level < end; ++level)
-  {
-    const Resolution resolution = Resolution::Level(level);
-    all.emplace_back(resolution, std::uint64_t{ 1 } << PieceDepth(resolution, model.depths));
-  }
-  if (detail == ModelDetail::Regions)
-  {
-    all.emplace_back(Resolution::Original(), model.partitions);
-  }
-  return all;
+  const Vec3 sides = box.Empty() ? Vec3{} : Minus(box.hi, box.lo);
+  return *std::max_element(sides.begin(), sides.end());
 }
 
+// The largest power of two that is not above a value.
+double PowerOfTwoBelow(double value)
+{
+  int exponent = 0;
+  std::frexp(value, &exponent);
+  return std::ldexp(1, exponent - 1);
+}
+
+// Groups of partitions, if a piece of the finest level has many below it.
+void AddGroupsOfTiles(std::vector<TileStepShape>& all, unsigned partitionDepth)
+{
+  const unsigned from = all.back().depth, gap = partitionDepth - from;
+  const unsigned steps = (gap + mostDepthsOfStep - 1) / mostDepthsOfStep;
+  for (unsigned step = 1; step < steps; ++step)
+  {
+    const unsigned depth = from + gap * step / steps;
+    all.push_back({ Resolution::Original(), depth, std::uint64_t{ 1 } << depth, true });
+  }
+}
+
+// Cuts the tree into tilesets: a tile begins one where another step would be too much for the one
+// that it is in.
+void ChooseTilesets(std::vector<TileStepShape>& all)
+{
+  const auto tilesBelow = [&](std::size_t root, std::size_t s)
+  { return std::uint64_t{ 1 } << (all[s].depth - all[root].depth); };
+  all[0].begins = true;
+  std::size_t root = 0;
+  std::uint64_t tiles = 1; // of the tileset, to this step
+  for (std::size_t s = 1; s < all.size(); ++s)
+  {
+    if (tiles + tilesBelow(root, s) > TileTree::mostTilesOfTileset || all[s - 1].isGroup)
+    {
+      all[s - 1].begins = true;
+      root = s - 1;
+      tiles = 1;
+    }
+    tiles += tilesBelow(root, s);
+  }
+}
+
+}
+
+std::vector<TileStepShape> TileTree::ShapesOf(const ModelDescription& model, ModelDetail detail)
+{
+  std::vector<TileStepShape> all;
+  const unsigned first = PreviewLevel(model.depths);
+  for (unsigned level = first; level < model.levels.size(); ++level)
+  {
+    const unsigned depth = PieceDepth(Resolution::Level(level), model.depths);
+    all.push_back({ Resolution::Level(level), depth, std::uint64_t{ 1 } << depth });
+  }
+  const std::size_t levels = all.size();
+  AddGroupsOfTiles(all, model.depths.partition);
+  all.push_back({ Resolution::Original(), model.depths.partition, model.partitions });
+  ChooseTilesets(all);
+  const std::size_t wanted = detail == ModelDetail::Preview  ? 1
+                             : detail == ModelDetail::Levels ? levels
+                                                             : all.size();
+  all.erase(all.begin() + std::ptrdiff_t(wanted), all.end());
+  return all;
 }
 
 TileTree::TileTree(const ModelDescription& model, ModelDetail detail)
@@ -72,18 +123,23 @@ TileTree::TileTree(const ModelDescription& model, ModelDetail detail)
 {
   for (std::size_t k = 0; k < 3; ++k)
   {
+    const CoordinateGrid& grid = this->Info.grid;
+    const double middle = this->Info.box.lo[k] + (this->Info.box.hi[k] - this->Info.box.lo[k]) / 2;
     this->Frame.origin[k] =
-      this->Info.box.lo[k] + (this->Info.box.hi[k] - this->Info.box.lo[k]) / 2;
+      grid.Lossless()
+        ? middle
+        : grid.origin[k] + std::round((middle - grid.origin[k]) / grid.step) * grid.step;
   }
   // Contents of tiles have y up; clients turn them so that y becomes z.
   this->Frame.axes = { Vec3{ 1, 0, 0 }, Vec3{ 0, 0, 1 }, Vec3{ 0, -1, 0 } };
   this->Frame.scale = MetresOfUnit(this->Info.unit).value_or(1);
   this->Frame.copyright = this->Info.credit;
-  for (const auto& [resolution, tiles] : ResolutionsOfTiles(model, detail))
+  for (const TileStepShape& shape : ShapesOf(model, detail))
   {
-    TileStep step{ resolution, PieceDepth(resolution, model.depths),
-      resolution.IsOriginal() ? "original" : std::to_string(resolution.Depth()), {} };
-    step.tiles.resize(tiles);
+    TileStep step{ shape, "", {} };
+    step.folder =
+      shape.resolution.IsOriginal() ? "original" : std::to_string(shape.resolution.Depth());
+    step.tiles.resize(shape.count);
     this->All.push_back(std::move(step));
   }
 }
@@ -91,9 +147,9 @@ TileTree::TileTree(const ModelDescription& model, ModelDetail detail)
 std::uint64_t TileTree::CountTiles(const ModelDescription& model, ModelDetail detail)
 {
   std::uint64_t count = 0;
-  for (const auto& [resolution, tiles] : ResolutionsOfTiles(model, detail))
+  for (const TileStepShape& shape : ShapesOf(model, detail))
   {
-    count += tiles;
+    count += shape.isGroup ? 0 : shape.count;
   }
   return count;
 }
@@ -147,23 +203,33 @@ Status TileTree::VisitFacts(const TileInput& source, const Visit& visit) const
 Status TileTree::FindErrors(const TileInput& source)
 {
   const double part = TilePartOfSpacing(this->Info);
-  const unsigned first = PreviewLevel(this->Info.depths);
+  std::vector<double> leastSides(this->All.size(), std::numeric_limits<double>::infinity());
   KDSTREAM_TRY(this->VisitFacts(source,
     [&](PieceId piece, const PieceFacts& facts, const Box& box)
     {
-      if (piece.resolution.IsOriginal() || piece.resolution.Depth() < first ||
-          piece.resolution.Depth() - first >= this->All.size())
+      const auto found = std::find_if(this->All.begin(), this->All.end(),
+        [&](const TileStep& step) { return step.resolution == piece.resolution && !step.isGroup; });
+      if (found == this->All.end())
       {
         return;
       }
-      TileStep& step = this->All[piece.resolution.Depth() - first];
+      if (const double side = LongestSideOf(box); side > 0)
+      {
+        double& least = leastSides[static_cast<std::size_t>(found - this->All.begin())];
+        least = std::min(least, side);
+      }
+      if (piece.resolution.IsOriginal())
+      {
+        return;
+      }
       const Vec3 s = box.Empty() ? Vec3{} : Minus(box.hi, box.lo);
       const double area = s[0] * s[1] + s[1] * s[2] + s[2] * s[0];
       const auto vertices =
-        double(this->Info.levels[piece.resolution.Depth()].vertices) / double(step.tiles.size());
-      step.tiles[piece.node - (NodeId{ 1 } << step.depth)].error =
+        double(this->Info.levels[piece.resolution.Depth()].vertices) / double(found->tiles.size());
+      found->tiles[piece.node - found->NodeOf(0)].error =
         std::max(double(facts.most), part * std::sqrt(area / std::max(vertices, 1.0)));
     }));
+  this->ChooseLattices(leastSides);
   for (std::size_t s = this->All.size() - 1; s-- > 0;)
   {
     for (std::size_t t = 0; t < this->All[s].tiles.size(); ++t)
@@ -179,17 +245,55 @@ Status TileTree::FindErrors(const TileInput& source)
   return {};
 }
 
+// One lattice for all tiles of a step, so that these meet in the same points: the store's grid
+// where coordinates are on it. leastSides: of the boxes of each step's pieces, the longest side of
+// the smallest.
+void TileTree::ChooseLattices(const std::vector<double>& leastSides)
+{
+  constexpr double finestPart = 1.0 / 32768;
+  constexpr double smallest = 1e-290; // what is smaller has no lattice
+  // Vertices of levels that are on no grid may lie a little outside.
+  const double longest = LongestSideOf(this->Info.box) * (this->Info.grid.Lossless() ? 2 : 1);
+  for (std::size_t s = 0; s < this->All.size(); ++s)
+  {
+    TileStep& step = this->All[s];
+    const bool isLevel = !step.resolution.IsOriginal();
+    if (!this->Info.grid.Lossless())
+    {
+      step.latticeStep =
+        this->Info.grid.step * (isLevel ? this->Info.levels[step.resolution.Depth()].spacing : 1);
+    }
+    else if (longest >= smallest)
+    {
+      const double least = std::min(leastSides[s], longest) * finestPart;
+      step.latticeStep = PowerOfTwoBelow(std::max(least, longest / mostLatticeSteps));
+    }
+    while (step.latticeStep > 0 && longest / step.latticeStep > mostLatticeSteps)
+    {
+      step.latticeStep *= 2;
+    }
+  }
+}
+
 TileFrame TileTree::FrameOf(const TileStep& step) const
 {
   TileFrame frame = this->Frame;
-  if (!this->Info.grid.Lossless())
-  {
-    const bool isLevel = !step.resolution.IsOriginal();
-    frame.latticeStep =
-      this->Info.grid.step * (isLevel ? this->Info.levels[step.resolution.Depth()].spacing : 1);
-    frame.latticeOrigin = this->Info.grid.origin;
-  }
+  const CoordinateGrid& grid = this->Info.grid;
+  frame.latticeStep = step.latticeStep;
+  frame.finestStep = grid.Lossless() ? step.latticeStep : grid.step;
+  frame.latticeOrigin = grid.Lossless() ? frame.origin : grid.origin;
   return frame;
+}
+
+// The tile, or above a group the one that is shown instead of it.
+const TileFacts& TileTree::ShownBy(std::size_t s, std::size_t t) const
+{
+  while (this->All[s].isGroup)
+  {
+    t >>= this->All[s].depth - this->All[s - 1].depth;
+    --s;
+  }
+  return this->All[s].tiles[t];
 }
 
 // As deep as the tile is wrong that stands here where its children are not loaded: a neighbour is
@@ -197,7 +301,7 @@ TileFrame TileTree::FrameOf(const TileStep& step) const
 double TileTree::SkirtDepth(std::size_t s, std::size_t t) const
 {
   const unsigned below = s == 0 ? 0 : this->All[s].depth - this->All[s - 1].depth;
-  return s == 0 ? 0 : this->All[s - 1].tiles[t >> below].error;
+  return s == 0 ? 0 : this->ShownBy(s - 1, t >> below).error;
 }
 
 Result<EncodedTile> TileTree::MakeTile(const TileInput& source, std::size_t s, std::size_t t,
@@ -276,12 +380,6 @@ bool TileTree::NeedsBorders(std::size_t s, const TilesOptions& options) const
            [](const AttributeInfo& array) { return RoleOf(array) == AttributeRole::Normals; });
 }
 
-bool TileTree::BeginsTileset(const ModelDescription& model, std::size_t s)
-{
-  const std::size_t steps = ResolutionsOfTiles(model, ModelDetail::Regions).size();
-  return s == 0 || ((steps - s) % stepsOfTileset == 0 && s >= stepsOfTileset);
-}
-
 std::string TileTree::TilesetOf(
   std::size_t s, std::size_t t, const TilesOptions& options, const std::string& up) const
 {
@@ -302,7 +400,7 @@ std::string TileTree::TilesetOf(
     json.EndObject();
   }
   json.EndObject();
-  const TileFacts& root = this->All[s].tiles[t];
+  const TileFacts& root = this->ShownBy(s, t);
   json.Member("geometricError", s == 0 ? this->Diagonal() : this->ErrorOf(root));
   json.Key("root");
   this->PutTile(json, s, t, s, options, up);
@@ -317,15 +415,18 @@ double TileTree::Diagonal() const
   return std::max(Length(Minus(root.box.hi, root.box.lo)) * this->Frame.scale, this->ErrorOf(root));
 }
 
+// A group has the box and the error of the tile above it, which shows the same: so clients look
+// below it whenever they look below that tile, and never stop where nothing is shown.
+//
 // root: the step of the tileset's root. up: from the tileset's folder to that of all.
 void TileTree::PutTile(JsonWriter& json, std::size_t s, std::size_t t, std::size_t root,
   const TilesOptions& options, const std::string& up) const
 {
   const TileFacts& tile = this->All[s].tiles[t];
-  const bool isElsewhere = s > root && this->BeginsTileset(s);
+  const bool isElsewhere = s > root && this->All[s].begins;
   json.BeginObject();
-  this->PutBox(json, tile.box);
-  json.Member("geometricError", this->ErrorOf(tile));
+  this->PutBox(json, this->ShownBy(s, t).box);
+  json.Member("geometricError", this->ErrorOf(this->ShownBy(s, t)));
   if (s == root)
   {
     json.Member("refine", "REPLACE");
@@ -359,22 +460,38 @@ void TileTree::PutTile(JsonWriter& json, std::size_t s, std::size_t t, std::size
   json.EndObject();
 }
 
-// A little larger, so that no side has no length, and nothing that is rounded lies outside.
+// Outward to decimal numbers of few digits, of a box that is a little larger: so no side has no
+// length, nothing that is rounded lies outside, and tilesets are short.
 void TileTree::PutBox(JsonWriter& json, const Box& box) const
 {
-  const double margin = std::max(this->Diagonal() * 1e-7, 1e-9);
+  constexpr double least = 1e6; // units along the whole
+  constexpr double mostOfMetre = 1e20;
+  const double whole = this->Info.box.Empty()
+                         ? 0
+                         : Length(Minus(this->Info.box.hi, this->Info.box.lo)) * this->Frame.scale;
+  double units = 1; // of a metre
+  while (units * whole < least && units < mostOfMetre)
+  {
+    units *= 10;
+  }
+  while (units * whole >= 10 * least)
+  {
+    units /= 10;
+  }
   std::vector<double> numbers;
   Vec3 half{};
   for (std::size_t k = 0; k < 3; ++k)
   {
-    half[k] = (box.hi[k] - box.lo[k]) / 2;
-    numbers.push_back(
-      (box.lo[k] - this->Frame.origin[k] + half[k]) * this->Frame.scale + 0.0); // no -0
+    const double toUnits = this->Frame.scale * units, origin = this->Frame.origin[k];
+    const double low = std::floor((box.lo[k] - origin) * toUnits - 0.5);
+    const double high = std::ceil((box.hi[k] - origin) * toUnits + 0.5);
+    numbers.push_back((low + high) / 2 / units + 0.0); // no -0
+    half[k] = (high - low) / 2 / units;
   }
   for (std::size_t k = 0; k < 3; ++k)
   {
     Vec3 axis{};
-    axis[k] = half[k] * this->Frame.scale + margin;
+    axis[k] = half[k];
     numbers.insert(numbers.end(), axis.begin(), axis.end());
   }
   json.Key("boundingVolume").BeginObject().Member("box", numbers).EndObject();

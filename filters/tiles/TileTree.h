@@ -5,6 +5,9 @@
 //
 // The tree of tiles is that of the nodes: a piece's children are the pieces of the next resolution
 // in its node. So each piece is in one tile, and its children show the same part of the surface.
+//
+// It is cut into tilesets of at most mostTilesOfTileset tiles. Where partitions are so small that a
+// piece of the finest level has more of them below it, tiles without a content group them.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -54,18 +57,27 @@ struct TileFacts
   bool stays = false; // the tile or one below it has content
 };
 
-// The tiles of one resolution.
-struct TileStep
+// Which tiles a step of the tree has: those of one resolution, or groups of the original's.
+struct TileStepShape
 {
   Resolution resolution;
-  unsigned depth = 0; // of its nodes
+  unsigned depth = 0;      // of its nodes
+  std::uint64_t count = 0; // of its tiles
+  bool isGroup = false;    // they show nothing
+  bool begins = false;     // they are the roots of tilesets of their own
+
+  NodeId NodeOf(std::size_t tile) const
+  {
+    return (NodeId{ 1 } << this->depth) + static_cast<NodeId>(tile);
+  }
+  PieceId PieceOf(std::size_t tile) const { return { this->resolution, this->NodeOf(tile) }; }
+};
+
+struct TileStep : TileStepShape
+{
   std::string folder; // its name
   std::vector<TileFacts> tiles;
-
-  PieceId PieceOf(std::size_t tile) const
-  {
-    return { this->resolution, (NodeId{ 1 } << this->depth) + static_cast<NodeId>(tile) };
-  }
+  double latticeStep = 0; // of the coordinates of all its tiles, model units; 0: not known yet
 };
 
 // The .glb of a tile. One that shows nothing has no bytes.
@@ -78,22 +90,28 @@ struct EncodedTile
 class TileTree
 {
 public:
+  // Inner tilesets that a tileset names count, too.
+  static constexpr std::uint64_t mostTilesOfTileset = 256;
+
   // Makes the tree for resolutions from the preview's level to the finest one that `detail`
   // includes. O(tiles), of which the tree keeps one TileFacts each. REQUIRES: a model with levels.
   explicit TileTree(const ModelDescription& model, ModelDetail detail = ModelDetail::Regions);
 
   const std::vector<TileStep>& Steps() const { return this->All; } // coarse to fine
-  // How many tiles there would be.
+  // The steps of a model, coarse to fine. What begins a tileset is the same for each detail.
+  // O(levels).
+  static std::vector<TileStepShape> ShapesOf(const ModelDescription& model, ModelDetail detail);
+  // How many tiles there would be, without groups.
   static std::uint64_t CountTiles(const ModelDescription& model, ModelDetail detail);
 
-  // Finds how wrong each tile is, from the pages of the tree, fine to coarse. Errors: of the
-  // source; Damaged.
+  // Finds how wrong each tile is, fine to coarse, and the lattices of lossless stores, from the
+  // pages of the tree. Errors: of the source; Damaged.
   Status FindErrors(const TileInput& source);
 
   // Whether tiles beside each other would be lit differently along their border.
   bool NeedsBorders(std::size_t step, const TilesOptions& options) const;
   // borders: of the step, at least of the owners of the piece's ghosts; ascending. Errors: of the
-  // source; Damaged; those of EncodeTileGlb. REQUIRES: FindErrors.
+  // source; Damaged; those of EncodeTileGlb. REQUIRES: FindErrors; not of a group.
   Result<EncodedTile> MakeTile(const TileInput& source, std::size_t step, std::size_t tile,
     const TilesOptions& options, std::span<const BorderNormal> borders) const;
   // Encloses what the tile of a piece shows, without making it; empty if it shows nothing.
@@ -103,25 +121,24 @@ public:
   // placed.
   void Place(std::size_t step, std::size_t tile, const Box& box);
 
-  // Whether the tiles of a step are the roots of tilesets of their own: the same for each detail.
-  bool BeginsTileset(std::size_t step) const { return BeginsTileset(this->Info, step); }
-  static bool BeginsTileset(const ModelDescription& model, std::size_t step);
-  // The tileset of such a tile. up: from its place to the folder of all tiles: "", "../".
-  // REQUIRES: all tiles are placed.
+  // The tileset of a tile that begins one. up: from its place to the folder of all tiles: "",
+  // "../". REQUIRES: all tiles are placed.
   std::string TilesetOf(
     std::size_t step, std::size_t tile, const TilesOptions& options, const std::string& up) const;
-  // "7/12.glb"
+  // "17/12.glb"; of a group by its node: "original/131.json".
   static std::string FileOf(const TileStep& step, std::size_t tile, const char* ending)
   {
-    return step.folder + "/" + std::to_string(tile) + ending;
+    return step.folder + "/" + std::to_string(step.isGroup ? step.NodeOf(tile) : tile) + ending;
   }
 
 private:
   std::pair<std::size_t, std::size_t> ChildrenOf(std::size_t step, std::size_t tile) const;
   template <class Visit>
   Status VisitFacts(const TileInput& source, const Visit& visit) const;
+  void ChooseLattices(const std::vector<double>& leastSides);
   TileFrame FrameOf(const TileStep& step) const;
   double SkirtDepth(std::size_t step, std::size_t tile) const;
+  const TileFacts& ShownBy(std::size_t step, std::size_t tile) const;
   double ErrorOf(const TileFacts& tile) const { return tile.error * this->Frame.scale; }
   double Diagonal() const;
   void PutTile(JsonWriter& json, std::size_t step, std::size_t tile, std::size_t root,

@@ -28,7 +28,7 @@ constexpr const char* revalidatePrivate = "private, no-cache";
 constexpr const char* immutable = "public, max-age=31536000, immutable";
 constexpr const char* immutablePrivate = "private, max-age=31536000, immutable";
 // Raised when tiles of the same model become other bytes.
-constexpr std::uint64_t tilesFormat = 1;
+constexpr std::uint64_t tilesFormat = 2;
 
 BlobBytes Bytes(std::string_view text)
 {

@@ -92,12 +92,34 @@ struct PieceBorder
   }
 };
 
-// Whether a tile is the root of a tileset below another one.
-bool BeginsInnerTileset(const ModelDescription& model, const protocol::TileName& tile)
+// The place of a name among the tiles of a model: the step, and the number in it.
+struct TilePlace
 {
-  const std::size_t step =
-    (tile.isOriginal ? model.levels.size() : tile.level) - PreviewLevel(model.depths);
-  return step > 0 && TileTree::BeginsTileset(model, step);
+  std::size_t step = 0, tile = 0;
+};
+
+// Where the model has no such tile: none.
+std::optional<TilePlace> PlaceOfTile(
+  const std::vector<TileStepShape>& shapes, const protocol::TileName& tile)
+{
+  if (tile.isRoot)
+  {
+    return TilePlace{};
+  }
+  for (std::size_t s = 0; s < shapes.size(); ++s)
+  {
+    const TileStepShape& shape = shapes[s];
+    const bool isWanted = tile.isOriginal
+                            ? shape.resolution.IsOriginal() && shape.isGroup == tile.isTileset
+                            : shape.resolution == Resolution::Level(tile.level);
+    const std::uint64_t first = shape.isGroup ? shape.NodeOf(0) : 0; // groups have a node's number
+    if (isWanted && tile.number >= first && tile.number - first < shape.count &&
+        (!tile.isTileset || (s > 0 && shape.begins)))
+    {
+      return TilePlace{ s, static_cast<std::size_t>(tile.number - first) };
+    }
+  }
+  return std::nullopt;
 }
 
 }
@@ -115,19 +137,18 @@ Result<protocol::BlobId> PieceOfTile(const ModelDescription& model, const protoc
     return Error{ ErrorCode::Unsupported,
       model.id + " has too many pieces for a tileset on request: export one with kdstream-store" };
   }
-  const unsigned first = PreviewLevel(depths), level = tile.isRoot ? first : tile.level;
-  const bool isThere = tile.isOriginal ? tile.number < model.partitions
-                                       : level >= first && level < model.levels.size() &&
-                                           tile.number < std::uint64_t{ 1 } << PieceDepth(
-                                                           Resolution::Level(level), depths);
-  if (!isThere || (tile.isTileset && !tile.isRoot && !BeginsInnerTileset(model, tile)))
+  const auto shapes = TileTree::ShapesOf(model, ModelDetail::Regions);
+  const auto place = PlaceOfTile(shapes, tile);
+  if (!place)
   {
     return Error{ ErrorCode::NotFound, model.id + " has no tile " + NameOfTile(tile) };
   }
-  return tile.isOriginal
-           ? protocol::BlobId::Partition(tile.number)
-           : protocol::BlobId::LevelPiece(static_cast<std::uint8_t>(level),
-               (NodeId{ 1 } << PieceDepth(Resolution::Level(level), depths)) + tile.number);
+  const TileStepShape& shape = shapes[place->step];
+  return shape.resolution.IsOriginal()
+           ? protocol::BlobId::Partition(static_cast<std::uint32_t>(
+               place->tile << (depths.partition - shape.depth))) // of a group the first
+           : protocol::BlobId::LevelPiece(
+               static_cast<std::uint8_t>(shape.resolution.Depth()), shape.NodeOf(place->tile));
 }
 
 // The known tiles of one version of a model. Requests that use them keep them alive.
@@ -211,33 +232,32 @@ private:
            : tile.isOriginal ? protocol::BlobId::Partition(tile.number)
                              : protocol::BlobId::LevelPiece(tile.level, tile.number);
   }
-  static std::size_t StepOf(const ModelDescription& model, const protocol::TileName& tile)
+  // REQUIRES: PieceOfTile has found it.
+  static TilePlace PlaceOf(const ServedModel& model, const protocol::TileName& tile)
   {
-    const unsigned first = PreviewLevel(model.depths);
-    return tile.isRoot ? 0 : (tile.isOriginal ? model.levels.size() : tile.level) - first;
+    return *PlaceOfTile(TileTree::ShapesOf(model.Description(), ModelDetail::Regions), tile);
   }
 
   Result<BlobBytes> MakeTileset(const ServedModel& model, const Wanted& wanted)
   {
     const auto tree = this->PlacedTree(model, wanted.detail);
     KDSTREAM_TRY(tree);
-    const std::size_t step = StepOf(model.Description(), wanted.tile);
-    const Error nothing{ ErrorCode::NotFound, "there is nothing below this tile" };
-    if (step >= (*tree)->Steps().size() || !(*tree)->Steps()[step].tiles[wanted.tile.number].stays)
+    const auto [step, tile] = PlaceOf(model, wanted.tile);
+    if (step >= (*tree)->Steps().size() || !(*tree)->Steps()[step].tiles[tile].stays)
     {
-      return nothing;
+      return Error{ ErrorCode::NotFound, "there is nothing below this tile" };
     }
-    return BytesOfTile((*tree)->TilesetOf(step, wanted.tile.number, OptionsOfServedTiles(),
-      wanted.tile.isRoot ? this->Version + "/" : "../"));
+    return BytesOfTile((*tree)->TilesetOf(
+      step, tile, OptionsOfServedTiles(), wanted.tile.isRoot ? this->Version + "/" : "../"));
   }
 
   Result<BlobBytes> MakeGlb(const ServedModel& model, const protocol::TileName& tile)
   {
     const auto tree = this->ErringTree(model);
     KDSTREAM_TRY(tree);
-    const std::size_t step = StepOf(model.Description(), tile);
+    const auto [step, number] = PlaceOf(model, tile);
     TileInput source = SourceOf(model);
-    const auto piece = source.readPiece((*tree)->Steps()[step].PieceOf(tile.number));
+    const auto piece = source.readPiece((*tree)->Steps()[step].PieceOf(number));
     KDSTREAM_TRY(piece);
     source.readPiece = [&piece](PieceId) { return piece; }; // which is read once
     const TilesOptions options = OptionsOfServedTiles();
@@ -248,7 +268,7 @@ private:
       KDSTREAM_TRY(found);
       borders = std::move(*found);
     }
-    const auto made = (*tree)->MakeTile(source, step, tile.number, options, borders);
+    const auto made = (*tree)->MakeTile(source, step, number, options, borders);
     KDSTREAM_TRY(made);
     if (made->bytes.empty())
     {
@@ -294,6 +314,11 @@ private:
     {
       for (std::size_t t = 0; t < tree->Steps()[s].tiles.size(); ++t)
       {
+        if (tree->Steps()[s].isGroup)
+        {
+          tree->Place(s, t, {});
+          continue;
+        }
         const auto piece = source.readPiece(tree->Steps()[s].PieceOf(t));
         KDSTREAM_TRY(piece);
         tree->Place(s, t, tree->ReachOf(*piece, s, t));

@@ -67,6 +67,20 @@ bool IsFiner(const Box& local, const Box& placed, const GltfPlace& place)
 const AttributeInfo normalsInfo{ "Normals", AttributeType::Float32, AttributeAssociation::Point,
   3 };
 
+bool HasMorphTargets(const Json& json)
+{
+  for (const Json& mesh : Member(json, "meshes"))
+  {
+    const Json& parts = Member(mesh, "primitives");
+    if (std::any_of(parts.begin(), parts.end(),
+          [](const Json& part) { return CountOf(Member(part, "targets")) > 0; }))
+    {
+      return true;
+    }
+  }
+  return false;
+}
+
 void AppendNormals(const std::vector<Vec3>& normals, const GltfPlace& place, Attribute& array)
 {
   std::size_t tuple = array.TupleCount();
@@ -141,6 +155,16 @@ std::vector<std::string> GltfSource::OtherNotes() const
   if (this->NotRead)
   {
     notes.push_back(*this->NotRead);
+  }
+  if (const std::size_t cameras = CountOf(Member(this->Document.json, "cameras")); cameras > 0)
+  {
+    notes.push_back(
+      "left out: " + std::to_string(cameras) + (cameras == 1 ? " camera" : " cameras"));
+  }
+  if (HasMorphTargets(this->Document.json))
+  {
+    notes.emplace_back(
+      "morph targets are not carried: the mesh has the shape that their weights give it");
   }
   return notes;
 }
@@ -262,6 +286,7 @@ Status JoinedScenes::Append(GltfSource& source, const Execution& execution)
     return Error{ ErrorCode::Changed, "changed while it was read" };
   }
   this->Source = &source;
+  this->OfScene = Box{};
   GltfMeshes meshes(source.Document, source.Buffers, source.Materials.materials);
   std::map<std::size_t, std::size_t> uses; // of meshes
   KDSTREAM_TRY(source.Nodes.ForEachMesh(source.Buffers,
@@ -393,6 +418,7 @@ void JoinedScenes::AppendPoints(const GltfPart& part, const GltfPlace& place, bo
     points.push_back(at);
   }
   this->Placed = placed;
+  this->OfScene.Add(placed);
   this->Whole.Add(placed);
   this->AreFloats = this->AreFloats && areFloats;
   this->AreDoubles =

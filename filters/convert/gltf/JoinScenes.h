@@ -92,6 +92,7 @@ public:
   std::uint64_t Points() const { return this->Claims.points; } // as claimed
   // The box of all points.
   const Box& Bounds() const { return this->Whole; }
+  const Box& LastBounds() const { return this->OfScene; } // of the scene that came last
 
 private:
   static std::size_t MeshOf(const GltfSource& source, std::size_t node);
@@ -123,7 +124,7 @@ private:
   ForeignMesh Joined;
   std::vector<Color> Colors; // vertex colours; with textures, the factors of the texture's colours
   TexturedMesh Textured;
-  Box Whole, Placed; // of all; of the part that is appended
+  Box Whole, OfScene, Placed; // of all; of the scene, of the part that is appended
   JoinedBorders Borders;
   std::size_t Appended = 0; // documents
   std::size_t Lines = 0;

@@ -102,6 +102,30 @@ std::optional<Vec3> UpOnGlobe(const Box& box)
   return UnitVector(Vec3{ middle[0], middle[1], middle[2] * flat });
 }
 
+// Whether a tile is not where its tileset claims it is, by more than others round.
+bool ReachesOut(const Box& tile, const Box& volume)
+{
+  if (tile.Empty() || volume.Empty())
+  {
+    return false;
+  }
+  const Vec3 sides = Minus(volume.hi, volume.lo);
+  double largest = 0; // coordinate
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    largest = std::max({ largest, std::abs(volume.lo[k]), std::abs(volume.hi[k]) });
+  }
+  const double margin = *std::max_element(sides.begin(), sides.end()) / 100 + largest * 1e-6;
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    if (tile.lo[k] < volume.lo[k] - margin || tile.hi[k] > volume.hi[k] + margin)
+    {
+      return true;
+    }
+  }
+  return false;
+}
+
 std::string ShortNumber(double value)
 {
   std::string text = std::to_string(std::round(value * 1e4) / 1e4 + 0.0);
@@ -135,8 +159,18 @@ public:
       },
       true));
     this->Joined.Begin();
-    KDSTREAM_TRY(this->ForScenes([&](const TileFile&, GltfSource& scene)
-      { return this->Joined.Append(scene, this->Runs); },
+    KDSTREAM_TRY(this->ForScenes(
+      [&](const TileFile& tile, GltfSource& scene) -> Status
+      {
+        KDSTREAM_TRY(this->Joined.Append(scene, this->Runs));
+        if (ReachesOut(this->Joined.LastBounds(), tile.volume))
+        {
+          this->Notes.Add("it reaches out of its boundingVolume, beyond which viewers do not look "
+                          "for it",
+            tile.file);
+        }
+        return {};
+      },
       false));
     std::vector<std::string> notes = std::move(this->Finest.warnings);
     const std::vector<std::string> ofTiles = this->Notes.Take();

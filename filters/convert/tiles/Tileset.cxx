@@ -9,14 +9,17 @@
 #include "filters/convert/tiles/Subtree.h"
 #include "filters/convert/tiles/TilesetFolder.h"
 #include "filters/core/Texts.h"
+#include "filters/core/VectorMath.h"
 #include "filters/meshio/FileEnding.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <iterator>
 #include <limits>
 #include <optional>
+#include <set>
 #include <utility>
 
 namespace kdstream
@@ -37,6 +40,14 @@ enum class Refinement
   Replace,
   Add
 };
+
+// Those of version 1.0 that became parts of 1.1, and those of volumes.
+bool IsReadExtension(const std::string& name)
+{
+  static constexpr const char* names[] = { "3DTILES_implicit_tiling", "3DTILES_multiple_contents",
+    "3DTILES_content_gltf", "3DTILES_bounding_volume_S2", "3DTILES_bounding_volume_cylinder" };
+  return std::find(std::begin(names), std::end(names), name) != std::end(names);
+}
 
 // As Cesium's and others' numbers of a transform are written: column by column.
 Result<GltfPlace> PlaceOfTransform(const Json& transform)
@@ -69,7 +80,9 @@ Result<GltfPlace> PlaceOfTransform(const Json& transform)
     }
     place.origin[k] = transform[12 + k].get<double>();
   }
-  return place;
+  return place.Determinant() != 0
+           ? Result<GltfPlace>(place)
+           : GltfError("has a transform that leaves it no volume (its determinant is 0)");
 }
 
 // A volume of this name with as many numbers.
@@ -100,6 +113,74 @@ Status CheckVolume(const Json& volume)
                    "or a sphere of 4");
 }
 
+// What a volume lies in, where the tile's place leads; empty where that is not known: of a region
+// or an extension's.
+Box BoxOfVolume(const Json& volume, const GltfPlace& place)
+{
+  const bool isBox = HasVolume(volume, "box", 12);
+  if (!isBox && !HasVolume(volume, "sphere", 4))
+  {
+    return {};
+  }
+  const Json& numbers = Member(volume, isBox ? "box" : "sphere");
+  const auto number = [&](std::size_t i) { return numbers[i].get<double>(); };
+  const GltfPlace turned{ place.axes, {} };
+  const Vec3 middle = place.Of({ number(0), number(1), number(2) });
+  Vec3 half{};
+  double longest = 0; // axis of the place
+  for (std::size_t axis = 0; axis < 3; ++axis)
+  {
+    longest = std::max(longest, Length(place.axes[axis]));
+    for (std::size_t k = 0; isBox && k < 3; ++k)
+    {
+      const std::size_t first = 3 + 3 * axis;
+      half[k] += std::abs(turned.Of({ number(first), number(first + 1), number(first + 2) })[k]);
+    }
+  }
+  if (!isBox)
+  {
+    const double radius = number(3) * longest;
+    half = { radius, radius, radius };
+  }
+  Box box;
+  box.Add(Minus(middle, half));
+  box.Add(Plus(middle, half));
+  return box;
+}
+
+Status CheckGeometricError(const Json& error)
+{
+  return NumberOf(error, -1) >= 0
+           ? Status{}
+           : Status(
+               GltfError("has a geometricError that is not 0 or more: " + Quoted(error.dump())));
+}
+
+// The version, and the extensions that it needs.
+Status CheckTilesetHead(const Json& json)
+{
+  const Json& version = Member(Member(json, "asset"), "version");
+  if (version.is_string() && version != "1.1" && version != "1.0" && version != "0.0")
+  {
+    return Error{ ErrorCode::Unsupported,
+      "is a tileset of version " + Quoted(version.get<std::string>()) +
+        ", of which 1.0 and 1.1 are read",
+      {}, {}, Remedy::SaveOtherwise };
+  }
+  for (const Json& name : Member(json, "extensionsRequired"))
+  {
+    if (!name.is_string() || !IsReadExtension(name.get<std::string>()))
+    {
+      return Error{ ErrorCode::Unsupported,
+        "needs the extension " + Quoted(name.is_string() ? name.get<std::string>() : name.dump()) +
+          ", which is not read: save it without",
+        {}, {}, Remedy::InMessage };
+    }
+  }
+  const Json& error = Member(json, "geometricError");
+  return error.is_null() ? Status{} : CheckGeometricError(error);
+}
+
 // glTF has y up, tilesets have z; an old one may say of its tiles what they have.
 GltfPlace TurnedToZ(const Json& asset)
 {
@@ -116,28 +197,34 @@ GltfPlace TurnedToZ(const Json& asset)
   return turned;
 }
 
-std::vector<std::string> UrisOf(const Json& tile)
+std::vector<const Json*> ContentsOf(const Json& tile)
 {
-  std::vector<std::string> uris;
-  const auto add = [&](const Json& content)
+  std::vector<const Json*> contents;
+  if (const Json& content = Member(tile, "content"); !content.is_null())
   {
-    const Json& uri = Member(content, "uri");
-    const Json& old = Member(content, "url"); // before version 1.0
-    const Json& named = uri.is_string() ? uri : old;
-    if (!content.is_null())
-    {
-      uris.push_back(named.is_string() ? named.get<std::string>() : std::string());
-    }
-  };
-  add(Member(tile, "content"));
+    contents.push_back(&content);
+  }
   const Json& extended =
     Member(Member(Member(tile, "extensions"), "3DTILES_multiple_contents"), "contents");
   for (const Json* const several : { &Member(tile, "contents"), &extended })
   {
     for (std::size_t i = 0; i < CountOf(*several); ++i)
     {
-      add((*several)[i]);
+      contents.push_back(&(*several)[i]);
     }
+  }
+  return contents;
+}
+
+std::vector<std::string> UrisOf(const Json& tile)
+{
+  std::vector<std::string> uris;
+  for (const Json* const content : ContentsOf(tile))
+  {
+    const Json& uri = Member(*content, "uri");
+    const Json& old = Member(*content, "url"); // before version 1.0
+    const Json& named = uri.is_string() ? uri : old;
+    uris.push_back(named.is_string() ? named.get<std::string>() : std::string());
   }
   return uris;
 }
@@ -163,6 +250,7 @@ struct TileAround
   GltfPlace turned, place;
   Refinement refine = Refinement::Replace;
   double error = 0;
+  Box volume; // empty: not known
 };
 
 struct Implicit
@@ -212,6 +300,11 @@ public:
       return BadInput(
         this->Where(file) + "is not a tileset of 3D Tiles: its JSON has no root", Remedy::Rename);
     }
+    if (const Status head = CheckTilesetHead(*json); !head)
+    {
+      return Within(this->Where(file), head.GetError());
+    }
+    this->NoteHead(*json);
     TileAround around;
     around.tileset = file;
     around.turned = TurnedToZ(Member(*json, "asset"));
@@ -233,10 +326,53 @@ public:
                                      (this->LargerErrors == 1 ? " tile claims" : " tiles claim") +
                                      " a larger geometricError than the tile above");
     }
+    const auto named = [](const std::set<std::string>& names)
+    {
+      std::string all;
+      for (const std::string& name : names)
+      {
+        all += (all.empty() ? "" : ", ") + Quoted(name);
+      }
+      return all;
+    };
+    if (!this->NotCarried.empty())
+    {
+      this->Found.warnings.push_back(
+        "members of tilesets that are not carried: " + named(this->NotCarried));
+    }
+    if (!this->NotRead.empty())
+    {
+      this->Found.warnings.push_back("extensions that are not read: " + named(this->NotRead));
+    }
     return std::move(this->Found);
   }
 
 private:
+  static constexpr std::size_t mostNames = 20; // of each set
+
+  void NoteMember(const Json& of, const char* name)
+  {
+    if (!Member(of, name).is_null())
+    {
+      this->NotCarried.insert(name);
+    }
+  }
+  void NoteHead(const Json& json)
+  {
+    for (const char* const name : { "metadata", "schema", "schemaUri", "groups" })
+    {
+      this->NoteMember(json, name);
+    }
+    for (const Json& used : Member(json, "extensionsUsed"))
+    {
+      const std::string name = used.is_string() ? used.get<std::string>() : used.dump();
+      if (!IsReadExtension(name) && this->NotRead.size() < mostNames)
+      {
+        this->NotRead.insert(name);
+      }
+    }
+  }
+
   Result<Json> Parse(const fs::path& file) const
   {
     const Result<std::string> text = ReadTileText(this->Folder.PathOf(file), mostTilesetBytes);
@@ -308,13 +444,22 @@ private:
     const Result<GltfPlace> place = PlaceOfTransform(Member(tile, "transform"));
     KDSTREAM_TRY(place);
     around.place = CombinedFarAway(around.place, *place);
-    KDSTREAM_TRY(CheckVolume(Member(tile, "boundingVolume")));
-    const Json& error = Member(tile, "geometricError");
-    const double number = NumberOf(error, -1);
-    if (number < 0)
+    const Json& volume = Member(tile, "boundingVolume");
+    KDSTREAM_TRY(CheckVolume(volume));
+    around.volume = BoxOfVolume(volume, around.place);
+    for (const Json* const content : ContentsOf(tile))
     {
-      return GltfError("has a geometricError that is not 0 or more: " + Quoted(error.dump()));
+      if (const Json& own = Member(*content, "boundingVolume"); !own.is_null())
+      {
+        KDSTREAM_TRY(CheckVolume(own));
+      }
+      this->NoteMember(*content, "metadata");
     }
+    this->NoteMember(tile, "metadata");
+    this->NoteMember(tile, "viewerRequestVolume");
+    const Json& error = Member(tile, "geometricError");
+    KDSTREAM_TRY(CheckGeometricError(error));
+    const double number = NumberOf(error, 0);
     this->LargerErrors += number > around.error ? 1 : 0;
     around.error = number;
     const Json& refine = Member(tile, "refine");
@@ -336,6 +481,10 @@ private:
   Result<bool> ExplicitTile(const Json& tile, const TileAround& around)
   {
     const Json& children = Member(tile, "children");
+    if (!children.is_null() && !children.is_array())
+    {
+      return this->OfTile(around, GltfError("has children that are not a list"));
+    }
     bool below = false;
     for (std::size_t i = 0; i < CountOf(children); ++i)
     {
@@ -366,7 +515,7 @@ private:
     {
       for (const fs::path& file : files)
       {
-        this->Found.tiles.push_back({ file, { around.turned, around.place } });
+        this->Found.tiles.push_back({ file, { around.turned, around.place }, around.volume });
       }
     }
     return below || !files.empty();
@@ -534,7 +683,7 @@ private:
     {
       return this->OfTile(around, file.GetError());
     }
-    this->Found.tiles.push_back({ *file, { around.turned, around.place } });
+    this->Found.tiles.push_back({ *file, { around.turned, around.place }, around.volume });
     return {};
   }
 
@@ -544,6 +693,7 @@ private:
   std::vector<fs::path> Open;       // tilesets, from the root to the one that is walked
   std::vector<std::size_t> Numbers; // of children, from its root to the tile
   std::size_t Tiles = 0, Reported = 0, Depth = 0, LargerErrors = 0;
+  std::set<std::string> NotCarried, NotRead; // members of JSON; extensions
 };
 
 }

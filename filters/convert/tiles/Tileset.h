@@ -5,6 +5,7 @@
 #include "filters/convert/gltf/GltfNodes.h"
 #include "filters/core/Execution.h"
 #include "filters/core/Result.h"
+#include "filters/core/Types.h"
 
 #include <filesystem>
 #include <string>
@@ -17,6 +18,7 @@ struct TileFile
 {
   std::filesystem::path file; // relative to the tileset's folder
   GltfStand stand;            // from glTF's axes to those of the tileset, z up
+  Box volume;                 // in which its boundingVolume lies; empty: not known
 };
 
 struct FinestTiles
@@ -36,7 +38,8 @@ struct FinestTiles
 // Memory: the tilesets from the root to one of them, and some 300 bytes a content. Errors:
 // InvalidInput, naming the tileset and the tile ("root/0/3": its children's numbers): for a URI
 // that leads nowhere or out of the folder; a tileset that names itself; an error, a box or a
-// transform that cannot be. LimitExceeded; Cancelled.
+// transform that cannot be. Unsupported: another version, or an extension that is required.
+// LimitExceeded; Cancelled.
 Result<FinestTiles> FindFinestTiles(
   const std::filesystem::path& tileset, const Execution& execution = {});
 

@@ -73,11 +73,12 @@ protected:
   std::unique_ptr<Routes> routes;
 
   // With levels that are cut into several pieces, and numbered by rank and by partition.
-  void Build(const Mesh& mesh = fixtures::HeightField(180), std::uint32_t perPartition = 60)
+  void Build(const Mesh& mesh = fixtures::HeightField(180), std::uint32_t perPartition = 60,
+    std::uint32_t cellVertices = 1)
   {
     BuildOptions options;
     options.tree.verticesPerPartition = perPartition;
-    options.tree.cellVertices = 1;
+    options.tree.cellVertices = cellVertices;
     options.credit = "Ann";
     options.unit = "mm";
     const auto built = BuildStore(mesh, "hill.ply", this->folder / "hill.kds", options);
@@ -182,8 +183,8 @@ TEST_F(ServedTiles, TheyAreTheExportedOnes)
       files.insert(entry.path().lexically_relative(this->folder / "tiles"));
     }
   }
-  EXPECT_TRUE(fs::exists(this->folder / "tiles" / "16" / "0.json")) << "tilesets in tilesets";
-  EXPECT_LT(this->Get(this->base + "tileset.json").length, 100'000u);
+  EXPECT_TRUE(fs::exists(this->folder / "tiles" / "18" / "0.json")) << "tilesets in tilesets";
+  EXPECT_LT(this->Get(this->base + "tileset.json").length, 70'000u);
   const auto contents = this->Contents();
   ASSERT_EQ(contents.size(), files.size());
   EXPECT_GT(files.size(), 100u);
@@ -195,6 +196,47 @@ TEST_F(ServedTiles, TheyAreTheExportedOnes)
     EXPECT_EQ(response.Field("Content-Type"), "model/gltf-binary");
     EXPECT_EQ(BodyOf(response), fixtures::ReadWhole(this->folder / "tiles" / name)) << name;
   }
+}
+
+// Many partitions below one piece of the finest level: tilesets of groups of them.
+TEST_F(ServedTiles, GroupsOfPartitionsHaveTilesets)
+{
+  this->Build(fixtures::HeightField(100), 10, 200);
+  const auto exported = fixtures::RunTool(
+    this->folder, "store", { "export", "hill.kds", "tiles", "--format", "3dtiles", "--quiet" });
+  ASSERT_EQ(exported.exitCode, 0) << exported.err;
+  std::vector<std::string> groups;
+  std::size_t partitions = 0; // that show something
+  for (const auto& entry : fs::directory_iterator(this->folder / "tiles" / "original"))
+  {
+    partitions += entry.path().extension() == ".glb";
+    if (entry.path().extension() == ".json")
+    {
+      groups.push_back(entry.path().filename());
+    }
+  }
+  ASSERT_GE(groups.size(), 16u);
+  EXPECT_GT(partitions, 500u);
+  const auto contents = this->Contents();
+  EXPECT_EQ(contents.size(), partitions + 1) << "there is one level";
+  const std::string tile = contents.at("original/0.glb");
+  const std::string original = tile.substr(0, tile.rfind('/') + 1);
+  for (const std::string& group : groups)
+  {
+    const auto response = this->Get(original + group);
+    EXPECT_EQ(response.status, 200u) << group;
+    EXPECT_LT(response.length, 70'000u);
+    EXPECT_EQ(this->Get(original + group.substr(0, group.find('.')) + "0.json").status, 404u);
+  }
+  for (const char* const none : { "0.json", "1.json", "1073741823.json" })
+  {
+    EXPECT_EQ(this->Get(original + none).status, 404u) << none;
+  }
+  this->OpenGuarded();
+  EXPECT_EQ(this->Get(original + groups[0]).status, 401u);
+  EXPECT_EQ(this->Get(original + groups[0], Token("levels")).status, 403u);
+  EXPECT_EQ(this->Get(original + groups[0], Token("regions")).status, 200u);
+  EXPECT_EQ(this->Contents(Token("levels")).size(), 1u);
 }
 
 // Served boxes are larger than exported ones, which are those of what is shown; so all of that is
@@ -357,6 +399,7 @@ TEST_F(ServedTiles, OtherAddressesAreRefused)
   { return this->Get(this->base + below).status; };
   EXPECT_EQ(status(version + "/11/0.glb"), 200u);
   for (const char* const missing : { "/11/1.glb", "/10/0.glb", "/30/0.glb", "/11/0.json",
+         "/original/0.json", "/original/64.json", "/original/1073741823.json",
          "/original/100000.glb", "/original/1073741823.glb", "/tileset.json", "/11/0.b3dm", "/11/0",
          "/11", "/11/0/0.glb", "/", "/levels/../tileset.json" })
   {
