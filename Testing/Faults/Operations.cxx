@@ -78,6 +78,11 @@ std::vector<Operation> MakeOperations()
   up["a.kds"] = TreeAfter(all[1]).at("a.kds");
   all.push_back(
     { "exportanother", "kdstream-store", { "export", "a.kds", "web/up", "--quiet" }, up });
+  all.push_back({ "tiles", "kdstream-store",
+    { "export", "a.kds", "web/tiles", "--format=3dtiles", "--quiet" }, { { "a.kds", built } } });
+  all.push_back(
+    { "glb", "kdstream-store", { "export", "a.kds", "out/a.glb", "--format=glb", "--quiet" },
+      { { "a.kds", built }, { "out/", "" } } });
   Operation quotas{ "quotas", "faulty-work", { "quotas", "quotas.db" }, {} };
   quotas.others = { "quotas.db", "quotas.db-wal", "quotas.db-shm", "quotas.db-journal" };
   quotas.recovers = true;

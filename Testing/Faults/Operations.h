@@ -31,7 +31,7 @@ struct Operation
 };
 
 inline constexpr const char* operationNames[] = { "build", "rebuild", "external", "edit", "verify",
-  "extract", "notes", "export", "exportagain", "exportanother", "quotas" };
+  "extract", "notes", "export", "exportagain", "exportanother", "tiles", "glb", "quotas" };
 
 const Operation& OperationOf(const std::string& name);
 std::string ProgramPath(const std::string& program);

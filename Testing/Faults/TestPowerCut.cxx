@@ -156,5 +156,5 @@ TEST_P(PowerCuts, OldOrNewNeverNeither)
 
 INSTANTIATE_TEST_SUITE_P(All, PowerCuts,
   testing::Values("build", "rebuild", "external", "edit", "extract", "notes", "export",
-    "exportagain", "exportanother"),
+    "exportagain", "exportanother", "tiles", "glb"),
   [](const auto& tested) { return std::string(tested.param); });

@@ -365,12 +365,13 @@ public:
   // The path as the user wrote it.
   std::string NameOf(const std::string& path) const { return this->Folder.NameOf(path.substr(1)); }
 
-  // Errors: NotFound; InputOutput, also for a link.
+  // Errors: NotFound; InputOutput, also for a link; LimitExceeded.
   Result<std::string> Read(const std::string& path)
   {
     const auto file = this->PlaceOf(path);
     KDSTREAM_TRY(file);
-    auto text = ReadWholeFile(*file, Links::Refuse);
+    constexpr std::size_t mostBytes = std::size_t{ 16 } << 20; // that viewers take of a list
+    auto text = ReadWholeFile(*file, Links::Refuse, mostBytes);
     if (!text)
     {
       return Error{ text.GetError().code, text.GetError().message, this->NameOf(path) };

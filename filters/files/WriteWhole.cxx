@@ -99,7 +99,8 @@ bool HasBytes(const std::filesystem::path& file, std::string_view bytes)
   return same;
 }
 
-Result<std::string> ReadWholeFile(const std::filesystem::path& file, Links links)
+Result<std::string> ReadWholeFile(
+  const std::filesystem::path& file, Links links, std::size_t mostBytes)
 {
   const int descriptor = ::open(file.c_str(),
     O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY | (links == Links::Refuse ? O_NOFOLLOW : 0));
@@ -129,6 +130,12 @@ Result<std::string> ReadWholeFile(const std::filesystem::path& file, Links links
       return SystemError("cannot be read", errno, file.string());
     }
     bytes.resize(before + (got < 0 ? 0 : static_cast<std::size_t>(got)));
+    if (bytes.size() > mostBytes)
+    {
+      return Error{ ErrorCode::LimitExceeded,
+        "has more than " + std::to_string(mostBytes) + " bytes, which is too much for its purpose",
+        file.string() };
+    }
   }
   return bytes;
 }

@@ -4,6 +4,7 @@
 
 #include "filters/core/Result.h"
 
+#include <cstddef>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -36,7 +37,9 @@ enum class Links
   Follow,
   Refuse // in a folder that others may write to
 };
-// Reads a whole file. Errors: NotFound, InputOutput.
-Result<std::string> ReadWholeFile(const std::filesystem::path& file, Links links = Links::Follow);
+// Reads a whole file. Errors: NotFound, InputOutput; LimitExceeded if it has more than mostBytes: it
+// may be a device without an end.
+Result<std::string> ReadWholeFile(const std::filesystem::path& file, Links links = Links::Follow,
+  std::size_t mostBytes = std::size_t{ 64 } << 20);
 
 }

@@ -12,6 +12,7 @@
 #include <cerrno>
 #include <ctime>
 #include <system_error>
+#include <thread>
 #include <utility>
 
 namespace kdstream
@@ -257,6 +258,25 @@ Status Execute(sqlite3* database, const std::string& sql)
     return SqliteError(database, ErrorCode::InputOutput);
   }
   return {};
+}
+
+Status UseWriteAheadLog(sqlite3* database, std::chrono::milliseconds patience)
+{
+  using Clock = std::chrono::steady_clock;
+  constexpr std::chrono::milliseconds pause{ 5 };
+  const auto until = Clock::now() + patience;
+  sqlite3_busy_timeout(database, 0);
+  for (;;)
+  {
+    // It reads first and writes then, where SQLite calls no busy handler.
+    Status done = Execute(database, "PRAGMA journal_mode = WAL");
+    const bool isBusy = !done && (sqlite3_errcode(database) & 0xFF) == SQLITE_BUSY;
+    if (!isBusy || Clock::now() >= until)
+    {
+      return done;
+    }
+    std::this_thread::sleep_for(pause);
+  }
 }
 
 Result<std::int64_t> QueryInteger(sqlite3* database, const std::string& sql)

@@ -53,6 +53,10 @@ void LimitValues(sqlite3* database, std::size_t bytes);
 Error SqliteError(sqlite3* database, ErrorCode code);
 
 Status Execute(sqlite3* database, const std::string& sql);
+// Gives a file that several programs write to a write-ahead log (WAL). Waits at most `patience` for
+// the others; SQLite itself does not wait for all of them here. Sets the busy timeout to 0: set
+// another one afterwards.
+Status UseWriteAheadLog(sqlite3* database, std::chrono::milliseconds patience);
 Result<std::int64_t> QueryInteger(sqlite3* database, const std::string& sql);
 
 // Whether the tables and indexes are exactly these, each as its CREATE statement made it. Errors:

@@ -45,15 +45,14 @@ namespace
 
 constexpr const char* lockedFile = "the file is locked";
 
-constexpr std::int64_t second = 1'000'000; // in microseconds
+constexpr std::int64_t second = 1'000'000;                      // in microseconds
+constexpr std::chrono::milliseconds patienceWithOthers{ 2000 }; // that have the file locked
 constexpr std::int64_t byteBurst = 10 * second, regionBurst = 60 * second;
 constexpr std::uint64_t largestBlob = protocol::maximumBlobBytes;
 // How much a server's clock may be wrong, or differ from that of another.
 constexpr std::int64_t clocksDiffer = 600 * second;
 
 constexpr const char* schema =
-  "PRAGMA busy_timeout = 2000;"
-  "PRAGMA journal_mode = WAL;"
   "PRAGMA synchronous = NORMAL;"
   "BEGIN IMMEDIATE;"
   "CREATE TABLE IF NOT EXISTS had (subject TEXT, model TEXT, partition INTEGER, time INTEGER,"
@@ -230,6 +229,7 @@ struct QuotaBook::Connection
            IdentityOf(this->index) == this->indexIdentity;
   }
   Status Open();
+  Status MakeTables();
   Status Prepare();
   // Removes entries that expired before now.
   Status Tidy(std::int64_t before);
@@ -379,6 +379,21 @@ Result<std::optional<std::string>> QuotaBook::Connection::AskText(
   return answer;
 }
 
+// Waits for other servers once, not for each of the steps.
+Status QuotaBook::Connection::MakeTables()
+{
+  using Steady = std::chrono::steady_clock;
+  using std::chrono::milliseconds;
+  const auto until = Steady::now() + patienceWithOthers;
+  KDSTREAM_TRY(UseWriteAheadLog(this->database.get(), patienceWithOthers));
+  const auto left = std::chrono::duration_cast<milliseconds>(until - Steady::now());
+  sqlite3_busy_timeout(
+    this->database.get(), static_cast<int>(std::max(left, milliseconds(0)).count()));
+  KDSTREAM_TRY(Execute(this->database.get(), schema));
+  sqlite3_busy_timeout(this->database.get(), static_cast<int>(patienceWithOthers.count()));
+  return {};
+}
+
 Status QuotaBook::Connection::Open()
 {
   MakePrivate(this->path);
@@ -400,7 +415,7 @@ Status QuotaBook::Connection::Open()
     sqlite3_db_config(this->database.get(), off, 0, nullptr);
   }
   sqlite3_db_config(this->database.get(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
-  if (!Execute(this->database.get(), schema))
+  if (!this->MakeTables())
   {
     return this->Failure();
   }
@@ -624,6 +639,12 @@ QuotaBook::QuotaBook(std::unique_ptr<File> file, QuotaLimits limits, Clock clock
 }
 
 QuotaBook::~QuotaBook() = default;
+
+void QuotaBook::Close()
+{
+  const std::lock_guard lock(this->Kept->mutex);
+  this->Kept->open.reset();
+}
 
 Result<std::unique_ptr<QuotaBook>> QuotaBook::Open(
   const std::filesystem::path& file, QuotaLimits limits, Clock clock)

@@ -65,6 +65,9 @@ public:
     const std::filesystem::path& file, QuotaLimits limits, Clock clock = {});
   ~QuotaBook();
 
+  // Closes the file; a later call opens it again. Waits for the disk.
+  void Close();
+
   using Taken = Result<std::optional<QuotaRefusal>>; // nothing: allowed
   // Enters that the subject gets a partition of `bytes` bytes. From any thread; waits for the disk,
   // and at most 2 s for other servers. A call that throws (lack of memory) enters nothing. Errors:

@@ -52,7 +52,8 @@ std::uint64_t DescriptorsOfItself(const HttpServerOptions& server)
   constexpr std::uint64_t ofListeners = 4; // each has a spare descriptor
   constexpr std::uint64_t ofWatches = 3;   // signals, the folder, the keys
   constexpr std::uint64_t ofReload = 4;    // the folder, a store, a certificate, a log
-  return ofLoop * server.threads + ofListeners + ofWatches + ofReload + server.readers;
+  return ofLoop * server.threads + ofListeners + ofWatches + ofReload + server.readers +
+         server.Makers();
 }
 
 }

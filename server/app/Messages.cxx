@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/app/Messages.h"
 
+#include "filters/core/Texts.h"
+
 #include <iostream>
 
 namespace kdstream
@@ -18,7 +20,8 @@ void Messages::Fail(const std::string& what)
 
 void Messages::Say(const std::string& what)
 {
-  const auto line = this->Program + ": " + what + "\n";
+  // A name of a file is a stranger's text, too: it makes no line of its own.
+  const auto line = this->Program + ": " + WithoutControls(what) + "\n";
   const std::lock_guard lock(this->Mutex);
   if (this->Later)
   {

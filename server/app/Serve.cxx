@@ -6,13 +6,13 @@
 #include "filters/program/Program.h"
 #include "kdstream/Version.h"
 #include "server/app/AccessLog.h"
+#include "server/app/BackgroundJob.h"
 #include "server/app/Descriptors.h"
 #include "server/app/FolderFollower.h"
 #include "server/app/Messages.h"
 #include "server/app/ServeOptions.h"
 #include "server/app/TokenCommand.h"
 #include "server/app/TokensFile.h"
-#include "server/app/TokensWatch.h"
 #include "server/http/HttpServer.h"
 #include "server/session/StoreCatalog.h"
 
@@ -24,8 +24,11 @@
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <deque>
+#include <future>
 #include <iostream>
 #include <string_view>
+#include <thread>
 
 namespace
 {
@@ -78,7 +81,7 @@ void WarnOfEmptyFolder(Messages& messages, const std::string& folder, const Stor
 
 void Reopen(Messages& messages, const std::string& file, const std::shared_ptr<AccessLog>& log)
 {
-  if (const auto status = log ? log->Reopen() : Status{}; !status)
+  if (const auto status = log->Reopen(); !status)
   {
     messages.Warn(file, status.GetError().message + "; the earlier file stays in use");
   }
@@ -133,29 +136,22 @@ struct Environment
   StoreCatalog& catalog;
   FolderFollower& folder;
   const Logs& logs;
-  TokensWatch* tokens; // null: no tokens are required
+  std::deque<BackgroundJob>& jobs; // each reads a file that SIGHUP names, and may wait for its disk
   HttpServer& server;
 };
 
 void Reload(const Environment& around)
 {
-  const auto& [line, messages, catalog, folder, logs, tokens, server] = around;
-  folder.ReadAnew(
+  around.folder.ReadAnew(
     [&around] { WarnOfEmptyFolder(around.messages, around.line.folder, around.catalog); });
-  if (tokens)
+  if (around.line.server.web)
   {
-    tokens->Reload();
+    around.line.server.web->Forget();
   }
-  if (line.server.web)
+  for (BackgroundJob& job : around.jobs)
   {
-    line.server.web->Forget();
+    job.Ask();
   }
-  if (const auto status = server.ReloadTls(); !status)
-  {
-    messages.Warn("", status.GetError().message + "; the earlier certificate stays in use");
-  }
-  Reopen(messages, line.accessLog, logs.access);
-  Reopen(messages, line.auditLog, logs.audit);
 }
 
 // If memory runs out, something is left undone, and reported: the server continues.
@@ -176,6 +172,73 @@ void Try(Messages& messages, std::string_view what, const Work& work)
   catch (...) // there is no memory for a message either
   {
   }
+}
+
+constexpr const char* notAllRead = "SIGHUP: not everything could be read again";
+
+// Looks whether the keys have changed, often: a revoked token must stop working within a second,
+// even while the rest of the server reads stores or ends. Streams check their tokens as often.
+void FollowKeys(std::deque<BackgroundJob>& jobs, Messages& messages, const std::string& name,
+  const std::optional<TokensFile>& tokens)
+{
+  constexpr std::chrono::milliseconds interval{ 250 };
+  if (!tokens)
+  {
+    return;
+  }
+  const auto work = [&messages, name, file = *tokens](bool isAsked) mutable
+  {
+    const auto read = [&]
+    {
+      if (const auto status = isAsked ? file.Reload() : file.Look(); !status)
+      {
+        messages.Warn(name, status.GetError().message + "; the earlier keys stay valid");
+      }
+    };
+    try
+    {
+      isAsked ? Try(messages, notAllRead, read) : read();
+    }
+    catch (...) // for want of memory: the next look is soon
+    {
+    }
+  };
+  jobs.emplace_back(work, interval);
+}
+
+// Each on a thread of its own: where one disk hangs, the others are read.
+void MakeJobs(std::deque<BackgroundJob>& jobs, const ServeOptions& line, Messages& messages,
+  const Logs& logs, const std::optional<TokensFile>& tokens, HttpServer& server)
+{
+  FollowKeys(jobs, messages, line.tokens, tokens);
+  if (!line.server.tlsCertificate.empty())
+  {
+    const auto load = [&messages, &server]
+    {
+      if (const auto status = server.ReloadTls(); !status)
+      {
+        messages.Warn("", status.GetError().message + "; the earlier certificate stays in use");
+      }
+    };
+    jobs.emplace_back([&messages, load](bool) { Try(messages, notAllRead, load); });
+  }
+  for (const auto& [file, log] :
+    { std::pair(line.accessLog, logs.access), { line.auditLog, logs.audit } })
+  {
+    if (log)
+    {
+      const auto reopen = [&messages, file = file, log = log] { Reopen(messages, file, log); };
+      jobs.emplace_back([&messages, reopen](bool) { Try(messages, notAllRead, reopen); });
+    }
+  }
+}
+
+// Whether a signal to end has come. REQUIRES: the signals are blocked.
+bool IsToEnd(const sigset_t& signals)
+{
+  constexpr timespec now{ 0, 0 };
+  const int signal = sigtimedwait(&signals, nullptr, &now);
+  return signal == SIGTERM || signal == SIGINT;
 }
 
 // Reloads at SIGHUP, until SIGTERM or SIGINT.
@@ -203,8 +266,7 @@ void WaitForEnd(const sigset_t& signals, const Environment& around)
     }
     if (signal == SIGHUP)
     {
-      Try(around.messages, "SIGHUP: not everything could be read again",
-        [&around] { Reload(around); });
+      Try(around.messages, notAllRead, [&around] { Reload(around); });
     }
   }
   ::close(signalFile);
@@ -218,10 +280,7 @@ void Drain(const sigset_t& signals, const Environment& around)
   around.server.BeginDrain();
   while (!around.server.WaitUntilDrained(step))
   {
-    constexpr timespec now{ 0, 0 };
-    const int signal = sigtimedwait(&signals, nullptr, &now);
-    const bool endsNow = signal == SIGTERM || signal == SIGINT;
-    if (endsNow || std::chrono::steady_clock::now() >= until)
+    if (IsToEnd(signals) || std::chrono::steady_clock::now() >= until)
     {
       around.messages.Warn("", "the server stops before all requests are answered");
       return;
@@ -229,11 +288,32 @@ void Drain(const sigset_t& signals, const Environment& around)
   }
 }
 
-// Ends what a disk may hold, which is waited for no longer. False where one holds it.
+// Ends what a disk may hold, which is waited for no longer. False where one holds it: what it holds
+// is used still.
 bool EndWithin(std::chrono::milliseconds time, const Environment& around)
 {
-  const bool isFree = around.folder.End(time);
-  return around.server.StopWithin(time) && isFree;
+  using Clock = std::chrono::steady_clock;
+  const auto until = Clock::now() + time;
+  const auto left = [until]
+  {
+    return std::max(std::chrono::milliseconds(0),
+      std::chrono::duration_cast<std::chrono::milliseconds>(until - Clock::now()));
+  };
+  bool isFree = around.server.StopWithin(left());
+  isFree = around.folder.End(left()) && isFree;
+  Try(around.messages, "the quotas are closed later",
+    [&around]
+    {
+      if (const auto quotas = around.line.server.quotas)
+      {
+        around.jobs.emplace_back([quotas](bool) { quotas->Close(); }).Ask();
+      }
+    });
+  for (BackgroundJob& job : around.jobs)
+  {
+    isFree = job.End(left()) && isFree;
+  }
+  return isFree;
 }
 
 // Ends the process at once, though threads wait for a disk. What the logs have is written.
@@ -365,8 +445,8 @@ Result<std::optional<TokensFile>> OpenAccess(ServeOptions& line)
 
 // Serves until it is asked to end.
 void Run(const sigset_t& signals, const ServeOptions& line, Messages& messages,
-  StoreCatalog& catalog, FolderFollower& folder, const Logs& logs, std::optional<TokensFile> tokens,
-  HttpServer& server)
+  StoreCatalog& catalog, FolderFollower& folder, const Logs& logs,
+  const std::optional<TokensFile>& tokens, HttpServer& server)
 {
   if (line.server.admin)
   {
@@ -379,17 +459,12 @@ void Run(const sigset_t& signals, const ServeOptions& line, Messages& messages,
   {
     messages.Warn("", status.GetError().message);
   }
-  std::optional<TokensWatch> watch;
-  if (tokens)
-  {
-    watch.emplace(
-      std::move(*tokens), [&](const std::string& what) { messages.Warn(line.tokens, what); });
-  }
-  const Environment around{ line, messages, catalog, folder, logs, watch ? &*watch : nullptr,
-    server };
+  std::deque<BackgroundJob> jobs;
+  MakeJobs(jobs, line, messages, logs, tokens, server);
+  const Environment around{ line, messages, catalog, folder, logs, jobs, server };
   WaitForEnd(signals, around);
   Drain(signals, around);
-  constexpr std::chrono::milliseconds patience{ 200 };
+  constexpr std::chrono::milliseconds patience{ 1000 };
   if (!EndWithin(patience, around))
   {
     EndAtOnce(messages, logs);
@@ -406,13 +481,30 @@ std::optional<Status> ReadFirst(const sigset_t& signals, FolderFollower& folder)
     {
       return status;
     }
-    constexpr timespec now{ 0, 0 };
-    const int signal = sigtimedwait(&signals, nullptr, &now);
-    if (signal == SIGTERM || signal == SIGINT)
+    if (IsToEnd(signals))
     {
       return std::nullopt;
     }
   }
+}
+
+// What `work` gives. It may wait for a disk: a signal to end ends the program then.
+template <class Work>
+auto AwaitDisk(const sigset_t& signals, Messages& messages, const Work& work)
+{
+  constexpr std::chrono::milliseconds step{ 50 };
+  std::packaged_task<decltype(work())()> task(work);
+  auto result = task.get_future();
+  std::thread thread(std::move(task));
+  while (result.wait_for(step) != std::future_status::ready)
+  {
+    if (IsToEnd(signals))
+    {
+      EndAtOnce(messages, {});
+    }
+  }
+  thread.join();
+  return result.get();
 }
 
 int Serve(const std::string& program, ServeOptions& line)
@@ -428,7 +520,8 @@ int Serve(const std::string& program, ServeOptions& line)
     return PrintError(program, "", openStores.GetError());
   }
   const sigset_t signals = BlockSignals();
-  if (const auto opened = OpenPages(messages, line); !opened)
+  const auto await = [&](const auto& work) { return AwaitDisk(signals, messages, work); };
+  if (const auto opened = await([&] { return OpenPages(messages, line); }); !opened)
   {
     return PrintError(program, "", opened.GetError());
   }
@@ -456,12 +549,12 @@ int Serve(const std::string& program, ServeOptions& line)
     }
     return PrintError(program, line.folder, error);
   }
-  const auto logs = OpenLogs(line);
+  const auto logs = await([&] { return OpenLogs(line); });
   if (!logs)
   {
     return PrintError(program, "", logs.GetError());
   }
-  auto tokens = OpenAccess(line);
+  const auto tokens = await([&] { return OpenAccess(line); });
   if (!tokens)
   {
     return PrintError(program, "", tokens.GetError());
@@ -474,13 +567,13 @@ int Serve(const std::string& program, ServeOptions& line)
   line.server.lostLines = [&messages, logs = *logs] { return LostLines(messages, logs); };
   line.server.version = KDSTREAM_VERSION;
 
-  const auto server = HttpServer::Start(catalog, line.server);
+  const auto server = await([&] { return HttpServer::Start(catalog, line.server); });
   if (!server)
   {
     PrintError(program, "", server.GetError());
     return exitFailed; // also of a --host that no name server knows today
   }
-  Run(signals, line, messages, catalog, folder, *logs, std::move(*tokens), **server);
+  Run(signals, line, messages, catalog, folder, *logs, *tokens, **server);
   return exitDone; // requests in flight end with the server
 }
 

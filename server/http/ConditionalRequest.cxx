@@ -106,7 +106,7 @@ bool NamesTag(std::string_view ifNoneMatch, std::string_view tag)
     {
       rest.remove_prefix(2);
     }
-    const auto close = rest.front() == '"' ? rest.find('"', 1) : std::string_view::npos;
+    const auto close = rest.starts_with('"') ? rest.find('"', 1) : std::string_view::npos;
     if (close == std::string_view::npos)
     {
       return false;

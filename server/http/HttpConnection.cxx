@@ -446,8 +446,10 @@ private:
     const bool takes = reading->counts == Routes::Counts::Yes || isTried;
     this->StopWaiting = MakeRoundTrip(
       this->Executor,
-      [&](WorkerPool::Work work, WorkerPool::Work giveUp) {
-        state.Read(takes, { std::move(work), std::move(giveUp), reading->source, reading->part });
+      [&](WorkerPool::Work work, WorkerPool::Work giveUp)
+      {
+        state.Read(takes, { std::move(work), std::move(giveUp), reading->source, reading->part },
+          reading->isMade);
       },
       [&state, found, isTrial, reading]
       {

@@ -117,6 +117,7 @@ void HttpServer::Implementation::StartThreads()
   WorkerPool::Limits limits;
   limits.patience = options.answerTimeout;
   this->State.Readers.Start(std::max(1u, options.readers), limits);
+  this->State.Makers.Start(options.Makers(), limits);
   if (options.quotas)
   {
     this->State.Takers.Start(std::max(1u, options.readers), limits);
@@ -280,7 +281,8 @@ bool HttpServer::Implementation::StopPools(std::optional<std::chrono::millisecon
 {
   const auto until = WorkerPool::Clock::now() + patience.value_or(std::chrono::milliseconds(0));
   bool stopped = true;
-  for (auto* pool : { &this->State.Readers, &this->State.Takers, &this->State.Handshakes })
+  for (auto* pool :
+    { &this->State.Readers, &this->State.Makers, &this->State.Takers, &this->State.Handshakes })
   {
     if (!patience)
     {

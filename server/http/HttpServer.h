@@ -10,6 +10,7 @@
 #include "server/session/Conversation.h"
 #include "server/session/PartitionLedger.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
@@ -47,6 +48,8 @@ struct HttpServerOptions
   std::optional<ListenAddress> admin;
   unsigned threads = 2; // of the event loop, at least 1
   unsigned readers = 8; // threads that wait for disks, at least 1
+  // Threads that make tiles and pictures, and may wait for disks.
+  unsigned Makers() const { return std::max(2u, this->readers / 2); }
   std::size_t maximumConnections = 1000;
   // Connections in addition to the maximum, which are answered that no slot is free; and
   // the same number for the admin address. Further ones are closed without an answer.

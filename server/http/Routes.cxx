@@ -586,7 +586,8 @@ Routes::Found Routes::FindTile(const HttpRequest& request, const protocol::Resou
 {
   const auto& description = model->Description();
   // A hash of the whole description: for example, a unit changes the tiles but not the digest.
-  const std::string version = HashOf(*model->Json(), tilesFormat);
+  const std::string version = model->JsonHash(
+    [](const std::vector<std::uint8_t>& json) { return HashOf(json, tilesFormat); });
   if (!resource.tile.isRoot && resource.digest != version)
   {
     return this->Failure(410, AnotherTileset(description.id));
@@ -629,9 +630,9 @@ Routes::Found Routes::FindTile(const HttpRequest& request, const protocol::Resou
   Reading reading;
   // A counted answer is first made by readers, and only then subtracted from the quota.
   reading.counts = mayCount ? Counts::Perhaps : Counts::No;
-  // All tiles of all models are one source, so that half of the readers at most make them. One
-  // reader makes the tilesets of a detail, the first of which takes long.
-  reading.source = &this->Tiles;
+  // One thread makes the tilesets of a detail, the first of which takes long.
+  reading.isMade = true;
+  reading.source = asked.model.get();
   reading.part = version + "/" +
                  (resource.tile.isTileset ? std::string(NameOf(asked.wanted.detail))
                                           : protocol::NameOfTile(resource.tile));
@@ -891,6 +892,7 @@ Routes::Found Routes::FindPage(const HttpRequest& request, PagePath asked) const
   {
     return this->Failure(410, asked.model + " has a new digest: read its model.json again");
   }
+  reading.isMade = asked.kind != PagePath::Kind::Manifest;
   reading.source = model.get();
   reading.part = asked.kind == PagePath::Kind::Picture   ? "picture"
                  : asked.kind == PagePath::Kind::Preview ? "preview"

@@ -60,6 +60,7 @@ public:
     Counts counts = Counts::No;   // against a quota
     const void* source = nullptr; // the model or the folder of files that is read, by address
     std::string part = {};        // the part of the model, if several readers may share the read
+    bool isMade = false;          // it takes a processor for long: blobs do not wait for it
 
     HttpResponse Answer() const { return *this->Read(true); }
     // The same where it counts against no quota, else nothing.

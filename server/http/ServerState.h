@@ -106,6 +106,9 @@ public:
   bool isLocal = false, isAdminLocal = false;
   WorkerPool Readers{ [this](WorkerPool::Clock::duration waited)
     { this->Counters.CountWait(waited); } };
+  // Threads for what takes long to make of blobs: tiles, pictures.
+  WorkerPool Makers{ [this](WorkerPool::Clock::duration waited)
+    { this->Counters.CountWait(waited); } };
   // Threads for what counts against quotas. Not the readers: if another process holds the quotas'
   // file, only requests that take of a quota wait.
   WorkerPool Takers{ [this](WorkerPool::Clock::duration waited)
@@ -177,11 +180,13 @@ public:
     }
   }
 
-  // Runs the task on one of the readers, or, if it takes of a quota, on a thread for that. The task
-  // must not throw.
-  void Read(bool takes, WorkerPool::Task task)
+  // Runs the task on one of the readers, or, if it takes of a quota or takes long to make, on a
+  // thread for that. The task must not throw.
+  void Read(bool takes, WorkerPool::Task task, bool isMade = false)
   {
-    auto& pool = takes && this->Options.quotas ? this->Takers : this->Readers;
+    auto& pool = takes && this->Options.quotas ? this->Takers
+                 : isMade                      ? this->Makers
+                                               : this->Readers;
     this->Counters.CountWaiting(pool.Add(std::move(task)));
   }
   // Counts a read that was given up.

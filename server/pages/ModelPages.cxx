@@ -147,6 +147,9 @@ Result<BlobBytes> PictureKeeper::Get(const ServedModel& model) const
   {
     return kept;
   }
+  // Before it has a place: where a disk hangs, others draw.
+  const auto blob = model.ReadBlob(BlobOfPiece(PreviewPiece(description), description.depths));
+  KDSTREAM_TRY(blob);
   struct Place
   {
     std::atomic<int>& waiting;
@@ -163,8 +166,6 @@ Result<BlobBytes> PictureKeeper::Get(const ServedModel& model) const
   {
     return Error{ ErrorCode::Cancelled, "too many pictures are drawn at once: try again" };
   }
-  const auto blob = model.ReadBlob(BlobOfPiece(PreviewPiece(description), description.depths));
-  KDSTREAM_TRY(blob);
   const std::lock_guard lock(this->Drawing);
   if (auto kept = this->Find(json)) // made by the request that this one waited for
   {

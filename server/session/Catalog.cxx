@@ -28,6 +28,17 @@ BlobBytes ServedModel::Json(ModelDetail detail) const
   return written;
 }
 
+std::string ServedModel::JsonHash(Hash hash) const
+{
+  const BlobBytes json = this->Json();
+  const std::lock_guard lock(this->JsonMutex);
+  if (this->WrittenHash.empty())
+  {
+    this->WrittenHash = hash(*json);
+  }
+  return this->WrittenHash;
+}
+
 BlobBytes Catalog::WriteList(const std::vector<std::shared_ptr<const ServedModel>>& models) const
 {
   std::vector<ModelSummary> summaries;

@@ -38,6 +38,9 @@ public:
   virtual const ModelDescription& Description() const = 0;
   // The description as JSON, for clients of this access level; written once for each level.
   BlobBytes Json(ModelDetail detail = ModelDetail::Regions) const;
+  // The hash of Json(), by a function that is the same in all calls; computed once.
+  using Hash = std::string (*)(const std::vector<std::uint8_t>& json);
+  std::string JsonHash(Hash hash) const;
 
   // Checks that the model can still be read as it is described. Errors: Changed if its store was
   // written to; InputOutput if this cannot be found out.
@@ -67,6 +70,7 @@ public:
 private:
   mutable std::mutex JsonMutex;
   mutable std::array<BlobBytes, 3> Written; // by detail
+  mutable std::string WrittenHash;          // empty at first
 };
 
 // Statistics of a cache of blobs.

@@ -33,7 +33,7 @@ namespace fs = std::filesystem;
 constexpr int cacheVersion = 1; // of the layout
 // Limits while another program keeps the file busy: for each attempt, and in all when nobody waits;
 // then the file is left alone for a while.
-constexpr int patienceMilliseconds = 200;
+constexpr std::chrono::milliseconds patienceWithFile{ 200 };
 constexpr int mostTries = 5;
 constexpr std::chrono::seconds busyPause{ 10 };
 constexpr const char* isBusy = "another program is writing to it";
@@ -88,8 +88,10 @@ bool IsDamaged(sqlite3* database)
 
 Status MakeTables(sqlite3* database)
 {
-  KDSTREAM_TRY(Execute(
-    database, "PRAGMA auto_vacuum = INCREMENTAL; PRAGMA journal_mode = WAL; BEGIN IMMEDIATE"));
+  KDSTREAM_TRY(Execute(database, "PRAGMA auto_vacuum = INCREMENTAL"));
+  KDSTREAM_TRY(UseWriteAheadLog(database, patienceWithFile));
+  sqlite3_busy_timeout(database, int(patienceWithFile.count()));
+  KDSTREAM_TRY(Execute(database, "BEGIN IMMEDIATE"));
   const auto version = QueryInteger(database, "PRAGMA user_version");
   KDSTREAM_TRY(version);
   if (*version != cacheVersion) // another program may have been quicker
@@ -111,7 +113,7 @@ Status MakeTables(sqlite3* database)
 // this does not wait for other writers.
 Status PrepareCache(sqlite3* database)
 {
-  sqlite3_busy_timeout(database, patienceMilliseconds);
+  sqlite3_busy_timeout(database, int(patienceWithFile.count()));
   const auto version = QueryInteger(database, "PRAGMA user_version");
   KDSTREAM_TRY(version);
   KDSTREAM_TRY(*version == cacheVersion ? CheckLayout(database) : MakeTables(database));
@@ -250,7 +252,7 @@ Result<ReadOnlyCache> OpenToRead(const fs::path& folder, bool isWritten)
   auto database = isWritten ? OpenForWriting(file) : OpenForReading(opened.descriptor);
   KDSTREAM_TRY(database);
   opened.database = std::move(*database);
-  sqlite3_busy_timeout(opened.database.get(), patienceMilliseconds);
+  sqlite3_busy_timeout(opened.database.get(), int(patienceWithFile.count()));
   const auto version = QueryInteger(opened.database.get(), "PRAGMA user_version");
   KDSTREAM_TRY(version);
   if (*version != cacheVersion)

@@ -106,4 +106,12 @@ TEST(WriteWhole, AFileIsReadWholeOrNotThere)
   const auto directory = ReadWholeFile(folder.Path);
   ASSERT_FALSE(directory);
   EXPECT_EQ(directory.GetError().code, ErrorCode::InputOutput);
+  EXPECT_TRUE(ReadWholeFile(folder / "a", Links::Follow, bytes.size()));
+  // Which has no end.
+  const auto endless = ReadWholeFile("/dev/zero");
+  ASSERT_FALSE(endless);
+  EXPECT_EQ(endless.GetError().code, ErrorCode::LimitExceeded);
+  const auto large = ReadWholeFile(folder / "a", Links::Follow, bytes.size() - 1);
+  ASSERT_FALSE(large);
+  EXPECT_EQ(large.GetError().code, ErrorCode::LimitExceeded);
 }

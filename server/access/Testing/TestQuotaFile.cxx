@@ -472,6 +472,23 @@ TEST_F(QuotaFile, TwoServersLoseNothingWhereItIsRemoved)
 
 // The server that notices removes the log. The other server, which gets no request in between, must
 // not continue to use it.
+// A new file becomes one with a log, for which SQLite does not wait by itself.
+TEST_F(QuotaFile, AServerWaitsForAnotherThatOpensTheNewFileToo)
+{
+  const auto other = OpenForWriting(this->file);
+  ASSERT_TRUE(other);
+  ASSERT_TRUE(Execute(other->get(), "BEGIN IMMEDIATE"));
+  std::thread ends(
+    [&]
+    {
+      std::this_thread::sleep_for(std::chrono::milliseconds(200));
+      EXPECT_TRUE(Execute(other->get(), "COMMIT"));
+    });
+  const auto book = this->Open(8);
+  ends.join();
+  EXPECT_TRUE(May(*book, 0));
+}
+
 TEST_F(QuotaFile, TwoServersGiveWhatOneWouldWhereItGoesAndComes)
 {
   const auto log = fs::path(this->file.string() + "-wal");

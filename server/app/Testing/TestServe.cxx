@@ -81,6 +81,17 @@ TEST_F(Serve, ServesAFolderUntilItIsStopped)
   EXPECT_NE(text.find(" 127.0.0.1 \"GET /api/models.json\" 200 "), std::string::npos) << text;
 }
 
+// What others have put into the folder cannot forge a line, nor steer a terminal.
+TEST_F(Serve, NamesOfFilesMakeNoLines)
+{
+  this->Build("one.kds");
+  std::ofstream(this->stores / "a\nkdstream-serve: error: b\x1b[31m.kds") << "nonsense";
+  Process serve({ this->stores, "--port", "0" });
+  const std::string line = serve.ErrorLine(), begin = "kdstream-serve: warning: ";
+  EXPECT_EQ(line.substr(0, line.find(": a model's name")),
+    begin + (this->stores / "a?kdstream-serve: error: b?[31m.kds").string());
+}
+
 TEST_F(Serve, NamesItsSite)
 {
   this->Build("one.kds");
@@ -107,12 +118,12 @@ TEST_F(Serve, RunsOutOfPlacesBeforeDescriptors)
 #endif
   this->Build("one.kds");
   Process serve({ this->stores, "--port", "0", "--threads", "2", "--admin", "127.0.0.1:0" },
-    program, rlimit{ 48, 48 });
+    program, rlimit{ 52, 52 });
   const auto port = serve.Port();
   const auto warning = serve.ErrorLine();
   const std::string start =
     "kdstream-serve: warning: --max-connections 1000: this process may open "
-    "48 descriptors, which is enough for only ";
+    "52 descriptors, which is enough for only ";
   ASSERT_EQ(warning.substr(0, start.size()), start);
   EXPECT_LE(std::stoi(warning.substr(start.size())), 16) << warning;
   const auto admin = serve.AdminPort();

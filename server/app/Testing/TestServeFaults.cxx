@@ -313,6 +313,48 @@ TEST_F(Faulty, AFolderThatHangsAtTheStart)
   EXPECT_EQ(serve.Wait(), 0);
 }
 
+// Files of the server itself: keys, certificate, logs, quotas, pages. Each alone, as the first that
+// hangs would hide the others.
+TEST_F(Faulty, FilesOfItsOwnThatHang)
+{
+  const auto hanging = this->folder / "hangs";
+  fs::create_directory(hanging);
+  this->MakeToken();
+  fs::copy(this->keys, hanging / "tokens.json");
+  WriteSelfSigned(hanging / "cert.pem", hanging / "key.pem");
+  std::ofstream(hanging / "index.html") << "home";
+  const std::vector<std::vector<std::string>> kinds{
+    { "--tokens", hanging / "tokens.json" },
+    { "--tls-cert", hanging / "cert.pem", "--tls-key", hanging / "key.pem" },
+    { "--access-log", hanging / "access.log" },
+    { "--tokens", this->keys, "--audit-log", hanging / "audit.log" },
+    { "--tokens", this->keys, "--quota-file", hanging / "quotas.db", "--quota-bytes", "1G" },
+    { "--web", hanging },
+  };
+  for (auto arguments : kinds)
+  {
+    arguments.insert(arguments.end(), { "--drain", "1", "--admin", "127.0.0.1:0" });
+    {
+      Process serve(this->Arguments(arguments));
+      const Deadline deadline(serve);
+      const auto admin = serve.AdminPort();
+      EXPECT_FALSE(serve.OutLine().empty());
+      this->faults->hanging = 1;
+      serve.Signal(SIGHUP);
+      EXPECT_EQ(Ask(admin, "/readyz"), 200u) << arguments[0];
+      serve.Signal(SIGTERM);
+      EXPECT_EQ(serve.Wait(), 0) << arguments[0];
+    }
+    this->faults->struck = 0;
+    Process serve(this->Arguments(arguments));
+    const Deadline deadline(serve);
+    EXPECT_TRUE(fixtures::Eventually([this] { return this->faults->struck > 0; })) << arguments[0];
+    serve.Signal(SIGTERM);
+    EXPECT_EQ(serve.Wait(), 0) << arguments[0] << ": at the start";
+    this->faults->Clear();
+  }
+}
+
 TEST_F(Faulty, NoDescriptors)
 {
   std::ofstream(this->folder / "index.html") << "home";

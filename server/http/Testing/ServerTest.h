@@ -2,6 +2,7 @@
 // A server on real sockets with one model made up in memory: what its tests share.
 #pragma once
 
+#include "Testing/Fixtures/Eventually.h"
 #include "filters/core/tree/Region.h"
 #include "filters/protocol/ResourcePath.h"
 #include "server/http/HttpServer.h"
@@ -10,6 +11,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <memory>
 #include <mutex>
@@ -46,20 +48,18 @@ protected:
   // The record of a request for `target`, once there is one.
   AccessRecord AwaitRecord(const std::string& target)
   {
-    for (;;)
+    AccessRecord found;
+    const auto isThere = [&]
     {
-      {
-        const std::lock_guard lock(this->mutex);
-        for (const auto& record : this->records)
-        {
-          if (record.target == target)
-          {
-            return record;
-          }
-        }
-      }
-      std::this_thread::sleep_for(std::chrono::milliseconds(5)); // the server needs the lock
-    }
+      const std::lock_guard lock(this->mutex);
+      const auto record = std::find_if(this->records.begin(), this->records.end(),
+        [&](const AccessRecord& each) { return each.target == target; });
+      const bool is = record != this->records.end();
+      found = is ? *record : AccessRecord();
+      return is;
+    };
+    EXPECT_TRUE(fixtures::Eventually(isThere)) << "there is no record of " << target;
+    return found;
   }
 
   // One that waits for no client for long when it ends.

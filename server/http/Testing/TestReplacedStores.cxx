@@ -184,10 +184,8 @@ protected:
     }
     const auto wait = [&tally](std::size_t more)
     {
-      for (const auto before = tally.Total(); tally.Total() < before + more;)
-      {
-        std::this_thread::yield();
-      }
+      const auto before = tally.Total();
+      EXPECT_TRUE(fixtures::Eventually([&] { return tally.Total() >= before + more; }));
     };
     // a model that is replaced now cannot be opened
     EXPECT_TRUE(fixtures::Eventually([&] { return tally.Readers() >= readers; }));

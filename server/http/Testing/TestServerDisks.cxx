@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A disk that hangs on one store: clients of that store wait, and are asked to try again; other
 // clients are not affected.
+#include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/protocol/Testing/AskedBlobs.h"
 #include "server/http/Testing/ServerTest.h"
 
+#include <fstream>
 #include <future>
 #include <thread>
 
@@ -123,6 +125,40 @@ TEST_F(Disks, AnyNumberWhoAskForAStoreThatHangsDelayNobodyElse)
   {
     EXPECT_TRUE(this->IsRegion(each->Await(2), 1, 1));
   }
+}
+
+// Nor do those who ask for what is made of its blobs: tiles and pictures of other models are made.
+TEST_F(Disks, TilesAndPicturesOfAStoreThatHangsDelayNoOthers)
+{
+  const fixtures::TemporaryFolder pages;
+  std::ofstream(pages / "index.html") << "home";
+  this->options.web = *StaticFiles::Open(pages.Path);
+  const auto port = this->Start();
+  this->SetHanging(true);
+  constexpr int askersOfEach = 20;
+  const std::vector<std::string> made{ "/api/models/dragon/3dtiles/tileset.json",
+    "/m/dragon/picture.jpg" };
+  for (int i = 0; i < askersOfEach; ++i)
+  {
+    for (const auto& path : made)
+    {
+      this->askers.push_back(std::make_unique<HttpTestClient>(port));
+      this->askers.back()->Send("GET " + path + " HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    }
+  }
+  HttpTestClient client(port);
+  ASSERT_TRUE(
+    Has(client, "kdstream_reader_queue_length_count " + std::to_string(2 * askersOfEach) + "\n"));
+  const auto before = this->other->reads.load();
+  for (std::string path : made)
+  {
+    const auto answer = client.Get(path.replace(path.find("dragon"), 6, "other"));
+    ASSERT_TRUE(answer);
+    EXPECT_EQ(answer->status, 500u) << "its blobs are random: " << answer->body;
+  }
+  EXPECT_GE(this->other->reads, before + 2) << "they have been read";
+  EXPECT_EQ(client.Get(this->OtherBlob())->status, 200u);
+  this->SetHanging(false);
 }
 
 TEST_F(Disks, WhoWaitsForTooLongGetsABusyAnswer)

@@ -379,6 +379,20 @@ TEST_F(Folder, WhatIsReportedIsWhatTheStoreKeeps)
   EXPECT_EQ(kept.substr(0, kept.find(",\"build\":{")) + "}", "{" + reported.substr(begin.size()));
 }
 
+// Each tile that is asked for needs the hash, and the description may have a MiB.
+TEST_F(Folder, ADescriptionIsHashedOnce)
+{
+  this->Build("sheet.kds", 40, "A sheet");
+  ASSERT_TRUE(this->catalog.Reload());
+  const auto model = this->catalog.Find("sheet");
+  static int calls = 0;
+  const auto hash = [](const std::vector<std::uint8_t>& json)
+  { return std::to_string(++calls) + " of " + std::to_string(json.size()); };
+  const std::string first = model->JsonHash(hash);
+  EXPECT_EQ(first, "1 of " + std::to_string(model->Json()->size()));
+  EXPECT_EQ(model->JsonHash(hash), first);
+}
+
 // However right its checksum is.
 TEST_F(Folder, ABlobOfNoBytesIsDamaged)
 {

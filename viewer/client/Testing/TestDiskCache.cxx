@@ -305,6 +305,27 @@ TEST(TestDiskCache, ABusyFileIsNotADamagedOne)
   sqlite3_close(other);
 }
 
+// Another program makes the new file at the same time: it is waited for, a little.
+TEST(TestDiskCache, ANewFileMayBeBusyForAMoment)
+{
+  const TemporaryFolder folder;
+  sqlite3* other = nullptr;
+  ASSERT_EQ(sqlite3_open((folder / "blobs.sqlite").c_str(), &other), SQLITE_OK);
+  ASSERT_EQ(sqlite3_exec(other, "BEGIN IMMEDIATE", nullptr, nullptr, nullptr), SQLITE_OK);
+  std::thread ends(
+    [other]
+    {
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      EXPECT_EQ(sqlite3_exec(other, "COMMIT", nullptr, nullptr, nullptr), SQLITE_OK);
+    });
+  const auto cache = DiskCache::Open(folder.Path, plenty);
+  ends.join();
+  sqlite3_close(other);
+  ASSERT_TRUE(cache) << cache.GetError().message;
+  (*cache)->Put(Key(1), Content(1));
+  EXPECT_EQ(FindSoon(**cache, Key(1)), Content(1));
+}
+
 // Nor is a file that another program has for itself, and whose version cannot be asked for.
 TEST(TestDiskCache, ALockedFileStaysAsItIs)
 {
