@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/convert/PlainCopy.h"
 
+#include "filters/convert/VtpBlocks.h"
 #include "filters/core/SystemReason.h"
 #include "filters/meshio/ByteSource.h"
 #include "filters/meshio/NumberText.h"
@@ -184,14 +185,16 @@ Result<PlainCopy> PlainCopy::OfXml(const std::filesystem::path& file, Tolerance&
   const std::uint64_t size = source->Size();
   const Result<std::uint64_t> zeros = CropToText(*source);
   KDSTREAM_TRY(zeros);
+  const Result<bool> blanks = CheckVtpBlocks(*source, [](std::string_view) { return Status(); });
+  KDSTREAM_TRY(blanks);
   PlainCopy copy(file);
-  if (source->Size() == size)
+  if (source->Size() == size && !*blanks)
   {
     return copy;
   }
   tolerance.Count(Lapse::PaddedEnd, *zeros, "byte " + std::to_string(source->Size()));
   KDSTREAM_TRY(copy.Open());
-  KDSTREAM_TRY(copy.Copy(*source, source->Start(), source->Size()));
+  KDSTREAM_TRY(CheckVtpBlocks(*source, [&](std::string_view bytes) { return copy.Write(bytes); }));
   return copy;
 }
 

@@ -8,17 +8,22 @@
 #include "filters/convert/PolyDataParts.h"
 #include "filters/convert/VtkMessages.h"
 #include "filters/convert/VtkWords.h"
+#include "filters/core/Texts.h"
+#include "filters/core/VectorMath.h"
 #include "filters/meshio/TextWords.h"
 
 #include <vtkCallbackCommand.h>
 #include <vtkCell.h>
+#include <vtkCellArray.h>
 #include <vtkCellData.h>
 #include <vtkDataSet.h>
 #include <vtkDataSetSurfaceFilter.h>
 #include <vtkGenericCell.h>
 #include <vtkGenericDataObjectReader.h>
+#include <vtkIdList.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
+#include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
 #include <vtkStructuredGrid.h>
 #include <vtkUnsignedCharArray.h>
@@ -33,9 +38,12 @@
 #include <cstring>
 #include <limits>
 #include <map>
+#include <set>
+#include <span>
 #include <string>
 #include <tuple>
 #include <utility>
+#include <vector>
 
 namespace kdstream
 {
@@ -62,6 +70,7 @@ void Update(Reader& reader, const Execution& execution)
 }
 
 // VTK reads as many points and cells as a piece counts; checks what its arrays have after them.
+// Reads what VTK does not: files whose first piece is empty, and cells listed by where they begin.
 class CountingReader : public vtkXMLPolyDataReader
 {
 public:
@@ -73,8 +82,40 @@ public:
   }
 
   Tolerance Surplus;
+  std::set<std::string> Dropped; // names of arrays
 
 protected:
+  // The arrays that the first piece has are read of all; where it is empty, those of the next.
+  int ReadPrimaryElement(vtkXMLDataElement* element) override
+  {
+    if (!vtkXMLPolyDataReader::ReadPrimaryElement(element))
+    {
+      return 0;
+    }
+    std::vector<vtkIdType> points, cells; // of each piece
+    for (int i = 0; i < this->NumberOfPieces; ++i)
+    {
+      points.push_back(this->NumberOfPoints[i]);
+      cells.push_back(this->NumberOfVerts[i] + this->NumberOfLines[i] + this->NumberOfStrips[i] +
+                      this->NumberOfPolys[i]);
+    }
+    this->AlignArrays(this->PointDataElements, points);
+    this->AlignArrays(this->CellDataElements, cells);
+    this->IsFirstEmpty = !points.empty() && points[0] == 0;
+    for (const auto& [ofPieces, counts] :
+      { std::pair{ this->PointElements, &points }, std::pair{ this->PointDataElements, &points },
+        std::pair{ this->CellDataElements, &cells } })
+    {
+      const auto first =
+        std::find_if(counts->begin(), counts->end(), [](vtkIdType count) { return count > 0; });
+      if (first != counts->end())
+      {
+        ofPieces[0] = ofPieces[first - counts->begin()];
+      }
+    }
+    return 1;
+  }
+
   int ReadPieceData() override
   {
     if (!vtkXMLPolyDataReader::ReadPieceData())
@@ -82,40 +123,171 @@ protected:
       return 0;
     }
     const int piece = this->Piece;
+    auto* const output = vtkPolyData::SafeDownCast(this->GetCurrentOutput());
     vtkXMLDataElement* const points = this->PointElements[piece];
-    if (points && points->GetNumberOfNestedElements() > 0)
+    const bool isOfAnother = piece == 0 && this->IsFirstEmpty;
+    if (!isOfAnother && points && points->GetNumberOfNestedElements() > 0)
     {
-      this->CheckBytesAfter(points->GetNestedElement(0), 3, this->NumberOfPoints[piece], "Points");
+      this->CountSurplus(
+        this->WordsAfter(points->GetNestedElement(0), 3 * this->NumberOfPoints[piece]) / 3,
+        this->NumberOfPoints[piece], "Points");
     }
-    for (const auto& [elements, counts, name] :
-      { std::tuple{ this->VertElements, this->NumberOfVerts, "Verts" },
-        std::tuple{ this->LineElements, this->NumberOfLines, "Lines" },
-        std::tuple{ this->StripElements, this->NumberOfStrips, "Strips" },
-        std::tuple{ this->PolyElements, this->NumberOfPolys, "Polys" } })
+    for (const auto& [elements, counts, cells, name] :
+      { std::tuple{ this->VertElements, this->NumberOfVerts, output->GetVerts(), "Verts" },
+        std::tuple{ this->LineElements, this->NumberOfLines, output->GetLines(), "Lines" },
+        std::tuple{ this->StripElements, this->NumberOfStrips, output->GetStrips(), "Strips" },
+        std::tuple{ this->PolyElements, this->NumberOfPolys, output->GetPolys(), "Polys" } })
     {
-      if (vtkXMLDataElement* const offsets =
-            elements[piece] ? this->FindDataArrayWithName(elements[piece], "offsets") : nullptr)
+      const vtkIdType counted = counts[piece];
+      vtkXMLDataElement* const offsets =
+        elements[piece] ? this->FindDataArrayWithName(elements[piece], "offsets") : nullptr;
+      if (!offsets)
       {
-        this->CheckBytesAfter(offsets, 1, counts[piece], name);
+        continue;
       }
+      const std::uint64_t surplus = this->WordsAfter(offsets, counted);
+      const vtkIdType first = cells->GetNumberOfCells() - counted;
+      // Where each cell begins, as VTK keeps them in memory, and not where it ends: VTK takes the
+      // first cell for an empty one, and does not read the last one.
+      const bool areBegins =
+        surplus == 1 && counted > 0 && first >= 0 && cells->GetCellSize(first) == 0;
+      if (areBegins && !this->MoveCells(elements[piece], counted, *cells))
+      {
+        vtkErrorMacro("Cannot read cells from "
+                      << name << " in piece " << piece
+                      << " because the \"connectivity\" array is not long enough");
+        return 0;
+      }
+      this->CountSurplus(areBegins ? 0 : surplus, counted, name);
     }
     return 1;
   }
 
 private:
-  void CheckBytesAfter(
-    vtkXMLDataElement* array, std::uint64_t components, vtkIdType counted, const char* name)
+  // VTK takes the arrays of pieces by their numbers, whatever their names are, and for one that a
+  // piece does not have what lies in memory. Leaves those that all have, in the order of the first.
+  void AlignArrays(vtkXMLDataElement** ofPieces, const std::vector<vtkIdType>& tuples)
+  {
+    using Arrays = std::map<std::string, vtkSmartPointer<vtkXMLDataElement>>;
+    std::vector<std::pair<vtkXMLDataElement*, Arrays>> pieces;
+    std::vector<std::string> names; // with their number of components
+    std::map<std::string, std::size_t> uses;
+    for (std::size_t i = 0; i < tuples.size(); ++i)
+    {
+      if (tuples[i] == 0)
+      {
+        continue;
+      }
+      Arrays arrays;
+      vtkXMLDataElement* const piece = ofPieces[i];
+      for (int k = 0; piece && k < piece->GetNumberOfNestedElements(); ++k)
+      {
+        vtkXMLDataElement* const array = piece->GetNestedElement(k);
+        const char* const name = array->GetAttribute("Name");
+        const char* const components = array->GetAttribute("NumberOfComponents");
+        const std::string key =
+          std::string(name ? name : "") + '\n' + (components ? components : "1");
+        if (arrays.emplace(key, array).second && ++uses[key] == 1)
+        {
+          names.push_back(key);
+        }
+      }
+      pieces.push_back({ piece, std::move(arrays) });
+    }
+    if (pieces.size() < 2)
+    {
+      return;
+    }
+    for (const auto& [piece, arrays] : pieces)
+    {
+      if (piece)
+      {
+        piece->RemoveAllNestedElements();
+      }
+      for (const std::string& name : names)
+      {
+        if (uses[name] == pieces.size())
+        {
+          piece->AddNestedElement(arrays.at(name));
+        }
+        else
+        {
+          this->Dropped.insert(name.substr(0, name.find('\n')));
+        }
+      }
+    }
+  }
+
+  // Numbers of a list; empty if it does not have so many.
+  std::vector<vtkIdType> NumbersOf(vtkXMLDataElement* list, vtkIdType begin, vtkIdType count)
+  {
+    const auto array = vtkSmartPointer<vtkAbstractArray>::Take(this->CreateArray(list));
+    auto* const numbers = vtkDataArray::SafeDownCast(array);
+    std::vector<vtkIdType> found;
+    constexpr vtkIdType atOnce = 4096; // no memory for what the list does not have
+    while (numbers && static_cast<vtkIdType>(found.size()) < count)
+    {
+      const auto done = static_cast<vtkIdType>(found.size());
+      const vtkIdType some = std::min(atOnce, count - done);
+      numbers->SetNumberOfComponents(1);
+      numbers->SetNumberOfTuples(some);
+      if (!this->ReadArrayValues(list, 0, numbers, begin + done, some))
+      {
+        return {};
+      }
+      for (vtkIdType i = 0; i < some; ++i)
+      {
+        found.push_back(static_cast<vtkIdType>(numbers->GetComponent(i, 0)));
+      }
+    }
+    return found;
+  }
+
+  // Takes the empty first cell of a piece away, and reads its last one. False if that is not there.
+  bool MoveCells(vtkXMLDataElement* lists, vtkIdType counted, vtkCellArray& cells)
+  {
+    const std::vector<vtkIdType> ends =
+      this->NumbersOf(this->FindDataArrayWithName(lists, "offsets"), counted - 1, 2);
+    if (ends.size() < 2 || ends[0] < 0 || ends[1] <= ends[0])
+    {
+      return false;
+    }
+    std::vector<vtkIdType> last = this->NumbersOf(
+      this->FindDataArrayWithName(lists, "connectivity"), ends[0], ends[1] - ends[0]);
+    for (vtkIdType& corner : last)
+    {
+      corner += this->StartPoint; // of the piece
+    }
+    vtkNew<vtkCellArray> moved;
+    const vtkIdType empty = cells.GetNumberOfCells() - counted;
+    for (vtkIdType cell = 0; cell < cells.GetNumberOfCells(); ++cell)
+    {
+      vtkIdType size = 0;
+      const vtkIdType* corners = nullptr;
+      cells.GetCellAtId(cell, size, corners);
+      if (cell != empty)
+      {
+        moved->InsertNextCell(size, corners);
+      }
+    }
+    moved->InsertNextCell(static_cast<vtkIdType>(last.size()), last.data());
+    cells.ShallowCopy(moved);
+    return !last.empty();
+  }
+
+  // How many words an array has after those that are known.
+  std::uint64_t WordsAfter(vtkXMLDataElement* array, vtkIdType words)
   {
     int type = 0;
     if (!array->GetWordTypeAttribute("type", type))
     {
-      return;
+      return 0;
     }
     const VtkMessages notReported; // what is there was read
     constexpr std::size_t block = 4096;
     std::array<double, block> values{}; // of at most eight bytes
     // From the last known word on: VTK fails where it is to begin after the end.
-    std::uint64_t known = static_cast<std::uint64_t>(counted) * components;
+    auto known = static_cast<std::uint64_t>(words);
     for (std::size_t read = block; read == block;)
     {
       const std::uint64_t begin = known > 0 ? known - 1 : 0;
@@ -128,10 +300,16 @@ private:
                    block, type);
       known = std::max(known, begin + read);
     }
-    const std::uint64_t found = known - static_cast<std::uint64_t>(counted) * components;
-    this->Surplus.Count(Lapse::NotCounted, found / components,
-      std::string("NumberOf") + name + " is " + std::to_string(counted));
+    return known - static_cast<std::uint64_t>(words);
   }
+
+  void CountSurplus(std::uint64_t found, vtkIdType counted, const char* name)
+  {
+    this->Surplus.Count(
+      Lapse::NotCounted, found, std::string("NumberOf") + name + " is " + std::to_string(counted));
+  }
+
+  bool IsFirstEmpty = false;
 };
 
 // part: what is wrong with which part.
@@ -249,6 +427,53 @@ Status CheckCellsOf(vtkUnstructuredGrid& grid)
   return fits;
 }
 
+// VTK orders the corners of a solid cell so that its faces look outward, unless the grid is
+// mirrored or has a negative spacing, or its program numbers the corners otherwise: a prism is
+// often inside out. Turns such faces of a grid's surface. cells: the cell of each.
+void TurnFacesOutward(vtkDataSet& grid, vtkDataArray& cells, vtkPolyData& surface)
+{
+  vtkCellArray& faces = *surface.GetPolys();
+  const vtkIdType first = surface.GetNumberOfVerts() + surface.GetNumberOfLines();
+  const auto middleOf = [](vtkDataSet& points, std::span<const vtkIdType> corners)
+  {
+    Vec3 sum{};
+    for (const vtkIdType corner : corners)
+    {
+      const double* const at = points.GetPoint(corner);
+      sum = Plus(sum, Vec3{ at[0], at[1], at[2] });
+    }
+    return Times(sum, 1 / static_cast<double>(corners.size()));
+  };
+  vtkNew<vtkIdList> inCell, inFace;
+  for (vtkIdType face = 0; face < faces.GetNumberOfCells(); ++face)
+  {
+    const auto cell = static_cast<vtkIdType>(cells.GetComponent(first + face, 0));
+    // Those of any shape have no order that could be wrong.
+    const int type = grid.GetCellType(cell);
+    if (type == VTK_CONVEX_POINT_SET || type == VTK_POLYHEDRON ||
+        grid.GetCell(cell)->GetCellDimension() < 3)
+    {
+      continue;
+    }
+    grid.GetCellPoints(cell, inCell);
+    faces.GetCellAtId(face, inFace);
+    const std::span corners(inFace->begin(), inFace->end());
+    const Vec3 middle = middleOf(surface, corners);
+    Vec3 normal{};
+    for (std::size_t i = 0; i < corners.size(); ++i)
+    {
+      const std::size_t next = (i + 1) % corners.size();
+      normal = Plus(normal, Cross(Minus(middleOf(surface, corners.subspan(i, 1)), middle),
+                              Minus(middleOf(surface, corners.subspan(next, 1)), middle)));
+    }
+    const Vec3 inside = middleOf(grid, { inCell->begin(), inCell->end() });
+    if (Dot(normal, Minus(middle, inside)) < 0)
+    {
+      faces.ReverseCellAtId(face);
+    }
+  }
+}
+
 // Checks what VTK's filters assume of a grid: that its cells are valid, and that it has as many
 // points as it says. Arrays of a wrong length are removed, and listed.
 Status CheckGrid(vtkDataSet& grid, std::vector<std::string>& dropped)
@@ -345,9 +570,18 @@ Result<ForeignMesh> ReadVtkText(
   }
   std::vector<std::string> dropped;
   KDSTREAM_TRY(CheckGrid(*grid, dropped));
+  constexpr const char* cellNumbers = "kdstreamCell";
   vtkNew<vtkDataSetSurfaceFilter> surface;
   surface->SetInputData(grid);
+  surface->PassThroughCellIdsOn();
+  surface->SetOriginalCellIdsName(cellNumbers);
   surface->Update();
+  vtkCellData& ofFaces = *surface->GetOutput()->GetCellData();
+  if (vtkDataArray* const cells = ofFaces.GetArray(cellNumbers))
+  {
+    TurnFacesOutward(*grid, *cells, *surface->GetOutput());
+  }
+  ofFaces.RemoveArray(cellNumbers);
   Result<ForeignMesh> mesh = Finish(surface->GetOutput(), messages, execution);
   if (mesh)
   {
@@ -381,6 +615,10 @@ Result<ForeignMesh> ReadVtp(const std::filesystem::path& file, const Execution& 
   {
     mesh->tolerance.Add(tolerance);
     mesh->tolerance.Add(reader->Surplus);
+    for (const std::string& array : reader->Dropped)
+    {
+      mesh->warnings.push_back("array " + Quoted(array) + " is dropped: not all pieces have it");
+    }
   }
   return mesh;
 }
