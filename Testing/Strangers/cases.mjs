@@ -283,6 +283,25 @@ const vtpPieces = (...pieces) => `<VTKFile type="PolyData" version="0.1" byte_or
   ? '<Piece NumberOfPoints="0" NumberOfPolys="0"/>' : vtp(8, 6).replace(corners.flat().join(" "), corners.map(([a, ...rest]) => [a + x, ...rest].join(" ")).join(" "))
     .replace(/>4 8 12 16 20 24</, `>${ends ?? "4 8 12 16 20 24"}<`).replace("<Points>", `${arrays}<Points>`).replace(/^[^]*<PolyData>|<\/PolyData>[^]*$/g, "")))
   .join("\n")}</PolyData></VTKFile>\n`;
+// The points of the cube as bytes after their length.
+const base64Of = (claimed, isApart = false) => {
+  const [length, bytes] = [Buffer.from(new Uint32Array([claimed]).buffer), floats(corners)];
+  return isApart ? length.toString("base64") + bytes.toString("base64") : Buffer.concat([length, bytes]).toString("base64");
+};
+const vtpBase64 = (points) => vtp(8, 6).replace(/format="ascii">[^<]*/, `format="binary">${points}`);
+// Points and corners after the text. missing: of the points' bytes.
+function vtpAppended(encoding, { claimed = 96, missing = 0, offset = 0, packs = false, between = "" } = {}) {
+  const write = (bytes) => (encoding === "raw" ? bytes : Buffer.from(bytes.toString("base64")));
+  const block = (claim, bytes) => {
+    const packed = packs ? deflateSync(bytes) : bytes;
+    const head = Buffer.from(new Uint32Array(packs ? [1, bytes.length, 0, claim === bytes.length ? packed.length : claim] : [claim]).buffer);
+    return packs ? Buffer.concat([write(head), write(packed)]) : write(Buffer.concat([head, packed]));
+  };
+  const points = block(claimed, floats(corners).subarray(missing)), lists = block(96, Buffer.from(new Int32Array(quads.flat()).buffer));
+  const text = vtp(8, 6).replace("<VTKFile", `<VTKFile${packs ? ' compressor="vtkZLibDataCompressor"' : ""}`).replace(/format="ascii">[^<]*<\/DataArray>/, `format="appended" offset="${offset}"/>`)
+    .replace(/(connectivity" )format="ascii">[^<]*<\/DataArray>/, `$1format="appended" offset="${points.length}"/>`).split("</VTKFile>");
+  return Buffer.concat([Buffer.from(`${text[0]}<AppendedData encoding="${encoding}">\n_`), points.subarray(0, 20), Buffer.from(between), points.subarray(20), lists, Buffer.from(`\n</AppendedData></VTKFile>\n`)]);
+}
 const vtpArrays = (...arrays) => `<PointData>${arrays.map(([name, components, from]) =>
   `<DataArray type="UInt8" Name="${name}" NumberOfComponents="${components}" format="ascii">${corners.map((_, i) => Array.from({ length: components }, (__, k) => from + 10 * i + k).join(" ")).join(" ")}</DataArray>`).join("")}</PointData>`;
 const solid = (points, type, cell) => vtk("UNSTRUCTURED_GRID", [`POINTS ${points.length} float`, ...points.map((point) => point.join(" ")),
@@ -813,7 +832,7 @@ export const cases = [
   one("a .vtp with an empty piece between others", "a.vtp", vtpPieces([0], [], [5]), { triangles: 24, volume: 16 }, { isRead: false }),
   one("a .vtp whose pieces have arrays in another order", "a.vtp", vtpPieces([0, undefined, vtpArrays(["q", 3, 0], ["RGB", 3, 100])], [5, undefined, vtpArrays(["RGB", 3, 100], ["q", 3, 0])]), { triangles: 24, volume: 16 },
     { isRead: false, colors: corners.map((_, i) => [100 + 10 * i, 101 + 10 * i, 102 + 10 * i]) }),
-  one("a .vtp with an array that its second piece does not have", "a.vtp", vtpPieces([0, undefined, vtpArrays(["RGB", 3, 100])], [5]), { triangles: 24, volume: 16 }, { isRead: false, colors: [], says: /array "RGB" is dropped: not all pieces have it/ }),
+  one("a .vtp with an array that its second piece does not have", "a.vtp", vtpPieces([0, undefined, vtpArrays(["RGB", 3, 100])], [5]), { triangles: 24, volume: 16 }, { isRead: false, colors: [], says: /array "RGB" is dropped: not all pieces have it, of one type/ }),
   one("a .vtp with an array that its first piece does not have", "a.vtp", vtpPieces([0, undefined, vtpArrays(["RGB", 3, 100])], [5, undefined, vtpArrays(["RGB", 3, 100], ["q", 1, 0])]), { triangles: 24, volume: 16 }, { isRead: false, says: /array "q" is dropped/ }),
   one("a .vtp whose offsets begin with 0", "a.vtp", vtpPieces([0, "0 4 8 12 16 20 24"]), cube, { isRead: false, silent: /counted|corners/ }),
   one("a .vtp of pieces whose offsets begin with 0", "a.vtp", vtpPieces([0], [5, "0 4 8 12 16 20 24"], [10, "0 4 8 12 16 20 24"]), { triangles: 36, volume: 24 }, { isRead: false, silent: /counted|corners/ }),
@@ -826,4 +845,38 @@ export const cases = [
   one("a PLY with colours of 0 and 1 in bytes", "a.ply", byteColors("1 0 1"), cube, { says: /RGB has only the bytes 0 and 1/, colors: [[1, 0, 1]] }),
   one("a black PLY", "a.ply", byteColors("0 0 0"), cube, { silent: /RGB/, colors: [[0, 0, 0]] }),
   one("a .vtp with colours of 0 and 1 in bytes", "a.vtp", vtpPieces([0, undefined, vtpArrays(["RGB", 3, 0]).replace(/\b\d+(?= |<\/D)/g, "1")]), cube, { isRead: false, says: /RGB has only the bytes 0 and 1/ }),
+  one("a .vtp with pieces whose points are of other types", "a.vtp", vtpPieces([0], [5]).replace(/Float32(?![^]*Float32)/, "Float64"), cube, { mustRefuse: true, refused: /the points of its pieces are of several types: Float32 and Float64/ }),
+  // Bytes in a .vtp: VTK reads on where they end, and takes any sign for base64.
+  one("a .vtp in base64", "a.vtp", vtpBase64(base64Of(96)), cube, { isRead: false }),
+  one("a .vtp in base64 of lines", "a.vtp", vtpBase64(base64Of(96).replace(/.{76}/g, "$&\n")), cube, { isRead: false }),
+  one("a .vtp in base64 whose length is encoded by itself", "a.vtp", vtpBase64(base64Of(96, true)), cube, { isRead: false }),
+  one("a .vtp with another sign in its base64", "a.vtp", vtpBase64(base64Of(96).replace(/^(.{40})./, "$1*")), cube, { mustRefuse: true, refused: /the array 'Points' \(line \d+\) has '\*' in its base64/ }),
+  one("a .vtp whose base64 is cut", "a.vtp", vtpBase64(base64Of(96).slice(0, 60)), cube, { mustRefuse: true, refused: /the array 'Points' \(line \d+\) claims 96 bytes; it has 41/ }),
+  one("a .vtp whose base64 ends within four characters", "a.vtp", vtpBase64(base64Of(96).slice(0, 61)), cube, { mustRefuse: true, refused: /ends inside of its base64/ }),
+  one("a .vtp whose base64 claims too many bytes", "a.vtp", vtpBase64(base64Of(196)), cube, { mustRefuse: true, refused: /claims 196 bytes; it has 96/ }),
+  ...["raw", "base64"].flatMap((encoding) => [
+    one(`a .vtp with appended bytes, ${encoding}`, "a.vtp", vtpAppended(encoding), cube, { isRead: false }),
+    one(`a .vtp whose appended bytes are cut, ${encoding}`, "a.vtp", vtpAppended(encoding).subarray(0, -70), cube, { mustRefuse: true, refused: /<AppendedData> has no end: the file was cut/ }),
+    one(`a .vtp with a gap in its appended bytes, ${encoding}`, "a.vtp", vtpAppended(encoding, { missing: 4 }), cube, { mustRefuse: true, refused: /'Points' \(line \d+\) claims 96 bytes; it has 9[0-5]/ }),
+    one(`a .vtp whose appended bytes claim more, ${encoding}`, "a.vtp", vtpAppended(encoding, { claimed: 100000 }), cube, { mustRefuse: true, refused: /claims 100000 bytes/ }),
+    one(`a .vtp with an offset after its appended bytes, ${encoding}`, "a.vtp", vtpAppended(encoding, { offset: 5000 }), cube, { mustRefuse: true, refused: /'Points' .*begins at 5000, after the end/ }),
+    one(`a .vtp with an offset below 0, ${encoding}`, "a.vtp", vtpAppended(encoding, { offset: -4 }), cube, { mustRefuse: true, refused: /has the offset '-4'/ }),
+    one(`a .vtp with compressed appended bytes, ${encoding}`, "a.vtp", vtpAppended(encoding, { packs: true }), cube, { isRead: false }),
+    one(`a .vtp with compressed appended bytes that claim more, ${encoding}`, "a.vtp", vtpAppended(encoding, { packs: true, claimed: 100000 }), cube, { mustRefuse: true, refused: /claims \d+ bytes; it has/ }),
+  ]),
+  one("a .vtp with line ends in its appended base64", "a.vtp", vtpAppended("base64", { between: "\n" }), cube, { mustRefuse: true, refused: /<AppendedData> has blanks or line ends in its base64/ }),
+  one("a .vtp with a comment before its bytes", "a.vtp", vtpBase64(base64Of(96)).replace("<Points>", '<!-- "> <x format=\'binary\'> --><Points>'), cube, { isRead: false }),
+  one("a text STL with a remark before it", "a.stl", `; made by hand\n${stlText()}`, cube, { mustRefuse: true, refused: /is not an STL file: a text begins with 'solid'/ }),
+  // Parts of a .vtk that do not fit each other.
+  ...[["too few coordinates", "3 2 2", "2 float\n0 1", /holds 2 X_COORDINATES, and DIMENSIONS counts 3/], ["too many coordinates", "2 2 2", "3 float\n0 1 2", /holds 3 X_COORDINATES, and DIMENSIONS counts 2/]].map(([what, sides, x, refused]) =>
+    one(`a .vtk with ${what}`, "a.vtk", vtk("RECTILINEAR_GRID", [`DIMENSIONS ${sides}`, `X_COORDINATES ${x}`, "Y_COORDINATES 2 float\n0 1", "Z_COORDINATES 2 float\n0 1"]), {}, { mustRefuse: true, refused })),
+  one("a .vtk without one of its coordinates", "a.vtk", vtk("RECTILINEAR_GRID", ["DIMENSIONS 2 2 2", "X_COORDINATES 2 float\n0 1", "Y_COORDINATES 2 float\n0 1"]), {}, { mustRefuse: true, refused: /holds 0 Z_COORDINATES/ }),
+  one("a .vtk of an image with sides below 1", "a.vtk", vtk("STRUCTURED_POINTS", ["DIMENSIONS -3 3 3", "ORIGIN 0 0 0", "SPACING 1 1 1"]), {}, { mustRefuse: true, refused: /DIMENSIONS \(line 5\) has '-3' \(line 5\), which is not a number of points/ }),
+  one("a .vtk of an image with a decimal comma", "a.vtk", vtk("STRUCTURED_POINTS", ["DIMENSIONS 3 3 3", "ORIGIN 0,5 0 0", "SPACING 1 1 1"]), {}, { mustRefuse: true, refused: /ORIGIN \(line 6\) has 0 of its 3 numbers, then '0,5' \(line 6\) \(a decimal comma/ }),
+  one("a .vtk of an image with two of three lengths", "a.vtk", vtk("STRUCTURED_POINTS", ["DIMENSIONS 3 3 3", "SPACING 1 1", "ORIGIN 0 0 0"]), {}, { mustRefuse: true, refused: /SPACING \(line 6\) has 2 of its 3 numbers, then 'ORIGIN'/ }),
+  one("a .vtk of an image with Fortran's exponents", "a.vtk", vtk("STRUCTURED_POINTS", ["DIMENSIONS 3 3 3", "ORIGIN 0 0 0", "SPACING 2.0D+00 1 1"]), { volume: 16 }, { isRead: false }),
+  one("a .vtk with points twice", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPoints, vtkPolygons]), {}, { mustRefuse: true, refused: /POINTS \(line 14\) is there a second time/ }),
+  one("a .vtk with polygons twice", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons, vtkPolygons]), {}, { mustRefuse: true, refused: /POLYGONS \(line 21\) is there a second time/ }),
+  one("a .vtk with its polygons after its arrays", "a.vtk", vtk("POLYDATA", [vtkPoints, "POINT_DATA 8\nSCALARS q float\nLOOKUP_TABLE default\n1 2 3 4 5 6 7 8", vtkPolygons]), {}, { mustRefuse: true, refused: /POLYGONS \(line 18\) is after POINT_DATA or CELL_DATA/ }),
+  one("a .vtk with too few types of cells", "a.vtk", vtk("UNSTRUCTURED_GRID", [vtkPoints, "CELLS 2 8\n3 0 1 2\n3 1 2 3", "CELL_TYPES 1\n5"]), {}, { mustRefuse: true, refused: /CELL_TYPES \(line 17\) has 1 type, but there are 2 cells/ }),
 ];

@@ -65,7 +65,7 @@ bool IsText(std::string_view begin)
   return LowercaseText(TakeWord(third)) == "ascii";
 }
 
-// The line with numbers as VTK reads them, if all its words are numbers.
+// The line with numbers as VTK reads them, if all its words are numbers, after the name of a part.
 std::string WithPlainNumbers(std::string_view line)
 {
   std::vector<std::string_view> words;
@@ -74,6 +74,12 @@ std::string WithPlainNumbers(std::string_view line)
   bool changed = false;
   for (const std::string_view word : words)
   {
+    const std::string name = LowercaseText(word);
+    if (made.empty() && (name == "origin" || name == "spacing" || name == "aspect_ratio"))
+    {
+      made = std::string(word) + ' ';
+      continue;
+    }
     double value = 0;
     if (ParseNumber(word, value) != NumberTextError::None)
     {

@@ -24,6 +24,7 @@
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
+#include <vtkRectilinearGrid.h>
 #include <vtkSmartPointer.h>
 #include <vtkStructuredGrid.h>
 #include <vtkUnsignedCharArray.h>
@@ -36,8 +37,10 @@
 #include <array>
 #include <cstdlib>
 #include <cstring>
+#include <iterator>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <set>
 #include <span>
 #include <string>
@@ -83,6 +86,7 @@ public:
 
   Tolerance Surplus;
   std::set<std::string> Dropped; // names of arrays
+  std::string Wrong;             // what VTK would not say
 
 protected:
   // The arrays that the first piece has are read of all; where it is empty, those of the next.
@@ -99,6 +103,7 @@ protected:
       cells.push_back(this->NumberOfVerts[i] + this->NumberOfLines[i] + this->NumberOfStrips[i] +
                       this->NumberOfPolys[i]);
     }
+    this->CheckPointTypes(points);
     this->AlignArrays(this->PointDataElements, points);
     this->AlignArrays(this->CellDataElements, cells);
     this->IsFirstEmpty = !points.empty() && points[0] == 0;
@@ -164,13 +169,34 @@ protected:
   }
 
 private:
-  // VTK takes the arrays of pieces by their numbers, whatever their names are, and for one that a
-  // piece does not have what lies in memory. Leaves those that all have, in the order of the first.
+  // VTK reads the points of all pieces as those of the first.
+  void CheckPointTypes(const std::vector<vtkIdType>& points)
+  {
+    std::set<std::string> types;
+    for (std::size_t i = 0; i < points.size(); ++i)
+    {
+      vtkXMLDataElement* const piece = points[i] > 0 ? this->PointElements[i] : nullptr;
+      if (piece && piece->GetNumberOfNestedElements() > 0)
+      {
+        const char* const type = piece->GetNestedElement(0)->GetAttribute("type");
+        types.insert(type ? type : "");
+      }
+    }
+    if (types.size() > 1)
+    {
+      this->Wrong = "the points of its pieces are of several types: " + *types.begin() + " and " +
+                    *std::next(types.begin());
+    }
+  }
+
+  // VTK takes the arrays of pieces by their numbers, whatever their names and types are, and for
+  // one that a piece does not have what lies in memory. Leaves those that all have, in the order of
+  // the first.
   void AlignArrays(vtkXMLDataElement** ofPieces, const std::vector<vtkIdType>& tuples)
   {
     using Arrays = std::map<std::string, vtkSmartPointer<vtkXMLDataElement>>;
     std::vector<std::pair<vtkXMLDataElement*, Arrays>> pieces;
-    std::vector<std::string> names; // with their number of components
+    std::vector<std::string> names; // with their type
     std::map<std::string, std::size_t> uses;
     for (std::size_t i = 0; i < tuples.size(); ++i)
     {
@@ -185,8 +211,9 @@ private:
         vtkXMLDataElement* const array = piece->GetNestedElement(k);
         const char* const name = array->GetAttribute("Name");
         const char* const components = array->GetAttribute("NumberOfComponents");
-        const std::string key =
-          std::string(name ? name : "") + '\n' + (components ? components : "1");
+        const char* const type = array->GetAttribute("type");
+        const std::string key = std::string(name ? name : "") + '\n' +
+                                (components ? components : "1") + (type ? type : "");
         if (arrays.emplace(key, array).second && ++uses[key] == 1)
         {
           names.push_back(key);
@@ -312,12 +339,6 @@ private:
   bool IsFirstEmpty = false;
 };
 
-// part: what is wrong with which part.
-Error Damaged(const std::string& part)
-{
-  return { ErrorCode::InvalidInput, "is damaged, or is not as its header says: " + part };
-}
-
 // Checks that the cells of each part use existing points. Counts faces of fewer than three corners,
 // which are dropped. Errors: InvalidInput naming part, cell and point.
 Status CheckParts(vtkPolyData& mesh, Tolerance& tolerance)
@@ -434,15 +455,20 @@ void TurnFacesOutward(vtkDataSet& grid, vtkDataArray& cells, vtkPolyData& surfac
 {
   vtkCellArray& faces = *surface.GetPolys();
   const vtkIdType first = surface.GetNumberOfVerts() + surface.GetNumberOfLines();
-  const auto middleOf = [](vtkDataSet& points, std::span<const vtkIdType> corners)
+  const auto pointsOf = [](vtkDataSet& data, vtkIdList& corners)
   {
-    Vec3 sum{};
+    std::vector<Vec3> points;
     for (const vtkIdType corner : corners)
     {
-      const double* const at = points.GetPoint(corner);
-      sum = Plus(sum, Vec3{ at[0], at[1], at[2] });
+      const double* const at = data.GetPoint(corner);
+      points.push_back({ at[0], at[1], at[2] });
     }
-    return Times(sum, 1 / static_cast<double>(corners.size()));
+    return points;
+  };
+  const auto middleOf = [](const std::vector<Vec3>& points)
+  {
+    const Vec3 sum = std::accumulate(points.begin(), points.end(), Vec3{}, Plus<double>);
+    return Times(sum, 1 / static_cast<double>(points.size()));
   };
   vtkNew<vtkIdList> inCell, inFace;
   for (vtkIdType face = 0; face < faces.GetNumberOfCells(); ++face)
@@ -457,17 +483,15 @@ void TurnFacesOutward(vtkDataSet& grid, vtkDataArray& cells, vtkPolyData& surfac
     }
     grid.GetCellPoints(cell, inCell);
     faces.GetCellAtId(face, inFace);
-    const std::span corners(inFace->begin(), inFace->end());
-    const Vec3 middle = middleOf(surface, corners);
+    const std::vector<Vec3> corners = pointsOf(surface, *inFace);
+    const Vec3 middle = middleOf(corners);
     Vec3 normal{};
     for (std::size_t i = 0; i < corners.size(); ++i)
     {
-      const std::size_t next = (i + 1) % corners.size();
-      normal = Plus(normal, Cross(Minus(middleOf(surface, corners.subspan(i, 1)), middle),
-                              Minus(middleOf(surface, corners.subspan(next, 1)), middle)));
+      const Vec3& next = corners[(i + 1) % corners.size()];
+      normal = Plus(normal, Cross(Minus(corners[i], middle), Minus(next, middle)));
     }
-    const Vec3 inside = middleOf(grid, { inCell->begin(), inCell->end() });
-    if (Dot(normal, Minus(middle, inside)) < 0)
+    if (Dot(normal, Minus(middle, middleOf(pointsOf(grid, *inCell)))) < 0)
     {
       faces.ReverseCellAtId(face);
     }
@@ -481,6 +505,23 @@ Status CheckGrid(vtkDataSet& grid, std::vector<std::string>& dropped)
   if (auto* const cells = vtkUnstructuredGrid::SafeDownCast(&grid))
   {
     KDSTREAM_TRY(CheckCellsOf(*cells));
+  }
+  if (auto* const rectilinear = vtkRectilinearGrid::SafeDownCast(&grid))
+  {
+    int sides[3];
+    rectilinear->GetDimensions(sides);
+    vtkDataArray* const all[] = { rectilinear->GetXCoordinates(), rectilinear->GetYCoordinates(),
+      rectilinear->GetZCoordinates() };
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const vtkIdType count = all[k] ? all[k]->GetNumberOfTuples() : 0;
+      if (count != sides[k])
+      {
+        return Error{ ErrorCode::InvalidInput, std::string("holds ") + std::to_string(count) + " " +
+                                                 "XYZ"[k] + "_COORDINATES, and DIMENSIONS counts " +
+                                                 std::to_string(sides[k]) };
+      }
+    }
   }
   if (auto* const structured = vtkStructuredGrid::SafeDownCast(&grid))
   {
@@ -555,7 +596,7 @@ Result<ForeignMesh> ReadVtkText(
   if (!errors.empty())
   {
     const bool isBlamed = errors.front().find(damage.unknownWord) != std::string::npos;
-    return Damaged(isBlamed && !damage.part.empty() ? damage.part : damage.lastPart);
+    return DamagedVtk(isBlamed && !damage.part.empty() ? damage.part : damage.lastPart);
   }
   if (vtkPolyData* const mesh = vtkPolyData::SafeDownCast(output))
   {
@@ -606,9 +647,13 @@ Result<ForeignMesh> ReadVtp(const std::filesystem::path& file, const Execution& 
   vtkNew<CountingReader> reader;
   reader->SetFileName(plain->File().c_str());
   Update(*reader, execution);
+  if (!reader->Wrong.empty())
+  {
+    return DamagedVtk(reader->Wrong);
+  }
   if (const std::vector<std::string> errors = messages.Errors(); !errors.empty())
   {
-    return Damaged(XmlDamage(errors, plain->File()));
+    return DamagedVtk(XmlDamage(errors, plain->File()));
   }
   Result<ForeignMesh> mesh = Finish(reader->GetOutput(), messages, execution);
   if (mesh)
@@ -617,7 +662,8 @@ Result<ForeignMesh> ReadVtp(const std::filesystem::path& file, const Execution& 
     mesh->tolerance.Add(reader->Surplus);
     for (const std::string& array : reader->Dropped)
     {
-      mesh->warnings.push_back("array " + Quoted(array) + " is dropped: not all pieces have it");
+      mesh->warnings.push_back(
+        "array " + Quoted(array) + " is dropped: not all pieces have it, of one type");
     }
   }
   return mesh;
@@ -631,7 +677,7 @@ Result<ForeignMesh> ReadVtk(const std::filesystem::path& file, const Execution& 
   const VtkDamage damage = FindVtkDamage(plain->File());
   if (damage.isCut)
   {
-    return Damaged(damage.part);
+    return DamagedVtk(damage.part);
   }
   const Result<PlainCopy> ordered = PlainCopy::WithDatasetFirst(plain->File(), damage.order);
   KDSTREAM_TRY(ordered);

@@ -5,6 +5,7 @@
 // 3. what is appended: for each array its length, and the bytes up to the next one.
 #include "filters/convert/VtpBlocks.h"
 
+#include "filters/convert/VtkWords.h"
 #include "filters/meshio/NumberText.h"
 #include "filters/meshio/QuotedText.h"
 
@@ -118,11 +119,6 @@ private:
     std::int64_t offset = 0;
   };
 
-  static Error Damaged(const std::string& what)
-  {
-    return { ErrorCode::InvalidInput, "is damaged, or is not as its header says: " + what };
-  }
-
   // Takes bytes of the block in one state.
   Result<std::size_t> Take(std::string_view block)
   {
@@ -219,10 +215,11 @@ private:
     if (format == "appended")
     {
       const std::string offset = this->Attribute("offset");
-      Array array{ name };
+      Array array;
+      array.name = name;
       if (ParseNumber(offset, array.offset) != NumberTextError::None || array.offset < 0)
       {
-        return Damaged(name + " has the offset " + QuotedText(offset) + ", which is none");
+        return DamagedVtk(name + " has the offset " + QuotedText(offset) + ", which is none");
       }
       this->Arrays.push_back(std::move(array));
     }
@@ -239,7 +236,7 @@ private:
 
   Error NotBase64(const std::string& name, char c) const
   {
-    return Damaged(name + " has " + QuotedText(std::string(1, c)) + " in its base64");
+    return DamagedVtk(name + " has " + QuotedText(std::string(1, c)) + " in its base64");
   }
 
   Result<std::size_t> TakeBase64(std::string_view block)
@@ -288,7 +285,7 @@ private:
     for (std::size_t i = 0; i < this->LengthBytes; ++i)
     {
       const auto byte = static_cast<unsigned char>(bytes[at + i]);
-      number |= std::uint64_t{ byte } << 8 * (this->IsBig ? this->LengthBytes - 1 - i : i);
+      number |= std::uint64_t{ byte } << (8 * (this->IsBig ? this->LengthBytes - 1 - i : i));
     }
     return number;
   }
@@ -302,8 +299,8 @@ private:
   static Status CheckClaim(const std::string& name, std::uint64_t claimed, std::uint64_t held)
   {
     return claimed <= held ? Status{}
-                           : Status(Damaged(name + " claims " + std::to_string(claimed) +
-                                            " bytes; it has " + std::to_string(held)));
+                           : Status(DamagedVtk(name + " claims " + std::to_string(claimed) +
+                                               " bytes; it has " + std::to_string(held)));
   }
 
   // Compressed bytes have their own checks.
@@ -316,7 +313,7 @@ private:
     }
     if (this->Characters % 4 != 0 || this->Padding > 2 || bytes.size() < this->LengthBytes)
     {
-      return Damaged(this->Inline + " ends inside of its base64");
+      return DamagedVtk(this->Inline + " ends inside of its base64");
     }
     const bool isApart = this->IsApart(this->First);
     const std::uint64_t characters =
@@ -346,7 +343,7 @@ private:
     KDSTREAM_TRY(last);
     const std::size_t end = last->rfind("</AppendedData");
     return end == std::string_view::npos
-             ? Result<std::uint64_t>(Damaged("<AppendedData> has no end: the file was cut"))
+             ? Result<std::uint64_t>(DamagedVtk("<AppendedData> has no end: the file was cut"))
              : from + end;
   }
 
@@ -358,7 +355,7 @@ private:
     const std::size_t mark = begin->find('_');
     if (mark == std::string_view::npos)
     {
-      return Damaged("<AppendedData> has no '_', after which its bytes begin");
+      return DamagedVtk("<AppendedData> has no '_', after which its bytes begin");
     }
     this->AppendedBegin = tag + mark + 1;
     const Result<std::uint64_t> found = this->FindAppendedEnd(this->AppendedBegin);
@@ -405,8 +402,8 @@ private:
         isAfterBlank = isAfterBlank || isBlank;
         if (!isBlank && (isAfterBlank || (c != '=' && !Base64Value(c))))
         {
-          return isAfterBlank ? Damaged("<AppendedData> has blanks or line ends in its base64, "
-                                        "which the offsets of arrays cannot count")
+          return isAfterBlank ? DamagedVtk("<AppendedData> has blanks or line ends in its base64, "
+                                           "which the offsets of arrays cannot count")
                               : this->NotBase64("<AppendedData>", c);
         }
         count += isBlank ? 0 : 1;
@@ -427,7 +424,7 @@ private:
     const std::uint64_t first = encoded(this->LengthBytes);
     if (first > left)
     {
-      return Damaged(array.name + " begins at " + std::to_string(offset) + ", after the end");
+      return DamagedVtk(array.name + " begins at " + std::to_string(offset) + ", after the end");
     }
     const Result<std::string_view> read = this->BytesAt(at, first);
     KDSTREAM_TRY(read);
@@ -435,7 +432,8 @@ private:
     const std::string bytes = this->IsRaw ? std::string(*read) : FromBase64(*read);
     if (bytes.size() < this->LengthBytes)
     {
-      return Damaged(array.name + " begins at " + std::to_string(offset) + ", where no length is");
+      return DamagedVtk(
+        array.name + " begins at " + std::to_string(offset) + ", where no length is");
     }
     const std::uint64_t number = this->NumberAt(bytes, 0); // of bytes, or of blocks
     if (!this->IsCompressed)

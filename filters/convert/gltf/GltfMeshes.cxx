@@ -527,7 +527,10 @@ private:
       for (std::size_t k = 0; k < accessor.Components() && this->Needs(i); ++k)
       {
         colors[i][k] = accessor.Part(i, k, true);
-        k < 3 ? white.Add(colors[i][k]) : void();
+        if (k < 3)
+        {
+          white.Add(colors[i][k]);
+        }
       }
     }
     const double most = white.White();
