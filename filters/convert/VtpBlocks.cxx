@@ -210,8 +210,9 @@ private:
       this->Now = State::Appended;
     }
     const std::string format = this->Attribute("format");
-    const std::string name = "the array " + QuotedText(this->Attribute("Name")) + " (line " +
-                             std::to_string(this->Line) + ")";
+    const std::string given = this->Attribute("Name");
+    const std::string name = "the array " + (given.empty() ? given : QuotedText(given) + " ") +
+                             "(line " + std::to_string(this->Line) + ")";
     if (format == "appended")
     {
       const std::string offset = this->Attribute("offset");
