@@ -278,6 +278,38 @@ const vtp = (points, polygons) => `<?xml version="1.0"?>
 <Polys><DataArray type="Int32" Name="connectivity" format="ascii">${quads.flat().join(" ")}</DataArray>
 <DataArray type="Int32" Name="offsets" format="ascii">${quads.map((_, i) => 4 * i + 4).join(" ")}</DataArray></Polys></Piece></PolyData></VTKFile>\n`;
 
+// Pieces [x, lists of ends, arrays of points]: a cube at x each; an empty piece without x.
+const vtpPieces = (...pieces) => `<VTKFile type="PolyData" version="0.1" byte_order="LittleEndian"><PolyData>${pieces.map(([x, ends, arrays = ""]) => (x === undefined
+  ? '<Piece NumberOfPoints="0" NumberOfPolys="0"/>' : vtp(8, 6).replace(corners.flat().join(" "), corners.map(([a, ...rest]) => [a + x, ...rest].join(" ")).join(" "))
+    .replace(/>4 8 12 16 20 24</, `>${ends ?? "4 8 12 16 20 24"}<`).replace("<Points>", `${arrays}<Points>`).replace(/^[^]*<PolyData>|<\/PolyData>[^]*$/g, "")))
+  .join("\n")}</PolyData></VTKFile>\n`;
+// The points of the cube as bytes after their length.
+const base64Of = (claimed, isApart = false) => {
+  const [length, bytes] = [Buffer.from(new Uint32Array([claimed]).buffer), floats(corners)];
+  return isApart ? length.toString("base64") + bytes.toString("base64") : Buffer.concat([length, bytes]).toString("base64");
+};
+const vtpBase64 = (points) => vtp(8, 6).replace(/format="ascii">[^<]*/, `format="binary">${points}`);
+// Points and corners after the text. missing: of the points' bytes.
+function vtpAppended(encoding, { claimed = 96, missing = 0, offset = 0, packs = false, between = "" } = {}) {
+  const write = (bytes) => (encoding === "raw" ? bytes : Buffer.from(bytes.toString("base64")));
+  const block = (claim, bytes) => {
+    const packed = packs ? deflateSync(bytes) : bytes;
+    const head = Buffer.from(new Uint32Array(packs ? [1, bytes.length, 0, claim === bytes.length ? packed.length : claim] : [claim]).buffer);
+    return packs ? Buffer.concat([write(head), write(packed)]) : write(Buffer.concat([head, packed]));
+  };
+  const points = block(claimed, floats(corners).subarray(missing)), lists = block(96, Buffer.from(new Int32Array(quads.flat()).buffer));
+  const text = vtp(8, 6).replace("<VTKFile", `<VTKFile${packs ? ' compressor="vtkZLibDataCompressor"' : ""}`).replace(/format="ascii">[^<]*<\/DataArray>/, `format="appended" offset="${offset}"/>`)
+    .replace(/(connectivity" )format="ascii">[^<]*<\/DataArray>/, `$1format="appended" offset="${points.length}"/>`).split("</VTKFile>");
+  return Buffer.concat([Buffer.from(`${text[0]}<AppendedData encoding="${encoding}">\n_`), points.subarray(0, 20), Buffer.from(between), points.subarray(20), lists, Buffer.from(`\n</AppendedData></VTKFile>\n`)]);
+}
+const vtpArrays = (...arrays) => `<PointData>${arrays.map(([name, components, from]) =>
+  `<DataArray type="UInt8" Name="${name}" NumberOfComponents="${components}" format="ascii">${corners.map((_, i) => Array.from({ length: components }, (__, k) => from + 10 * i + k).join(" ")).join(" ")}</DataArray>`).join("")}</PointData>`;
+const solid = (points, type, cell) => vtk("UNSTRUCTURED_GRID", [`POINTS ${points.length} float`, ...points.map((point) => point.join(" ")),
+  `CELLS ${cell.length / type[1]} ${cell.length / type[1] * (type[1] + 1)}`, ...Array.from({ length: cell.length / type[1] }, (_, i) => [type[1], ...cell.slice(i * type[1], (i + 1) * type[1])].join(" ")),
+  `CELL_TYPES ${cell.length / type[1]}`, ...Array(cell.length / type[1]).fill(type[0])]);
+const mirrored = corners.map(([x, y, z]) => [-x, y, z]);
+const prism = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [0, 1, 1]];
+
 function vtkBytes() {
   const points = Buffer.alloc(96), cells = Buffer.alloc(120);
   corners.flat().forEach((value, i) => points.writeFloatBE(value, 4 * i));
@@ -313,6 +345,29 @@ element face 6\nproperty list uchar int vertex_indices\nend_header\n`;
   const vertices = corners.map((corner, i) => Buffer.concat([floats([corner]), Buffer.from(new Uint32Array([bits(i)]).buffer)]));
   return Buffer.concat([Buffer.from(head), ...vertices, ...quads.map((quad) => Buffer.concat([Buffer.from([4]), Buffer.from(new Int32Array(quad).buffer)]))]);
 }
+
+// A b3dm with a head of this many bytes: 28, or of before version 1.0; and its table.
+function b3dm(head, table = "") {
+  const bytes = Buffer.alloc(head), body = glb([{ mesh: 0 }]);
+  bytes.write("b3dm");
+  const sizes = { 20: [3, table.length], 24: [table.length, 0, 3], 28: [0, 0, table.length, 0] }[head];
+  [1, head + table.length + body.length, ...sizes].forEach((number, i) => bytes.writeUInt32LE(number, 4 + 4 * i));
+  return Buffer.concat([bytes, Buffer.from(table), body]);
+}
+const tileset = (content) => JSON.stringify({ asset: { version: "1.0" }, geometricError: 9,
+  root: { boundingVolume: { sphere: [0, 0, 0, 9] }, geometricError: 0, refine: "ADD", content: { uri: content } } });
+
+// The cube with colours of its vertices, as floats.
+const gltfColors = (color) => glb([{ mesh: 0 }], { primitive: { attributes: { POSITION: 0, COLOR_0: 2 } }, blocks: [[5126, "VEC3", corners.map((_, i) => color(i))]] });
+
+// Points of whole numbers of 32 bits in a PLY, which says `said`.
+function plyIntegers(said, order, values) {
+  const bytes = Buffer.alloc(12 * values.length);
+  values.flat().forEach((value, i) => bytes[`writeInt32${order}`](value, 4 * i));
+  return Buffer.concat([Buffer.from(`ply\nformat binary_${said === "LE" ? "little" : "big"}_endian 1.0\nelement vertex ${values.length}\nproperty int x\nproperty int y\nproperty int z\nend_header\n`), bytes]);
+}
+const millimetres = scatter(40).map((point) => point.map((value) => Math.round(1000 * value)));
+const byteColors = (color) => plyOf(corners, quads, { properties: "property uchar red\nproperty uchar green\nproperty uchar blue", row: () => color });
 
 const one = (name, file, bytes, right, rest = {}) => ({ name, file, files: { [file]: bytes }, right, ...rest });
 
@@ -759,4 +814,69 @@ export const cases = [
   one("points by x, with whole numbers after the coordinates", "a.pts", Array.from({ length: 40 }, (_, i) => [i / 2, (5 * i) % 11 / 2, (3 * i) % 13 / 4, 7 * i - 100].join(" ")).join("\n"), cloud, { silent: /could be/ }),
   one("atoms", "a.xyz", "3\nwater\nO 0 0 0.117\nH 0 0.757 -0.469\nH 0 -0.757 -0.469\n", cloud, { mustRefuse: true, refused: /line 3: 'O' \(column 1\) is not a number; --columns "- x y z" leaves out what is called -/ }),
   one("points with several words after the coordinates", "a.csv", scatter(40).map((point, i) => [...point, i ? "house old" : "tree no 1"].join(";")).join("\n"), cloud, { mustRefuse: true, refused: /line 1: 'tree' \(column 4\) is not a number; --columns "x y z -" leaves out/ }),
+  // What is named twice, mirrored, in pieces, or of before a format's first version.
+  one("a glTF whose scene names a node twice", "a.glb", glb([{ mesh: 0 }], { more: { scenes: [{ nodes: [0, 0] }] } }), cube, { says: /node 0 is named twice .*: it is read once/, isRead: false }),
+  one("a glTF with a child twice", "a.glb", glb([{ children: [1, 1] }, { mesh: 0 }]), cube, { says: /node 1 is named twice/, isRead: false }),
+  one("a glTF whose scene also names a child", "a.glb", glb([{ children: [1], translation: [3, 0, 0] }, { mesh: 0 }], { more: { scene: 1, scenes: [{ nodes: [] }, { nodes: [1, 0] }] } }), { ...cube, box: { low: [2, -1, -1], high: [4, 1, 1] } }, { says: /node 1 is named twice/, isRead: false }),
+  one("a glTF with a node below two parents", "a.glb", glb([{ children: [2], translation: [3, 0, 0] }, { children: [2] }, { mesh: 0 }]), { volume: 16 }, { says: /node 2 has several parents/ }),
+  one("a glTF with colours to 255 as floats", "a.glb", gltfColors((i) => [255, 0, i % 2 ? 255 : 0]), cube, { says: /mesh 0, part 0: in COLOR_0 255 is white/, colors: [[255, 0, 0], [255, 0, 255]] }),
+  one("a glTF with one colour brighter than white", "a.glb", gltfColors((i) => [i ? 1 : 1.5, 0, 0]), cube, { says: /mesh 0, part 0: in COLOR_0 1 is white, .*1 of 8 is above it/, colors: [[255, 0, 0]] }),
+  one("a glTF with colours to 1 as floats", "a.glb", gltfColors(() => [1, 0, 0]), cube, { silent: /COLOR_0/, colors: [[255, 0, 0]] }),
+  one("a .vtk of an image with a negative spacing", "a.vtk", vtk("STRUCTURED_POINTS", ["DIMENSIONS 3 3 3", "ORIGIN 0 0 0", "SPACING -1 1 1"]), { triangles: 48, volume: 8 }, { isRead: false }),
+  one("a .vtk of an image", "a.vtk", vtk("STRUCTURED_POINTS", ["DIMENSIONS 3 3 3", "ORIGIN 0 0 0", "SPACING 1 1 1"]), { triangles: 48, volume: 8 }, { isRead: false }),
+  one("a .vtk with coordinates that decrease", "a.vtk", vtk("RECTILINEAR_GRID", ["DIMENSIONS 2 2 2", "X_COORDINATES 2 float", "1 0", "Y_COORDINATES 2 float", "0 1", "Z_COORDINATES 2 float", "0 1"]), { volume: 1 }, { isRead: false }),
+  one("a .vtk of a mirrored grid", "a.vtk", vtk("STRUCTURED_GRID", ["DIMENSIONS 2 2 2", "POINTS 8 float", "0 0 0\n-1 0 0\n0 1 0\n-1 1 0\n0 0 1\n-1 0 1\n0 1 1\n-1 1 1"]), { volume: 1 }, { isRead: false }),
+  one("a .vtk with a mirrored hexahedron beside a right one", "a.vtk", solid([...mirrored, ...corners.map(([x, y, z]) => [x + 5, y, z])], [12, 8], [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15]), { volume: 16 }, { isRead: false }),
+  one("a .vtk with prisms in both orders", "a.vtk", solid([...prism, ...prism.map(([x, y, z]) => [x + 5, y, z])], [13, 6], [0, 1, 2, 3, 4, 5, 6, 8, 7, 9, 11, 10]), { volume: 1 }, { isRead: false }),
+  one("a .vtp with an empty first piece", "a.vtp", vtpPieces([], [0, undefined, vtpArrays(["q", 1, 0], ["RGB", 3, 100])]), cube, { isRead: false, colors: corners.map((_, i) => [100 + 10 * i, 101 + 10 * i, 102 + 10 * i]) }),
+  one("a .vtp with an empty piece between others", "a.vtp", vtpPieces([0], [], [5]), { triangles: 24, volume: 16 }, { isRead: false }),
+  one("a .vtp whose pieces have arrays in another order", "a.vtp", vtpPieces([0, undefined, vtpArrays(["q", 3, 0], ["RGB", 3, 100])], [5, undefined, vtpArrays(["RGB", 3, 100], ["q", 3, 0])]), { triangles: 24, volume: 16 },
+    { isRead: false, colors: corners.map((_, i) => [100 + 10 * i, 101 + 10 * i, 102 + 10 * i]) }),
+  one("a .vtp with an array that its second piece does not have", "a.vtp", vtpPieces([0, undefined, vtpArrays(["RGB", 3, 100])], [5]), { triangles: 24, volume: 16 }, { isRead: false, colors: [], says: /array "RGB" is dropped: not all pieces have it, of one type/ }),
+  one("a .vtp with an array that its first piece does not have", "a.vtp", vtpPieces([0, undefined, vtpArrays(["RGB", 3, 100])], [5, undefined, vtpArrays(["RGB", 3, 100], ["q", 1, 0])]), { triangles: 24, volume: 16 }, { isRead: false, says: /array "q" is dropped/ }),
+  one("a .vtp whose offsets begin with 0", "a.vtp", vtpPieces([0, "0 4 8 12 16 20 24"]), cube, { isRead: false, silent: /counted|corners/ }),
+  one("a .vtp of pieces whose offsets begin with 0", "a.vtp", vtpPieces([0], [5, "0 4 8 12 16 20 24"], [10, "0 4 8 12 16 20 24"]), { triangles: 36, volume: 24 }, { isRead: false, silent: /counted|corners/ }),
+  one("a .vtp whose offsets begin with 0, and name corners that are not there", "a.vtp", vtpPieces([0, "0 4 8 12 16 20 26"]), cube, { mustRefuse: true, refused: /<Polys> of piece 0/ }),
+  ...[20, 24, 28].flatMap((head) => ["", '{"id":[1,2,3]} '].map((table) => ({ name: `a b3dm with a head of ${head} bytes${table && " and a table"}`, file: "tileset.json", right: cube, isRead: false,
+    files: { "tileset.json": tileset("a.b3dm"), "a.b3dm": b3dm(head, table) }, ...(table ? { says: /"id"/ } : { silent: /table/ }) }))),
+  one("whole numbers of a big-endian PLY that says it is not", "a.ply", plyIntegers("LE", "BE", millimetres), cloud, { mustRefuse: true, refused: /the bytes of its numbers are in the other order than it says: x of point 0 is .*, and in the other order -3.25e\+03/ }),
+  one("whole numbers of a big-endian PLY", "a.ply", plyIntegers("BE", "BE", millimetres), { ...cloud, box: { low: [-3250, 0, 0], high: [2750, 5000, 3000] } }),
+  one("large whole numbers of a PLY", "a.ply", plyIntegers("LE", "LE", millimetres.map((point) => point.map((value) => 500000000 + value))), cloud),
+  one("a PLY with colours of 0 and 1 in bytes", "a.ply", byteColors("1 0 1"), cube, { says: /RGB has only the bytes 0 and 1/, colors: [[1, 0, 1]] }),
+  one("a black PLY", "a.ply", byteColors("0 0 0"), cube, { silent: /RGB/, colors: [[0, 0, 0]] }),
+  one("a .vtp with colours of 0 and 1 in bytes", "a.vtp", vtpPieces([0, undefined, vtpArrays(["RGB", 3, 0]).replace(/\b\d+(?= |<\/D)/g, "1")]), cube, { isRead: false, says: /RGB has only the bytes 0 and 1/ }),
+  one("a .vtp with pieces whose points are of other types", "a.vtp", vtpPieces([0], [5]).replace(/Float32(?![^]*Float32)/, "Float64"), cube, { mustRefuse: true, refused: /the points of its pieces are of several types: Float32 and Float64/ }),
+  // Bytes in a .vtp: VTK reads on where they end, and takes any sign for base64.
+  one("a .vtp in base64", "a.vtp", vtpBase64(base64Of(96)), cube, { isRead: false }),
+  one("a .vtp in base64 of lines", "a.vtp", vtpBase64(base64Of(96).replace(/.{76}/g, "$&\n")), cube, { isRead: false }),
+  one("a .vtp in base64 whose length is encoded by itself", "a.vtp", vtpBase64(base64Of(96, true)), cube, { isRead: false }),
+  one("a .vtp with another sign in its base64", "a.vtp", vtpBase64(base64Of(96).replace(/^(.{40})./, "$1*")), cube, { mustRefuse: true, refused: /the array \(line \d+\) has '\*' in its base64/ }),
+  one("a .vtp whose base64 is cut", "a.vtp", vtpBase64(base64Of(96).slice(0, 60)), cube, { mustRefuse: true, refused: /the array \(line \d+\) claims 96 bytes; it has 41/ }),
+  one("a .vtp whose base64 ends within four characters", "a.vtp", vtpBase64(base64Of(96).slice(0, 61)), cube, { mustRefuse: true, refused: /ends inside of its base64/ }),
+  one("a .vtp whose base64 claims too many bytes", "a.vtp", vtpBase64(base64Of(196)), cube, { mustRefuse: true, refused: /claims 196 bytes; it has 96/ }),
+  ...["raw", "base64"].flatMap((encoding) => [
+    one(`a .vtp with appended bytes, ${encoding}`, "a.vtp", vtpAppended(encoding), cube, { isRead: false }),
+    one(`a .vtp whose appended bytes are cut, ${encoding}`, "a.vtp", vtpAppended(encoding).subarray(0, -70), cube, { mustRefuse: true, refused: /<AppendedData> has no end: the file was cut/ }),
+    one(`a .vtp with a gap in its appended bytes, ${encoding}`, "a.vtp", vtpAppended(encoding, { missing: 4 }), cube, { mustRefuse: true, refused: /the array \(line \d+\) claims 96 bytes; it has 9[0-5]/ }),
+    one(`a .vtp whose appended bytes claim more, ${encoding}`, "a.vtp", vtpAppended(encoding, { claimed: 100000 }), cube, { mustRefuse: true, refused: /claims 100000 bytes/ }),
+    one(`a .vtp with an offset after its appended bytes, ${encoding}`, "a.vtp", vtpAppended(encoding, { offset: 5000 }), cube, { mustRefuse: true, refused: /the array .*begins at 5000, after the end/ }),
+    one(`a .vtp with an offset below 0, ${encoding}`, "a.vtp", vtpAppended(encoding, { offset: -4 }), cube, { mustRefuse: true, refused: /has the offset '-4'/ }),
+    one(`a .vtp with compressed appended bytes, ${encoding}`, "a.vtp", vtpAppended(encoding, { packs: true }), cube, { isRead: false }),
+    one(`a .vtp with compressed appended bytes that claim more, ${encoding}`, "a.vtp", vtpAppended(encoding, { packs: true, claimed: 100000 }), cube, { mustRefuse: true, refused: /claims \d+ bytes; it has/ }),
+  ]),
+  one("a .vtp with line ends in its appended base64", "a.vtp", vtpAppended("base64", { between: "\n" }), cube, { mustRefuse: true, refused: /<AppendedData> has blanks or line ends in its base64/ }),
+  one("a .vtp with a comment before its bytes", "a.vtp", vtpBase64(base64Of(96)).replace("<Points>", '<!-- "> <x format=\'binary\'> --><Points>'), cube, { isRead: false }),
+  one("a text STL with a remark before it", "a.stl", `; made by hand\n${stlText()}`, cube, { mustRefuse: true, refused: /is not an STL file: a text begins with 'solid'/ }),
+  // Parts of a .vtk that do not fit each other.
+  ...[["too few coordinates", "3 2 2", "2 float\n0 1", /holds 2 X_COORDINATES, and DIMENSIONS counts 3/], ["too many coordinates", "2 2 2", "3 float\n0 1 2", /holds 3 X_COORDINATES, and DIMENSIONS counts 2/]].map(([what, sides, x, refused]) =>
+    one(`a .vtk with ${what}`, "a.vtk", vtk("RECTILINEAR_GRID", [`DIMENSIONS ${sides}`, `X_COORDINATES ${x}`, "Y_COORDINATES 2 float\n0 1", "Z_COORDINATES 2 float\n0 1"]), {}, { mustRefuse: true, refused })),
+  one("a .vtk without one of its coordinates", "a.vtk", vtk("RECTILINEAR_GRID", ["DIMENSIONS 2 2 2", "X_COORDINATES 2 float\n0 1", "Y_COORDINATES 2 float\n0 1"]), {}, { mustRefuse: true, refused: /holds 0 Z_COORDINATES/ }),
+  one("a .vtk of an image with sides below 1", "a.vtk", vtk("STRUCTURED_POINTS", ["DIMENSIONS -3 3 3", "ORIGIN 0 0 0", "SPACING 1 1 1"]), {}, { mustRefuse: true, refused: /DIMENSIONS \(line 5\) has '-3' \(line 5\), which is not a number of points/ }),
+  one("a .vtk of an image with a decimal comma", "a.vtk", vtk("STRUCTURED_POINTS", ["DIMENSIONS 3 3 3", "ORIGIN 0,5 0 0", "SPACING 1 1 1"]), {}, { mustRefuse: true, refused: /ORIGIN \(line 6\) has 0 of its 3 numbers, then '0,5' \(line 6\) \(a decimal comma/ }),
+  one("a .vtk of an image with two of three lengths", "a.vtk", vtk("STRUCTURED_POINTS", ["DIMENSIONS 3 3 3", "SPACING 1 1", "ORIGIN 0 0 0"]), {}, { mustRefuse: true, refused: /SPACING \(line 6\) has 2 of its 3 numbers, then 'ORIGIN'/ }),
+  one("a .vtk of an image with Fortran's exponents", "a.vtk", vtk("STRUCTURED_POINTS", ["DIMENSIONS 3 3 3", "ORIGIN 0 0 0", "SPACING 2.0D+00 1 1"]), { volume: 16 }, { isRead: false }),
+  one("a .vtk with points twice", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPoints, vtkPolygons]), {}, { mustRefuse: true, refused: /POINTS \(line 14\) is there a second time/ }),
+  one("a .vtk with polygons twice", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons, vtkPolygons]), {}, { mustRefuse: true, refused: /POLYGONS \(line 21\) is there a second time/ }),
+  one("a .vtk with its polygons after its arrays", "a.vtk", vtk("POLYDATA", [vtkPoints, "POINT_DATA 8\nSCALARS q float\nLOOKUP_TABLE default\n1 2 3 4 5 6 7 8", vtkPolygons]), {}, { mustRefuse: true, refused: /POLYGONS \(line 18\) is after POINT_DATA or CELL_DATA/ }),
+  one("a .vtk with too few types of cells", "a.vtk", vtk("UNSTRUCTURED_GRID", [vtkPoints, "CELLS 2 8\n3 0 1 2\n3 1 2 3", "CELL_TYPES 1\n5"]), {}, { mustRefuse: true, refused: /CELL_TYPES \(line 17\) has 1 type, but there are 2 cells/ }),
 ];

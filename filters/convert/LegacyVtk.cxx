@@ -14,6 +14,7 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -281,6 +282,26 @@ private:
     return true;
   }
 
+  // Three numbers in text, of any file. areSides: numbers of points.
+  bool TakeThree(bool areSides)
+  {
+    for (std::uint64_t i = 0; i < 3; ++i)
+    {
+      double value = 0;
+      if (!this->TakeNumber(i, 3, value))
+      {
+        return false;
+      }
+      if (!std::isfinite(value) || (areSides && (value < 1 || value != std::floor(value))))
+      {
+        return this->Damaged("has " + QuotedText(this->Taken) + " " + this->Here() +
+                               ", which is not a " + (areSides ? "number of points" : "length"),
+          true);
+      }
+    }
+    return true;
+  }
+
   bool EndsBefore(std::uint64_t there, std::uint64_t count)
   {
     return this->Damaged("has " + std::to_string(there) + " of its " + std::to_string(count) +
@@ -397,6 +418,7 @@ private:
       return this->Damaged(
         "counts " + std::to_string(cells) + " cells, and has " + std::to_string(found), true);
     }
+    this->Cells = found;
     this->Forgiven.Count(Lapse::NotCounted, found - cells,
       this->Part + " counts " + std::to_string(cells) + (cells == 1 ? " cell" : " cells"));
     return true;
@@ -508,6 +530,7 @@ private:
   // The same of version 5: where each cell begins, then the points of all.
   bool TakeOffsets(std::uint64_t offsets, std::uint64_t corners)
   {
+    this->Cells = offsets > 0 ? offsets - 1 : 0;
     for (const auto& [keyword, count] :
       { std::pair{ "OFFSETS", offsets }, std::pair{ "CONNECTIVITY", corners } })
     {
@@ -646,6 +669,16 @@ private:
     {
       return false;
     }
+    const bool isGeometry = IsOneOf(keyword, lines) || IsOneOf(keyword, places) ||
+                            IsOneOf(keyword, cells) || keyword == "CELL_TYPES";
+    if (isGeometry && this->IsAfterData)
+    {
+      return this->Damaged("is after POINT_DATA or CELL_DATA, which must come last", true);
+    }
+    if (isGeometry && !this->Geometry.insert(keyword).second)
+    {
+      return this->Damaged("is there a second time", true);
+    }
     const bool isAfterArray = std::exchange(this->IsAfterArray, false);
     if (keyword == "DATASET")
     {
@@ -653,8 +686,7 @@ private:
     }
     if (IsOneOf(keyword, lines))
     {
-      this->SkipLine();
-      return true;
+      return this->TakeThree(keyword == "DIMENSIONS");
     }
     if (keyword == "METADATA")
     {
@@ -688,10 +720,16 @@ private:
     }
     if (keyword == "CELL_TYPES")
     {
-      return this->TakeCount(count) && this->TakeNumbers(count, 1, "int");
+      return this->TakeCount(count) &&
+             (count >= this->Cells ||
+               this->Damaged("has " + std::to_string(count) + (count == 1 ? " type" : " types") +
+                               ", but there are " + std::to_string(this->Cells) + " cells",
+                 true)) && // VTK reads on in memory
+             this->TakeNumbers(count, 1, "int");
     }
     if (keyword == "POINT_DATA" || keyword == "CELL_DATA")
     {
+      this->IsAfterData = true;
       return this->TakeTuples(keyword == "POINT_DATA" ? this->Points : 0);
     }
     if (keyword == "SCALARS")
@@ -733,8 +771,11 @@ private:
   bool IsBinary = false, HasVersion5 = false;
   std::uint64_t Line = 1;
   std::uint64_t Points = 0, Tuples = 0; // points of the file; of POINT_DATA or CELL_DATA
-  std::string Part;                     // "POINTS (line 5)"
-  std::string_view Taken;               // the last number of a text, until the next is sought
+  std::uint64_t Cells = 0;              // of the last list
+  std::set<std::string> Geometry;       // parts that were read
+  bool IsAfterData = false;
+  std::string Part;       // "POINTS (line 5)"
+  std::string_view Taken; // the last number of a text, until the next is sought
   VtkDamage Damage;
   std::string LastPart; // before Part; none before the first
   std::string Dataset;  // its type, in capitals

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/convert/PlainCopy.h"
 
+#include "filters/convert/VtpBlocks.h"
 #include "filters/core/SystemReason.h"
 #include "filters/meshio/ByteSource.h"
 #include "filters/meshio/NumberText.h"
@@ -64,7 +65,7 @@ bool IsText(std::string_view begin)
   return LowercaseText(TakeWord(third)) == "ascii";
 }
 
-// The line with numbers as VTK reads them, if all its words are numbers.
+// The line with numbers as VTK reads them, if all its words are numbers, after the name of a part.
 std::string WithPlainNumbers(std::string_view line)
 {
   std::vector<std::string_view> words;
@@ -73,6 +74,12 @@ std::string WithPlainNumbers(std::string_view line)
   bool changed = false;
   for (const std::string_view word : words)
   {
+    const std::string name = LowercaseText(word);
+    if (made.empty() && (name == "origin" || name == "spacing" || name == "aspect_ratio"))
+    {
+      made = std::string(word) + ' ';
+      continue;
+    }
     double value = 0;
     if (ParseNumber(word, value) != NumberTextError::None)
     {
@@ -184,14 +191,16 @@ Result<PlainCopy> PlainCopy::OfXml(const std::filesystem::path& file, Tolerance&
   const std::uint64_t size = source->Size();
   const Result<std::uint64_t> zeros = CropToText(*source);
   KDSTREAM_TRY(zeros);
+  const Result<bool> blanks = CheckVtpBlocks(*source, [](std::string_view) { return Status(); });
+  KDSTREAM_TRY(blanks);
   PlainCopy copy(file);
-  if (source->Size() == size)
+  if (source->Size() == size && !*blanks)
   {
     return copy;
   }
   tolerance.Count(Lapse::PaddedEnd, *zeros, "byte " + std::to_string(source->Size()));
   KDSTREAM_TRY(copy.Open());
-  KDSTREAM_TRY(copy.Copy(*source, source->Start(), source->Size()));
+  KDSTREAM_TRY(CheckVtpBlocks(*source, [&](std::string_view bytes) { return copy.Write(bytes); }));
   return copy;
 }
 

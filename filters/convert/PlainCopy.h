@@ -23,9 +23,9 @@ inline constexpr const char* vtkNotFinite = "-3.4028230607370965e38";
 class PlainCopy
 {
 public:
-  // An XML file without what follows its text: Ctrl-Z, or zeros, which are counted. XML with raw
-  // data may hold any bytes before that. Errors: InvalidInput for text in UTF-16 or UTF-32;
-  // InputOutput.
+  // An XML file without what follows its text: Ctrl-Z, or zeros, which are counted; and without the
+  // blanks in its base64. XML with raw data may hold any bytes before that. Errors: InvalidInput
+  // for text in UTF-16 or UTF-32, and for damaged bytes of arrays (VtpBlocks.h); InputOutput.
   static Result<PlainCopy> OfXml(const std::filesystem::path& file, Tolerance& tolerance);
   // A legacy .vtk text file: likewise, and without a byte order mark, with \n at the end of each
   // line. numbers: in lines of only numbers, those that are not finite become vtkNotFinite, and

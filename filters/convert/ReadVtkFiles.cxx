@@ -8,17 +8,23 @@
 #include "filters/convert/PolyDataParts.h"
 #include "filters/convert/VtkMessages.h"
 #include "filters/convert/VtkWords.h"
+#include "filters/core/Texts.h"
+#include "filters/core/VectorMath.h"
 #include "filters/meshio/TextWords.h"
 
 #include <vtkCallbackCommand.h>
 #include <vtkCell.h>
+#include <vtkCellArray.h>
 #include <vtkCellData.h>
 #include <vtkDataSet.h>
 #include <vtkDataSetSurfaceFilter.h>
 #include <vtkGenericCell.h>
 #include <vtkGenericDataObjectReader.h>
+#include <vtkIdList.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
+#include <vtkPolyData.h>
+#include <vtkRectilinearGrid.h>
 #include <vtkSmartPointer.h>
 #include <vtkStructuredGrid.h>
 #include <vtkUnsignedCharArray.h>
@@ -31,11 +37,16 @@
 #include <array>
 #include <cstdlib>
 #include <cstring>
+#include <iterator>
 #include <limits>
 #include <map>
+#include <numeric>
+#include <set>
+#include <span>
 #include <string>
 #include <tuple>
 #include <utility>
+#include <vector>
 
 namespace kdstream
 {
@@ -62,6 +73,7 @@ void Update(Reader& reader, const Execution& execution)
 }
 
 // VTK reads as many points and cells as a piece counts; checks what its arrays have after them.
+// Reads what VTK does not: files whose first piece is empty, and cells listed by where they begin.
 class CountingReader : public vtkXMLPolyDataReader
 {
 public:
@@ -73,8 +85,42 @@ public:
   }
 
   Tolerance Surplus;
+  std::set<std::string> Dropped; // names of arrays
+  std::string Wrong;             // what VTK would not say
 
 protected:
+  // The arrays that the first piece has are read of all; where it is empty, those of the next.
+  int ReadPrimaryElement(vtkXMLDataElement* element) override
+  {
+    if (!vtkXMLPolyDataReader::ReadPrimaryElement(element))
+    {
+      return 0;
+    }
+    std::vector<vtkIdType> points, cells; // of each piece
+    for (int i = 0; i < this->NumberOfPieces; ++i)
+    {
+      points.push_back(this->NumberOfPoints[i]);
+      cells.push_back(this->NumberOfVerts[i] + this->NumberOfLines[i] + this->NumberOfStrips[i] +
+                      this->NumberOfPolys[i]);
+    }
+    this->CheckPointTypes(points);
+    this->AlignArrays(this->PointDataElements, points);
+    this->AlignArrays(this->CellDataElements, cells);
+    this->IsFirstEmpty = !points.empty() && points[0] == 0;
+    for (const auto& [ofPieces, counts] :
+      { std::pair{ this->PointElements, &points }, std::pair{ this->PointDataElements, &points },
+        std::pair{ this->CellDataElements, &cells } })
+    {
+      const auto first =
+        std::find_if(counts->begin(), counts->end(), [](vtkIdType count) { return count > 0; });
+      if (first != counts->end())
+      {
+        ofPieces[0] = ofPieces[first - counts->begin()];
+      }
+    }
+    return 1;
+  }
+
   int ReadPieceData() override
   {
     if (!vtkXMLPolyDataReader::ReadPieceData())
@@ -82,40 +128,193 @@ protected:
       return 0;
     }
     const int piece = this->Piece;
+    auto* const output = vtkPolyData::SafeDownCast(this->GetCurrentOutput());
     vtkXMLDataElement* const points = this->PointElements[piece];
-    if (points && points->GetNumberOfNestedElements() > 0)
+    const bool isOfAnother = piece == 0 && this->IsFirstEmpty;
+    if (!isOfAnother && points && points->GetNumberOfNestedElements() > 0)
     {
-      this->CheckBytesAfter(points->GetNestedElement(0), 3, this->NumberOfPoints[piece], "Points");
+      this->CountSurplus(
+        this->WordsAfter(points->GetNestedElement(0), 3 * this->NumberOfPoints[piece]) / 3,
+        this->NumberOfPoints[piece], "Points");
     }
-    for (const auto& [elements, counts, name] :
-      { std::tuple{ this->VertElements, this->NumberOfVerts, "Verts" },
-        std::tuple{ this->LineElements, this->NumberOfLines, "Lines" },
-        std::tuple{ this->StripElements, this->NumberOfStrips, "Strips" },
-        std::tuple{ this->PolyElements, this->NumberOfPolys, "Polys" } })
+    for (const auto& [elements, counts, cells, name] :
+      { std::tuple{ this->VertElements, this->NumberOfVerts, output->GetVerts(), "Verts" },
+        std::tuple{ this->LineElements, this->NumberOfLines, output->GetLines(), "Lines" },
+        std::tuple{ this->StripElements, this->NumberOfStrips, output->GetStrips(), "Strips" },
+        std::tuple{ this->PolyElements, this->NumberOfPolys, output->GetPolys(), "Polys" } })
     {
-      if (vtkXMLDataElement* const offsets =
-            elements[piece] ? this->FindDataArrayWithName(elements[piece], "offsets") : nullptr)
+      const vtkIdType counted = counts[piece];
+      vtkXMLDataElement* const offsets =
+        elements[piece] ? this->FindDataArrayWithName(elements[piece], "offsets") : nullptr;
+      if (!offsets)
       {
-        this->CheckBytesAfter(offsets, 1, counts[piece], name);
+        continue;
       }
+      const std::uint64_t surplus = this->WordsAfter(offsets, counted);
+      const vtkIdType first = cells->GetNumberOfCells() - counted;
+      // Where each cell begins, as VTK keeps them in memory, and not where it ends: VTK takes the
+      // first cell for an empty one, and does not read the last one.
+      const bool areBegins =
+        surplus == 1 && counted > 0 && first >= 0 && cells->GetCellSize(first) == 0;
+      if (areBegins && !this->MoveCells(elements[piece], counted, *cells))
+      {
+        vtkErrorMacro("Cannot read cells from "
+                      << name << " in piece " << piece
+                      << " because the \"connectivity\" array is not long enough");
+        return 0;
+      }
+      this->CountSurplus(areBegins ? 0 : surplus, counted, name);
     }
     return 1;
   }
 
 private:
-  void CheckBytesAfter(
-    vtkXMLDataElement* array, std::uint64_t components, vtkIdType counted, const char* name)
+  // VTK reads the points of all pieces as those of the first.
+  void CheckPointTypes(const std::vector<vtkIdType>& points)
+  {
+    std::set<std::string> types;
+    for (std::size_t i = 0; i < points.size(); ++i)
+    {
+      vtkXMLDataElement* const piece = points[i] > 0 ? this->PointElements[i] : nullptr;
+      if (piece && piece->GetNumberOfNestedElements() > 0)
+      {
+        const char* const type = piece->GetNestedElement(0)->GetAttribute("type");
+        types.insert(type ? type : "");
+      }
+    }
+    if (types.size() > 1)
+    {
+      this->Wrong = "the points of its pieces are of several types: " + *types.begin() + " and " +
+                    *std::next(types.begin());
+    }
+  }
+
+  // VTK takes the arrays of pieces by their numbers, whatever their names and types are, and for
+  // one that a piece does not have what lies in memory. Leaves those that all have, in the order of
+  // the first.
+  void AlignArrays(vtkXMLDataElement** ofPieces, const std::vector<vtkIdType>& tuples)
+  {
+    using Arrays = std::map<std::string, vtkSmartPointer<vtkXMLDataElement>>;
+    std::vector<std::pair<vtkXMLDataElement*, Arrays>> pieces;
+    std::vector<std::string> names; // with their type
+    std::map<std::string, std::size_t> uses;
+    for (std::size_t i = 0; i < tuples.size(); ++i)
+    {
+      if (tuples[i] == 0)
+      {
+        continue;
+      }
+      Arrays arrays;
+      vtkXMLDataElement* const piece = ofPieces[i];
+      for (int k = 0; piece && k < piece->GetNumberOfNestedElements(); ++k)
+      {
+        vtkXMLDataElement* const array = piece->GetNestedElement(k);
+        const char* const name = array->GetAttribute("Name");
+        const char* const components = array->GetAttribute("NumberOfComponents");
+        const char* const type = array->GetAttribute("type");
+        const std::string key = std::string(name ? name : "") + '\n' +
+                                (components ? components : "1") + (type ? type : "");
+        if (arrays.emplace(key, array).second && ++uses[key] == 1)
+        {
+          names.push_back(key);
+        }
+      }
+      pieces.push_back({ piece, std::move(arrays) });
+    }
+    if (pieces.size() < 2)
+    {
+      return;
+    }
+    for (const auto& [piece, arrays] : pieces)
+    {
+      if (piece)
+      {
+        piece->RemoveAllNestedElements();
+      }
+      for (const std::string& name : names)
+      {
+        if (uses[name] == pieces.size())
+        {
+          piece->AddNestedElement(arrays.at(name));
+        }
+        else
+        {
+          this->Dropped.insert(name.substr(0, name.find('\n')));
+        }
+      }
+    }
+  }
+
+  // Numbers of a list; empty if it does not have so many.
+  std::vector<vtkIdType> NumbersOf(vtkXMLDataElement* list, vtkIdType begin, vtkIdType count)
+  {
+    const auto array = vtkSmartPointer<vtkAbstractArray>::Take(this->CreateArray(list));
+    auto* const numbers = vtkDataArray::SafeDownCast(array);
+    std::vector<vtkIdType> found;
+    constexpr vtkIdType atOnce = 4096; // no memory for what the list does not have
+    while (numbers && static_cast<vtkIdType>(found.size()) < count)
+    {
+      const auto done = static_cast<vtkIdType>(found.size());
+      const vtkIdType some = std::min(atOnce, count - done);
+      numbers->SetNumberOfComponents(1);
+      numbers->SetNumberOfTuples(some);
+      if (!this->ReadArrayValues(list, 0, numbers, begin + done, some))
+      {
+        return {};
+      }
+      for (vtkIdType i = 0; i < some; ++i)
+      {
+        found.push_back(static_cast<vtkIdType>(numbers->GetComponent(i, 0)));
+      }
+    }
+    return found;
+  }
+
+  // Takes the empty first cell of a piece away, and reads its last one. False if that is not there.
+  bool MoveCells(vtkXMLDataElement* lists, vtkIdType counted, vtkCellArray& cells)
+  {
+    const std::vector<vtkIdType> ends =
+      this->NumbersOf(this->FindDataArrayWithName(lists, "offsets"), counted - 1, 2);
+    if (ends.size() < 2 || ends[0] < 0 || ends[1] <= ends[0])
+    {
+      return false;
+    }
+    std::vector<vtkIdType> last = this->NumbersOf(
+      this->FindDataArrayWithName(lists, "connectivity"), ends[0], ends[1] - ends[0]);
+    for (vtkIdType& corner : last)
+    {
+      corner += this->StartPoint; // of the piece
+    }
+    vtkNew<vtkCellArray> moved;
+    const vtkIdType empty = cells.GetNumberOfCells() - counted;
+    for (vtkIdType cell = 0; cell < cells.GetNumberOfCells(); ++cell)
+    {
+      vtkIdType size = 0;
+      const vtkIdType* corners = nullptr;
+      cells.GetCellAtId(cell, size, corners);
+      if (cell != empty)
+      {
+        moved->InsertNextCell(size, corners);
+      }
+    }
+    moved->InsertNextCell(static_cast<vtkIdType>(last.size()), last.data());
+    cells.ShallowCopy(moved);
+    return !last.empty();
+  }
+
+  // How many words an array has after those that are known.
+  std::uint64_t WordsAfter(vtkXMLDataElement* array, vtkIdType words)
   {
     int type = 0;
     if (!array->GetWordTypeAttribute("type", type))
     {
-      return;
+      return 0;
     }
     const VtkMessages notReported; // what is there was read
     constexpr std::size_t block = 4096;
     std::array<double, block> values{}; // of at most eight bytes
     // From the last known word on, because VTK fails if it must begin after the end.
-    std::uint64_t known = static_cast<std::uint64_t>(counted) * components;
+    auto known = static_cast<std::uint64_t>(words);
     for (std::size_t read = block; read == block;)
     {
       const std::uint64_t begin = known > 0 ? known - 1 : 0;
@@ -128,17 +327,17 @@ private:
                    block, type);
       known = std::max(known, begin + read);
     }
-    const std::uint64_t found = known - static_cast<std::uint64_t>(counted) * components;
-    this->Surplus.Count(Lapse::NotCounted, found / components,
-      std::string("NumberOf") + name + " is " + std::to_string(counted));
+    return known - static_cast<std::uint64_t>(words);
   }
-};
 
-// part: what is wrong with which part.
-Error Damaged(const std::string& part)
-{
-  return { ErrorCode::InvalidInput, "is damaged, or is not as its header says: " + part };
-}
+  void CountSurplus(std::uint64_t found, vtkIdType counted, const char* name)
+  {
+    this->Surplus.Count(
+      Lapse::NotCounted, found, std::string("NumberOf") + name + " is " + std::to_string(counted));
+  }
+
+  bool IsFirstEmpty = false;
+};
 
 // Checks that the cells of each part use existing points. Counts faces of fewer than three corners,
 // which are dropped. Errors: InvalidInput naming part, cell and point.
@@ -249,6 +448,56 @@ Status CheckCellsOf(vtkUnstructuredGrid& grid)
   return fits;
 }
 
+// VTK orders the corners of a solid cell so that its faces look outward, unless the grid is
+// mirrored or has a negative spacing, or its program numbers the corners otherwise: a prism is
+// often inside out. Turns such faces of a grid's surface. cells: the cell of each.
+void TurnFacesOutward(vtkDataSet& grid, vtkDataArray& cells, vtkPolyData& surface)
+{
+  vtkCellArray& faces = *surface.GetPolys();
+  const vtkIdType first = surface.GetNumberOfVerts() + surface.GetNumberOfLines();
+  const auto pointsOf = [](vtkDataSet& data, vtkIdList& corners)
+  {
+    std::vector<Vec3> points;
+    for (const vtkIdType corner : corners)
+    {
+      const double* const at = data.GetPoint(corner);
+      points.push_back({ at[0], at[1], at[2] });
+    }
+    return points;
+  };
+  const auto middleOf = [](const std::vector<Vec3>& points)
+  {
+    const Vec3 sum = std::accumulate(points.begin(), points.end(), Vec3{}, Plus<double>);
+    return Times(sum, 1 / static_cast<double>(points.size()));
+  };
+  vtkNew<vtkIdList> inCell, inFace;
+  for (vtkIdType face = 0; face < faces.GetNumberOfCells(); ++face)
+  {
+    const auto cell = static_cast<vtkIdType>(cells.GetComponent(first + face, 0));
+    // Those of any shape have no order that could be wrong.
+    const int type = grid.GetCellType(cell);
+    if (type == VTK_CONVEX_POINT_SET || type == VTK_POLYHEDRON ||
+        grid.GetCell(cell)->GetCellDimension() < 3)
+    {
+      continue;
+    }
+    grid.GetCellPoints(cell, inCell);
+    faces.GetCellAtId(face, inFace);
+    const std::vector<Vec3> corners = pointsOf(surface, *inFace);
+    const Vec3 middle = middleOf(corners);
+    Vec3 normal{};
+    for (std::size_t i = 0; i < corners.size(); ++i)
+    {
+      const Vec3& next = corners[(i + 1) % corners.size()];
+      normal = Plus(normal, Cross(Minus(corners[i], middle), Minus(next, middle)));
+    }
+    if (Dot(normal, Minus(middle, middleOf(pointsOf(grid, *inCell)))) < 0)
+    {
+      faces.ReverseCellAtId(face);
+    }
+  }
+}
+
 // Checks what VTK's filters assume of a grid: that its cells are valid, and that it has as many
 // points as it says. Arrays of a wrong length are removed, and listed.
 Status CheckGrid(vtkDataSet& grid, std::vector<std::string>& dropped)
@@ -256,6 +505,23 @@ Status CheckGrid(vtkDataSet& grid, std::vector<std::string>& dropped)
   if (auto* const cells = vtkUnstructuredGrid::SafeDownCast(&grid))
   {
     KDSTREAM_TRY(CheckCellsOf(*cells));
+  }
+  if (auto* const rectilinear = vtkRectilinearGrid::SafeDownCast(&grid))
+  {
+    int sides[3];
+    rectilinear->GetDimensions(sides);
+    vtkDataArray* const all[] = { rectilinear->GetXCoordinates(), rectilinear->GetYCoordinates(),
+      rectilinear->GetZCoordinates() };
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const vtkIdType count = all[k] ? all[k]->GetNumberOfTuples() : 0;
+      if (count != sides[k])
+      {
+        return Error{ ErrorCode::InvalidInput, std::string("holds ") + std::to_string(count) + " " +
+                                                 "XYZ"[k] + "_COORDINATES, and DIMENSIONS counts " +
+                                                 std::to_string(sides[k]) };
+      }
+    }
   }
   if (auto* const structured = vtkStructuredGrid::SafeDownCast(&grid))
   {
@@ -330,7 +596,7 @@ Result<ForeignMesh> ReadVtkText(
   if (!errors.empty())
   {
     const bool isBlamed = errors.front().find(damage.unknownWord) != std::string::npos;
-    return Damaged(isBlamed && !damage.part.empty() ? damage.part : damage.lastPart);
+    return DamagedVtk(isBlamed && !damage.part.empty() ? damage.part : damage.lastPart);
   }
   if (vtkPolyData* const mesh = vtkPolyData::SafeDownCast(output))
   {
@@ -345,9 +611,18 @@ Result<ForeignMesh> ReadVtkText(
   }
   std::vector<std::string> dropped;
   KDSTREAM_TRY(CheckGrid(*grid, dropped));
+  constexpr const char* cellNumbers = "kdstreamCell";
   vtkNew<vtkDataSetSurfaceFilter> surface;
   surface->SetInputData(grid);
+  surface->PassThroughCellIdsOn();
+  surface->SetOriginalCellIdsName(cellNumbers);
   surface->Update();
+  vtkCellData& ofFaces = *surface->GetOutput()->GetCellData();
+  if (vtkDataArray* const cells = ofFaces.GetArray(cellNumbers))
+  {
+    TurnFacesOutward(*grid, *cells, *surface->GetOutput());
+  }
+  ofFaces.RemoveArray(cellNumbers);
   Result<ForeignMesh> mesh = Finish(surface->GetOutput(), messages, execution);
   if (mesh)
   {
@@ -372,15 +647,24 @@ Result<ForeignMesh> ReadVtp(const std::filesystem::path& file, const Execution& 
   vtkNew<CountingReader> reader;
   reader->SetFileName(plain->File().c_str());
   Update(*reader, execution);
+  if (!reader->Wrong.empty())
+  {
+    return DamagedVtk(reader->Wrong);
+  }
   if (const std::vector<std::string> errors = messages.Errors(); !errors.empty())
   {
-    return Damaged(XmlDamage(errors, plain->File()));
+    return DamagedVtk(XmlDamage(errors, plain->File()));
   }
   Result<ForeignMesh> mesh = Finish(reader->GetOutput(), messages, execution);
   if (mesh)
   {
     mesh->tolerance.Add(tolerance);
     mesh->tolerance.Add(reader->Surplus);
+    for (const std::string& array : reader->Dropped)
+    {
+      mesh->warnings.push_back(
+        "array " + Quoted(array) + " is dropped: not all pieces have it, of one type");
+    }
   }
   return mesh;
 }
@@ -393,7 +677,7 @@ Result<ForeignMesh> ReadVtk(const std::filesystem::path& file, const Execution& 
   const VtkDamage damage = FindVtkDamage(plain->File());
   if (damage.isCut)
   {
-    return Damaged(damage.part);
+    return DamagedVtk(damage.part);
   }
   const Result<PlainCopy> ordered = PlainCopy::WithDatasetFirst(plain->File(), damage.order);
   KDSTREAM_TRY(ordered);

@@ -705,7 +705,7 @@ private:
     }
     for (std::string& reading : readings)
     {
-      this->Out.tolerance.Tell(std::move(reading));
+      this->Out.tolerance.Tell(reading);
     }
     return std::move(this->Out);
   }

@@ -199,6 +199,11 @@ std::string XmlDamage(std::span<const std::string> errors, const std::filesystem
   return ours;
 }
 
+Error DamagedVtk(const std::string& part)
+{
+  return { ErrorCode::InvalidInput, "is damaged, or is not as its header says: " + part };
+}
+
 std::string VtkWarning(const std::string& warning)
 {
   static const std::pair<std::regex, const char*> words[] = {

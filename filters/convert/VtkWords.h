@@ -3,6 +3,8 @@
 // Part of step "convert" of the pipeline picture.
 #pragma once
 
+#include "filters/core/Result.h"
+
 #include <filesystem>
 #include <span>
 #include <string>
@@ -15,6 +17,9 @@ namespace kdstream
 // than the piece counts". If none does: that VTK cannot read it. Line numbers are found only in the
 // first 64 MiB.
 std::string XmlDamage(std::span<const std::string> errors, const std::filesystem::path& file);
+
+// InvalidInput. part: what is wrong with which part.
+Error DamagedVtk(const std::string& part);
 
 // A warning of VTK's readers; empty for those that say nothing about the mesh.
 std::string VtkWarning(const std::string& warning);

@@ -6,10 +6,12 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <cstring>
 #include <limits>
 #include <span>
+#include <type_traits>
 
 namespace kdstream
 {
@@ -40,10 +42,14 @@ double Swapped(Number value)
   return double(std::bit_cast<Number>(bytes));
 }
 
+// As a coordinate. Of whole numbers in the wrong order the last byte would be 0 or 255 in all.
+template <class Number>
 bool IsSensible(double value)
 {
-  constexpr double least = 1e-9, most = 1e12;
-  return value == 0 || (std::abs(value) >= least && std::abs(value) <= most);
+  constexpr double least = 1e-9, most = 1e12, mostWhole = 0x1p23;
+  return std::is_integral_v<Number>
+           ? std::abs(value) <= mostWhole
+           : value == 0 || (std::abs(value) >= least && std::abs(value) <= most);
 }
 
 std::string ShortText(double value)
@@ -77,9 +83,8 @@ void KeepTuples(Mesh& mesh, AttributeAssociation association, std::size_t begin,
   }
 }
 
-}
-
-Status CheckByteOrder(std::span<const Vec3> points, ScalarType type)
+template <class Number>
+Status CheckByteOrderOf(std::span<const Vec3> points)
 {
   constexpr std::size_t fewest = 9; // three points
   std::size_t numbers = 0, sensible = 0, swappedSensible = 0;
@@ -93,12 +98,11 @@ Status CheckByteOrder(std::span<const Vec3> points, ScalarType type)
       {
         continue;
       }
-      const double swapped =
-        type == ScalarType::Float32 ? Swapped(static_cast<float>(value)) : Swapped(value);
+      const double swapped = Swapped(static_cast<Number>(value));
       ++numbers;
-      sensible += IsSensible(value) ? 1 : 0;
-      swappedSensible += IsSensible(swapped) ? 1 : 0;
-      if (example.empty() && !IsSensible(value) && IsSensible(swapped))
+      sensible += IsSensible<Number>(value) ? 1 : 0;
+      swappedSensible += IsSensible<Number>(swapped) ? 1 : 0;
+      if (example.empty() && !IsSensible<Number>(value) && IsSensible<Number>(swapped))
       {
         example = std::string(1, "xyz"[k]) + " of point " + std::to_string(i) + " is " +
                   ShortText(value) + ", and with its bytes swapped " + ShortText(swapped);
@@ -112,6 +116,20 @@ Status CheckByteOrder(std::span<const Vec3> points, ScalarType type)
                "its numbers seem to have the opposite of the byte order that it states: " + example,
                Remedy::Repair)
            : Status();
+}
+
+}
+
+Status CheckByteOrder(std::span<const Vec3> points, ScalarType type)
+{
+  return type == ScalarType::Float32 ? CheckByteOrderOf<float>(points)
+                                     : CheckByteOrderOf<double>(points);
+}
+
+Status CheckByteOrderOfIntegers(std::span<const Vec3> points, bool isSigned)
+{
+  return isSigned ? CheckByteOrderOf<std::int32_t>(points)
+                  : CheckByteOrderOf<std::uint32_t>(points);
 }
 
 std::string WhatIsNotFinite(const Vec3& point)

@@ -29,6 +29,8 @@ std::string WhatIsNotFinite(const Vec3& point);
 // those that are not 0 are smaller than 1e-9, larger than 1e12 or not finite, and in the other
 // order nearly none is. type: of the coordinates in the file. Errors: InvalidInput.
 Status CheckByteOrder(std::span<const Vec3> points, ScalarType type);
+// The same of whole numbers of 32 bits, larger than 2^23.
+Status CheckByteOrderOfIntegers(std::span<const Vec3> points, bool isSigned);
 
 // Which of a file's points were dropped, and the new numbers of the others. Memory: some 2 MiB, and
 // only after a point was dropped. Disk: a quarter of a byte for each point of the file.

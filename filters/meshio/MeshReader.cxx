@@ -87,13 +87,13 @@ Result<std::unique_ptr<MeshReader>> MeshReader::Open(const std::filesystem::path
   Result<std::unique_ptr<MeshReader>> reader = OpenFinite(file, execution, scratch);
   KDSTREAM_TRY(reader);
   std::optional<HiddenColors> colors = FindHiddenColors((*reader)->Info().attributes);
-  if (!colors)
+  if (!colors || (colors->bytes && FileEnding(file) != ".ply")) // others make them of numbers
   {
     return reader;
   }
-  // The value of white is known when all vertices were read.
+  // The value of white is known when all vertices were read; of bytes, mostly at once.
   ColorScale scale(std::move(*colors));
-  for (std::size_t count = 1; count > 0;)
+  for (std::size_t count = 1; count > 0 && !scale.AreUsual();)
   {
     constexpr std::size_t verticesAtOnce = std::size_t{ 1 } << 16;
     Mesh some;
@@ -106,7 +106,8 @@ Result<std::unique_ptr<MeshReader>> MeshReader::Open(const std::filesystem::path
   }
   reader = OpenFinite(file, execution, scratch);
   KDSTREAM_TRY(reader);
-  return WithShownColors(std::move(*reader), std::move(scale));
+  return scale.AreUsual() ? std::move(reader)
+                          : WithShownColors(std::move(*reader), std::move(scale));
 }
 
 namespace

@@ -103,11 +103,11 @@ std::optional<HiddenColors> FindArray(
                 : IsColorName(array, isPart) && (array.components == 3 || array.components == 4);
     if (known && array.association == AttributeAssociation::Point)
     {
-      return HiddenColors{ { i, i, i }, { 0, 1, 2 }, harmonics, false, false, {} };
+      return HiddenColors{ { i, i, i }, { 0, 1, 2 }, harmonics, false, false, false, {} };
     }
     if (!harmonics && IsPackedName(array) && SizeOf(array.type) == 4 && !IsReal(array.type))
     {
-      return HiddenColors{ { i, i, i }, {}, false, true, false, {} };
+      return HiddenColors{ { i, i, i }, {}, false, true, false, false, {} };
     }
   }
   return std::nullopt;
@@ -119,7 +119,7 @@ std::optional<HiddenColors> FindPacked(std::span<const AttributeInfo> attributes
   {
     if (IsPackedName(attributes[i]))
     {
-      return HiddenColors{ { i, i, i }, {}, false, true, true, {} };
+      return HiddenColors{ { i, i, i }, {}, false, true, true, false, {} };
     }
   }
   return std::nullopt;
@@ -194,7 +194,10 @@ private:
     {
       this->FileInfo.attributes.push_back(this->Scale.Shown());
     }
-    this->FileInfo.tolerance.Tell(this->Reported);
+    if (!this->Reported.empty())
+    {
+      this->FileInfo.tolerance.Tell(this->Reported);
+    }
   }
 
   void Prepare(Mesh& mesh) const
@@ -216,9 +219,14 @@ private:
 
 std::optional<HiddenColors> FindHiddenColors(std::span<const AttributeInfo> attributes)
 {
-  if (attributes.size() >= mostAttributes ||
-      std::any_of(attributes.begin(), attributes.end(),
-        [](const AttributeInfo& array) { return RoleOf(array) == AttributeRole::Colors; }))
+  const auto bytes = std::find_if(attributes.begin(), attributes.end(),
+    [](const AttributeInfo& array) { return RoleOf(array) == AttributeRole::Colors; });
+  if (bytes != attributes.end())
+  {
+    const auto i = static_cast<std::size_t>(bytes - attributes.begin());
+    return HiddenColors{ { i, i, i }, { 0, 1, 2 }, false, false, false, true, *bytes };
+  }
+  if (attributes.size() >= mostAttributes)
   {
     return std::nullopt;
   }
@@ -372,6 +380,13 @@ std::string ColorScale::Tell(std::span<const AttributeInfo> attributes) const
   const std::string names =
     first == last ? first.name
                   : first.name + ", " + attributes[this->Colors.arrays[1]].name + ", " + last.name;
+  if (this->Colors.bytes)
+  {
+    return this->White.White() > 1 || this->White.IsBlack()
+             ? std::string()
+             : names + " has only the bytes 0 and 1, which are nearly black, as white is 255: if "
+                       "1 is white, export its colours from 0 to 255, or as floats";
+  }
   if (this->Colors.harmonics)
   {
     return names + " is taken for the colours of Gaussian splats, and shown as " +
@@ -415,7 +430,10 @@ void AddShownColors(Mesh& mesh, Tolerance& tolerance)
     scale.Append(mesh.attributes, 0, mesh.points.size(), shown);
     mesh.attributes.push_back(std::move(shown));
   }
-  tolerance.Tell(scale.Tell(infos));
+  if (const std::string reported = scale.Tell(infos); !reported.empty())
+  {
+    tolerance.Tell(reported);
+  }
 }
 
 std::unique_ptr<MeshReader> WithShownColors(std::unique_ptr<MeshReader> reader, ColorScale scale)

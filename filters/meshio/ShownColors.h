@@ -18,7 +18,7 @@
 namespace kdstream
 {
 
-// Where a mesh's arrays have colours that are not shown as they are.
+// Where a mesh's arrays have colours that are not shown as they are, or that may be nearly black.
 struct HiddenColors
 {
   // For red, green and blue: the array, and the component in it.
@@ -26,11 +26,12 @@ struct HiddenColors
   bool harmonics = false; // f_dc: colour is 0.5 + 0.2820948 f
   bool packed = false;    // 0xRRGGBB in one number
   bool maybe = false;     // packed, if the values say so (ColorScale)
+  bool bytes = false;     // shown as they are: only their values are looked at
   AttributeInfo shown{};  // the array to make: "RGB", or "RGBA" where that name is taken
 };
 
-// The arrays that may be colours; nothing if there are none, or if viewers already show colours
-// (RoleOf). Certain colours, in lower or upper case: red green blue, r g b, diffuse_red …,
+// The arrays that may be colours; nothing if there are none. If viewers already show colours
+// (RoleOf), these. Certain colours, in lower or upper case: red green blue, r g b, diffuse_red …,
 // ambient_red …, as three arrays of numbers of one type; one array of three or four components
 // named rgb, rgba, color, colour, colors, diffuse, or of bytes with color or colour in its name;
 // rgb or rgba of one whole number of 32 bits; f_dc of three floats. Possible colours: rgb or rgba
@@ -45,6 +46,7 @@ public:
   // whole: values of a type of whole numbers, which are from 0 to 1 only if all are.
   void Add(double value, bool whole = false);
   double White() const;
+  bool IsBlack() const { return this->ToOne + this->ToByte + this->Above == 0; }
   // A sentence part if not all values agree: "as most of their values are: 1 of 24 is above it and
   // counts as white"; else empty.
   std::string Doubt() const;
@@ -82,14 +84,17 @@ public:
   // Appends the shown tuples for those from `begin` to `end` of the others.
   void Append(std::span<const Attribute> attributes, std::size_t begin, std::size_t end,
     Attribute& shown) const;
-  // "red, green and blue of type float32 are shown as RGB: 1 is white".
+  // "red, green and blue of type float32 are shown as RGB: 1 is white". Empty: nothing to say.
   std::string Tell(std::span<const AttributeInfo> attributes) const;
   const AttributeInfo& Shown() const { return this->Colors.shown; }
-  // False if the values are not colours: nothing is appended, and Tell says so.
+  // False if the values are not colours, or are shown as they are: nothing is appended.
   bool AreColors() const
   {
-    return !this->Colors.maybe || this->Packed.AreBits() || this->Packed.AreNumbers();
+    return !this->Colors.bytes &&
+           (!this->Colors.maybe || this->Packed.AreBits() || this->Packed.AreNumbers());
   }
+  // Whether no further values can change anything, and Tell has nothing to say.
+  bool AreUsual() const { return this->Colors.bytes && this->White.White() > 1; }
 
 private:
   HiddenColors Colors;

@@ -805,6 +805,12 @@ Status TextStlReader::ReadPoints(std::vector<Vec3>& points, std::size_t number)
   return {};
 }
 
+bool HasNoControls(std::string_view text)
+{
+  return std::none_of(text.begin(), text.end(),
+    [](char c) { return (c >= '\0' && c < ' ' && !IsBlank(c)) || c == 0x7F; });
+}
+
 // Whether the bytes where a binary file has its header and first triangle could be text. Bytes that
 // copying adds after a text (PlainText.h) are ignored.
 bool LooksLikeText(std::string_view head)
@@ -815,9 +821,7 @@ bool LooksLikeText(std::string_view head)
   head = head.substr(0, last == head.npos ? 0 : last + 1);
   head.remove_prefix(
     static_cast<std::size_t>(std::find_if_not(head.begin(), head.end(), IsBlank) - head.begin()));
-  return IsWord(head.substr(0, 5), "solid") &&
-         std::none_of(head.begin(), head.end(),
-           [](char c) { return (c >= '\0' && c < ' ' && !IsBlank(c)) || c == 0x7F; });
+  return IsWord(head.substr(0, 5), "solid") && HasNoControls(head);
 }
 
 // Whether there is a triangle after the header of a binary file: if there are more bytes than the
@@ -868,7 +872,7 @@ Result<std::unique_ptr<MeshReader>> OpenStlReader(ByteSource source, const Execu
   {
     return BadInput("is not an STL file", Remedy::Rename);
   }
-  if (IsWord(head->substr(0, 5), "facet") || head->starts_with('#'))
+  if (HasNoControls(*head))
   {
     return BadInput("is not an STL file: a text begins with 'solid'", Remedy::Repair);
   }

@@ -82,9 +82,14 @@ bool Tolerance::Any() const
     this->Numbers.begin(), this->Numbers.end(), [](std::uint64_t n) { return n > 0; });
 }
 
-void Tolerance::Tell(std::string reading)
+void Tolerance::Tell(const std::string& reading)
 {
-  this->ReadingTexts.push_back(OneLine(reading));
+  std::string line = OneLine(reading);
+  if (std::find(this->ReadingTexts.begin(), this->ReadingTexts.end(), line) ==
+      this->ReadingTexts.end())
+  {
+    this->ReadingTexts.push_back(std::move(line));
+  }
 }
 
 void Tolerance::Add(const Tolerance& other)
@@ -93,8 +98,10 @@ void Tolerance::Add(const Tolerance& other)
   {
     this->Count(static_cast<Lapse>(k), other.Numbers[k], other.Firsts[k]);
   }
-  this->ReadingTexts.insert(
-    this->ReadingTexts.end(), other.ReadingTexts.begin(), other.ReadingTexts.end());
+  for (const std::string& reading : other.ReadingTexts)
+  {
+    this->Tell(reading);
+  }
 }
 
 Tolerance Tolerance::Since(const Tolerance& before) const

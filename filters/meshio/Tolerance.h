@@ -50,8 +50,9 @@ public:
   std::uint64_t Of(Lapse kind) const { return this->Numbers[static_cast<std::size_t>(kind)]; }
   bool Any() const;
 
-  // Adds a sentence about something ambiguous, and how it was read. --strict does not refuse it.
-  void Tell(std::string reading);
+  // Adds a sentence about something ambiguous, and how it was read, unless it has it. --strict does
+  // not refuse it.
+  void Tell(const std::string& reading);
 
   // Adds the counts of another part of the same file.
   void Add(const Tolerance& other);

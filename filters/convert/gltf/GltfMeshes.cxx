@@ -11,6 +11,7 @@
 #include "filters/core/VectorMath.h"
 #include "filters/meshio/DroppedPoints.h"
 #include "filters/meshio/QuotedText.h"
+#include "filters/meshio/ShownColors.h"
 
 #include <algorithm>
 #include <array>
@@ -320,7 +321,7 @@ public:
     }
     GltfPart part;
     part.points = this->VectorsOf(*places);
-    KDSTREAM_TRY(this->ReadAttributes(part));
+    KDSTREAM_TRY(this->ReadAttributes(part, named));
     KDSTREAM_TRY(this->AddShapes(weights, part));
     KDSTREAM_TRY(corners);
     this->Join(static_cast<int>(mode), *corners, named, part);
@@ -457,7 +458,7 @@ private:
     return vectors;
   }
 
-  Status ReadAttributes(GltfPart& part)
+  Status ReadAttributes(GltfPart& part, const std::string& named)
   {
     const std::vector<GltfMaterial>& materials = this->Meshes.Materials;
     part.material = std::min(
@@ -473,14 +474,7 @@ private:
     {
       const Result<GltfAccessor> colors = this->Open("COLOR_0");
       KDSTREAM_TRY(colors);
-      part.colors.assign(this->Count, Color{ 1, 1, 1, 1 });
-      for (std::size_t i = 0; i < this->Count; ++i)
-      {
-        for (std::size_t k = 0; k < colors->Components() && this->Needs(i); ++k)
-        {
-          part.colors[i][k] = colors->Part(i, k, true);
-        }
-      }
+      this->ReadColors(*colors, part.colors, named);
     }
     const std::string pictures =
       "TEXCOORD_" +
@@ -521,6 +515,40 @@ private:
       }
     }
     return this->ReadJoints(part);
+  }
+
+  // Floats are from 0 to 1 by glTF; some programs write them to 255 or 65535.
+  void ReadColors(
+    const GltfAccessor& accessor, std::vector<Color>& colors, const std::string& named)
+  {
+    ColorWhite white;
+    colors.assign(this->Count, Color{ 1, 1, 1, 1 });
+    for (std::size_t i = 0; i < this->Count; ++i)
+    {
+      for (std::size_t k = 0; k < accessor.Components() && this->Needs(i); ++k)
+      {
+        colors[i][k] = accessor.Part(i, k, true);
+        if (k < 3)
+        {
+          white.Add(colors[i][k]);
+        }
+      }
+    }
+    const double most = white.White();
+    for (Color& color : colors)
+    {
+      for (std::size_t k = 0; k < color.size() && most > 1; ++k)
+      {
+        color[k] /= k < 3 || color[k] > 1 ? most : 1;
+      }
+    }
+    const std::string doubt = white.Doubt();
+    if ((most > 1 || !doubt.empty()) && this->Meshes.BrightParts.insert(named).second &&
+        this->Meshes.FirstBright.empty())
+    {
+      this->Meshes.FirstBright = named + "in COLOR_0 " + std::to_string(static_cast<int>(most)) +
+                                 " is white" + (doubt.empty() ? "" : ", " + doubt);
+    }
   }
 
   Status ReadJoints(GltfPart& part)
@@ -677,6 +705,18 @@ GltfMeshes::GltfMeshes(
       ++this->PartsOfPlaces[this->PlacesOf(part)];
     }
   }
+}
+
+Tolerance GltfMeshes::Dropped() const
+{
+  Tolerance all = this->DroppedPoints;
+  if (const std::size_t parts = this->BrightParts.size(); parts > 0)
+  {
+    all.Tell(this->FirstBright +
+             (parts > 1 ? "; the same or alike in " + std::to_string(parts - 1) + " more parts"
+                        : std::string()));
+  }
+  return all;
 }
 
 std::size_t GltfMeshes::PlacesOf(const Json& part) const

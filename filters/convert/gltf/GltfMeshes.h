@@ -15,6 +15,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -70,8 +71,8 @@ public:
   Result<std::vector<GltfPart>> PartsOf(std::size_t mesh, const nlohmann::json& weights);
 
   // Counts what was dropped of those parts: points that are not finite, with the triangles that use
-  // them, and incomplete last triangles.
-  const Tolerance& Dropped() const { return this->DroppedPoints; }
+  // them, and incomplete last triangles. Says how colours brighter than white were read.
+  Tolerance Dropped() const;
 
 private:
   class Reader;
@@ -87,6 +88,8 @@ private:
   std::map<std::string, std::string> ArrayNames;    // of attributes, by EXT_structural_metadata
   std::map<std::size_t, std::size_t> PartsOfPlaces; // how many have an accessor's places
   Tolerance DroppedPoints;
+  std::set<std::string> BrightParts; // some of whose colours are brighter than white
+  std::string FirstBright;
 };
 
 class GltfNodes;

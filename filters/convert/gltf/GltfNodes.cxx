@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <set>
 #include <utility>
 
 namespace kdstream
@@ -80,7 +81,7 @@ public:
   }
 
   // All nodes that were found, each after its parent, which is the node itself for a root.
-  const std::vector<std::pair<std::size_t, std::size_t>>& Entered() const { return this->Found; }
+  const GltfNodes::Parents& Entered() const { return this->Found; }
 
 private:
   // Adds a node's descendants, and itself, to those of its parent or of all roots.
@@ -138,10 +139,10 @@ private:
   }
 
   const Json& Nodes;
-  std::vector<std::uint64_t> Sizes;                       // with descendants
-  std::vector<std::uint8_t> State;                        // 0 unknown, 1 open, 2 done
-  std::vector<std::pair<std::size_t, std::size_t>> Path;  // node, next child
-  std::vector<std::pair<std::size_t, std::size_t>> Found; // node, parent
+  std::vector<std::uint64_t> Sizes;                      // with descendants
+  std::vector<std::uint8_t> State;                       // 0 unknown, 1 open, 2 done
+  std::vector<std::pair<std::size_t, std::size_t>> Path; // node, next child
+  GltfNodes::Parents Found;
   std::uint64_t All = 0;
 };
 
@@ -347,13 +348,79 @@ Status GltfNodes::ChooseScene()
   return {};
 }
 
-Status GltfNodes::Open()
+// The nodes of the scene, each after its parent, which is the node itself for a root.
+Result<GltfNodes::Parents> GltfNodes::CheckNodes() const
 {
-  KDSTREAM_TRY(this->ChooseScene());
   NodeCheck check(this->Nodes);
   for (const std::size_t root : this->Roots)
   {
     KDSTREAM_TRY(check.Check(root));
+  }
+  return check.Entered();
+}
+
+// glTF has each node below one parent, once. What a list repeats counts once, and a root that is
+// also below another node only there. Several parents each keep it.
+void GltfNodes::LeaveOutRepeated(const Parents& entered)
+{
+  const std::size_t none = CountOf(this->Nodes);
+  std::vector<std::size_t> lastParent(none, none);
+  std::set<std::size_t> repeated, shared;
+  for (const auto& [number, parent] : entered)
+  {
+    const Json& children = Member(this->Nodes[number], "children");
+    for (std::size_t i = 0; i < CountOf(children); ++i)
+    {
+      const std::size_t child = IndexIn(this->Nodes, children[i]);
+      if (lastParent[child] == number)
+      {
+        this->Repeated.insert({ number, i });
+        repeated.insert(child);
+      }
+      else if (lastParent[child] != none)
+      {
+        shared.insert(child);
+      }
+      lastParent[child] = number;
+    }
+  }
+  std::vector<bool> isRoot(none);
+  std::erase_if(this->Roots,
+    [&](std::size_t root)
+    {
+      const bool isRepeated = isRoot[root] || lastParent[root] != none;
+      isRoot[root] = true;
+      if (isRepeated)
+      {
+        repeated.insert(root);
+      }
+      return isRepeated;
+    });
+  const auto note = [&](const std::set<std::size_t>& nodes, const char* what)
+  {
+    if (!nodes.empty())
+    {
+      this->NoteTexts.push_back(
+        "node " + std::to_string(*nodes.begin()) +
+        (nodes.size() == 1 ? "" : ", and " + std::to_string(nodes.size() - 1) + " further,") +
+        what);
+    }
+  };
+  note(repeated, " is named twice by the scene, by its parent or by both: it is read once");
+  note(shared, " has several parents, where glTF has one: it is read for each of them");
+}
+
+Status GltfNodes::Open()
+{
+  KDSTREAM_TRY(this->ChooseScene());
+  Result<Parents> entered = this->CheckNodes();
+  KDSTREAM_TRY(entered);
+  const std::size_t roots = this->Roots.size();
+  this->LeaveOutRepeated(*entered);
+  if (this->Roots.size() < roots)
+  {
+    entered = this->CheckNodes(); // their parents are others now
+    KDSTREAM_TRY(entered);
   }
   const Json& center =
     Member(Member(Member(this->Document.json, "extensions"), "CESIUM_RTC"), "center");
@@ -363,17 +430,17 @@ Status GltfNodes::Open()
   }
   std::size_t hidden = 0;
   this->Places.resize(CountOf(this->Nodes));
-  for (const auto& [node, parent] : check.Entered())
+  for (const auto& [node, parent] : *entered)
   {
     const GltfPlace place = PlaceInParent(this->Nodes[node]);
     this->Places[node] = parent == node ? place : Combined(this->Places[parent], place);
     hidden += IsHidden(this->Nodes[node]) ? 1 : 0;
   }
-  for (const auto& [node, parent] : check.Entered())
+  for (const auto& [node, parent] : *entered)
   {
     this->Places[node] = this->Standing(this->Places[node]);
   }
-  this->NoteContradictions(check.Entered());
+  this->NoteContradictions(*entered);
   if (hidden > 0)
   {
     this->NoteTexts.push_back("left out: " + std::to_string(hidden) +
@@ -385,7 +452,7 @@ Status GltfNodes::Open()
 
 // A node may have a matrix, or a translation, rotation and scale. Of a node with both the matrix
 // counts, as for other readers; unless both are the same, it is noted.
-void GltfNodes::NoteContradictions(const std::vector<std::pair<std::size_t, std::size_t>>& entered)
+void GltfNodes::NoteContradictions(const Parents& entered)
 {
   std::size_t count = 0, first = 0;
   for (const auto& [number, parent] : entered)
@@ -508,7 +575,10 @@ Status GltfNodes::ForEachMesh(GltfBuffers& buffers, const Visit& visit) const
     const Json& children = Member(node, "children");
     for (std::size_t i = CountOf(children); i-- > 0;)
     {
-      left.push_back({ IndexIn(this->Nodes, children[i]), place });
+      if (!this->Repeated.contains({ number, i }))
+      {
+        left.push_back({ IndexIn(this->Nodes, children[i]), place });
+      }
     }
   }
   return {};

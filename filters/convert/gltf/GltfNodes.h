@@ -10,6 +10,7 @@
 #include <array>
 #include <cstddef>
 #include <functional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -46,6 +47,9 @@ struct GltfStand
 class GltfNodes
 {
 public:
+  // Nodes and their parents.
+  using Parents = std::vector<std::pair<std::size_t, std::size_t>>;
+
   // The document must outlive it.
   explicit GltfNodes(const GltfDocument& document, const GltfStand& stand = {});
 
@@ -55,8 +59,8 @@ public:
   // rotation or scale; a node that is its own descendant, or that has, through shared nodes, far
   // more descendants than there are nodes.
   Status Open();
-  // How the scene was chosen, if the file does not say, and what of it is hidden
-  // (KHR_node_visibility).
+  // How the scene was chosen, if the file does not say; what of it is hidden (KHR_node_visibility);
+  // nodes that are named more than once.
   const std::vector<std::string>& Notes() const { return this->NoteTexts; }
 
   // Calls visit with each node that has a mesh, and the place of each of its instances
@@ -72,15 +76,18 @@ public:
 private:
   Status ChooseScene();
   GltfPlace Standing(const GltfPlace& inScene) const;
-  void NoteContradictions(const std::vector<std::pair<std::size_t, std::size_t>>& entered);
+  Result<Parents> CheckNodes() const;
+  void LeaveOutRepeated(const Parents& entered);
+  void NoteContradictions(const Parents& entered);
   Result<std::vector<GltfPlace>> InstancesOf(std::size_t node, GltfBuffers& buffers) const;
 
   const GltfDocument& Document;
   const nlohmann::json& Nodes;
   const GltfStand Stand;
   std::vector<std::size_t> Roots;
-  std::vector<GltfPlace> Places; // of all nodes
-  Vec3 Center{};                 // from which the scene's places are counted (CESIUM_RTC)
+  std::set<std::pair<std::size_t, std::size_t>> Repeated; // node, number of a child named before
+  std::vector<GltfPlace> Places;                          // of all nodes
+  Vec3 Center{}; // from which the scene's places are counted (CESIUM_RTC)
   std::vector<std::string> NoteTexts;
 };
 

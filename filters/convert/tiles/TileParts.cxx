@@ -129,6 +129,12 @@ private:
     }
     if (sum > all || tables[0] > mostTableBytes || tables[2] > mostTableBytes)
     {
+      const Result<bool> isOld = this->ReadOldBatched(tile, head);
+      KDSTREAM_TRY(isOld);
+      if (*isOld)
+      {
+        return {};
+      }
       return BadInput("claims tables of " + std::to_string(sum - batchedHead) + " bytes; it has " +
                         std::to_string(all),
         Remedy::Repair);
@@ -139,6 +145,35 @@ private:
     KDSTREAM_TRY(this->ReadProperties(features + tables[0] + tables[1], tables[2]));
     this->Found.parts.push_back(part);
     return {};
+  }
+
+  // Of before version 1.0, whose heads have fewer numbers: that of glTF follows a batch table.
+  Result<bool> ReadOldBatched(const GltfRange& tile, std::string_view head)
+  {
+    const std::uint64_t all = NumberInTile(head, 8, 4);
+    const std::uint64_t first = NumberInTile(head, 12, 4), second = NumberInTile(head, 16, 4);
+    struct Old
+    {
+      std::uint64_t head, json, numbers;
+    };
+    for (const auto& [bytes, json, numbers] : { Old{ 20, second, 0 }, Old{ 24, first, second } })
+    {
+      constexpr std::string_view mark = "glTF";
+      const std::uint64_t begin = bytes + json + numbers;
+      if (begin + mark.size() > all || json > mostTableBytes)
+      {
+        continue;
+      }
+      const Result<std::string> found = this->Bytes(tile.begin + begin, mark.size());
+      KDSTREAM_TRY(found);
+      if (*found == mark)
+      {
+        KDSTREAM_TRY(this->ReadProperties(tile.begin + bytes, json));
+        this->Found.parts.push_back({ { tile.begin + begin, all - begin }, {} });
+        return true;
+      }
+    }
+    return false;
   }
 
   // A table's JSON; null where there is none.

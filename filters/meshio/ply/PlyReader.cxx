@@ -564,7 +564,7 @@ Status PlyReader::CutPolygons(Mesh& mesh)
     mesh.triangles, [&](VertexId vertex) { return this->Places->Get(vertex); });
 }
 
-// Looks at the first points of a cloud of floats in bytes. Of a mesh the indices show the order.
+// Looks at the first points of a cloud in bytes. Of a mesh the indices show the order.
 Status PlyReader::CheckOrder() const
 {
   constexpr std::uint64_t most = 4096;
@@ -572,8 +572,9 @@ Status PlyReader::CheckOrder() const
   const PlyType type = vertices.properties[this->Coordinates[0]].type;
   const bool isOfOne = std::all_of(this->Coordinates.begin(), this->Coordinates.end(),
     [&](std::size_t p) { return vertices.properties[p].type == type; });
+  const bool isInteger = type == PlyType::Int32 || type == PlyType::UInt32;
   const bool isFloat = type == PlyType::Float32 || type == PlyType::Float64;
-  if (this->Header.encoding == PlyEncoding::Ascii || !isOfOne || !isFloat ||
+  if (this->Header.encoding == PlyEncoding::Ascii || !isOfOne || !(isFloat || isInteger) ||
       this->VertexElement > 0 || !this->Faces.empty())
   {
     return {};
@@ -586,10 +587,13 @@ Status PlyReader::CheckOrder() const
   const Result<bool> read = PlyBody::Make(this->Header, *again)
                               ->ReadPoints(vertices, this->Coordinates, 0,
                                 std::min(most, vertices.count), points, noArrays);
-  // Errors are reported when the reader reaches them.
-  return read ? CheckByteOrder(
-                  points, type == PlyType::Float32 ? ScalarType::Float32 : ScalarType::Float64)
-              : Status();
+  if (!read)
+  {
+    return {}; // errors are reported when the reader reaches them
+  }
+  return isInteger ? CheckByteOrderOfIntegers(points, type == PlyType::Int32)
+                   : CheckByteOrder(points,
+                       type == PlyType::Float32 ? ScalarType::Float32 : ScalarType::Float64);
 }
 
 // Goes through the vertices once more.
