@@ -250,7 +250,7 @@ Status TileTree::FindErrors(const TileInput& source)
 // the smallest.
 void TileTree::ChooseLattices(const std::vector<double>& leastSides)
 {
-  constexpr double finestPart = 1.0 / 32768;
+  constexpr double finestPart = 1.0 / 65536;
   constexpr double smallest = 1e-290; // what is smaller has no lattice
   // Vertices of levels that are on no grid may lie a little outside.
   const double longest = LongestSideOf(this->Info.box) * (this->Info.grid.Lossless() ? 2 : 1);
