@@ -56,14 +56,10 @@ for (const link of document.querySelectorAll("head link:not([rel=stylesheet])"))
 
 /* global viewerBytes: of the WebAssembly's first part, by MakePage.cmake */
 
-// On a light ground if the address asks for one.
-const isLight = new URLSearchParams(location.search).get("theme") === "light";
+const options = new URLSearchParams(location.search);
 
-function beLight() {
-  document.documentElement.dataset.theme = "light";
-  document.querySelector("[name=theme-color]").content = "#f4f2ee";
-  document.head.append(make("link", { rel: "stylesheet", href: new URL("light.css", import.meta.url).href }));
-}
+// On a light ground if the address asks for one.
+const isLight = options.get("theme") === "light";
 
 // New vertices morph to their places, and a released model continues to turn for a moment, except for users who prefer reduced
 // motion.
@@ -76,7 +72,7 @@ function moveIfLiked() {
 
 // ?memory=MEGABYTES
 function setMemory() {
-  const megabytes = Number(new URLSearchParams(location.search).get("memory"));
+  const megabytes = options.get("memory");
   if (megabytes > 0) {
     viewer.setMemory(1e6 * megabytes);
   }
@@ -93,8 +89,12 @@ async function start() {
   if (isEmbedded) { // in somebody's page there is one model and no list
     document.body.dataset.embedded = "";
   }
-  isLight && beLight();
-  if (typeof WebAssembly !== "object") {
+  if (isLight) {
+    document.documentElement.dataset.theme = "light";
+    document.querySelector("[name=theme-color]").remove();
+    document.head.append(make("link", { rel: "stylesheet", href: new URL("light.css", import.meta.url).href }));
+  }
+  if (!window.WebAssembly) {
     hideLoading();
     showEnd(t("This browser has no WebAssembly, or it is switched off."));
     return;
