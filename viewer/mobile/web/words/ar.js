@@ -273,7 +273,7 @@ export const texts = {
   "This browser has no WebAssembly, or it is switched off.": "لا يدعم هذا المتصفح WebAssembly، أو أنه معطّل.",
   "This browser cannot draw in 3D: it has no WebGL 2, or it is switched off.":
     "لا يستطيع هذا المتصفح الرسم بثلاثة أبعاد: لا يدعم WebGL 2، أو أنه معطّل.",
-  "The viewer needs JavaScript, which is switched off.": "يحتاج العارض إلى JavaScript، وهو معطّل.",
+  "The viewer needs JavaScript.": "يحتاج العارض إلى JavaScript.",
   "The viewer does not start. It needs a recent browser with JavaScript and WebGL 2. Reloading the page may help.":
     "العارض لا يبدأ. يحتاج إلى متصفح من السنوات الأخيرة مع JavaScript وWebGL 2؛ وقد تفيد إعادة تحميل الصفحة.",
 };

@@ -276,7 +276,7 @@ export const texts = {
   "This browser has no WebAssembly, or it is switched off.": "Dieser Browser hat kein WebAssembly, oder es ist abgeschaltet.",
   "This browser cannot draw in 3D: it has no WebGL 2, or it is switched off.":
     "Dieser Browser kann nicht in 3D zeichnen: Er hat kein WebGL 2, oder es ist abgeschaltet.",
-  "The viewer needs JavaScript, which is switched off.": "Der Betrachter braucht JavaScript, und das ist abgeschaltet.",
+  "The viewer needs JavaScript.": "Der Betrachter braucht JavaScript.",
   "The viewer does not start. It needs a recent browser with JavaScript and WebGL 2. Reloading the page may help.":
     "Der Betrachter startet nicht. Er braucht einen neueren Browser mit JavaScript und WebGL 2. Neu laden kann helfen.",
 };
