@@ -311,8 +311,8 @@ TEST_F(TestReadTileset, TilesOfVersionOne)
                               BytesOf(static_cast<std::uint32_t>(16 + 2 * inner.size() + 16)) +
                               BytesOf(std::uint32_t{ 3 }) + inner + points + inner);
   this->Tileset("tileset.json", Content("a.cmpt"));
-  this->Expect(2, { 0, -3, 0 }, { 1, 0, 2 },
-    "tile \"a.cmpt\": left out: tiles of the unsupported kind pnts are not read");
+  this->Expect(
+    2, { 0, -3, 0 }, { 1, 0, 2 }, "tile \"a.cmpt\": left out: tiles of the unsupported kind pnts");
 }
 
 TEST_F(TestReadTileset, ImplicitTiling)
@@ -501,7 +501,7 @@ TEST_F(TestReadTileset, WhatIsLostIsNamed)
   this->Tileset("tileset.json", "\"metadata\":{\"class\":\"c\"}," + Content("box.glb"), "",
     ",\"schema\":{\"id\":\"s\"}");
   this->Expect(1, { 0, -3, 0 }, { 1, 0, 2 },
-    "members of tilesets that are not carried: \"metadata\", \"schema\"");
+    "members of tilesets that are left out: \"metadata\", \"schema\"");
   this->Tileset("tileset.json", Content("box.glb"), "", ",\"extensionsUsed\":[\"VENDOR_x\"]");
   this->Expect(1, { 0, -3, 0 }, { 1, 0, 2 }, "extensions that are not read: \"VENDOR_x\"");
   const std::string out = "tile \"box.glb\": it reaches out of its boundingVolume, beyond which "

@@ -220,7 +220,7 @@ private:
       array.name = name;
       if (ParseNumber(offset, array.offset) != NumberTextError::None || array.offset < 0)
       {
-        return DamagedVtk(name + " has the offset " + QuotedText(offset) + ", which is none");
+        return DamagedVtk(name + " has an invalid offset: " + QuotedText(offset));
       }
       this->Arrays.push_back(std::move(array));
     }

@@ -164,7 +164,7 @@ std::vector<std::string> GltfSource::OtherNotes() const
   if (HasMorphTargets(this->Document.json))
   {
     notes.emplace_back(
-      "morph targets are not carried: the mesh has the shape that their weights give it");
+      "morph targets are left out: the mesh has the shape that their weights give it");
   }
   return notes;
 }

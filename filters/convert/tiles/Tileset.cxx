@@ -338,7 +338,7 @@ public:
     if (!this->NotCarried.empty())
     {
       this->Found.warnings.push_back(
-        "members of tilesets that are not carried: " + named(this->NotCarried));
+        "members of tilesets that are left out: " + named(this->NotCarried));
     }
     if (!this->NotRead.empty())
     {

@@ -88,13 +88,14 @@ TEST_F(TestKdMeshReader, ArraysCanBeChosen)
   EXPECT_EQ(fewer.GetNumberOfPolys(), 2);
 }
 
-TEST_F(TestKdMeshReader, TheHeaderIsReportedBeforeAnythingIsRead)
+TEST_F(TestKdMeshReader, TheHeaderIsReportedBeforeFacesAreRead)
 {
   this->Write("arrays.ply",
     "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
     "property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"
     "property double heat\nelement face 2\nproperty list uchar int vertex_indices\n"
-    "property int label\nend_header\nthe body is not looked at");
+    "property int label\nend_header\n0 0 0 1 2 3 0\n1 0 0 4 5 6 0\n1 1 0 7 8 9 0\n0 1 0 1 1 1 0\n"
+    "faces are not looked at"); // vertices are read: their colours decide what white is
   this->Reader->UpdateInformation();
   EXPECT_EQ(this->Reader->GetErrorCode(), vtkErrorCode::NoError);
   vtkInformation* const info = this->Reader->GetOutputInformation(0);
