@@ -25,6 +25,8 @@ struct Operation
   std::set<std::string> others = {};
   // Whether it tries again by itself what has failed once.
   bool recovers = false;
+  // Whether it may be run again once it is done; else it refuses what is there.
+  bool repeats = true;
   // What is wrong with how it ended, beside the rules for all; "" if nothing.
   std::function<std::string(const FaultyProgram::Outcome&, const std::filesystem::path&)> check =
     [](const auto&, const auto&) { return std::string(); };

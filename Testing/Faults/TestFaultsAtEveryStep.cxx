@@ -154,7 +154,7 @@ protected:
         (!once && (kind.fault == &Faults::allocation || kind.fault == &Faults::opening));
       const auto now = fixtures::ReadTree(this->Folder.Path);
       wrong = WrongInFiles(this->Of, this->Whole, now, isDone, mayLeave);
-      if (wrong.empty() && mayLeave &&
+      if (wrong.empty() && mayLeave && (this->Of.repeats || !isDone) &&
           !WrongInFiles(this->Of, this->Whole, now, isDone, false).empty())
       {
         ++this->Left;
