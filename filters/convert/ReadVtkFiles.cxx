@@ -245,7 +245,7 @@ private:
     }
   }
 
-  // Numbers of a list; empty if it does not have so many.
+  // The numbers of a list; empty if the list has another number of them.
   std::vector<vtkIdType> NumbersOf(vtkXMLDataElement* list, vtkIdType begin, vtkIdType count)
   {
     const auto array = vtkSmartPointer<vtkAbstractArray>::Take(this->CreateArray(list));

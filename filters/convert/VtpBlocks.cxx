@@ -6,12 +6,12 @@
 #include "filters/convert/VtpBlocks.h"
 
 #include "filters/convert/VtkWords.h"
+#include "filters/core/Texts.h"
 #include "filters/meshio/NumberText.h"
 #include "filters/meshio/QuotedText.h"
 
 #include <algorithm>
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -24,48 +24,21 @@ namespace
 constexpr std::string_view xmlBlanks = " \t\r\n";
 constexpr std::size_t longestTag = std::size_t{ 1 } << 16;
 
-// The value of a character of base64; none for others.
-std::optional<unsigned> Base64Value(char c)
+// Of the alphabet that XML files of VTK use (RFC 4648, section 4).
+bool IsBase64(char c)
 {
-  if (c >= 'A' && c <= 'Z')
-  {
-    return static_cast<unsigned>(c - 'A');
-  }
-  if (c >= 'a' && c <= 'z')
-  {
-    return static_cast<unsigned>(c - 'a') + 26;
-  }
-  if (c >= '0' && c <= '9')
-  {
-    return static_cast<unsigned>(c - '0') + 52;
-  }
-  return c == '+' ? std::optional(62U) : c == '/' ? std::optional(63U) : std::nullopt;
+  return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '+' ||
+         c == '/';
 }
 
-// The bytes of base64 up to the first '='.
+// The bytes of checked base64 up to the first '='.
 std::string FromBase64(std::string_view text)
 {
-  std::string bytes;
-  unsigned bits = 0, value = 0;
-  for (const char c : text)
-  {
-    const std::optional<unsigned> six = Base64Value(c);
-    if (!six)
-    {
-      break;
-    }
-    value = (value << 6U | *six) & 0xFFFFU;
-    bits += 6;
-    if (bits >= 8)
-    {
-      bits -= 8;
-      bytes += static_cast<char>(value >> bits & 0xFFU);
-    }
-  }
-  return bytes;
+  const auto bytes = Base64Decoded(text);
+  return bytes ? std::string(bytes->begin(), bytes->end()) : std::string();
 }
 
-// Characters of base64 for so many bytes.
+// The number of characters of base64 for this number of bytes.
 std::uint64_t Base64Size(std::uint64_t bytes)
 {
   return (bytes + 2) / 3 * 4;
@@ -251,7 +224,7 @@ private:
         this->IsAfterBlank = this->Characters > 0;
         continue;
       }
-      if (c != '=' && !Base64Value(c))
+      if (c != '=' && !IsBase64(c))
       {
         return this->NotBase64(this->Inline, c);
       }
@@ -383,7 +356,7 @@ private:
     return {};
   }
 
-  // Of base64: how many there are. Offsets count them, so there are no blanks between.
+  // The number of base64 characters. Offsets of arrays count them, so no blanks may lie between.
   Result<std::uint64_t> CheckCharacters(std::uint64_t end)
   {
     std::uint64_t count = 0;
@@ -401,7 +374,7 @@ private:
       {
         const bool isBlank = xmlBlanks.find(c) != std::string_view::npos;
         isAfterBlank = isAfterBlank || isBlank;
-        if (!isBlank && (isAfterBlank || (c != '=' && !Base64Value(c))))
+        if (!isBlank && (isAfterBlank || (c != '=' && !IsBase64(c))))
         {
           return isAfterBlank ? DamagedVtk("<AppendedData> has blanks or line ends in its base64, "
                                            "which the offsets of arrays cannot count")
