@@ -687,7 +687,7 @@ private:
     return reported;
   }
 
-  // Active is what is active on all ranks, and no ids that are not believed.
+  // An array is active if it is active on all ranks. Ids that are not trusted are not active.
   void ShareArrays(const std::vector<ReportedArrays>& reported, bool ofPoints)
   {
     std::vector<SharedArray> shared;

@@ -1059,7 +1059,7 @@ private:
   std::uint64_t HexColorLine = 0;             // of a colour as #c86432; 0: none
   std::vector<std::optional<std::size_t>> NameAxes; // axes of the named columns
   std::vector<std::string> OtherWords;              // the words of that line
-  std::string Degrees;      // longitudes and latitudes that names name, as messages quote them
+  std::string Degrees;      // names of columns that are longitudes or latitudes, for messages
   std::string PartNames;    // incomplete r g b or nx ny nz, which name plain numbers
   std::vector<float> Extra; // the columns but for the coordinates
   DecimalPrecision Precision;

@@ -541,7 +541,7 @@ private:
     const std::string_view next = this->NextWord(this->At + 1);
     if (this->Out.isFirst && (next == "fields" || next == "isA"))
     {
-      return; // it says itself what it has
+      return; // the node declares its own fields
     }
     node.isLeftOut = true;
     this->Out.text.replace(this->LastBegin, node.type.size(), "Group");
@@ -625,7 +625,7 @@ private:
     }
     if (word == "fields" || word == "isA")
     {
-      node.hasKnownFields = false; // it says itself what it has
+      node.hasKnownFields = false; // the node declares its own fields
       return;
     }
     this->EndField(node);

@@ -155,7 +155,7 @@ Error StoreWriter::State::Explain(const Error& error) const
 // still to come has at least one vertex for each cell.
 std::uint64_t StoreWriter::State::BytesInAll(std::uint64_t written) const
 {
-  constexpr double expected = 16; // of a vertex with its triangles, before anything is made
+  constexpr double expected = 16; // bytes of a vertex with its triangles, until any are written
   std::uint64_t made = 0, left = 0;
   for (unsigned depth = 0; depth < this->info.levels.size(); ++depth)
   {

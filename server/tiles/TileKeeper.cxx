@@ -473,8 +473,8 @@ std::shared_ptr<TileKeeper::ModelTiles> TileKeeper::Of(
   return nullptr;
 }
 
-// Forgets models whose trees are too much together, those first that were asked for longest ago,
-// but not the last.
+// Forgets models while all trees together take too much memory: the least recently requested models
+// first, but not `last`.
 void TileKeeper::Trim(const std::shared_ptr<ModelTiles>& last) const
 {
   std::list<std::shared_ptr<ModelTiles>> gone; // go when nobody waits for the mutex

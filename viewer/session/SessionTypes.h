@@ -107,8 +107,8 @@ struct ViewerStatus
   // The level that the zoom asks for. In view mode: the finest wanted one. Nothing before the model
   // is open.
   std::optional<unsigned> targetLevel;
-  bool original = false;     // by the view: some of the original is shown
-  double remainingError = 0; // by the view: points on the screen that a budget leaves; else 0
+  bool original = false; // by the view: some of the original is shown
+  double remainingError = 0; // by the view: SSE where a budget ended refinement; else 0
   struct Region
   {
     NodeId cell = 1; // picked

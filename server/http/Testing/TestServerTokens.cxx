@@ -142,7 +142,7 @@ TEST_F(Tokens, AllowWhatTheySayOnAStream)
   EXPECT_FALSE(region.begin) << "which partitions it has";
 }
 
-// The promise: within a second. A client that loads, and one that waits for nothing.
+// The promise: a stream ends within a second. One client loads, the other one is idle.
 TEST_F(Tokens, EndAStreamWhenTheyExpireOrAreRevoked)
 {
   using Clock = std::chrono::steady_clock;
