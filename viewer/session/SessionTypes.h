@@ -107,7 +107,7 @@ struct ViewerStatus
   // The level that the zoom asks for. In view mode: the finest wanted one. Nothing before the model
   // is open.
   std::optional<unsigned> targetLevel;
-  bool original = false; // by the view: some of the original is shown
+  bool original = false;     // by the view: some of the original is shown
   double remainingError = 0; // by the view: SSE where a budget ended refinement; else 0
   struct Region
   {
