@@ -761,7 +761,7 @@ private:
     return plain;
   }
 
-  // Whether the fourth column is no coordinate: it is whole, and the two before it are not.
+  // Whether the fourth column is not a coordinate: it is whole, and the two before it are not.
   bool IsFourthOther() const
   {
     const std::vector<Vec3>& points = this->Out.mesh.points;

@@ -469,7 +469,7 @@ private:
     return written;
   }
 
-  // A node's name becomes that of the PROTO, if it is one here.
+  // If the node is an instance of a PROTO of this file, its name becomes that of the PROTO.
   void TakeProtoName(Bracket& node)
   {
     const auto found = this->ProtoNames.find(node.type);
@@ -723,7 +723,8 @@ private:
     return found && found->isEvent;
   }
 
-  // What is wrong with a field that is left out. other: the PROTO's field that it IS, if it is one.
+  // What is wrong with a field that is left out. other: if the field IS a field of the PROTO, the
+  // name of that.
   std::optional<std::string> WrongField(
     const Bracket& node, std::string_view field, std::string_view other) const
   {

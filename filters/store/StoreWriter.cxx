@@ -80,8 +80,8 @@ struct StoreWriter::State
     std::uint64_t begin = 0;
     std::size_t bytes = 0;
   };
-  // In the order of PieceIds; textures of the original's alone, and then of levels, where a model
-  // has some.
+  // In the order of PieceIds: pieces, textures of the original, textures of levels, if there are
+  // any.
   std::vector<Extent> pieceExtents{}, textureExtents{}, levelTextureExtents{};
   Statement contentRead{};
   std::mutex reading{};

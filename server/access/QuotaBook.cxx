@@ -403,7 +403,7 @@ Status QuotaBook::Connection::Open()
     return QuotaError(opened.GetError().message, this->path);
   }
   this->database = std::move(*opened);
-  // Before SQLite makes a log and an index with such permissions, which would stay.
+  // Checked before SQLite makes a log and an index with these permissions: they would stay.
   if (sqlite3_db_readonly(this->database.get(), "main") == 1)
   {
     return QuotaError("the file is read-only", this->path);

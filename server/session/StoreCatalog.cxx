@@ -279,7 +279,7 @@ void StoreCatalog::Files::Open(const File& file, Patience patience) const
       this->reports->TellOnce(file.path, error.message + WhatIsServed(file.old.get(), error));
     }
   }
-  // If everything is to be read anew, also what could not be read before. Counts these for the
+  // A reading of everything also tries what could not be read before. Counts these stores for the
   // list.
   const bool isServed = found.isSame || found.model || (file.old && !found.isGone);
   if (isServed && (patience == Patience::None || this->notes->HasChanged(file.id)))

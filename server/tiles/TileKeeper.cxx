@@ -55,7 +55,7 @@ TileInput SourceOf(const ServedModel& model)
   return source;
 }
 
-// What neighbours of a piece are told: which keys it owns, and the normals on its border.
+// What the neighbours of a piece need of it: which keys it owns, and the normals on its border.
 struct PieceBorder
 {
   VertexKey first = 0;

@@ -32,7 +32,7 @@ namespace fs = std::filesystem;
 
 constexpr int cacheVersion = 1; // of the layout
 // Limits while another program keeps the file busy: for each attempt, and in all when nobody waits;
-// then the file is left alone for a while.
+// then the file is not used for a while.
 constexpr std::chrono::milliseconds patienceWithFile{ 200 };
 constexpr int mostTries = 5;
 constexpr std::chrono::seconds busyPause{ 10 };
