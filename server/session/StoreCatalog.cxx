@@ -317,8 +317,7 @@ Status StoreCatalog::ReadFolder(Patience patience)
   KDSTREAM_TRY(paths); // a disk that is not there for the moment, or no descriptors
   const auto before = this->Current();
   this->Reports->Forget(this->Folder);
-  // Files that were only examined are opened again; files that were opened in the meantime are
-  // taken.
+  // Files that were only examined are opened again. An opening that ended in the meantime is used.
   std::erase_if(this->HeldByDisk,
     [](const auto& entry) { return *entry.second.ended && !entry.second.opening; });
   Files files{ {}, this->Cache, this->Reports, this->Notes, this->Stores };
