@@ -173,8 +173,8 @@ private:
     std::string type;                  // the word before the bracket: a node's type, or a field
     std::size_t defined = 0;           // the number of its DEF
     std::string name;                  // after DEF
-    std::string proto;                 // the PROTO whose body this is, as it is written
-    std::string protoName;             // its name in the file
+    std::string proto;                 // if this is the body of a PROTO: the name that is written
+    std::string protoName;             // the name of that PROTO in the file
     std::size_t textEnd = 0;           // of the text up to and with the bracket
     bool isLeftOut = false;            // a node
     bool isOfProto = false;            // a node that a PROTO makes

@@ -231,7 +231,8 @@ struct ReadOnlyCache
   }
 };
 
-// isWritten: by this program, so that what it writes is found. Else as the file is now.
+// isWritten: whether this program writes the file; new entries are then found. Otherwise the file
+// is read as it is now.
 Result<ReadOnlyCache> OpenToRead(const fs::path& folder, bool isWritten)
 {
   ReadOnlyCache opened;

@@ -304,7 +304,7 @@ TEST_F(Server, AnswersForTheHostsThatAreSpecified)
   EXPECT_EQ(statusFor("10.0.0.7", "/healthz"), 200u);
 }
 
-// Names that a stranger may have, of whom a page has this machine asked (DNS rebinding).
+// A stranger's page may have a name that leads to this machine (DNS rebinding).
 TEST_F(Server, AnswersNoStrangersNameAtLoopback)
 {
   this->options.admin = ListenAddress{};
