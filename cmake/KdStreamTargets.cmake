@@ -32,6 +32,11 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   add_compile_options(-fno-tree-slp-vectorize)
 endif()
 
+# With the sanitizers' checks, code compiles in less than half of the time where it is not optimised: so only what computes is, and
+# tests that are loops.
+set(KDSTREAM_COMPUTING kdstream_core kdstream_codec kdstream_texture kdstream_meshio kdstream_build kdstream_outofcore
+  kdstream_baselines kdstream_baselinestores kdstream_fixtures)
+
 # Every target of ours: C++20, strict warnings, no fused multiply-add (the same bits everywhere:
 # doc/design.md#deterministic).
 # kdstream_configure_target(target [FEATURES PRIVATE cxx_std_17]): another language than C++20 for all.
@@ -54,6 +59,9 @@ function(kdstream_configure_target target)
   endif()
   if(KDSTREAM_SANITIZERS)
     target_compile_options(${target} PRIVATE -fsanitize=${KDSTREAM_SANITIZERS} -fno-sanitize-recover=all)
+    if(NOT target IN_LIST KDSTREAM_COMPUTING)
+      target_compile_options(${target} PRIVATE -O0)
+    endif()
     if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
       # With the sanitizers' checks in between, g++ takes many variables for uninitialised.
       target_compile_options(${target} PRIVATE -Wno-maybe-uninitialized)
@@ -80,17 +88,10 @@ function(kdstream_export_only target map)
 endfunction()
 
 # Code that waits for people, files or sockets, and tests: optimising it fully takes half as long again to compile, and nobody
-# would notice. With the sanitizers' checks, code that waits compiles in half of the time where it is not optimised at all; tests
-# are, since theirs are loops.
+# would notice.
 function(kdstream_optimise_lightly target)
   if(NOT EMSCRIPTEN)
     target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
-  endif()
-endfunction()
-function(kdstream_optimise_waiting target)
-  kdstream_optimise_lightly(${target})
-  if(KDSTREAM_SANITIZERS)
-    target_compile_options(${target} PRIVATE -O0)
   endif()
 endfunction()
 
@@ -175,7 +176,7 @@ function(kdstream_add_program name)
   endif()
   add_executable(kdstream-${name} ${arg_SOURCES})
   kdstream_configure_target(kdstream-${name})
-  kdstream_optimise_waiting(kdstream-${name})
+  kdstream_optimise_lightly(kdstream-${name})
   target_link_libraries(kdstream-${name} PRIVATE ${arg_LINK})
   target_include_directories(kdstream-${name} PRIVATE "${PROJECT_BINARY_DIR}/include")
   set_target_properties(kdstream-${name} PROPERTIES INSTALL_RPATH "${KDSTREAM_PROGRAM_RPATH}")
@@ -200,10 +201,9 @@ endfunction()
 function(kdstream_configure_test target)
   cmake_parse_arguments(PARSE_ARGV 1 arg "WAITING" "" "")
   kdstream_configure_target(${target})
-  if(arg_WAITING)
-    kdstream_optimise_waiting(${target})
-  else()
-    kdstream_optimise_lightly(${target})
+  kdstream_optimise_lightly(${target})
+  if(KDSTREAM_SANITIZERS AND NOT arg_WAITING)
+    target_compile_options(${target} PRIVATE -O1) # loops, most of them
   endif()
   set_target_properties(${target} PROPERTIES UNITY_BUILD_BATCH_SIZE 4)
   if(CMAKE_CXX_COMPILER_ID STREQUAL GNU AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)

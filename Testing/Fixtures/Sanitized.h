@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whether this build has the address or the thread sanitizer, whose own memory no limit can hold.
+// Whether this build has the address or the thread sanitizer, whose own memory no limit can hold, and which makes loops slow.
 #pragma once
 
 namespace kdstream::fixtures
@@ -16,5 +16,11 @@ inline constexpr bool sanitized = false;
 #else
 inline constexpr bool sanitized = false;
 #endif
+
+// How often a random case is tried: an eighth of `rounds` with a sanitizer, where the fuzz targets try many more.
+constexpr int Rounds(int rounds)
+{
+  return sanitized ? rounds / 8 : rounds;
+}
 
 }

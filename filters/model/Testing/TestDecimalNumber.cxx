@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Decimal numbers to doubles, against strtod, and back, against std::to_chars.
+#include "Testing/Fixtures/Sanitized.h"
 #include "filters/model/DecimalNumber.h"
 
 #include <gtest/gtest.h>
@@ -39,7 +40,7 @@ std::string Exact(long double value)
 TEST(TestDecimalNumber, AnyDigitsAndExponents)
 {
   std::mt19937_64 random(2);
-  for (int i = 0; i < 100000; ++i)
+  for (int i = 0; i < kdstream::fixtures::Rounds(100000); ++i)
   {
     std::string text = (i % 3 == 0 ? "-" : "") + std::to_string(random() % 10) + ".";
     for (auto digits = random() % 40; digits > 0; --digits)
@@ -55,7 +56,7 @@ TEST(TestDecimalNumber, AnyDigitsAndExponents)
 TEST(TestDecimalNumber, Ties)
 {
   std::mt19937_64 random(3);
-  for (int i = 0; i < 4000; ++i)
+  for (int i = 0; i < kdstream::fixtures::Rounds(4000); ++i)
   {
     auto bits = random() >> 1;
     bits >>= i % 4 == 0 ? 11 + random() % 52 : 0; // subnormal
@@ -119,7 +120,7 @@ std::string DigitsOf(std::string text)
 TEST(TestDecimalNumber, TheShortestDigitsAreThoseOfTheLibrary)
 {
   std::mt19937_64 random(4);
-  for (int i = 0; i < 20000; ++i)
+  for (int i = 0; i < kdstream::fixtures::Rounds(20000); ++i)
   {
     double value = std::bit_cast<double>(random());
     value = i % 5 == 1   ? double(std::bit_cast<float>(static_cast<std::uint32_t>(random())))

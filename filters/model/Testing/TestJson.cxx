@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // JSON texts in and out, against strtod and nlohmann's library.
+#include "Testing/Fixtures/Sanitized.h"
 #include "filters/core/Texts.h"
 #include "filters/model/Json.h"
 #include "filters/model/JsonWriter.h"
@@ -44,7 +45,7 @@ double Read(const std::string& text)
 TEST(TestJson, DoublesComeBackBitForBit)
 {
   std::mt19937_64 random(1);
-  for (int i = 0; i < 40000; ++i)
+  for (int i = 0; i < fixtures::Rounds(40000); ++i)
   {
     double value = std::bit_cast<double>(random());
     if (i % 4 == 1)
@@ -156,7 +157,7 @@ TEST(TestJson, TakesWhatNlohmannTakes)
 {
   RandomModels random(5);
   unsigned taken = 0, refused = 0;
-  for (int i = 0; i < 3000; ++i)
+  for (int i = 0; i < fixtures::Rounds(3000); ++i)
   {
     std::string text = WriteStoredModel(random.Model());
     text = i % 5 == 0 ? text : random.Mutated(i % 5 == 1 ? text.substr(0, 40) + "}" : text);
@@ -166,8 +167,8 @@ TEST(TestJson, TakesWhatNlohmannTakes)
     ASSERT_TRUE(!found || Copy(*found) == expected) << text;
     ++(found ? taken : refused);
   }
-  EXPECT_GT(taken, 500U);
-  EXPECT_GT(refused, 500U);
+  EXPECT_GT(taken, unsigned(fixtures::Rounds(500)));
+  EXPECT_GT(refused, unsigned(fixtures::Rounds(500)));
   for (const std::string text :
     { R"(["\u00e9\u20ac\ud83d\ude00\u0000\/\b\f\"",{"":{}},[],[[]], -0.5e-3 , 1E+2,null])",
       "\t\r\n {\"a\":[1,{\"b\":[2,{}]}],\"c\":3} ", R"("\ud83d")", R"("\ud83dx")",
@@ -193,7 +194,7 @@ TEST(TestJson, NestingCostsNoStack)
 TEST(TestJson, TextIsEscapedAndRepaired)
 {
   std::mt19937_64 random(3);
-  for (int i = 0; i < 20000; ++i)
+  for (int i = 0; i < fixtures::Rounds(20000); ++i)
   {
     std::string text;
     for (auto bytes = random() % 12; bytes > 0; --bytes)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The description as servers send it.
+#include "Testing/Fixtures/Sanitized.h"
 #include "filters/model/ModelJson.h"
 #include "filters/model/Testing/RandomModels.h"
 
@@ -38,7 +39,7 @@ bool Parses(const Json& json)
 TEST(TestModelDescription, ComesBackBitForBit)
 {
   RandomModels random(6);
-  for (int i = 0; i < 500; ++i)
+  for (int i = 0; i < fixtures::Rounds(500); ++i)
   {
     const auto model = random.Model();
     const auto parsed = ParseModel(WriteModel(model));
@@ -255,7 +256,7 @@ TEST(TestModelDescription, HostileTextIsRefusedNotObeyed)
   RandomModels random(8);
   const auto text = WriteModel(Small());
   int whole = 0;
-  for (int i = 0; i < 5000; ++i)
+  for (int i = 0; i < fixtures::Rounds(5000); ++i)
   {
     const auto parsed = ParseModel(random.Mutated(text));
     if (parsed)
@@ -264,7 +265,7 @@ TEST(TestModelDescription, HostileTextIsRefusedNotObeyed)
       EXPECT_EQ(*ParseModel(WriteModel(*parsed)), *parsed);
     }
   }
-  EXPECT_GT(whole, 20);
+  EXPECT_GT(whole, fixtures::Rounds(20));
 }
 
 TEST(TestModelDescription, TextThatIsNotUtf8IsRepaired)

@@ -84,8 +84,8 @@ void ChangeEverywhere(const std::string& text, const Look& look)
   for (std::size_t place = 0; place < text.size(); ++place)
   {
     auto changed = text;
-    // All of them take six minutes with a sanitizer.
-    for (unsigned value = 1; value < 256; value += fixtures::sanitized ? 15 : 1)
+    // With a sanitizer each bit is flipped: all values take six minutes.
+    for (unsigned value = 1; value < 256; value = fixtures::sanitized ? 2 * value : value + 1)
     {
       changed[place] = static_cast<char>(static_cast<unsigned char>(text[place]) ^ value);
       look(changed);
