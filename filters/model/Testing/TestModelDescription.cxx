@@ -85,7 +85,7 @@ TEST(TestModelDescription, IsCheckedAsClientsReadIt)
   ScalarDescription scalar{ "n", 0, 300, 0, 300, {} };
   for (std::size_t i = 0; i < ScalarDescription::mostClasses; ++i)
   {
-    scalar.classes.push_back({ 1e-300 * static_cast<double>(i + 1), UINT64_MAX });
+    scalar.classes.push_back({ 1 / (3. + static_cast<double>(i)), UINT64_MAX });
   }
   model.scalars = std::vector<ScalarDescription>(200, scalar);
   ASSERT_GT(WriteModel(model).size(), maximumModelBytes);
