@@ -112,7 +112,9 @@ TEST(TestTools, OutlineIsEmptyWithoutASection)
   hand.Show();
   hand.model.section.Set(SectionPlane{ { 0, 0, 1 }, 0 });
   hand.model.FollowSection();
-  EXPECT_NE(SectionOutline(hand.model).find("<path"), std::string::npos);
+  const std::string svg = SectionOutline(hand.model);
+  EXPECT_NE(svg.find("<path"), std::string::npos);
+  EXPECT_NE(svg.find("<desc>Of a coarser level: about "), std::string::npos) << "of the preview";
 }
 
 }
