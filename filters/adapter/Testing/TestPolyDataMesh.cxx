@@ -249,6 +249,7 @@ Result<std::vector<std::int64_t>> LabelsFrom(const std::vector<typename Array::V
 {
   vtkNew<Array> array;
   array->SetName("Of");
+  array->SetNumberOfComponents(1); // needed by vtkSOADataArrayTemplate
   array->SetNumberOfTuples(static_cast<vtkIdType>(values.size()));
   for (std::size_t i = 0; i < values.size(); ++i)
   {
