@@ -145,14 +145,16 @@ struct LabelReader
     }
   }
 
-  // An array that VTK's dispatch does not know, such as a vtkBitArray.
+  // An array that VTK's dispatch does not know. A vtkVariant of a vtkBitArray's value is 0 as a
+  // number.
   void ReadAny(vtkDataArray& array)
   {
-    const bool isReal = array.GetDataType() == VTK_FLOAT || array.GetDataType() == VTK_DOUBLE;
+    const int type = array.GetDataType();
+    const bool areDoubles = type == VTK_FLOAT || type == VTK_DOUBLE || type == VTK_BIT; // exactly
     for (vtkIdType i = 0; i < array.GetNumberOfTuples(); ++i)
     {
-      if (!(isReal ? this->Append(array.GetComponent(i, 0))
-                   : this->Append(array.GetVariantValue(i).ToTypeInt64())))
+      if (!(areDoubles ? this->Append(array.GetComponent(i, 0))
+                       : this->Append(array.GetVariantValue(i).ToTypeInt64())))
       {
         return;
       }
