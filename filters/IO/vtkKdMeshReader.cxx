@@ -162,7 +162,8 @@ int vtkKdMeshReader::RequestData(
   const bool isNamed = this->FileName && *this->FileName;
   this->SetErrorCode(isNamed ? VtkErrorCodeOf(status.GetError())
                              : static_cast<unsigned long>(vtkErrorCode::NoFileNameError));
-  vtkErrorMacro(<< (this->FileName ? this->FileName : "") << ": " << status.GetError().message);
+  vtkErrorMacro(<< (isNamed ? this->FileName + std::string(": ") : "")
+                << status.GetError().message);
   return 0;
 }
 

@@ -5,7 +5,9 @@
 #include "filters/core/CutPolygon.h"
 #include "filters/core/VectorMath.h"
 
+#include <vtkArrayDispatch.h>
 #include <vtkCellArray.h>
+#include <vtkDataArrayRange.h>
 #include <vtkDoubleArray.h>
 #include <vtkFloatArray.h>
 #include <vtkPoints.h>
@@ -17,6 +19,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <type_traits>
 
 namespace kdstream
 {
@@ -124,6 +127,56 @@ void CopyPoints(vtkPoints& points, std::size_t first, std::span<Vec3> copies)
   }
 }
 
+// Appends an array's values to `labels`, up to the first that is not a whole number. A vtkVariant
+// for each value takes 5 times as long as a loop over the array's own type.
+struct LabelReader
+{
+  std::vector<std::int64_t>& labels;
+
+  template <class Array>
+  void operator()(Array* array)
+  {
+    for (const vtk::GetAPIType<Array> value : vtk::DataArrayValueRange<1>(array))
+    {
+      if (!this->Append(value))
+      {
+        return;
+      }
+    }
+  }
+
+  // An array that VTK's dispatch does not know. A vtkVariant of a vtkBitArray's value is 0 as a
+  // number.
+  void ReadAny(vtkDataArray& array)
+  {
+    const int type = array.GetDataType();
+    const bool areDoubles = type == VTK_FLOAT || type == VTK_DOUBLE || type == VTK_BIT; // exactly
+    for (vtkIdType i = 0; i < array.GetNumberOfTuples(); ++i)
+    {
+      if (!(areDoubles ? this->Append(array.GetComponent(i, 0))
+                       : this->Append(array.GetVariantValue(i).ToTypeInt64())))
+      {
+        return;
+      }
+    }
+  }
+
+  template <class Value>
+  bool Append(Value value)
+  {
+    if constexpr (std::is_floating_point_v<Value>)
+    {
+      constexpr Value exact = 9007199254740992; // 2^53
+      if (!(std::abs(value) <= exact) || std::floor(value) != value)
+      {
+        return false;
+      }
+    }
+    this->labels.push_back(static_cast<std::int64_t>(value));
+    return true;
+  }
+};
+
 }
 
 Result<std::vector<Vec3>> ReadPoints(vtkPolyData& input, const Execution& execution, bool any)
@@ -223,25 +276,18 @@ Result<std::vector<std::int64_t>> ReadLabels(vtkDataArray& array, vtkIdType poin
         " tuples of " + std::to_string(array.GetNumberOfComponents()) + " components for " +
         std::to_string(points) + " points" };
   }
-  constexpr double exact = 9007199254740992; // 2^53
-  const bool isReal = array.GetDataType() == VTK_FLOAT || array.GetDataType() == VTK_DOUBLE;
   std::vector<std::int64_t> labels;
   labels.reserve(static_cast<std::size_t>(points));
-  for (vtkIdType i = 0; i < points; ++i)
+  LabelReader reader{ labels };
+  if (!vtkArrayDispatch::Dispatch::Execute(&array, reader))
   {
-    if (!isReal)
-    {
-      labels.push_back(array.GetVariantValue(i).ToTypeInt64());
-      continue;
-    }
-    const double value = array.GetComponent(i, 0);
-    if (!(std::abs(value) <= exact) || std::floor(value) != value)
-    {
-      return Error{ ErrorCode::InvalidInput, "the array \"" + name + "\": value " +
-                                               std::to_string(value) + " of point " +
-                                               std::to_string(i) + " is not a whole number" };
-    }
-    labels.push_back(static_cast<std::int64_t>(value));
+    reader.ReadAny(array);
+  }
+  if (const auto read = static_cast<vtkIdType>(labels.size()); read < points)
+  {
+    return Error{ ErrorCode::InvalidInput,
+      "the array \"" + name + "\": value " + std::to_string(array.GetComponent(read, 0)) +
+        " of point " + std::to_string(read) + " is not a whole number" };
   }
   return labels;
 }

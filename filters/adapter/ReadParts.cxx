@@ -70,6 +70,13 @@ bool IsEmpty(vtkDataObject& block)
   return data && const_cast<vtkDataSet*>(data)->GetNumberOfPoints() == 0;
 }
 
+// A mesh without points may not have cells that use some. Others are checked as their cells are
+// read.
+Status CheckIfEmpty(vtkPolyData& mesh)
+{
+  return mesh.GetNumberOfPoints() > 0 ? Status() : CheckCells(mesh);
+}
+
 class Reading
 {
 public:
@@ -174,6 +181,7 @@ Result<std::vector<InputPart>> PartsOf(vtkDataObject& input)
   std::vector<InputPart> parts;
   if (auto* const whole = vtkPolyData::SafeDownCast(&input))
   {
+    KDSTREAM_TRY(CheckIfEmpty(*whole));
     parts.push_back({ whole, "" });
     return parts;
   }
@@ -196,6 +204,14 @@ Result<std::vector<InputPart>> PartsOf(vtkDataObject& input)
     {
       return Error{ ErrorCode::InvalidInput,
         name + " is a " + block->GetClassName() + ", not a vtkPolyData" };
+    }
+    if (mesh)
+    {
+      const Status checked = CheckIfEmpty(*mesh);
+      if (!checked)
+      {
+        return Error{ checked.GetError().code, name + ": " + checked.GetError().message };
+      }
     }
     if (mesh && mesh->GetNumberOfPoints() > 0)
     {

@@ -27,7 +27,8 @@ struct InputPart
 };
 
 // A vtkPolyData, or those of a composite data set that have points. Other blocks must be null or
-// without points. Errors: InvalidInput, naming the block that is not a vtkPolyData.
+// without points. Errors: InvalidInput, naming the block that is not a vtkPolyData, or has cells of
+// points that are not there.
 Result<std::vector<InputPart>> PartsOf(vtkDataObject& input);
 
 // Whether vtkGhostType marks a point or a cell as not the part's own.

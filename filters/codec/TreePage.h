@@ -37,7 +37,7 @@ std::vector<NodeId> TreePages(const TreeDepths& depths);
 
 // ---- the content of a page
 
-// Facts of one piece. Geometric errors: those of its own vertices, in model units: that
+// Facts of one piece. Geometric errors: those of its own vertices (estimates), in model units: that
 // which 99 of 100 do not exceed, and the largest; 0 for the original. bytes: of its blob; 0 if
 // there is no such piece. A page stores them rounded up (RoundedUp).
 struct PieceFacts

@@ -37,7 +37,7 @@ using Corners = std::array<Vec3, 3>;
 
 constexpr std::uint32_t trianglesOfBall = 8;    // at the end of the tree, at most
 constexpr std::uint32_t trianglesOfBox = 4;     // at the end of the tree, at most
-constexpr std::uint64_t visitsOfTriangle = 2;   // for each level
+constexpr std::uint64_t visitsOfTriangle = 4;   // for each level
 constexpr std::uint64_t visitsAtFirst = 400000; // besides
 constexpr std::uint64_t visitsOfPoint = 256;    // at most
 constexpr std::size_t batchPartitions = 16, batchBytes = std::size_t{ 1 } << 20;

@@ -275,11 +275,11 @@ void vtkKdModelSource::SetPictureSize(int width, int height)
 
 int vtkKdModelSource::Fail(const kdstream::Error& error)
 {
+  const std::string name = this->ModelName();
   this->OpenAnewNextTime();
-  this->SetErrorCode(this->ModelName().empty()
-                       ? static_cast<unsigned long>(vtkErrorCode::NoFileNameError)
-                       : kdstream::VtkErrorCodeOf(error));
-  vtkErrorMacro(<< this->ModelName() << ": " << error.message);
+  this->SetErrorCode(name.empty() ? static_cast<unsigned long>(vtkErrorCode::NoFileNameError)
+                                  : kdstream::VtkErrorCodeOf(error));
+  vtkErrorMacro(<< (name.empty() ? "" : name + ": ") << error.message);
   return 0;
 }
 

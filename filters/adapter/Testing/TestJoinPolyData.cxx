@@ -92,6 +92,19 @@ TEST(JoinPolyData, EveryKindOfCompositeAndEmptyBlocks)
   EXPECT_EQ(Describe(*Join(*square).mesh), Describe(*square));
 }
 
+// Not the same as an empty mesh.
+TEST(JoinPolyData, CellsOfPointsThatAreNotThere)
+{
+  const PolyData mesh = PolyData::New();
+  mesh->SetPolys(Square(0)->GetPolys());
+  const auto joined = JoinPolyData(*mesh, false, {});
+  ASSERT_FALSE(joined);
+  EXPECT_EQ(joined.GetError().message, "cell 0 uses point 0, but there are 0");
+  const auto parts = JoinPolyData(*Parts({ Square(0), mesh }), false, {});
+  ASSERT_FALSE(parts);
+  EXPECT_EQ(parts.GetError().message, "partition 1: cell 0 uses point 0, but there are 0");
+}
+
 TEST(JoinPolyData, SharedBordersByPlaceOnlyWhereAsked)
 {
   const auto parts = Parts({ Square(0), Square(1) });

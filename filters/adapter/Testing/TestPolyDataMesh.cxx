@@ -9,8 +9,15 @@
 
 #include <gtest/gtest.h>
 
+#include <vtkBitArray.h>
+#include <vtkDoubleArray.h>
+#include <vtkFloatArray.h>
+#include <vtkIdTypeArray.h>
 #include <vtkMath.h>
 #include <vtkNew.h>
+#include <vtkSOADataArrayTemplate.h>
+#include <vtkTypeUInt64Array.h>
+#include <vtkUnsignedCharArray.h>
 
 #include <atomic>
 #include <cmath>
@@ -235,6 +242,58 @@ TEST(PolyDataMesh, PointsOfTwoCoordinates)
   const Result<std::vector<Vec3>> read = ReadPoints(*mesh, {});
   ASSERT_FALSE(read);
   EXPECT_EQ(read.GetError().message, "points have 2 coordinates, not 3");
+}
+
+template <class Array>
+Result<std::vector<std::int64_t>> LabelsFrom(const std::vector<typename Array::ValueType>& values)
+{
+  vtkNew<Array> array;
+  array->SetName("Of");
+  array->SetNumberOfComponents(1); // needed by vtkSOADataArrayTemplate
+  array->SetNumberOfTuples(static_cast<vtkIdType>(values.size()));
+  for (std::size_t i = 0; i < values.size(); ++i)
+  {
+    array->SetValue(static_cast<vtkIdType>(i), values[i]);
+  }
+  return ReadLabels(*array, array->GetNumberOfTuples());
+}
+
+// Exact in every type, and in those arrays that VTK's dispatch may not know.
+TEST(PolyDataMesh, LabelsOfEveryArray)
+{
+  using Labels = std::vector<std::int64_t>;
+  constexpr std::int64_t large = (std::int64_t{ 1 } << 60) + 1, most = std::int64_t{ 1 } << 53;
+  EXPECT_EQ(*LabelsFrom<vtkIdTypeArray>({ large, -large, 0 }), (Labels{ large, -large, 0 }));
+  EXPECT_EQ(*LabelsFrom<vtkTypeUInt64Array>({ large, 7 }), (Labels{ large, 7 }));
+  EXPECT_EQ(*LabelsFrom<vtkSOADataArrayTemplate<long long>>({ large, -7 }), (Labels{ large, -7 }));
+  EXPECT_EQ(*LabelsFrom<vtkUnsignedCharArray>({ 255, 0 }), (Labels{ 255, 0 }));
+  EXPECT_EQ(*LabelsFrom<vtkFloatArray>({ -3, 16777216 }), (Labels{ -3, 16777216 }));
+  EXPECT_EQ(*LabelsFrom<vtkDoubleArray>({ double(most), -0.0 }), (Labels{ most, 0 }));
+  EXPECT_EQ(
+    *LabelsFrom<vtkSOADataArrayTemplate<double>>({ 5, -double(most) }), (Labels{ 5, -most }));
+  vtkNew<vtkBitArray> bits;
+  for (const int bit : { 1, 0, 1 })
+  {
+    bits->InsertNextValue(bit);
+  }
+  EXPECT_EQ(*ReadLabels(*bits, 3), (Labels{ 1, 0, 1 }));
+}
+
+TEST(PolyDataMesh, LabelsThatAreNotWholeNumbers)
+{
+  const double nan = std::numeric_limits<double>::quiet_NaN(), beyond = 9007199254740994;
+  const std::vector<std::pair<double, std::string>> cases{ { 0.5, "0.500000" }, { nan, "nan" },
+    { beyond, "9007199254740994.000000" } };
+  for (const auto& [value, text] : cases)
+  {
+    for (const auto& labels : { LabelsFrom<vtkDoubleArray>({ 1, 2, value, 0.25 }),
+           LabelsFrom<vtkSOADataArrayTemplate<double>>({ 1, 2, value, 0.25 }) })
+    {
+      ASSERT_FALSE(labels) << text;
+      EXPECT_EQ(labels.GetError().message,
+        "the array \"Of\": value " + text + " of point 2 is not a whole number");
+    }
+  }
 }
 
 TEST(SmpFor, CoversEveryItemOnceOnEveryBackend)

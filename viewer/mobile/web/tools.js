@@ -19,8 +19,8 @@ export function describeMeasurement({ distance, height, horizontal, error, exact
     return t("from here to …");
   }
   const length = (value) => formatLength(value, error, unit, distance);
-  const bound = formatError(error, unit, distance);
-  const doubt = bound && ` ± ${bound}`;
+  const about = formatError(error, unit, distance);
+  const doubt = about && ` ± ${about}`;
   const remark = waits ? ` ${t("(the original is loading)")}` : exact ? "" : ` ${t("(of a coarser level)")}`;
   return t("{distance}, height {height}, across {across}",
     { distance: `${length(distance)}${doubt}${remark}`, height: length(Math.abs(height)), across: length(horizontal) });

@@ -148,6 +148,20 @@ def distributed(path):
     tell("distributed", partitions=output.GetNumberOfPartitions(), digests=digests)
 
 
+def failing(path, none):
+    """The second process has no input at first, and then the same store as the others."""
+    rank = servermanager.vtkProcessModule.GetProcessModule().GetPartitionId()
+    source = KdStreamStore(FileName=none if rank == 1 else path)
+    source.Content = "Original"
+    source.OutputType = "One Mesh"
+    cut = KdTreePartition(Input=source)
+    count("failed", cut)
+    tell("code", code=cut.GetClientSideObject().GetErrorCode())
+    source.FileName = path
+    cut.VerticesPerPartition = 1999
+    count("mended", cut)
+
+
 def picture(path, png):
     """The partitions, each in a colour of its own."""
     source = OpenDataFile(path)

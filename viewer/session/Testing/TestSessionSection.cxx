@@ -466,7 +466,7 @@ TEST(TestSessionSection, OutlinesAreDrawn)
   const std::string svg = session->SectionOutline();
   EXPECT_NE(svg.find("<svg "), std::string::npos);
   EXPECT_EQ(std::count(svg.begin(), svg.end(), 'Z'), 2) << "an inner and an outer line";
-  EXPECT_NE(svg.find("<desc>Within "), std::string::npos);
+  EXPECT_NE(svg.find("<desc>Of a coarser level: about "), std::string::npos);
 }
 
 }

@@ -112,7 +112,19 @@ TEST(TestTools, OutlineIsEmptyWithoutASection)
   hand.Show();
   hand.model.section.Set(SectionPlane{ { 0, 0, 1 }, 0 });
   hand.model.FollowSection();
-  EXPECT_NE(SectionOutline(hand.model).find("<path"), std::string::npos);
+  std::string svg = SectionOutline(hand.model);
+  EXPECT_NE(svg.find("<path"), std::string::npos);
+  EXPECT_NE(svg.find("<desc>Of a coarser level: about "), std::string::npos) << "of the preview";
+  std::vector<PieceId> original;
+  const ModelDescription& model = hand.server.Description();
+  for (std::uint32_t i = 0; i < model.partitions; ++i)
+  {
+    original.push_back({ Resolution::Original(), NodeOfPartition(i, model.depths) });
+  }
+  hand.Show(original);
+  hand.model.FollowSection();
+  svg = SectionOutline(hand.model);
+  EXPECT_NE(svg.find("<desc>Within "), std::string::npos) << svg.substr(0, 300);
 }
 
 }

@@ -131,8 +131,7 @@ void MeasureTool::Add(const std::array<Vec3, 2>& points)
   {
     return;
   }
-  const double unknown =
-    ErrorBoundOf(this->Model.Preview().resolution, this->Model.open->description);
+  const double unknown = ErrorOf(this->Model.Preview().resolution, this->Model.open->description);
   const auto reported = [&](std::size_t i) {
     return MeasuredPoint{ points[i], Resolution::Level(0), unknown, true };
   };
@@ -167,7 +166,7 @@ bool MeasureTool::Settle(End& end, const SurfaceHit& hit)
   for (const VertexId corner : CornersOf(surface, hit.triangle))
   {
     const Resolution resolution = surface.sources[corner].resolution;
-    point.error = std::max(point.error, ErrorBoundOf(resolution, model));
+    point.error = std::max(point.error, ErrorOf(resolution, model));
     point.resolution = std::min(point.resolution, resolution);
     if (!resolution.IsOriginal())
     {

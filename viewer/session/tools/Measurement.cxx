@@ -10,7 +10,7 @@ namespace kdstream
 {
 
 // Rounding moves a point by half a step along each axis at most.
-double ErrorBoundOf(Resolution resolution, const ModelDescription& model)
+double ErrorOf(Resolution resolution, const ModelDescription& model)
 {
   const bool isLevel = !resolution.IsOriginal() && resolution.Depth() < model.levels.size();
   const ResolutionDescription& shown = isLevel ? model.levels[resolution.Depth()] : model.original;

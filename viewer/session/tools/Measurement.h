@@ -17,16 +17,16 @@ struct MeasuredPoint
 {
   Vec3 point{};          // model units
   Resolution resolution; // the coarsest that had a part in what was picked
-  // An upper bound of the distance from the mesh of which the store was built: for a level its
-  // geometric error, and the grid's rounding.
+  // How far the mesh of which the store was built may be: for a level an estimate, see ErrorOf.
   double error = 0;   // model units
   bool waits = false; // for the original, which is asked for
   bool operator==(const MeasuredPoint&) const = default;
 };
 
-// An upper bound of the distance between the input's surface and that of a resolution, in model
-// units; 0 for the original of a lossless store.
-double ErrorBoundOf(Resolution resolution, const ModelDescription& model);
+// How far a point of a resolution's surface may be from the input's, in model units. For the
+// original an upper bound, the grid's rounding: 0 of a lossless store. For a level an estimate, its
+// geometric error besides: that bounds how far the original is from the level, not the way back.
+double ErrorOf(Resolution resolution, const ModelDescription& model);
 
 struct Measurement
 {

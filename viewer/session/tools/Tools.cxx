@@ -149,10 +149,12 @@ std::string SectionOutline(const ShownModel& model)
       coarsest = std::min(coarsest, surface.sources[corner].resolution);
     }
   }
-  const std::string unit = description.unit.empty() ? "" : " " + description.unit;
+  const std::string error = JsonNumber(ErrorOf(coarsest, description)) +
+                            (description.unit.empty() ? "" : " " + description.unit);
   return SectionDrawing(LinesOf(model.section.Outline()), *model.Plane(), description.unit,
     description.title.empty() ? model.id : description.title,
-    "Within " + JsonNumber(ErrorBoundOf(coarsest, description)) + unit + " of the scan.");
+    coarsest.IsOriginal() ? "Within " + error + " of the scan."
+                          : "Of a coarser level: about " + error + " from the scan (an estimate).");
 }
 
 }

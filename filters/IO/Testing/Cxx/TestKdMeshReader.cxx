@@ -253,7 +253,7 @@ TEST_F(TestKdMeshReader, ErrorsNameFileAndPlace)
   this->Reader->UpdateInformation();
   EXPECT_EQ(heard.error, "") << "before a file is chosen";
   this->Reader->Update();
-  EXPECT_NE(heard.error.find("no FileName is set"), std::string::npos) << heard.error;
+  EXPECT_NE(heard.error.find("): no FileName is set"), std::string::npos) << heard.error;
   EXPECT_EQ(this->Reader->GetErrorCode(), vtkErrorCode::NoFileNameError);
 }
 

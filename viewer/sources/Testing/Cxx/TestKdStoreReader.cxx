@@ -619,7 +619,7 @@ TEST_F(TestKdStoreReader, CloudsHaveACellForEachPoint)
 
 TEST_F(TestKdStoreReader, ErrorsNameTheFileAndWhatIsWrong)
 {
-  EXPECT_NE(this->Refusal().find("no FileName is set"), std::string::npos);
+  EXPECT_NE(this->Refusal().find("): no FileName is set"), std::string::npos);
   EXPECT_EQ(this->Reader->GetErrorCode(), vtkErrorCode::NoFileNameError);
   this->Reader->SetFileName((this->Folder / "none.kds").c_str());
   EXPECT_NE(this->Refusal().find("none.kds: "), std::string::npos);

@@ -187,7 +187,7 @@ TEST_F(TestKdStreamSource, ErrorsNameTheServerAndWhatIsWrong)
     none->UpdateInformation();
     EXPECT_EQ(heard.error, "") << "before an address is given";
     none->Update();
-    EXPECT_NE(heard.error.find("no Url is set"), std::string::npos) << heard.error;
+    EXPECT_NE(heard.error.find("): no Url is set"), std::string::npos) << heard.error;
   }
   this->Source->SetModelId("cube");
   EXPECT_NE(this->Refusal().find("there is no model cube; there are sphere"), std::string::npos);
