@@ -138,6 +138,8 @@ for (const theme of ["dark", "light"]) {
       "a note": async () => {
         await open("#notes-open", "#notes-list");
         await open("#notes-list button", "#note h3");
+        const [box, view] = await frame.evaluate(() => ["notes", "view"].map((id) => document.getElementById(id).getBoundingClientRect().toJSON()));
+        assert.ok(box.right < view.x + view.width / 2 - 16, "a long note leaves its marker in sight");
       },
     })) {
       await act();
