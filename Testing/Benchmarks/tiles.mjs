@@ -17,7 +17,7 @@ const [programs, folder, ...meshes] = process.argv.slice(2);
 const here = path.dirname(fileURLToPath(import.meta.url));
 const mostValidated = 300; // tiles of each tileset
 const mostPacked = 60;
-const cache = 150; // MB, of 3d-tiles-renderer in flight
+const cache = 100; // MB, of 3d-tiles-renderer in flight
 
 // Its seconds, of the clock and of processors, and its peak in MB, as the system counts it.
 function measure(program, ...words) {
