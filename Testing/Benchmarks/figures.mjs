@@ -33,7 +33,7 @@ const sections = [
   ["codec", "The codec", "Our codec ([why](decisions/0010-codec.md)) beside Draco at speed 5 and plain arrays under zstd -19."],
   ["floors", "Floors and peers", "What a step costs at least, and what other programs take for the same mesh."],
   ["view", "Views", "View-dependent refinement ([how](viewing.md)) from 12 directions, 800 x 480, over simulated lines of 1, 10 and 100 Mbit/s: bytes and seconds until at most 1 % of the object's pixels are wrong (a channel off by more than 8 of 255). The oracle fetches only the final cut.\n\n![Wrong pixels of the dragon over bytes, at zooms of 1, 4 and 16](pictures/view-dragon.png)"],
-  ["tiles", "Tilesets", "What `kdstream-store export --format 3dtiles` costs (bar: twice the build's time), its bytes and its pictures. `./dev bench tiles` also prints views and memory in 3d-tiles-renderer: no run of these is kept yet."],
+  ["tiles", "Tilesets", "What `kdstream-store export --format 3dtiles` costs (bar: twice the build's time), its bytes beside gltfpack's, pictures in 3d-tiles-renderer (npm) beside ours, and the memory of a browser in flight (bar: 300 MB of heap and buffers). `./dev bench tiles` also prints bytes of views in 3d-tiles-renderer: no run of these is kept yet."],
   ["paint", "Colours", "Levels of a mesh with vertex colours beside levels by shape only; pictures without light from 24 cameras."],
   ["textures", "Textures", "What tiles of texture cost a build (bar: 2 times the build without)."],
   ["tables456", "Levels and regions over a line", "The paper's Tables 4 to 6 and Figures 10, 11 and 19, over a proxy. The paper measured a phone of 2013 on Wi-Fi.\n\n![Bytes of the partitions of one region, by k-d tree and by octree](pictures/fig10-dragon.png)"],

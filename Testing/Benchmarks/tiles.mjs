@@ -1,22 +1,23 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What kdstream-store export --format 3dtiles costs: seconds and memory beside the build, tiles and bytes of each level, tiles' bytes
-// beside gltfpack's, bytes of a view in 3d-tiles-renderer beside ours, and the memory of a browser that flies over the largest model.
+// beside gltfpack's, pictures in 3d-tiles-renderer beside kdstream-view's, bytes of a view beside ours, and the memory of a browser that
+// flies over the largest model.
 //
-//   node tiles.mjs PROGRAMS FOLDER MESH...    FOLDER: for stores and tilesets, which are removed again. Views are of the first mesh,
-//                                             the flight is over the last one
+//   node tiles.mjs PROGRAMS FOLDER MESH...    FOLDER: for stores and tilesets, which are removed again, and pictures, which stay. Bytes are
+//                                             of views of the first mesh, the flight is over the last one
 //
 // Exit code 1 where a tile is wrong or a bar is missed.
 import { spawn, spawnSync } from "node:child_process";
 import { existsSync, mkdirSync, readFileSync, readdirSync, rmSync, statSync } from "node:fs";
 import path from "node:path";
 import { fileURLToPath } from "node:url";
-import { checkTileset, flyOver, measureBytes } from "../Browser/tile-clients.mjs";
+import { checkTileset, flyOver, measureBytes, showClients } from "../Browser/tile-clients.mjs";
 
 const [programs, folder, ...meshes] = process.argv.slice(2);
 const here = path.dirname(fileURLToPath(import.meta.url));
 const mostValidated = 300; // tiles of each tileset
 const mostPacked = 60;
-const cache = 150; // MB, of 3d-tiles-renderer in flight
+const cache = 100; // MB, of 3d-tiles-renderer in flight
 
 // Its seconds, of the clock and of processors, and its peak in MB, as the system counts it.
 function measure(program, ...words) {
@@ -91,7 +92,7 @@ function bar(what, value, most) {
 
 mkdirSync(folder, { recursive: true });
 const gltfpack = [path.join(here, "Phone/node_modules/.bin/gltfpack")].find(existsSync);
-const costs = [], levels = [], peers = [], bars = [];
+const costs = [], levels = [], peers = [], pictures = [], bars = [];
 for (const mesh of meshes) {
   const name = path.parse(mesh).name;
   const store = path.join(folder, `${name}.kds`);
@@ -120,6 +121,11 @@ for (const mesh of meshes) {
     const { tiles, ours, theirs, floats } = comparePacked(tilesets.meshopt, tilesets.none, gltfpack);
     peers.push([name, String(tiles), kilobytes(ours), kilobytes(theirs), kilobytes(floats)]);
   }
+  for (const { turn, zoom, own, shown } of await showClients(programs, store, tilesets.meshopt, path.join(folder, "pictures"))) {
+    const { triangles, mean, alone } = shown[0];
+    pictures.push([`${name}, direction ${turn}, zoom ${zoom}`, String(triangles), String(own.triangles), mean.toFixed(2), `${(100 * alone).toFixed(2)} %`]);
+    bars.push([`${name}, zoom ${zoom}: mean difference from kdstream-view's picture, of 255`, mean, 10]);
+  }
   if (mesh === meshes[0]) {
     const own = ownViews();
     const rows = (await measureBytes(programs, store, tilesets.meshopt)).map(({ zoom, first, few, settled, bytes, triangles }) =>
@@ -143,6 +149,8 @@ print("Tiles of each level, by meshopt; triangles without skirts", ["model and l
 if (gltfpack) {
   print("Tiles beside the same ones by gltfpack -c -vp 16 (npm), kB", ["model", "tiles", "meshopt", "gltfpack", "floats"], peers);
 }
+print(`Pictures in 3d-tiles-renderer beside kdstream-view's of the same camera, an error of 1 pixel (${path.join(folder, "pictures")})`,
+  ["", "triangles", "kdstream-view's", "mean difference, of 255", "pixels of one outline alone"], pictures);
 console.log("");
 bars.forEach((each) => bar(...each));
 process.exitCode = misses > 0 ? 1 : 0;

@@ -84,6 +84,8 @@ for (const lang of ["en", "de", "ar"]) {
         await page.locator("#notes-list button").first().click();
         await page.locator("#note h3").waitFor();
         await visit.untilIdle();
+        const [box, { y }] = [await page.locator("#notes").boundingBox(), await visit.centre()];
+        assert.ok(box.y > y + 16 || box.y + box.height < y - 16, "a long note leaves its marker in sight");
       },
       "notes in landscape": async () => {
         await page.setViewportSize(landscape);
@@ -132,14 +134,17 @@ for (const theme of ["dark", "light"]) {
       about: () => open("#about-button", "#about dl"),
       options: () => open("#menu-button", "#menu"),
       tools: () => open("#tools-button", "#measure"),
+      "a tool in hand": () => open("#measure", "#measure[aria-pressed=true]"),
       "a note": async () => {
         await open("#notes-open", "#notes-list");
         await open("#notes-list button", "#note h3");
+        const [box, view] = await frame.evaluate(() => ["notes", "view"].map((id) => document.getElementById(id).getBoundingClientRect().toJSON()));
+        assert.ok(box.right < view.x + view.width / 2 - 16, "a long note leaves its marker in sight");
       },
     })) {
       await act();
       assert.deepEqual(await findings(inFrame), [], name);
-      await visit.picture(`everyone-9-${theme}-${name.replace(" ", "-")}`);
+      await visit.picture(`everyone-9-${theme}-${name.replaceAll(" ", "-")}`);
     }
     await visit.close();
   });
@@ -418,12 +423,13 @@ test("a title in another direction begins where its credit does", async () => {
     const visit = await Visit.phone(browser);
     await visit.open(`${server.url}/?lang=${lang}`);
     await visit.untilIdle();
-    const edges = await visit.page.evaluate(([text, side]) => ["#title", "#credit", "#models .name"].map((selector) => {
+    const edges = await visit.page.evaluate(([text, side]) => ["#title", "#credit", "#models .name", "#site"].map((selector) => {
       const element = document.querySelector(selector);
       element.textContent = text;
       const words = document.createRange();
       words.selectNodeContents(element);
-      return Math.abs(words.getBoundingClientRect()[side] - element.parentElement.getBoundingClientRect()[side]);
+      const line = element.id === "site" ? element : element.parentElement;
+      return Math.abs(words.getBoundingClientRect()[side] - line.getBoundingClientRect()[side]);
     }), [title, edge]);
     assert.ok(edges.every((distance) => distance < 6), `${lang}: ${edges}`);
     await visit.close();

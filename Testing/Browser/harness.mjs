@@ -312,6 +312,20 @@ export class Visit extends PageVisit {
     this.#clock = Math.max(this.#clock, Date.now() / 1000);
   }
 
+  // The mouse, from `from` by (dx, dy) and let go, in the time of eight frames, whatever the real time.
+  async throwMouse(from, dx, dy, steps = 8) {
+    const send = async (type, part, buttons) => {
+      this.#clock = Math.max(this.#clock + 0.016, this.#clock ? 0 : Date.now() / 1000);
+      await this.#session.send("Input.dispatchMouseEvent",
+        { type, x: from.x + part * dx, y: from.y + part * dy, button: "left", buttons, clickCount: 1, timestamp: this.#clock });
+    };
+    await send("mousePressed", 0, 1);
+    for (let step = 1; step <= steps; ++step) {
+      await send("mouseMoved", step / steps, 1);
+    }
+    await send("mouseReleased", 1, 0);
+  }
+
   // Two fingers beside `middle`, moved by (dx, dy) together.
   async dragTwo(middle, dx, dy, steps = 2) {
     await this.#fingers(steps, (part) => [-40, 40].map((side, id) => (

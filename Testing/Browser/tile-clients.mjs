@@ -594,7 +594,7 @@ export async function flyOver(tileset, megabytes, steps = 48) {
       const half = [around / 2, -up / 2];
       const [c, s, d, e] = [Math.cos(half[0]), Math.sin(half[0]), Math.cos(half[1]), Math.sin(half[1])];
       await page.evaluate((camera) => window.look(camera), cameraOf({ focal: [0, 0, 0], distance, turn: [c * d, c * e, s * d, -s * e] }, radius, transform));
-      const shown = await page.evaluate((limit) => window.settle(limit), 5000);
+      const shown = await page.evaluate((limit) => window.settle(limit), 30000);
       const { usedSize, backingStorageSize = 0 } = await session.send("Runtime.getHeapUsage");
       const now = { heap: usedSize, buffers: backingStorageSize, both: usedSize + backingStorageSize,
         process: Math.max(...renderers.map(kilobytesOf)) * 1024, triangles: shown.triangles, cached: shown.cached };

@@ -28,31 +28,41 @@ inline Vec3 UpOfDepthStep()
 
 // left(x, y): how much light ambient occlusion leaves at a pixel, 0-1, in a picture of DepthStep,
 // y down. Along the edge the light depends only on how far away the edge is: all of it is left on
-// the near side, and on the far side there are no bright dots.
+// the near side, and on the far side there are no bright dots. Pixels that the edge crosses are
+// between both sides.
 template <typename Left>
 void ExpectCleanEdge(int width, int height, const Left& left)
 {
   const Vec3 up = UpOfDepthStep();
+  // As near is the middle of a pixel that the edge crosses, and a little for where samples are.
+  const double crossed = 0.5 * (up[0] + up[1]) + 0.1;
   std::map<int, std::vector<double>> behind; // by half pixels from the edge
+  std::vector<double> between;
   int near = 0;
   for (int y = height / 4; y < 3 * height / 4; ++y)
   {
     for (int x = width / 4; x < 3 * width / 4; ++x)
     {
       const double away = (x + 0.5 - 0.5 * width) * up[1] + (0.5 * height - y - 0.5) * up[0];
-      if (away < -1 && away > -8)
+      if (std::abs(away) <= crossed)
+      {
+        between.push_back(left(x, y));
+        EXPECT_LT(between.back(), 1.03) << x << ", " << y << ", " << away;
+      }
+      else if (away < 0 && away > -8)
       {
         EXPECT_GT(left(x, y), 0.94) << x << ", " << y << ", " << away;
         ++near;
       }
-      else if (away > 1 && away < 8)
+      else if (away > 0 && away < 8)
       {
         behind[static_cast<int>(2 * away)].push_back(left(x, y));
       }
     }
   }
   EXPECT_GT(near, height);
-  ASSERT_EQ(behind.size(), 14U);
+  ASSERT_EQ(behind.size(), 15U);
+  ASSERT_GT(between.size(), static_cast<std::size_t>(height / 4));
   for (auto& [away, lights] : behind)
   {
     std::sort(lights.begin(), lights.end());
@@ -61,6 +71,7 @@ void ExpectCleanEdge(int width, int height, const Left& left)
     EXPECT_LT(lights.back(), middle + 0.08) << away;
     EXPECT_GT(lights.front(), middle - 0.08) << away;
   }
+  EXPECT_GT(*std::min_element(between.begin(), between.end()), behind.at(1).front() - 0.03);
 }
 
 }

@@ -473,7 +473,7 @@ private:
             }
             else
             {
-              self->OnAnswer(isDone ? std::move(*found) : std::nullopt, isDone);
+              self->OnAnswer(isDone ? std::move(*found) : std::nullopt, isDone, reading->isMade);
             }
           });
       });
@@ -498,12 +498,16 @@ private:
       });
   }
 
-  void OnAnswer(std::optional<HttpResponse> answer, bool isDone)
+  void OnAnswer(std::optional<HttpResponse> answer, bool isDone, bool isMade)
   {
     this->SetBusy();
     this->StopWaiting = {};
     this->Socket.Tcp().cancel();
-    if (!isDone)
+    if (!isDone && isMade)
+    {
+      this->Refuse(503, "this takes long to make: try again");
+    }
+    else if (!isDone)
     {
       this->State.CountGivenUp();
       this->Refuse(503, "the disk does not respond: try again");

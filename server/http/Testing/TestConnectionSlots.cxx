@@ -94,6 +94,19 @@ TEST_F(ConnectionSlots, ARequestsIsFreeWhenItsClientIsReset)
   this->EndHanging();
 }
 
+// A tileset that is not made in time is not called a fault of a disk.
+TEST_F(ConnectionSlots, WhatTakesLongToMakeIsAskedForAgain)
+{
+  const auto port = this->Start();
+  this->model->diskHangs = true;
+  const auto answer = HttpTestClient(port).Get("/api/models/dragon/3dtiles/tileset.json");
+  EXPECT_EQ(answer->status, 503U);
+  EXPECT_NE(answer->body.find("this takes long to make: try again"), std::string::npos)
+    << answer->body;
+  EXPECT_TRUE(this->AwaitMetric("kdstream_failures_total{what=\"disk\"} 0"));
+  this->EndHanging();
+}
+
 // A client that has only closed its sending side may wait for an answer, but not for ever.
 TEST_F(ConnectionSlots, AReaderIsWaitedForOnlyForALimitedTime)
 {

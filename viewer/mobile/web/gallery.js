@@ -15,7 +15,8 @@ const side = 192; // pixels
 const pause = 300; // ms between two checks whether the page is idle
 const longest = 20000; // ms, for one picture
 const mostMade = 24; // pictures by one viewer, which keeps its memory
-const pathOf = (digest) => `picture/${digest}`;
+const theme = document.documentElement.dataset.theme ?? "";
+const pathOf = (digest) => `picture/${digest}${theme}`;
 
 // ---- making pictures
 
@@ -33,6 +34,7 @@ class Maker {
     this.#viewer.setMotion(false);
     this.works = this.#viewer.gainCanvas(this.#canvas);
     this.#viewer.resize(side, side, 1);
+    theme && this.#viewer.setBackground(0xd9d6cf, 0xf4f2ee); // light.css
   }
 
   // Its data: address, or "" where there is none.

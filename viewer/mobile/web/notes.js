@@ -62,16 +62,16 @@ export class Notes {
 
   constructor(page) {
     this.#page = page;
-    const step = (id, text, by) => makeButton(text, () => {
+    const step = (id, name, arrow, by) => makeButton(arrow, () => {
       this.#play(false);
       this.#goTo(this.#at + by);
-    }, { id, className: "tool" });
+    }, { id, className: "tool", ariaLabel: t(name), title: t(name) });
     this.opener = makeButton("Notes", () => this.#open(), { id: "notes-open", className: "tool", hidden: true });
     this.list = make("ol", { id: "notes-list" });
     this.said = make("div", { id: "note", ariaLive: "polite", tabIndex: 0 });
     this.place = make("span", { id: "note-place" });
-    this.previous = step("note-previous", "Previous note", -1);
-    this.next = step("note-next", "Next note", 1);
+    this.previous = step("note-previous", "Previous note", "‹", -1); // arrows turn with the direction of words
+    this.next = step("note-next", "Next note", "›", 1);
     this.all = makeButton("All notes", () => this.#showList(), { id: "notes-all", className: "tool" });
     this.box = make("section", { id: "notes", ariaLabel: t("Notes"), hidden: true }, this.list, this.said, make("div", { className: "row" },
       this.previous, this.place, this.next, this.all, makeButton("Close", () => this.#close(), { id: "notes-close", className: "tool" })));

@@ -200,7 +200,7 @@ export const texts = {
   "Previous note": "Vorige Anmerkung",
   "Next note": "Nächste Anmerkung",
   "Play the tour": "Rundgang abspielen",
-  "All notes": "Alle Anmerkungen",
+  "All notes": "Alle zeigen",
   "{n} of {all}": "{n} von {all}",
   "Write notes": "Anmerkungen schreiben",
   "Add a note here": "Hier eine Anmerkung",
