@@ -896,4 +896,6 @@ export const cases = [
     { says: /in a node Color 1 is white, .*1 of 16 is above it/, colors: [[255, 102, 0]] }),
   one("a PLY with colours as color_r", "a.ply", plyOf(corners, quads, { properties: "property uchar color_r\nproperty uchar color_g\nproperty uchar color_b", row: () => "200 100 50" }), cube,
     { says: /color_r, color_g, color_b/, colors: [[200, 100, 50]] }),
+  one("a tileset with long metadata and without content", "tileset.json", JSON.stringify({ asset: { version: "1.1" }, schema: { id: "s", description: "word ".repeat(30000) }, geometricError: 2,
+    root: { boundingVolume: { sphere: [0, 0, 0, 9] }, geometricError: 1 } }), cube, { mustRefuse: true, refused: /: holds no points/ }),
 ];
