@@ -794,10 +794,10 @@ private:
       this->ScaleColor(changed->diffuseColor);
       this->ScaleColor(changed->emissiveColor);
     }
-    else if (const auto* const first = As<SoMaterial>(node))
+    else if (const auto* const ofInventor = As<SoMaterial>(node))
     {
       this->LastMaterial = &node;
-      auto* const changed = const_cast<SoMaterial*>(first);
+      auto* const changed = const_cast<SoMaterial*>(ofInventor);
       this->ScaleColorsOf(changed->diffuseColor);
       this->ScaleColorsOf(changed->emissiveColor);
     }
