@@ -886,7 +886,7 @@ export const cases = [
     { isRead: false, says: /read as "r g b x y z nx ny nz", not/, colors: [[10, 100, 50], [200, 100, 50]] }),
   one("voxels with a vector each", "a.txt", Array.from({ length: 64 }, (_, i) => [i % 4, Math.floor(i / 4) % 4, Math.floor(i / 16), i / 8 - 3, 0.5 * i, 7 - i / 4].join(" ")).join("\n"),
     { triangles: 0, places: 64, box: { low: [0, 0, 0], high: [3, 3, 3] } }, { says: /could be "r g b x y z" too/, colors: [] }),
-  one("points with a class first", "a.txt", scatter(40).map((point, i) => [2 + i % 3, ...point.map((v) => v + 0.25)].join(" ")).join("\n"), cloud, { says: /first could be a class/ }),
+  one("points with a class first", "a.txt", scatter(40).map((point, i) => [2 + i % 3, ...point.map((v) => (v + 0.1).toFixed(2))].join(" ")).join("\n"), cloud, { says: /first could be a class/ }),
   one("VRML with colours to 255", "a.wrl", wrl(cubeWrl(`color Color { color [ ${corners.map((_, i) => (i ? "200 100 50" : "0 0 1")).join(", ")} ] }`)), cube,
     { says: /in a node Color 255 is white/, colors: [[200, 100, 50], [0, 0, 1]] }),
   one("VRML with a material's colour to 255", "a.wrl", wrl(cubeWrl().replace("Shape {", "Shape { appearance Appearance { material Material { diffuseColor 200 100 50 } }")), cube,
