@@ -17,6 +17,7 @@
 #include "filters/core/VectorMath.h"
 #include "filters/meshio/ByteSource.h"
 #include "filters/meshio/QuotedText.h"
+#include "filters/meshio/ShownColors.h"
 #include "filters/meshio/TextWords.h"
 #include "filters/texture/FilesBeside.h"
 #include "filters/texture/LostLooks.h"
@@ -786,9 +787,19 @@ private:
     {
       const_cast<SoLOD*>(first)->range.setNum(0);
     }
-    else if (As<SoVRMLMaterial>(node) || As<SoMaterial>(node))
+    else if (const auto* const material = As<SoVRMLMaterial>(node))
     {
       this->LastMaterial = &node;
+      auto* const changed = const_cast<SoVRMLMaterial*>(material);
+      this->ScaleColor(changed->diffuseColor);
+      this->ScaleColor(changed->emissiveColor);
+    }
+    else if (const auto* const ofInventor = As<SoMaterial>(node))
+    {
+      this->LastMaterial = &node;
+      auto* const changed = const_cast<SoMaterial*>(ofInventor);
+      this->ScaleColorsOf(changed->diffuseColor);
+      this->ScaleColorsOf(changed->emissiveColor);
     }
     else if (As<SoTransformation>(node) || As<SoArray>(node) || As<SoMultipleCopy>(node))
     {
@@ -1038,6 +1049,72 @@ private:
     }
   }
 
+  // Colours are from 0 to 1. Some programs write them to 255: these are divided by it.
+  void ScaleColors(std::vector<Color>& colors, const std::string& node)
+  {
+    constexpr double mostBright = 2;
+    ColorWhite seen;
+    double most = 0;
+    for (const Color& color : colors)
+    {
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        seen.Add(color[k]);
+        most = std::max(most, color[k]);
+      }
+    }
+    if (!(most > 1))
+    {
+      return;
+    }
+    const double white = most > mostBright ? seen.White() : 1;
+    const std::string doubt =
+      white == seen.White() ? seen.Doubt() : "and numbers above it count as white";
+    this->Warn("in a node " + node + " " + std::to_string(static_cast<int>(white)) + " is white" +
+               (doubt.empty() ? "" : ", " + doubt));
+    for (Color& color : colors)
+    {
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        color[k] /= white;
+      }
+    }
+  }
+
+  std::vector<Color> ColorsOfNode(const SoSFNode& field)
+  {
+    std::vector<Color> colors = ColorsOf(field);
+    this->ScaleColors(colors, "Color");
+    return colors;
+  }
+
+  void ScaleColor(SoSFColor& field)
+  {
+    const std::vector<Color> before{ ColorOf(field.getValue()) };
+    std::vector<Color> colors = before;
+    this->ScaleColors(colors, "Material");
+    if (colors != before)
+    {
+      field.setValue(float(colors[0][0]), float(colors[0][1]), float(colors[0][2]));
+    }
+  }
+
+  void ScaleColorsOf(SoMFColor& field)
+  {
+    std::vector<Color> before;
+    for (int i = 0; i < field.getNum(); ++i)
+    {
+      before.push_back(ColorOf(field[i]));
+    }
+    std::vector<Color> colors = before;
+    this->ScaleColors(colors, "Material");
+    for (int i = 0; i < field.getNum() && colors != before; ++i)
+    {
+      const Color& color = colors[static_cast<std::size_t>(i)];
+      field.set1Value(i, float(color[0]), float(color[1]), float(color[2]));
+    }
+  }
+
   static bool IsColored(const Color& color)
   {
     const auto any = [&](auto test) { return std::any_of(color.begin(), color.begin() + 3, test); };
@@ -1062,7 +1139,7 @@ private:
     faces.isShared = node.coord.getValue() && node.coord.getValue()->getRefCount() > 1;
     faces.index = IndicesOf(node.coordIndex);
     faces.clockwise = node.ccw.getValue() == 0;
-    const std::vector<Color> colors = ColorsOf(node.color);
+    const std::vector<Color> colors = this->ColorsOfNode(node.color);
     faces.colorValues = colors;
     faces.colors = { colors.size(), node.colorPerVertex.getValue() != 0,
       IndicesOf(node.colorIndex) };
@@ -1108,7 +1185,7 @@ private:
     faces.points = points;
     faces.index = index;
     faces.clockwise = node.ccw.getValue() == 0;
-    const std::vector<Color> colors = ColorsOf(node.color);
+    const std::vector<Color> colors = this->ColorsOfNode(node.color);
     faces.colorValues = colors;
     faces.colors = { colors.size(), node.colorPerVertex.getValue() != 0, {} };
     const auto normals = NormalsOf(node.normal);
@@ -1266,7 +1343,7 @@ private:
     const std::vector<Vec3> points = PointsOf(node.coord);
     VrmlFaces faces;
     faces.points = points;
-    const std::vector<Color> colors = ColorsOf(node.color);
+    const std::vector<Color> colors = this->ColorsOfNode(node.color);
     faces.colorValues = colors;
     faces.colors = { colors.size(), true, {} };
     this->AddFaces(action, node, faces, MaterialOfPoints(action));

@@ -503,6 +503,10 @@ private:
     {
       this->Shifted.emplace(this->ColumnCount - 4, 4);
     }
+    if (this->ColumnCount > 5)
+    {
+      this->AfterColors.emplace(this->ColumnCount - 6, 6);
+    }
     this->IsShiftedUsual =
       this->Shifted && this->Shifted->IsCountUsual() && !this->Columns->IsCountUsual();
     if (this->ColumnCount > 4)
@@ -651,6 +655,7 @@ private:
     }
     this->Extra.insert(this->Extra.end(), rest.begin(), rest.begin() + std::ptrdiff_t(extra));
     this->Columns->Add(rest.data());
+    this->AddAfterColors(point, rest.data());
     if (this->InRows)
     {
       std::array<double, 2> later{};
@@ -675,6 +680,34 @@ private:
       }
     }
     return {};
+  }
+
+  // The columns may begin with a colour as long as the first three are bytes.
+  void AddAfterColors(const Vec3& point, const float* rest)
+  {
+    if (!this->AfterColors)
+    {
+      return;
+    }
+    Vec3 place{};
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      ParseNumber(this->Words[k + 3], place[k]);
+    }
+    const auto isByte = [](double v) { return v >= 0 && v <= 255 && v == std::floor(v); };
+    if (!std::all_of(point.begin(), point.end(), isByte) ||
+        !std::all_of(place.begin(), place.end(), [](double v) { return std::isfinite(v); }))
+    {
+      this->AfterColors.reset();
+      std::vector<Vec3>().swap(this->Places);
+      return;
+    }
+    this->Places.push_back(place);
+    this->AfterColors->Add(rest + 3);
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      this->PlacesPrecision.Add(this->Words[k + 3]);
+    }
   }
 
   Result<ForeignMesh> Finish()
@@ -716,6 +749,26 @@ private:
     using Meaning = XyzFirstColumn::Meaning;
     std::vector<std::string> plainReadings, shiftedReadings;
     XyzLayout plain = this->Columns->Guess(plainReadings);
+    if (this->MayBeginWithColors(plain))
+    {
+      XyzLayout colored = this->AfterColors->Guess(shiftedReadings);
+      std::erase_if(
+        colored.blocks, [](const XyzLayout::Block& block) { return block.columns[0] < 3; });
+      colored.blocks.insert(colored.blocks.begin(), { XyzLayout::Kind::Colors, { 0, 1, 2 } });
+      const std::string colors = "the first three are whole numbers from 0 to 255";
+      if (CountDifferent(this->Out.mesh.points) < CountDifferent(this->Places))
+      {
+        this->TellOther("the columns are read as \"" + NamesOfLayout(colored) + "\", not \"" +
+                        NamesOfLayout(plain) + "\": " + colors +
+                        ", some of them alike (--columns decides)");
+        this->PutPlacesFirst();
+        readings.insert(readings.end(), shiftedReadings.begin(), shiftedReadings.end());
+        return colored;
+      }
+      this->TellOther("the columns are read as \"" + NamesOfLayout(plain) + "\"; they could be \"" +
+                      NamesOfLayout(colored) + "\" too, as " + colors + " (--columns decides)");
+      shiftedReadings.clear();
+    }
     if (this->InRows && this->Raster.Is() && this->ArePlacesBroken())
     {
       XyzLayout inRows = this->InRows->Guess(shiftedReadings);
@@ -757,8 +810,94 @@ private:
                         " (--columns decides)");
       }
     }
+    else if (this->MayBeginWithClass(plain))
+    {
+      this->TellOther("the columns are read as \"" + NamesOfLayout(plain) +
+                      "\"; the first could be a class, as it has few whole numbers and the next "
+                      "three have fractions (--columns decides)");
+    }
     readings.insert(readings.end(), plainReadings.begin(), plainReadings.end());
     return plain;
+  }
+
+  // Whether the columns may be "r g b x y z": the first three are bytes, of the next three, which
+  // are neither colours nor normals, all vary and two have fractions.
+  bool MayBeginWithColors(const XyzLayout& plain) const
+  {
+    constexpr std::size_t fewest = 20;
+    const auto isOfPlaces = [](const XyzLayout::Block& block)
+    { return block.kind != XyzLayout::Kind::Number && block.columns[0] < 6; };
+    if (!this->AfterColors || this->Places.size() < fewest ||
+        std::any_of(plain.blocks.begin(), plain.blocks.end(), isOfPlaces))
+    {
+      return false;
+    }
+    std::size_t varying = 0, broken = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const auto any = [&](const auto& is)
+      { return std::any_of(this->Places.begin(), this->Places.end(), is) ? 1U : 0U; };
+      varying += any([&](const Vec3& place) { return place[k] != this->Places[0][k]; });
+      broken += any([&](const Vec3& place) { return place[k] != std::floor(place[k]); });
+    }
+    return varying == 3 && broken >= 2;
+  }
+
+  // Whether the first column may be a class before x y z: a few whole numbers, some twice, before
+  // three columns with fractions that are no colour and no normal.
+  bool MayBeginWithClass(const XyzLayout& plain) const
+  {
+    constexpr std::size_t fewest = 20, most = 32;
+    const std::vector<Vec3>& points = this->Out.mesh.points;
+    const std::size_t extra = this->ColumnCount - 3;
+    const bool isFourthKnown = std::any_of(plain.blocks.begin(), plain.blocks.end(),
+      [](const XyzLayout::Block& block)
+      { return block.kind != XyzLayout::Kind::Number && block.columns[0] == 3; });
+    if (extra == 0 || isFourthKnown || points.size() < fewest)
+    {
+      return false;
+    }
+    std::set<double> classes;
+    std::array<bool, 3> areBroken{};
+    for (std::size_t i = 0; i < points.size(); ++i)
+    {
+      const double first = points[i][0], fourth = double(this->Extra[i * extra]);
+      if (first < 0 || first > 255 || first != std::floor(first))
+      {
+        return false;
+      }
+      if (classes.insert(first).second && classes.size() > most)
+      {
+        return false;
+      }
+      areBroken[0] = areBroken[0] || points[i][1] != std::floor(points[i][1]);
+      areBroken[1] = areBroken[1] || points[i][2] != std::floor(points[i][2]);
+      areBroken[2] = areBroken[2] || fourth != std::floor(fourth);
+    }
+    return 2 * classes.size() <= points.size() &&
+           std::all_of(areBroken.begin(), areBroken.end(), [](bool is) { return is; });
+  }
+
+  static std::size_t CountDifferent(std::vector<Vec3> points)
+  {
+    std::sort(points.begin(), points.end());
+    return static_cast<std::size_t>(std::unique(points.begin(), points.end()) - points.begin());
+  }
+
+  // The points are those of the columns 4 to 6; the first three are stored before what follows.
+  void PutPlacesFirst()
+  {
+    std::vector<Vec3>& points = this->Out.mesh.points;
+    const std::size_t extra = this->ColumnCount - 3;
+    for (std::size_t i = 0; i < points.size(); ++i)
+    {
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        this->Extra[i * extra + k] = float(points[i][k]);
+      }
+    }
+    points.swap(this->Places);
+    this->Precision = this->PlacesPrecision;
   }
 
   // Whether the fourth column is not a coordinate: it is whole, and the two before it are not.
@@ -1074,6 +1213,10 @@ private:
   XyzRaster Raster;
   std::vector<std::array<double, 2>> Later; // columns 4 and 5 of the points
   DecimalPrecision InRowsPrecision;
+  // What follows if the columns begin with a colour, as long as they may.
+  std::optional<XyzColumns> AfterColors;
+  std::vector<Vec3> Places; // columns 4 to 6 of the points
+  DecimalPrecision PlacesPrecision;
   bool IsShifted = false;
   bool IsShiftedUsual = false; // the number of columns is usual only without the first one
   ForeignMesh Out;

@@ -768,7 +768,8 @@ std::string NamesOfLayout(const XyzLayout& layout)
              : block.name == "Intensity"   ? " intensity"
                                            : (names.empty() ? "" : " ") + block.name;
   }
-  return placed ? names : names + (names.empty() ? "x y z" : " x y z");
+  names += placed ? "" : names.empty() ? "x y z" : " x y z";
+  return names.substr(std::min(names.find_first_not_of(' '), names.size()));
 }
 
 }

@@ -173,12 +173,14 @@ std::string_view FormatOfJson(std::string_view begin)
 {
   const auto has = [begin](std::string_view word)
   { return begin.find(word) != std::string_view::npos; };
+  // The metadata of a tileset may be long, too.
+  constexpr std::string_view ofGltf[] = { "\"accessors\"", "\"buffers\"", "\"bufferViews\"",
+    "\"extensionsUsed\"", "\"images\"", "\"materials\"", "\"meshes\"", "\"nodes\"", "\"scene\"",
+    "\"scenes\"" };
+  const bool isGltf = has("\"asset\"") && std::any_of(std::begin(ofGltf), std::end(ofGltf), has);
   const bool isOther =
     has("\"CityJSON\"") || (has("\"metadata\"") && (has("Geometry") || has("\"Object\"")));
-  return isOther                     ? ".cityjson"
-         : has("\"geometricError\"") ? ".json"
-         : has("\"asset\"")          ? ".gltf"
-                                     : "";
+  return isOther ? ".cityjson" : has("\"geometricError\"") ? ".json" : isGltf ? ".gltf" : "";
 }
 
 bool IsRead(std::string_view ending)

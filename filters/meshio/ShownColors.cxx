@@ -41,10 +41,10 @@ std::optional<AttributeInfo> FreeName(std::span<const AttributeInfo> attributes)
 // Three arrays of a number each.
 std::optional<HiddenColors> FindTriple(std::span<const AttributeInfo> attributes)
 {
-  constexpr std::array<std::array<std::string_view, 3>, 5> triples{ { { "red", "green", "blue" },
+  constexpr std::array<std::array<std::string_view, 3>, 7> triples{ { { "red", "green", "blue" },
     { "r", "g", "b" }, { "diffuse_red", "diffuse_green", "diffuse_blue" },
-    { "diffuse_r", "diffuse_g", "diffuse_b" },
-    { "ambient_red", "ambient_green", "ambient_blue" } } };
+    { "diffuse_r", "diffuse_g", "diffuse_b" }, { "color_red", "color_green", "color_blue" },
+    { "color_r", "color_g", "color_b" }, { "ambient_red", "ambient_green", "ambient_blue" } } };
   for (const auto& names : triples)
   {
     HiddenColors colors;
