@@ -79,7 +79,7 @@ export function findMessage(situation) {
       ? t("“{name}” is not stored on this device, and the server cannot be reached.", { name })
       : t("The server cannot be reached. Stored data is shown."), good: !missing, ...again };
   }
-  if (situation.rest.outdated) {
+  if (situation.rest.outdated || /unknown codec/.test(status.error)) {
     return { text: t("There is a newer version of this viewer."), ...reload() };
   }
   if (situation.rest.failed) {
