@@ -20,7 +20,7 @@ const reload = () => ({ label: t("Reload"), act: () => location.reload() });
 
 // The session's message about a failed part, for users who do not know of parts.
 function partSentence(error, name) {
-  const [, part, why] = error.match(/^((?:tree|boxes|levels|partitions|textures|level-textures)\/\S+) of \S+ cannot be loaded: (.*)$/s) ?? [];
+  const [, part, why] = error.match(/^([a-z-]+\/\S+) of \S+ cannot be loaded: (.*)$/s) ?? [];
   return sentence(part && !isRefusal(why)
     ? t("a part of “{name}” is missing ({part}): {why}", { name, part, why: inPlainWords(why) })
     : inPlainWords(part ? why : error));
