@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# Checks that includes follow the arrows of doc/architecture.md: run with -D ROOT=<source tree>.
+# Checks that includes follow the arrows below (doc/architecture.md has the main ones): run with -D ROOT=<source tree>.
 # A folder may include itself, what is listed for it, and headers that are not ours; VTK only where it says so. It has at
 # most 45 files, and a line in doc/architecture.md. Scripts of the page import from where a thing is defined, and in no circle.
 cmake_policy(VERSION 3.25)

@@ -6,8 +6,9 @@
 //   node figures.mjs record NAME     reads what a benchmark printed (out/bench/NAME.txt) into out/bench/NAME.json
 //
 // A run: {"section","date","machine","command","commit","tables","remarks"}. A table: {"title","columns","rows","plot"}; plot is
-// a list of columns whose first numbers become bars, or {"unit","bars":[[label,number],...]}. "show" lists the columns of the page;
-// without it all are there. Remarks are kept, not shown.
+// a list of columns whose first numbers become bars, or {"unit","bars":[[label,number],...]}. "show" lists the columns of the page,
+// "showRows" its rows; without them all are there, and of no columns only the plot is. Of tables with the same title in a section
+// the newest is shown; the older ones are bars in its plot. Remarks are kept, not shown.
 import { execFileSync } from "node:child_process";
 import { mkdirSync, readFileSync, readdirSync, writeFileSync } from "node:fs";
 import os from "node:os";
@@ -19,7 +20,7 @@ const folder = path.join(root, "Testing/Benchmarks/Figures");
 
 // For each section: the beginning of its files' names, its heading, and what it measures.
 const sections = [
-  ["large-build", "Large builds", "A closed mesh of fine relief, built with 1 GiB. With `--memory 256M` the digest is the same, the peak 276 MB."],
+  ["large-build", "Large builds", "With `--memory 256M` the digest is the same, the peak 276 MB."],
   ["speed", "Building in memory and out of core", "The floor (`BenchFloor.cxx`) reads, builds a k-d tree, puts triangles into partitions and writes one file."],
   ["table2", "Partitions (Table 2)", "The paper's Table 2: compactness and seconds of k-d tree, octree and k-means."],
   ["fig5", "Partitions (Fig. 5)", "Sizes of partitions by k-d tree, octree and k-means."],
@@ -29,14 +30,14 @@ const sections = [
   ["soup", "Triangle soup", "Building triangles that share no vertices beside a scan of as many vertices."],
   ["readers", "Readers", "Our readers beside VTK's, and beside reading the bytes only."],
   ["trees", "Trees", "An update of `vtkKdTreePartition` beside `vtkKdTree::BuildLocatorFromPoints`."],
-  ["codec", "The codec", "Our codec ([why](decisions/0010-codec.md)) beside Draco at speed 5 and plain arrays under zstd -19; natively and as WebAssembly."],
+  ["codec", "The codec", "Our codec ([why](decisions/0010-codec.md)) beside Draco at speed 5 and plain arrays under zstd -19."],
   ["floors", "Floors and peers", "What a step costs at least, and what other programs take for the same mesh."],
-  ["view", "Views", "View-dependent refinement ([how](viewing.md)) from 12 directions, 800 x 480, over simulated lines of 1, 10 and 100 Mbit/s with a round trip of 30 ms. Bytes and seconds until the first picture, and until at most 5 % and 1 % of the object's pixels are wrong (a channel off by more than 8 of 255). The oracle fetches only the final cut.\n\n![Wrong pixels of the dragon over bytes, at zooms of 1, 4 and 16](pictures/view-dragon.png)"],
-  ["tiles", "Tilesets", "What `kdstream-store export --format 3dtiles` costs beside the build (bar: twice its time); its tiles, all of them held against the levels of the store; their bytes beside gltfpack's. `./dev bench tiles` prints views in 3d-tiles-renderer (npm) beside ours and the memory of a browser (bar: 300 MB), too: no run of these is kept yet. Obj2Tiles is not among the peers: it needs .NET, which Debian does not have."],
+  ["view", "Views", "View-dependent refinement ([how](viewing.md)) from 12 directions, 800 x 480, over simulated lines of 1, 10 and 100 Mbit/s: bytes and seconds until at most 1 % of the object's pixels are wrong (a channel off by more than 8 of 255). The oracle fetches only the final cut.\n\n![Wrong pixels of the dragon over bytes, at zooms of 1, 4 and 16](pictures/view-dragon.png)"],
+  ["tiles", "Tilesets", "What `kdstream-store export --format 3dtiles` costs (bar: twice the build's time), its bytes and its pictures. `./dev bench tiles` also prints views and memory in 3d-tiles-renderer: no run of these is kept yet."],
   ["paint", "Colours", "Levels of a mesh with vertex colours beside levels by shape only; pictures without light from 24 cameras."],
   ["textures", "Textures", "What tiles of texture cost a build (bar: 2 times the build without)."],
-  ["tables456", "Levels and regions over a line", "The paper's Tables 4 to 6 and Figures 10, 11 and 19: `kdstream-serve` and `kdstream-view --detail level` over a proxy. The paper measured a phone of 2013 on Wi-Fi.\n\n![Bytes of the partitions of one region, by k-d tree and by octree](pictures/fig10-dragon.png)"],
-  ["arrival", "Arrivals", "What one arriving piece costs while 250,000 triangles and more are shown, natively and as WebAssembly."],
+  ["tables456", "Levels and regions over a line", "The paper's Tables 4 to 6 and Figures 10, 11 and 19, over a proxy. The paper measured a phone of 2013 on Wi-Fi.\n\n![Bytes of the partitions of one region, by k-d tree and by octree](pictures/fig10-dragon.png)"],
+  ["arrival", "Arrivals", "What one arriving piece costs while 250,000 triangles and more are shown."],
   ["phone", "The page beside three.js and vtk.js", "Balls with relief in Chromium, 412 x 915 points of 3 x 3 pixels: ours streamed, theirs as files, all gzipped."],
   ["serve", "Crowds at a server", "Viewers over loopback open the dragon and act every ten seconds; of thirty two read slowly, one stalls, three vanish. Bars: no failure, nobody else dropped, no descriptor left, at most 16 MiB of growth."],
   ["card", "On a graphics card", "The demo's session drawn by a graphics card and by Mesa's software renderer."],
@@ -49,22 +50,38 @@ const number = (cell) => {
 
 const escape = (text) => String(text).replaceAll("`", "").replaceAll("&", "&amp;").replaceAll("<", "&lt;").replaceAll('"', "&quot;");
 
-// Groups of bars: [label, [number, ...]], with a name for each series.
-function groupsOf(table) {
+// The bars of a table: series, each with a name and its numbers by row. Rows of the same name are told apart by their order.
+function seriesOf(table) {
+  const count = new Map();
+  const keyOf = (label) => {
+    count.set(label, (count.get(label) ?? 0) + 1);
+    return `${count.get(label)} ${label}`;
+  };
   if (!Array.isArray(table.plot)) {
-    return { names: [table.plot.unit], groups: table.plot.bars.map(([label, value]) => [label, [value]]) };
+    return [{ name: table.plot.unit, values: new Map(table.plot.bars.map(([label, value]) => [keyOf(label), value])) }];
   }
+  const keys = table.rows.map((row) => keyOf(row[0]));
+  return table.plot.map((column) => ({
+    name: table.plot.length > 1 ? table.columns[column] : `${table.title}: ${table.columns[column]}`,
+    values: new Map(keys.map((key, i) => [key, number(table.rows[i][column] ?? "")])),
+  }));
+}
+
+// Groups of bars: [label, [number, ...]], with a name for each series. older: [date, table] of the same title.
+function groupsOf(table, older) {
+  const own = seriesOf(table);
+  const series = [...own, ...older.map(([date, each]) => ({ name: date, values: seriesOf(each)[0].values }))];
   return {
-    names: table.plot.map((column) => (table.plot.length > 1 ? table.columns[column] : `${table.title}: ${table.columns[column]}`)),
-    groups: table.rows
-      .map((row) => [row[0], table.plot.map((column) => number(row[column] ?? ""))])
+    names: series.map((each) => each.name),
+    groups: [...own[0].values.keys()]
+      .map((key) => [key.slice(key.indexOf(" ") + 1), series.map((each) => each.values.get(key) ?? null)])
       .filter(([, values]) => values.some((value) => value !== null)),
   };
 }
 
 // Horizontal bars; a logarithmic scale where the numbers span more than two orders of magnitude.
-function plotOf(table) {
-  const { names, groups } = groupsOf(table);
+function plotOf(table, older) {
+  const { names, groups } = groupsOf(table, older);
   const all = groups.flatMap(([, values]) => values).filter((value) => value > 0);
   const most = Math.max(...all);
   const least = Math.min(...all);
@@ -73,10 +90,11 @@ function plotOf(table) {
   const high = logarithmic ? Math.log10(most) : most;
   const widthOf = (value) => Math.max(1, (430 * ((logarithmic ? Math.log10(value) : value) - low)) / (high - low));
   const colors = ["#2b6cb0", "#c05621", "#2f7d4f", "#805ad5"];
+  const colorOf = (i) => colors[i % colors.length];
   const lines = [];
   let y = 8;
   names.forEach((name, i) => {
-    lines.push(`<rect x="8" y="${y}" width="10" height="10" fill="${colors[i]}"/><text x="24" y="${y + 9}">${escape(name)}${logarithmic ? " (logarithmic)" : ""}</text>`);
+    lines.push(`<rect x="8" y="${y}" width="10" height="10" fill="${colorOf(i)}"/><text x="24" y="${y + 9}">${escape(name)}${logarithmic ? " (logarithmic)" : ""}</text>`);
     y += 18;
   });
   for (const [label, values] of groups) {
@@ -85,7 +103,7 @@ function plotOf(table) {
     values.forEach((value, i) => {
       if (value !== null && value > 0) {
         const width = widthOf(value).toFixed(1);
-        lines.push(`<rect x="250" y="${y}" width="${width}" height="11" fill="${colors[i]}"/><text x="${(255 + Number(width)).toFixed(1)}" y="${y + 9}">${value.toLocaleString("en")}</text>`);
+        lines.push(`<rect x="250" y="${y}" width="${width}" height="11" fill="${colorOf(i)}"/><text x="${(255 + Number(width)).toFixed(1)}" y="${y + 9}">${value.toLocaleString("en")}</text>`);
       }
       y += 14;
     });
@@ -97,43 +115,61 @@ function plotOf(table) {
 function tableOf(table) {
   const line = (cells) => `| ${cells.join(" | ")} |`;
   const shown = (cells) => (table.show ?? [...table.columns.keys()]).map((column) => cells[column] ?? "");
-  return [line(shown(table.columns)), `|${"---|".repeat(shown(table.columns).length)}`, ...table.rows.map((cells) => line(shown(cells)))].join("\n");
+  const rows = (table.showRows ?? [...table.rows.keys()]).map((row) => table.rows[row]);
+  return [line(shown(table.columns)), `|${"---|".repeat(shown(table.columns).length)}`, ...rows.map((cells) => line(shown(cells)))].join("\n");
 }
 
-// The files of the page: path from the root → text.
-function pageFiles() {
-  const runs = readdirSync(folder).filter((name) => name.endsWith(".json")).sort().reverse();
-  const files = new Map();
-  const text = [
-    "# Figures of benchmarks",
-    "",
-    "`node Testing/Benchmarks/figures.mjs page` makes this page from the runs in `Testing/Benchmarks/Figures` ([how to add one](../CONTRIBUTING.md)).",
-    "These files have more columns. Seconds are of one run on the named machine: compare ratios within a run. A *bar* is what the benchmark demands of itself.",
-    "",
-  ];
+// The runs that are kept: [name of the file, run].
+function keptRuns() {
+  return readdirSync(folder)
+    .filter((name) => name.endsWith(".json"))
+    .map((name) => [name, JSON.parse(readFileSync(path.join(folder, name), "utf8"))]);
+}
+
+// The files of the page of these runs: path from the root → text.
+export function pageFiles(runs) {
   const stemOf = (name) => name.replace(/-\d{4}-\d\d-\d\d\.json$/, "");
-  for (const name of runs) {
+  for (const [name] of runs) {
     if (!sections.some(([stem]) => stem === stemOf(name))) {
       throw new Error(`${name}: no section of that name; files are called NAME-YYYY-MM-DD.json`);
     }
   }
+  const files = new Map();
+  const text = [
+    "# Figures of benchmarks",
+    "",
+    "`node Testing/Benchmarks/figures.mjs page` makes this page from the runs in `Testing/Benchmarks/Figures` ([how to add one](../CONTRIBUTING.md)),",
+    "which have more figures. Seconds are of one machine: compare ratios within a run. A *bar* is what the benchmark demands of itself.",
+    "",
+  ];
   for (const [stem, heading, about] of sections) {
-    const own = runs.filter((name) => stemOf(name) === stem);
+    const own = runs.filter(([name]) => stemOf(name) === stem).sort(([a], [b]) => (a < b ? 1 : -1));
     if (own.length === 0) {
       continue;
     }
     text.push(`## ${heading}`, "", about, "");
-    for (const name of own) {
-      const run = JSON.parse(readFileSync(path.join(folder, name), "utf8"));
-      text.push(`**${run.date}**, \`${run.command}\`, ${run.machine}.`, "");
-      for (const [i, table] of run.tables.entries()) {
-        text.push(`${table.title[0].toUpperCase()}${table.title.slice(1)}:`, "");
+    const seen = new Set();
+    for (const [index, [name, run]] of own.entries()) {
+      const newest = [...run.tables.entries()].filter(([, table]) => !seen.has(table.title));
+      newest.forEach(([, table]) => seen.add(table.title));
+      if (newest.length > 0) {
+        text.push(`**${run.date}**, \`${run.command}\`, ${run.machine}.`, "");
+      }
+      for (const [i, table] of newest.filter(([, each]) => each.plot || each.show?.length !== 0)) {
+        const title = table.title.startsWith("vtk") ? table.title : table.title[0].toUpperCase() + table.title.slice(1);
+        text.push(`${title}:`, "");
         if (table.plot) {
           const picture = `pictures/benchmarks/${name.replace(".json", `-${i + 1}.svg`)}`;
-          files.set(`doc/${picture}`, plotOf(table));
+          const older = own
+            .slice(index + 1)
+            .flatMap(([, each]) => each.tables.map((other) => [each.date, other]))
+            .filter(([, other]) => other.title === table.title && other.plot);
+          files.set(`doc/${picture}`, plotOf(table, older));
           text.push(`![plot](${picture})`, "");
         }
-        text.push(tableOf(table), "");
+        if (table.show?.length !== 0) {
+          text.push(tableOf(table), "");
+        }
       }
     }
   }
@@ -198,7 +234,7 @@ function main([command, name]) {
     return 2;
   }
   let stale = 0;
-  for (const [file, text] of pageFiles()) {
+  for (const [file, text] of pageFiles(keptRuns())) {
     const target = path.join(root, file);
     if (command === "page") {
       mkdirSync(path.dirname(target), { recursive: true });

@@ -41,7 +41,7 @@ MENU = [
     ("Home", "README.md"),
     ("Tutorials", ["serve-your-scan", "guard-it", "filters-in-a-pipeline", "offscreen-pictures", "embed", "client-in-60-lines"]),
     ("Use it", ["cli", "viewing", "embedding", "3dtiles", "benchmarks"]),
-    ("Serve it", ["serving", "security", "SECURITY.md"]),
+    ("Serve it", ["museum", "serving", "security", "SECURITY.md"]),
     ("VTK", ["from-vtk", "classes", "offscreen", "paraview", "api"]),
     ("Formats", ["formats", "protocol"]),
     ("Promises", ["compatibility", "platforms"]),

@@ -687,7 +687,7 @@ private:
     return reported;
   }
 
-  // Active is what is active on all ranks, and no ids that are not believed.
+  // An array is active if it is active on all ranks. Ids that are not trusted are not active.
   void ShareArrays(const std::vector<ReportedArrays>& reported, bool ofPoints)
   {
     std::vector<SharedArray> shared;
@@ -997,7 +997,7 @@ private:
   const Execution& Runs;
   std::vector<Vec3> Points;
   PolyDataElements Elements;
-  std::vector<std::uint32_t> Kept;   // elements that are no ghosts
+  std::vector<std::uint32_t> Kept;   // elements that are not ghosts
   std::vector<ElementPlace> Places;  // of these
   std::vector<bool> IsTaken, IsOwn;  // points: that the mesh of all needs; that count here
   std::vector<VertexId> Number;      // of points in the mesh of all

@@ -146,7 +146,8 @@ private:
     }
   }
 
-  // Points that may be another part's, by place: the copies and what lies where a copy does.
+  // The points that other parts may also have, ordered by place: copies, and points in the places
+  // of copies.
   std::vector<VertexId> Shared() const
   {
     const auto byPlace = [this](VertexId a, VertexId b) { return this->Place(a) < this->Place(b); };

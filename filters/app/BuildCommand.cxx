@@ -578,7 +578,7 @@ std::string StrayText(const StrayPoint& stray)
   return text.str();
 }
 
-// Why an option of pictures was given in vain.
+// Why an option for textures has no effect.
 std::string NoPictures(const BuildCommand& line)
 {
   return line.baked ? "the original has no textures" : "no textures were read";

@@ -362,7 +362,7 @@ private:
     return exitDone;
   }
 
-  // The pieces that the mesh consists of, if they have textures: only partitions, or a level.
+  // The pieces that the mesh consists of, if they have textures: only partitions, or only a level.
   std::vector<PieceId> TexturedPieces(
     const ModelDescription& model, const WantedPartitions& original) const
   {

@@ -77,7 +77,7 @@ BlockedSize ClaimedBlocks(const MeshReader& reader)
   const MeshFileInfo& info = reader.Info();
   if (std::max(info.vertices, info.faces) > reader.FileSize() / leastBytes)
   {
-    return {}; // claims by themselves are no reason to refuse anything
+    return {}; // a claim by itself is not a reason to refuse anything
   }
   BlockedSize size{ info.vertices, info.faces };
   for (const AttributeInfo& attribute : info.attributes)

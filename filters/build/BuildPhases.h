@@ -15,8 +15,8 @@ namespace kdstream
 // array without a name; InputOutput; Cancelled.
 Status MakeMesh(ExternalBuildState& build);
 
-// What the phase has found. Errors: Damaged; LimitExceeded where partitions cannot be held
-// (CheckPartitionMemory).
+// The facts about the mesh that the phase has found. Errors: Damaged; LimitExceeded where
+// partitions cannot be held (CheckPartitionMemory).
 Result<MeshFacts> LoadFacts(const ExternalBuildState& build);
 
 // What decides how much memory its blocks take.

@@ -61,7 +61,7 @@ public:
 
   Status MakeTree() override
   {
-    Execution upToGrid = this->Exec; // what merges on the grid is counted in the rest of the step
+    Execution upToGrid = this->Exec; // the rest of the step counts what merges on the grid
     upToGrid.progress = [this](std::string_view step, double done)
     { return this->Exec.progress(step, treeMadePart * done); };
     Result<PartitionTree> partitioned =

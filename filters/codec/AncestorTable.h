@@ -243,7 +243,7 @@ private:
   std::vector<std::uint32_t> EntryOf;
   std::size_t Entries;
   EarlierNeighbours Neighbours;
-  // For Rise, kept so that each level takes no memory anew.
+  // For Rise. Kept so that levels do not allocate memory again.
   std::vector<std::uint64_t> Ascending, Other, Spare;
   std::vector<std::uint32_t> Places; // of each entry, that of its parent
 };

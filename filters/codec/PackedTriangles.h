@@ -44,7 +44,7 @@ public:
     ++this->Counts[this->Vertices + 1 + Second(least) + 1];
   }
 
-  // Once. REQUIRES: triangles.size() is the number of those added.
+  // May be called once. REQUIRES: triangles.size() is the number of triangles that were added.
   void Sort(std::span<Triangle> triangles)
   {
     std::uint64_t *from = this->Packed.get(), *to = from + this->Count;

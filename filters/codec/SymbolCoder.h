@@ -27,7 +27,7 @@
 namespace kdstream
 {
 
-// For the few functions that hot loops are made of; where code is to be small, a plain one.
+// Marks the few functions in hot loops: they are inlined, unless the code should be small.
 #ifdef __OPTIMIZE_SIZE__
 #define KDSTREAM_IN_LOOPS inline
 #else

@@ -464,7 +464,7 @@ private:
     return this->HasCells(cells, cell);
   }
 
-  // A list of cells as files of before version 5 have it: of each cell its size, then its points.
+  // A list of cells, as in files before version 5: of each cell its size, then its points.
   bool TakeCells(std::uint64_t cells, std::uint64_t numbers)
   {
     if (this->IsBinary)

@@ -200,7 +200,7 @@ private:
     return {};
   }
 
-  // "X" is x, unless there is an x: what has a meaning has it in any case.
+  // "X" is x, unless there is a field x: letter case does not matter.
   void NormalizeFields()
   {
     static constexpr std::string_view known[] = { "x", "y", "z", "normal_x", "normal_y", "normal_z",

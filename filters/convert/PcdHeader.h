@@ -29,8 +29,8 @@ struct PcdHeader
   std::uint64_t bodyBegin = 0; // in the file
   std::string text;            // an equivalent header in the form that PCL reads
   Tolerance tolerance;         // what the header does not count
-  bool hasOddLines = false;    // among those of the points lines with #, or that end with \r alone,
-                               // or with exponents of Fortran, which PCL does not know
+  bool hasOddLines = false;    // points have lines with #, or that end with only \r, or exponents
+                               // of Fortran, which PCL does not know
   bool hasViewpoint = false;   // the scanner stood somewhere
   bool textOfFloats = false;   // PCL makes floats of x, y and z, which lose some of the decimals
 };

@@ -885,7 +885,7 @@ private:
     return false;
   }
 
-  // Whether Coin makes triangles of it without looking up what a file numbers.
+  // Whether the node is a shape for which Coin uses no indices from the file.
   static bool IsSolid(const SoNode& node)
   {
     return As<SoVRMLBox>(node) || As<SoVRMLSphere>(node) || As<SoVRMLCone>(node) ||

@@ -761,7 +761,7 @@ private:
     return plain;
   }
 
-  // Whether the fourth column is no coordinate: it is whole, and the two before it are not.
+  // Whether the fourth column is not a coordinate: it is whole, and the two before it are not.
   bool IsFourthOther() const
   {
     const std::vector<Vec3>& points = this->Out.mesh.points;
@@ -1059,7 +1059,7 @@ private:
   std::uint64_t HexColorLine = 0;             // of a colour as #c86432; 0: none
   std::vector<std::optional<std::size_t>> NameAxes; // axes of the named columns
   std::vector<std::string> OtherWords;              // the words of that line
-  std::string Degrees;      // longitudes and latitudes that names name, as messages quote them
+  std::string Degrees;      // names of columns that are longitudes or latitudes, for messages
   std::string PartNames;    // incomplete r g b or nx ny nz, which name plain numbers
   std::vector<float> Extra; // the columns but for the coordinates
   DecimalPrecision Precision;

@@ -173,8 +173,8 @@ private:
     std::string type;                  // the word before the bracket: a node's type, or a field
     std::size_t defined = 0;           // the number of its DEF
     std::string name;                  // after DEF
-    std::string proto;                 // the PROTO whose body this is, as it is written
-    std::string protoName;             // its name in the file
+    std::string proto;                 // if this is the body of a PROTO: the name that is written
+    std::string protoName;             // the name of that PROTO in the file
     std::size_t textEnd = 0;           // of the text up to and with the bracket
     bool isLeftOut = false;            // a node
     bool isOfProto = false;            // a node that a PROTO makes
@@ -469,7 +469,7 @@ private:
     return written;
   }
 
-  // A node's name becomes that of the PROTO, if it is one here.
+  // If the node is an instance of a PROTO of this file, its name becomes that of the PROTO.
   void TakeProtoName(Bracket& node)
   {
     const auto found = this->ProtoNames.find(node.type);
@@ -541,7 +541,7 @@ private:
     const std::string_view next = this->NextWord(this->At + 1);
     if (this->Out.isFirst && (next == "fields" || next == "isA"))
     {
-      return; // it says itself what it has
+      return; // the node declares its own fields
     }
     node.isLeftOut = true;
     this->Out.text.replace(this->LastBegin, node.type.size(), "Group");
@@ -625,7 +625,7 @@ private:
     }
     if (word == "fields" || word == "isA")
     {
-      node.hasKnownFields = false; // it says itself what it has
+      node.hasKnownFields = false; // the node declares its own fields
       return;
     }
     this->EndField(node);
@@ -723,7 +723,8 @@ private:
     return found && found->isEvent;
   }
 
-  // What is wrong with a field that is left out. other: the PROTO's field that it IS, if it is one.
+  // What is wrong with a field that is left out. other: if the field IS a field of the PROTO, the
+  // name of that.
   std::optional<std::string> WrongField(
     const Bracket& node, std::string_view field, std::string_view other) const
   {

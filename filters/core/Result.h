@@ -68,7 +68,7 @@ inline Error OfInput(Error error)
   return error;
 }
 
-// An input that is wrong, where another remedy than that of the code helps.
+// An error of a wrong input whose remedy is not that of the error code.
 inline Error BadInput(std::string message, Remedy remedy)
 {
   return { ErrorCode::InvalidInput, std::move(message), {}, {}, remedy };

@@ -18,7 +18,7 @@ namespace kdstream
 namespace
 {
 
-// Without a branch for each, as nearly always they are.
+// No branch for each point: nearly always all are finite.
 bool AreFinite(std::span<const Vec3> points)
 {
   constexpr double most = std::numeric_limits<double>::max();

@@ -91,7 +91,7 @@ Result<std::unique_ptr<MeshReader>> MeshReader::Open(const std::filesystem::path
   {
     return reader;
   }
-  // The value of white is known when all vertices were read; of bytes, mostly at once.
+  // Which value is white is known only when all vertices have been read; for bytes mostly at once.
   ColorScale scale(std::move(*colors));
   for (std::size_t count = 1; count > 0 && !scale.AreUsual();)
   {

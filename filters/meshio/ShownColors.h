@@ -93,7 +93,7 @@ public:
     return !this->Colors.bytes &&
            (!this->Colors.maybe || this->Packed.AreBits() || this->Packed.AreNumbers());
   }
-  // Whether no further values can change anything, and Tell has nothing to say.
+  // Whether no further values can change the colours, and nothing about them has to be reported.
   bool AreUsual() const { return this->Colors.bytes && this->White.White() > 1; }
 
 private:

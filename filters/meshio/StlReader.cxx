@@ -408,8 +408,8 @@ bool AreThreeNumbers(std::string_view rest)
   return true;
 }
 
-// A word that belongs to a facet whose beginning is damaged, in a text that is to be skipped; empty
-// if there is none. A solid may be called "outer", or "vertex".
+// The first word of the skipped text that belongs to a facet whose beginning is damaged; empty if
+// no word does. A solid may be called "outer", or "vertex".
 std::string_view WordOfFacet(std::string_view text)
 {
   for (std::string_view word = TakeWord(text); !word.empty(); word = TakeWord(text))

@@ -55,7 +55,7 @@ public:
     return this->IsInt64() && this->GetInt64() >= INT32_MIN && this->GetInt64() <= INT32_MAX;
   }
 
-  // REQUIRES of each: it is one.
+  // REQUIRES: the value is of this type.
   bool GetBool() const { return this->IsTrue(); }
   std::uint64_t GetUint64() const { return this->Content.integer; }
   std::int64_t GetInt64() const { return static_cast<std::int64_t>(this->Content.integer); }

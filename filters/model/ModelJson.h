@@ -33,8 +33,8 @@ std::string WriteModelList(
 // wrong type or out of range. Unknown members are ignored.
 Result<ModelDescription> ParseModel(std::string_view text);
 Result<std::vector<ModelSummary>> ParseModelList(std::string_view text);
-// Checks that ParseModel accepts what WriteModel writes of a model from a store: stores allow
-// longer texts. Errors: those of ParseModel.
+// Checks that ParseModel accepts what WriteModel writes. A model from a store may fail: stores
+// allow longer texts. Errors: those of ParseModel.
 Status CheckServed(const ModelDescription& model);
 
 // The row "model" of a store's metadata: all but the id.

@@ -41,7 +41,7 @@ std::string MakeListPage(std::string_view page, std::span<const ModelSummary> mo
 // root is known.
 std::string WriteSitemap(std::span<const ModelSummary> models, const PagePlace& place);
 
-// The same where there is no model to show: what says why, for people and robots. With scripts the
+// The page where there is no model to show. It says why, for people and robots; with scripts the
 // viewer says it, and shows the other models.
 std::string MakeRefusalPage(std::string_view page, const std::string& title,
   const std::string& text, const PagePlace& place, const std::string& site);

@@ -20,7 +20,7 @@ namespace kdstream
 Result<std::vector<std::uint8_t>> EncodePreviewGlb(
   const ModelDescription& model, std::span<const std::uint8_t> blob);
 
-// Whether it may have one: it has a picture, and is no cloud.
+// Whether the model may have one: it has a picture, and is not a point cloud.
 bool HasPreviewGlb(const ModelDescription& model);
 
 }

@@ -58,7 +58,7 @@ CLI::Option* AddSizeOption(
 enum class OutputKind
 {
   File,  // a regular file, new or replaced
-  Stream // also a terminal, a pipe, /dev/stdout; no store that is there
+  Stream // also a terminal, a pipe, /dev/stdout; not an existing store
 };
 
 // Where an output goes: `file`, or the file to which it links. Called before the work, so that no

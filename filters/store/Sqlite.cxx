@@ -268,7 +268,7 @@ Status UseWriteAheadLog(sqlite3* database, std::chrono::milliseconds patience)
   sqlite3_busy_timeout(database, 0);
   for (;;)
   {
-    // It reads first and writes then, where SQLite calls no busy handler.
+    // The statement reads and then writes: SQLite does not call a busy handler for this.
     Status done = Execute(database, "PRAGMA journal_mode = WAL");
     const bool isBusy = !done && (sqlite3_errcode(database) & 0xFF) == SQLITE_BUSY;
     if (!isBusy || Clock::now() >= until)

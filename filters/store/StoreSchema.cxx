@@ -13,7 +13,7 @@ namespace kdstream
 namespace
 {
 
-// Null means no memory, as a server finds it now and then.
+// Throws std::bad_alloc where there is no memory.
 XXH3_state_t* MakeHashState()
 {
   XXH3_state_t* const state = XXH3_createState();

@@ -80,8 +80,8 @@ struct StoreWriter::State
     std::uint64_t begin = 0;
     std::size_t bytes = 0;
   };
-  // In the order of PieceIds; textures of the original's alone, and then of levels, where a model
-  // has some.
+  // In the order of PieceIds: pieces, textures of the original, textures of levels, if there are
+  // any.
   std::vector<Extent> pieceExtents{}, textureExtents{}, levelTextureExtents{};
   Statement contentRead{};
   std::mutex reading{};
@@ -155,7 +155,7 @@ Error StoreWriter::State::Explain(const Error& error) const
 // still to come has at least one vertex for each cell.
 std::uint64_t StoreWriter::State::BytesInAll(std::uint64_t written) const
 {
-  constexpr double expected = 16; // of a vertex with its triangles, before anything is made
+  constexpr double expected = 16; // bytes of a vertex with its triangles, until any are written
   std::uint64_t made = 0, left = 0;
   for (unsigned depth = 0; depth < this->info.levels.size(); ++depth)
   {

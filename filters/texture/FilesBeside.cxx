@@ -165,8 +165,8 @@ std::array<char, 2> SmallLetter(char lead, char next)
   return { static_cast<char>(0xC0 | (small >> 6U)), static_cast<char>(0x80 | (small & 0x3FU)) };
 }
 
-// The letters that combining marks make of those before them, in small letters: Latin, Greek and
-// Cyrillic. A mark's letters, and what it makes of each.
+// A combining mark changes the letter before it into another one. For each mark: the letters that
+// it changes, and what they become. Small letters only: Latin, Greek and Cyrillic.
 struct MarkedLetters
 {
   char32_t mark;

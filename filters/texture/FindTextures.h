@@ -20,8 +20,8 @@ struct FoundTextures
   bool colors = false; // materials without pictures, of several colours or of one that is not grey
   // Warnings for the user if there are no textures: missing materials.
   std::vector<std::string> warnings{};
-  // None, and besides what `warnings` say nothing that could be seen is lost: the materials that
-  // are used are all of one shade of grey.
+  // There are no textures, and apart from the warnings nothing visible is lost: all materials in
+  // use have one shade of grey.
   bool isPlain = false;
 };
 

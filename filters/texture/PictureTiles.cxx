@@ -29,7 +29,7 @@ std::string Numbered(std::string name, int tile)
   return at == std::string::npos ? name : name.replace(at, mark.size(), std::to_string(tile));
 }
 
-// Column and row from below of the tile of a triangle; -1 where there is none.
+// The column and the row, from below, of the tile of a triangle; -1 if it has no tile.
 std::array<int, 2> TileOf(
   const TextureTransform& m, const std::array<PictureCoordinate, 3>& corners)
 {

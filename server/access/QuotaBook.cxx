@@ -269,8 +269,8 @@ struct QuotaBook::File
   std::set<dev_t> devicesAbove;         // its folder then
 
   Status Open(std::int64_t now);
-  // If the file was removed or replaced: opens the one that has its name now. Errors: also if that
-  // is another one.
+  // Opens the file that has the name now, if the open file was removed or replaced. A different
+  // file is an error.
   Status Follow(std::int64_t now);
   Status Begin();
   Error WasReplaced() const
@@ -403,7 +403,7 @@ Status QuotaBook::Connection::Open()
     return QuotaError(opened.GetError().message, this->path);
   }
   this->database = std::move(*opened);
-  // Before SQLite makes a log and an index with such permissions, which would stay.
+  // Checked before SQLite makes a log and an index with these permissions: they would stay.
   if (sqlite3_db_readonly(this->database.get(), "main") == 1)
   {
     return QuotaError("the file is read-only", this->path);
@@ -479,8 +479,8 @@ Status QuotaBook::Connection::Leave()
     {
       return begun.GetError();
     }
-    // If the disk is full, the log's content does not get into the file, but the server can still
-    // leave.
+    // A full disk keeps the log's content out of the file, but must not keep the server from
+    // closing it.
     if (!this->IsLogThere() || isLogEmpty() || status != SQLITE_OK || tried == mostTries)
     {
       break;
@@ -803,7 +803,7 @@ QuotaBook::Taken QuotaBook::EnterPartition(
   return std::optional<QuotaRefusal>();
 }
 
-// From when on the pace of all models of the original continues.
+// The time from which the pace of all models of the original is counted.
 Result<std::int64_t> QuotaBook::DueOf(
   const Holder& holder, std::string_view what, std::int64_t now, std::int64_t latest)
 {

@@ -31,7 +31,7 @@ struct PagePath
   };
   Kind kind = Kind::Page;
   std::string
-    model{}; // not of List and Embed; any bytes: escapes are decoded, nothing else is checked
+    model{}; // unless List or Embed. Any bytes: escapes are decoded, nothing else is checked
   bool isFolder = false; // the address of the page ends with a slash
   std::string digest{};  // of Preview: any bytes
 };

@@ -23,7 +23,7 @@ ModelDetail DetailOf(const ModelDescription& model, const BlobId& blob)
     case BlobKind::Level:
     case BlobKind::LevelTexture:
       return blob.level <= preview ? ModelDetail::Preview : ModelDetail::Levels;
-    case BlobKind::Tree: // the first page already tells of pieces of the next levels
+    case BlobKind::Tree: // the first page already describes pieces of finer levels
       return ModelDetail::Levels;
     case BlobKind::Partition:
     case BlobKind::Texture:

@@ -279,7 +279,7 @@ void StoreCatalog::Files::Open(const File& file, Patience patience) const
       this->reports->TellOnce(file.path, error.message + WhatIsServed(file.old.get(), error));
     }
   }
-  // If everything is to be read anew, also what could not be read before. Counts these for the
+  // A reading of everything also tries what could not be read before. Counts these stores for the
   // list.
   const bool isServed = found.isSame || found.model || (file.old && !found.isGone);
   if (isServed && (patience == Patience::None || this->notes->HasChanged(file.id)))
@@ -317,8 +317,7 @@ Status StoreCatalog::ReadFolder(Patience patience)
   KDSTREAM_TRY(paths); // a disk that is not there for the moment, or no descriptors
   const auto before = this->Current();
   this->Reports->Forget(this->Folder);
-  // Files that were only examined are opened again; files that were opened in the meantime are
-  // taken.
+  // Files that were only examined are opened again. An opening that ended in the meantime is used.
   std::erase_if(this->HeldByDisk,
     [](const auto& entry) { return *entry.second.ended && !entry.second.opening; });
   Files files{ {}, this->Cache, this->Reports, this->Notes, this->Stores };

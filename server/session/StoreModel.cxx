@@ -302,7 +302,7 @@ private:
   DamageReport Report;
   mutable std::mutex StateMutex;
   mutable FileState LastState;         // state of the file when it was last opened
-  mutable std::shared_ptr<Store> Kept; // which another file has replaced; else null
+  mutable std::shared_ptr<Store> Kept; // the store that another file has replaced; else null
   mutable std::mutex TreeMutex;
   // As it was read last; not yet at first. Once it has been read it stays in its place.
   mutable Result<std::vector<Box>> Tree = Error{ ErrorCode::InputOutput, "has not been read yet" };

@@ -55,7 +55,7 @@ TileInput SourceOf(const ServedModel& model)
   return source;
 }
 
-// What neighbours of a piece are told: which keys it owns, and the normals on its border.
+// What the neighbours of a piece need of it: which keys it owns, and the normals on its border.
 struct PieceBorder
 {
   VertexKey first = 0;
@@ -473,8 +473,8 @@ std::shared_ptr<TileKeeper::ModelTiles> TileKeeper::Of(
   return nullptr;
 }
 
-// Forgets models whose trees are too much together, those first that were asked for longest ago,
-// but not the last.
+// Forgets models while all trees together take too much memory: the least recently requested models
+// first, but not `last`.
 void TileKeeper::Trim(const std::shared_ptr<ModelTiles>& last) const
 {
   std::list<std::shared_ptr<ModelTiles>> gone; // go when nobody waits for the mutex

@@ -203,7 +203,7 @@ void vtkKdStreamActor::TakeIn(double seconds)
   this->LastWarning = warning;
 }
 
-// An interactor's update rate is that of its style while one moves the camera.
+// While the user moves the camera an interactor sets the update rate of its style.
 double vtkKdStreamActor::SecondsFor(vtkRenderer& renderer)
 {
   constexpr double part = 0.1;

@@ -146,9 +146,9 @@ public:
 
   ///@{
   /**
-   * The time, about, in seconds, for which a picture takes in what has arrived, 0 to 10; at least
-   * one piece. Default 0.02. If the window desires an update rate, as during an interaction, at
-   * most a tenth of the frame's time.
+   * About how long one picture may process what has arrived, in seconds, 0 to 10; at least one
+   * piece is processed. Default 0.02. If the window desires an update rate, as during an
+   * interaction, at most a tenth of the frame's time.
    */
   virtual void SetSecondsPerFrame(double value);
   vtkGetMacro(SecondsPerFrame, double);

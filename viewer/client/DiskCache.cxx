@@ -32,7 +32,7 @@ namespace fs = std::filesystem;
 
 constexpr int cacheVersion = 1; // of the layout
 // Limits while another program keeps the file busy: for each attempt, and in all when nobody waits;
-// then the file is left alone for a while.
+// then the file is not used for a while.
 constexpr std::chrono::milliseconds patienceWithFile{ 200 };
 constexpr int mostTries = 5;
 constexpr std::chrono::seconds busyPause{ 10 };
@@ -231,7 +231,8 @@ struct ReadOnlyCache
   }
 };
 
-// isWritten: by this program, so that what it writes is found. Else as the file is now.
+// isWritten: whether this program writes the file; new entries are then found. Otherwise the file
+// is read as it is now.
 Result<ReadOnlyCache> OpenToRead(const fs::path& folder, bool isWritten)
 {
   ReadOnlyCache opened;

@@ -15,7 +15,7 @@
 namespace kdstream
 {
 
-// Where the store of a mesh, as the mesh is now, is kept, or is to be.
+// Where the store of a mesh, as the mesh is now, is kept or will be written.
 struct MeshPlace
 {
   std::shared_ptr<const HeldFolder> stores; // of all meshes

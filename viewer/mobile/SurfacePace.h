@@ -16,7 +16,7 @@ namespace kdstream
 class SurfacePace
 {
 public:
-  // Frames in a row that decoded something and make no surface for that.
+  // The most frames in a row that decode something and do not make a surface.
   static constexpr int mostPutOff = 2;
   // The next surface waits for twice the time that the last one took, and never longer.
   static constexpr double longestWait = 1;

@@ -90,7 +90,7 @@ void DrawNoSplats(vtkActor& actor, vtkPolyDataMapper& mapper)
 void AimSplats(vtkActor& actor, double largestRadius, const SplatSight& sight)
 {
   const auto& [nearest, farthest] = sight.planes;
-  const double pixels = 0.5 * sight.height / sight.tangent; // of a length 1 at distance 1
+  const double pixels = 0.5 * sight.height / sight.tangent; // of a length of 1 at a distance of 1
   const double square =
     std::clamp(2.0 * largestRadius * sight.scale * pixels / (sight.isParallel ? 1.0 : nearest),
       smallestSplat, largestSplat);

@@ -122,7 +122,7 @@ struct SceneOcclusion::Area
 SceneOcclusion::SceneOcclusion() = default;
 SceneOcclusion::~SceneOcclusion() = default;
 
-// Makes textures and programs for the window where they are another's or of another size.
+// Makes textures and programs for the window, unless it already has them in this size.
 bool SceneOcclusion::Prepare(
   vtkOpenGLRenderWindow& window, vtkTextureObject& depths, const Area& area)
 {

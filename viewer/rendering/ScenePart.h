@@ -55,10 +55,10 @@ public:
   bool ShowTextured(const SurfacePart& part, const UnitNormals& normals, const TreeDepths& depths,
     const Vec3& center, const SceneStyle& style, const TextureSource& textureSource);
   void SetStyle(const SceneStyle& style);
-  // A copy of it is what this is made of from now on; to be followed by SetStyle.
+  // Uses a copy of the material from now on. Call SetStyle after it.
   void SetMaterial(vtkProperty& material);
-  // Hides what is above the plane, until it is cut anew, or shows another surface. center: as in
-  // Show.
+  // Hides what is above the plane, until the next call, or until another surface is shown. center:
+  // as in Show.
   void CutBy(const std::optional<SectionPlane>& plane, const Vec3& center);
   // Before each picture: SceneLighting::relief, for a bend of a radian within this number of
   // pixels.

@@ -339,7 +339,7 @@ std::array<Vec3, 5> Camera::InwardNormals() const
 bool Camera::MaySee(const Box& box) const
 {
   const Vec3 eye = this->Eye();
-  const auto reaches = [&](const Vec3& inward) // the corner of the box that is farthest within
+  const auto reaches = [&](const Vec3& inward) // how far the box reaches in this direction
   {
     double farthest = 0;
     for (std::size_t k = 0; k < 3; ++k)

@@ -58,7 +58,7 @@ public:
   // As ViewerSession::BlobArrived.
   Answer BlobArrived(std::uint32_t request, const protocol::BlobId& blob,
     std::span<const std::uint8_t> bytes, double transmissionSeconds, bool fromCache);
-  // False if nobody has waited for it.
+  // False if nobody waits for this blob.
   bool BlobFailed(std::uint32_t request, const protocol::BlobId& blob, const std::string& message);
   bool RequestFailed(std::uint32_t request, const std::string& message);
 

@@ -57,9 +57,9 @@ struct RegionLimits
 {
   // The most pages and boxes of the tree that a pick may ask for.
   std::size_t treeBlobs = 1000;
-  // The most partitions of a region, nearest first,
+  // The most partitions of a region: the nearest ones count.
   std::size_t partitions = 512;
-  // and about the most triangles of a region; it always has the picked partition.
+  // About the most triangles of a region. It always has the picked partition.
   std::uint64_t triangles = std::numeric_limits<std::uint64_t>::max();
   // A region that has shrunk to fewer points than this on the screen is let go.
   double points = 32;

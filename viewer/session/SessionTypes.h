@@ -108,7 +108,7 @@ struct ViewerStatus
   // is open.
   std::optional<unsigned> targetLevel;
   bool original = false;     // by the view: some of the original is shown
-  double remainingError = 0; // by the view: points on the screen that a budget leaves; else 0
+  double remainingError = 0; // by the view: SSE where a budget ended refinement; else 0
   struct Region
   {
     NodeId cell = 1; // picked

@@ -201,7 +201,7 @@ Result<std::vector<Box>> RemoteModel::ReadBoxes(const Execution& execution) cons
   KDSTREAM_TRY(lock);
   const TreeDepths& depths = this->Description.depths;
   const std::size_t first = std::size_t{ 1 } << DepthOfPartitionBoxes(depths);
-  std::vector<Box> partitions; // as many as come, not as many as are claimed
+  std::vector<Box> partitions; // memory for as many as come, not for as many as are claimed
   for (std::size_t node = first; node < 2 * first;)
   {
     std::vector<protocol::BlobId> wanted;

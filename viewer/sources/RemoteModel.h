@@ -31,7 +31,7 @@ public:
   Result<bool> IsPresent(const Execution& execution) const;
 
   const ModelDescription& Info() const override { return this->Description; }
-  // Errors: besides, InputOutput where the connection is lost or falls silent.
+  // Errors: also InputOutput where the connection is lost or stalls.
   Result<std::vector<Piece>> ReadPieces(
     std::span<const PieceId> ids, const Execution& execution = {}) const override;
   Result<std::vector<std::uint8_t>> Read(

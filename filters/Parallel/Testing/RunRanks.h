@@ -16,7 +16,7 @@ namespace kdstream::fixtures
 
 inline const std::string buildMpi = std::string(KDSTREAM_PROGRAMS) + "/kdstream-build-mpi";
 
-// How ranks are run in all tests: more than there are cores, as root, and not for ever.
+// How ranks are run in all tests: more ranks than cores, as root, and with a time limit.
 inline void SetUpRanks()
 {
   ::setenv("OMPI_ALLOW_RUN_AS_ROOT", "1", 1);

@@ -33,7 +33,7 @@ extern template Result<ExternalPartitions> PartitionByExternalOctree<double>(
   SpillFolder&, SpillFile&, const KdTreeOptions&, std::uint64_t, const Execution&);
 
 // Joins neighbouring partitions into blocks of at most `most` vertices, at least one partition
-// each. partitionBegin: the first rank of each partition, and the end. Returns the same of the
+// each. partitionBegin: the first rank of each partition, and the end. Returns that of the
 // blocks. O(partitions).
 std::vector<VertexId> JoinIntoBlocks(std::span<const VertexId> partitionBegin, std::uint64_t most);
 

@@ -146,7 +146,7 @@ TEST(TestGuessHomeView, AHeadIsNotSeenInProfile)
   }
 }
 
-// It has no foot to stand on, and would lie on its back as a file of this kind mostly has it.
+// The shape has no foot to stand on, and most files of this kind would have it lie on its back.
 TEST(TestGuessHomeView, WhatHasAFaceAheadStands)
 {
   const Mesh egg = Bag({}, 2,

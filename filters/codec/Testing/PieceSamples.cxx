@@ -97,7 +97,7 @@ std::string Sample(const Piece& piece, const CodecContext& context)
          "}\n";
 }
 
-// Places of corners; of an exact one u and v as they were given, too.
+// The places of corners; of an exact tile also u and v as they were given.
 std::string TextureSample(const TextureTile& tile, const std::vector<Triangle>& triangles)
 {
   const std::vector<std::uint8_t> blob = EncodeTextureTile(tile, triangles);

@@ -59,7 +59,7 @@ struct Blobs : testing::Test
   }
 };
 
-// Every byte in turn gets every other value; `decode` must refuse each, in words for its place.
+// Gives each byte every other value. `decode` must refuse each change, and name its place.
 template <class Decode>
 void ExpectEveryChangeIsRefused(const Bytes& whole, const std::string& name, const Decode& decode)
 {

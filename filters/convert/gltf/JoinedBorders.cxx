@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. edges, sorted; those that come once are on the border  2. cells as wide as the farthest
-// reach; each vertex looks into those around its own  3. without a near one it is one itself.
+// Steps: 1. sort the edges: those that occur once are on the border  2. make cells as wide as the
+// farthest reach, and search the cells around each vertex for a near place  3. a vertex without a
+// near place is a place itself.
 #include "filters/convert/gltf/JoinedBorders.h"
 
 #include "filters/core/Attribute.h"

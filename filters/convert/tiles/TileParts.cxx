@@ -39,7 +39,7 @@ public:
     {
       return Error{ ErrorCode::InputOutput, "cannot be read" };
     }
-    // Tiles that are left: composites have others in them, which come in their place.
+    // The tiles still to be read. A composite is replaced by the tiles that it contains.
     std::vector<GltfRange> left{ { 0, this->Size } };
     while (!left.empty())
     {

@@ -140,7 +140,7 @@ void ExpectEqual(const Piece& a, const Piece& b)
   EXPECT_EQ(a.attributes, b.attributes);
 }
 
-// What cutting other resolutions needs of a level 0 … S.
+// The part of a level 0 … S that is needed to cut other resolutions.
 VertexTreeLevel LinksOf(const VertexTreeLevel& level)
 {
   return { level.first, level.parents, {}, {}, {} };

@@ -104,7 +104,7 @@ TEST(CollapseLevels, ColoursKeepTheirEdges)
 
 TEST(CollapseLevels, FinestClustersPartAlongTheColors)
 {
-  const Mesh board = Checkerboard(11); // the tree's cells do not keep to its fields
+  const Mesh board = Checkerboard(11); // cells of the tree contain fields of both colours
   const BuiltLevels built = BuildAllLevels(board);
   std::vector<int> colorOf(built.levels.levels.back().positions.size(), -1);
   for (std::size_t v = 0; v < board.points.size(); ++v)

@@ -97,7 +97,7 @@ TEST(MeshDistance, SamplesAreUniformOverTheArea)
 
 TEST(MeshDistance, IsThatOfBruteForce)
 {
-  // From single points, of which the sample is known.
+  // A source of one point and no triangles is its own sample.
   const Mesh target = DisplacedSphere(4);
   std::mt19937 random(1);
   std::uniform_real_distribution<double> unit(-3, 3);

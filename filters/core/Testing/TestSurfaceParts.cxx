@@ -63,7 +63,7 @@ std::map<Surface::Source, std::optional<Surface::Source>> NodesBefore(
 
 TEST(SurfaceParts, AreTheSameWhateverWasShownBefore)
 {
-  // The second kind has levels below S of many pieces, the third a level S of few.
+  // The second tree has levels coarser than S in many pieces, the third a level S in a few.
   const std::pair<KdTreeOptions, unsigned> trees[] = { { { 60, {}, 8 }, 11 }, { { 40, {}, 8 }, 2 },
     { { 500, {}, 8 }, 1 } };
   for (const NamedMesh& named : AllMeshes())

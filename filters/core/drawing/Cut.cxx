@@ -152,7 +152,7 @@ private:
     }
   }
 
-  // The pieces in the nodes above are needed sooner or later: their vertices are above mostly.
+  // Names the pieces in the nodes above: most of the needed parent vertices are in these.
   void NameAbove(const std::vector<PieceId>& wanted)
   {
     for (const PieceId id : wanted)

@@ -32,7 +32,8 @@ Geomorph GeomorphOf(
   return moves ? std::make_shared<const PartGeomorph>(std::move(geomorph)) : nullptr;
 }
 
-// The geomorph of a part that has stayed: only normals change, by its neighbours' triangles.
+// The geomorph of a part that stays. Only its normals change, because triangles beside it have
+// changed.
 Geomorph GeomorphOfNormals(const DrawnSurface::Part& part, const DrawnSurface& before)
 {
   const auto& parts = before.Parts();

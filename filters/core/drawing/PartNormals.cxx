@@ -17,7 +17,8 @@ namespace kdstream
 namespace
 {
 
-// Calls visit(piece, begin, end) for each piece that lends a part points: these borrowed ones.
+// Calls visit(piece, begin, end) for each piece from which a part borrows points: [begin, end) of
+// part.borrowed.
 template <class Visit>
 void ForEachLender(const SurfacePart& part, const Visit& visit)
 {

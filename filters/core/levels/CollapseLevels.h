@@ -38,7 +38,7 @@ Result<std::vector<ClusterLevel>> BuildCoarserLevels(CollapseState state, unsign
   const TreeDepths& depths, const Box& box, const LevelOptions& options, SumsAside& aside,
   const Execution& execution = {});
 
-// What a mesh is to be collapsed to: at most this number of triangles, or of points; 0 = no limit.
+// The target of a collapse: at most this number of triangles, or of points; 0 = no limit.
 // At least one of them is not 0.
 struct CollapseTarget
 {

@@ -115,7 +115,7 @@ Status CollapseRound::MakeLists()
     this->ReportFrom(0.1, 0.7));
 }
 
-// Where the clusters of each block go by the merges that are taken: its neighbours need it.
+// Stores for each block where the taken merges put its clusters: neighbouring blocks need it.
 Status CollapseRound::KeepTargets()
 {
   if (this->Blocks.Count() == 1)

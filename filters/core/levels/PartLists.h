@@ -52,7 +52,7 @@ public:
   // Makes the lists of the wanted parts in all blocks, and exchanges what is known of them. enough:
   // as PartCollapse::Collapse. report(done): progress, 0-1.
   Status Make(const PartFilter& wanted, double enough, const std::function<Status(double)>& report);
-  // The same in one block of this process, without sharing.
+  // The same for only one block of this process. Does not exchange anything.
   Status MakeInBlock(std::size_t block, const PartFilter& wanted, double enough);
   // Exchanges what is known of the lists with other processes. Call it in all of them.
   Status Share();

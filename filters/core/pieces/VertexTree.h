@@ -81,8 +81,8 @@ struct VertexTree
 VertexTree NumberVertices(
   const KdTree& tree, ClusterLevels levels, const Execution& execution = {});
 
-// Which pieces of a resolution are to be cut, and what they need to know of the whole model: for a
-// mesh of which only a part is in memory.
+// The pieces of a resolution that are cut, and what they need to know of the whole model, where
+// only a part of it is in memory.
 struct ModelPart
 {
   std::size_t firstPiece = 0; // of the resolution's 2^PieceDepth, nodes ascending

@@ -221,7 +221,7 @@ private:
 bool IsScattered(std::span<const Triangle> triangles, std::span<const std::uint32_t> partitionOf)
 {
   constexpr std::size_t samples = 4096;
-  // Whether, of `count` things, the i-th and the next are mostly in different partitions.
+  // Whether most of `count` things are in another partition than the next one.
   const auto mostlyJumps = [&](std::size_t count, const auto& partition)
   {
     if (count < 2 * samples)

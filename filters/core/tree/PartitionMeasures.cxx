@@ -20,7 +20,7 @@ namespace kdstream
 namespace
 {
 
-// An edge as a triangle of a partition has it.
+// An edge of a triangle, with the partition of that triangle.
 struct PartitionEdge
 {
   VertexId a, b; // a < b

@@ -96,7 +96,7 @@ TEST_F(NewFileTest, IsThereWholeOrNotAtAll)
   EXPECT_EQ(NamesIn(this->Folder.Path), std::set<std::string>{ "out.json" });
 }
 
-// The names that programs have used for files on their way: links under them lead to others' files.
+// Links with the names of temporary files lead to files of other users.
 TEST_F(NewFileTest, NoLinkBesideItIsFollowed)
 {
   std::ofstream(this->Folder / "victim") << "precious";

@@ -357,8 +357,8 @@ void AddPlyProperties(std::span<const Attribute* const> arrays, PlyElement& elem
     taken[p] = p;
   }
   // An array whose properties would be read as something else gets its next names, the last of
-  // which are guarded. This can expose another array, so it is repeated until all are read back
-  // correctly; if all are guarded, they are.
+  // which are guarded. Its new names can change how another array is read, so this is repeated
+  // until all are read back correctly, as they are when all are guarded.
   std::vector<std::size_t> choice(arrays.size(), 0);
   for (bool again = true; again;)
   {

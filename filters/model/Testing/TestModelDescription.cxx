@@ -322,7 +322,7 @@ TEST(TestModelDescription, WhatServersDoNotSendIsOnlyInTheStore)
   ModelDescription model = Small();
   const std::string reported = WriteModel(model);
   model.input = "secret.ply";
-  model.inputDigest = std::string(32, 'a'); // by which who has a copy could tell that it is one
+  model.inputDigest = std::string(32, 'a'); // who has the input recognises it by this
   model.partitioner = "octree";
   model.welded = 7;
   EXPECT_EQ(WriteModel(model), reported);

@@ -252,7 +252,7 @@ TEST_F(TestBuildFolder, APhaseWithoutItsFilesIsNotFinished)
 {
   for (std::size_t phases = 1; phases <= 3; ++phases)
   {
-    // Each file that is there in turn: shorter, longer, gone.
+    // Each of the files in turn is made shorter, made longer, or removed.
     for (int damage = 0; damage < 3; ++damage)
     {
       this->Leave(phases);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a finished phase leaves besides its files comes back, buckets among it, or is refused.
+// The values that a finished phase keeps beside its files come back, or damaged ones are refused.
 #include "Testing/Fixtures/ErrorAt.h"
 #include "filters/outofcore/Testing/BuildFolders.h"
 #include "filters/outofcore/files/BucketFile.h"

@@ -71,7 +71,7 @@ std::optional<FolderOwner> OwnerOf(const std::string& name)
   return whole ? std::optional(owner) : std::nullopt;
 }
 
-// Whether no other machine can see these files, so that a lock is one against all.
+// Whether no other machine can see these files, so that a lock excludes all other processes.
 bool IsOnDiskOfMachine(int descriptor)
 {
   constexpr std::array<long, 7> disks{ 0xEF53, 0x58465342, 0x9123683E, 0x01021994, 0x794C7630,

@@ -307,7 +307,7 @@ Status BuildFolder::TakeUp(std::string_view fingerprint, bool resume)
   {
     for (const JournalFile& file : phase.files)
     {
-      // Also numbers of removed files: the journal names them until it is replaced.
+      // Numbers of removed files count too: the journal names them until it is replaced.
       next = file.number == JournalFile::noNumber ? next : std::max(next, file.number + 1);
     }
   }

@@ -194,7 +194,8 @@ private:
     return depth;
   }
 
-  // The triangles, of clusters or vertices, that a level's are the image of, in blocks.
+  // The finer triangles, of clusters or of vertices, from which a level's triangles are made. They
+  // come in blocks.
   struct Finer
   {
     std::size_t blocks = 0;

@@ -36,7 +36,7 @@ public:
   // The depth of a level's blocks: at most `most`, and small enough that each node of the next
   // coarser level is in one block.
   unsigned BlockDepthOf(unsigned level, unsigned most) const;
-  // Whether the level coarser than this one, the coarsest so far, is made in files. states: of it.
+  // Whether the next coarser level is made in files. level: the coarsest so far; states: its own.
   bool IsCoarserInFiles(const LevelFile& level, const LevelStates& states) const;
 
   // Appends the finest clusters of a block of the mesh, beginning with number firstCluster, and

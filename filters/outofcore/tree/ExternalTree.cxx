@@ -106,7 +106,7 @@ class Partition
 public:
   using Record = PointRecord<Scalar>;
 
-  // The lower half gets the keys below `rank` of the cell's.
+  // The lower half gets the first `rank` keys of the cell.
   Partition(const FileCell& cell, const KeyRange& median, std::uint64_t rank, SpillFile& to,
     const MemoryPlan& plan, bool wantBins)
     : Cell(cell)

@@ -36,7 +36,7 @@ BuildOptions Options(bool lossless = false)
   return options;
 }
 
-// As a survey has it: metres, far from the origin.
+// A mesh as of a survey: in metres, far from the origin.
 Mesh Survey()
 {
   Mesh mesh = Shuffled(HeightField(40), 3);

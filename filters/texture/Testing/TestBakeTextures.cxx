@@ -159,7 +159,7 @@ TEST(BakeTextures, LossIsWhatALoopOverTexelsFinds)
   TexturedMesh textured = Square(Grey(16, 16, texels));
   const Result<BakeReport> report = BakeTextures(textured);
   ASSERT_TRUE(report);
-  // Drawn finely, without sums that are multiplied out.
+  // The same error by sampling finely, without the sums that BakeTextures uses.
   const Attribute& colors = ColorsOf(textured);
   double sum = 0;
   constexpr int side = 512;

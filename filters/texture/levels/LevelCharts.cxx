@@ -22,7 +22,7 @@ constexpr int turns = 8;                        // of the axes, within a quarter
 
 using ChartPlace = std::array<double, 2>;
 
-// An edge as each of its triangles has it.
+// An edge, once for each of its triangles.
 struct ChartEdge
 {
   std::uint64_t vertices; // the lower vertex in the upper half

@@ -313,8 +313,8 @@ TEST_F(Faulty, AFolderThatHangsAtTheStart)
   EXPECT_EQ(serve.Wait(), 0);
 }
 
-// Files of the server itself: keys, certificate, logs, quotas, pages. Each alone, as the first that
-// hangs would hide the others.
+// Files of the server itself: keys, certificate, logs, quotas, pages. One at a time: the first one
+// that hangs would hide the others.
 TEST_F(Faulty, FilesOfItsOwnThatHang)
 {
   const auto hanging = this->folder / "hangs";

@@ -177,7 +177,7 @@ TEST_F(Server, RefusesWhatIsNotARequest)
   EXPECT_EQ(statusOf("GET /" + std::string(20000, 'x') + " HTTP/1.1\r\nHost: a\r\n\r\n"), 431u);
 }
 
-// What a proxy could take for another request than the server does, and what it waits for in vain.
+// Requests that a proxy could read differently from the server, or for whose end it would wait.
 TEST_F(Server, RefusesWhatIsMoreThanOneRequest)
 {
   const auto port = this->Start();
@@ -258,7 +258,7 @@ TEST_F(Server, HalfARequestIsLogged)
 
 TEST_F(Server, SurvivesHostileBytes)
 {
-  this->options.requestTimeout = std::chrono::milliseconds(100); // some are no whole request
+  this->options.requestTimeout = std::chrono::milliseconds(100); // some are not whole requests
   const auto port = this->Start();
   RandomMessages random(13);
   const std::string good =
@@ -304,7 +304,7 @@ TEST_F(Server, AnswersForTheHostsThatAreSpecified)
   EXPECT_EQ(statusFor("10.0.0.7", "/healthz"), 200u);
 }
 
-// Names that a stranger may have, of whom a page has this machine asked (DNS rebinding).
+// A stranger's page may have a name that leads to this machine (DNS rebinding).
 TEST_F(Server, AnswersNoStrangersNameAtLoopback)
 {
   this->options.admin = ListenAddress{};

@@ -459,7 +459,7 @@ TEST_F(ServedTiles, CloudsAndStoresWithoutLevels)
 // A piece that cannot be read is the server's failure, and nothing of it is kept.
 TEST_F(ServedTiles, DamageIsNotATile)
 {
-  MemoryCatalog memory; // whose blobs are no pieces
+  MemoryCatalog memory; // its blobs are not pieces
   memory.Add("hill", 1, 4, 3000);
   const Routes others(memory, this->metrics, {});
   const HttpRequest request{ "GET", this->base + "tileset.json", "", "", "" };

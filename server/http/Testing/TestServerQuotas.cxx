@@ -164,7 +164,7 @@ TEST_F(QuotaServer, AFileThatIsLockedDelaysOnlyThoseWhoTakeWhateverTheyHave)
   EXPECT_EQ(reader.Receive()->status, 200u);
 }
 
-// Where the range lies beyond the partition nothing is sent, nor counted; however many wait.
+// For a range beyond the partition nothing is sent or counted, however many requests wait.
 TEST_F(QuotaServer, AFileThatIsLockedDelaysNoRangeThatLiesBeyond)
 {
   this->options.threads = 1;

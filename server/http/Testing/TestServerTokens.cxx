@@ -101,7 +101,7 @@ TEST_F(Tokens, AllowWhatTheySayByGet)
   EXPECT_EQ(piece.Field("Vary"), "Authorization");
   const auto partition = this->Blob(BlobId::Partition(3));
   EXPECT_EQ(this->Get(partition, levels).status, 403u);
-  // Nor that one has it already.
+  // It does not even say that the client has the blob already.
   EXPECT_EQ(this->Get(partition, levels + "If-None-Match: *\r\n").status, 403u);
   EXPECT_EQ(HttpTestClient(this->port).Get(partition, levels, "HEAD")->status, 403u);
   EXPECT_EQ(this->Get(partition, Bearer(Token("regions"))).status, 200u);
@@ -142,7 +142,7 @@ TEST_F(Tokens, AllowWhatTheySayOnAStream)
   EXPECT_FALSE(region.begin) << "which partitions it has";
 }
 
-// The promise: within a second. A client that loads, and one that waits for nothing.
+// The promise: a stream ends within a second. One client loads, the other one is idle.
 TEST_F(Tokens, EndAStreamWhenTheyExpireOrAreRevoked)
 {
   using Clock = std::chrono::steady_clock;

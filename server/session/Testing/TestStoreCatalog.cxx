@@ -469,7 +469,7 @@ TEST_F(Folder, AReloadKeepsWhatHasNotChangedAndWhatCannotBeReplaced)
   EXPECT_TRUE(sheet->ReadBlob(BlobId::Partition(0)));
 }
 
-// Many that go at once do so while the folder is read: they are gone, no more is to be said.
+// Stores that vanish while the folder is read are gone; nothing more is reported.
 TEST_F(Folder, AStoreThatGoesWhileTheFolderIsReadIsGone)
 {
   std::ofstream(this->folder / "first.kds") << "nonsense";

@@ -159,7 +159,7 @@ TEST(TestServerLine, APatientLineTriesForAsLongAsItTakesAndAsksAgainForWhatIsOut
 namespace
 {
 
-// A line that streams, with model m open, to which nothing is outstanding.
+// Makes the line stream, with model m open and no outstanding requests.
 void StreamAtRest(ServerLine& line)
 {
   Stream(line, 0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is said where a model has not the array that its colours are to be by.
+// The message where a model does not have the array that is requested for its colours.
 #include "viewer/desktop/CheckColors.h"
 
 #include <gtest/gtest.h>

@@ -48,7 +48,7 @@ private:
     std::optional<std::size_t> index;
     std::string title, text;
     std::string oldTitle{}, oldText{};
-    bool isNew = true; // and has not had the keys yet
+    bool isNew = true; // the fields have not had the keyboard focus yet
   };
   void DrawFields(Fields& fields, const std::string& model, NotesWishes& wishes);
   void Edit(const std::string& model, std::optional<std::size_t> index, const Note& note);

@@ -91,7 +91,7 @@ SourceOpening::~SourceOpening()
   }
   if (this->IsServer)
   {
-    this->Thread.detach(); // a server that says nothing may take 40 s
+    this->Thread.detach(); // a server that does not answer may hold it for 40 s
   }
   else
   {

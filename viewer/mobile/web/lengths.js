@@ -7,7 +7,7 @@ const metres = { pm: 1e-12, nm: 1e-9, "µm": 1e-6, mm: 1e-3, cm: 1e-2, m: 1, km:
 const aliases = { "μm": "µm", um: "µm", micron: "µm", microns: "µm", millimetre: "mm", millimeter: "mm", centimetre: "cm",
   centimeter: "cm", metre: "m", meter: "m", metres: "m", meters: "m", kilometre: "km", kilometer: "km" };
 const smallestFirst = Object.keys(metres);
-const mostDigits = 5; // of a length that is exact: nobody reads more
+const mostDigits = 5; // even of an exact length: nobody reads more
 
 // A unit in which `size` is from 1 to 1000, if there is one, and what to multiply by. Another unit than these stays as it is.
 export function readableUnit(size, unit) {

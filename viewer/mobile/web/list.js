@@ -14,7 +14,7 @@ let pages = ""; // the folder where each model has a page of its own, or none
 // The address that names a model, where there is one.
 export const pageOf = (id) => pages && root + pages + id;
 
-// Without what would turn round the text behind it.
+// Without characters that would change the direction of the text after it.
 export const nameOf = ({ title, id }) => title?.replace(/[\u202a-\u202e\u2066-\u2069]/g, "").trim() || id;
 
 // Reads models and site from a list that the viewer has accepted; other members are ignored.

@@ -126,7 +126,7 @@ export function showMessage(message) {
   return true;
 }
 
-// The last thing that is said: there is nothing to go on with.
+// A message after which the viewer cannot continue.
 export function showEnd(text) {
   showMessage({ text, stays: true, ...reload() });
 }

@@ -27,7 +27,7 @@ export function loadStyle() {
 
 export class Rest {
   failed = false; // loading failed and is tried again
-  outdated = false; // the server has that of another version
+  outdated = false; // the server has another version of the part
   awaited = 0; // the number of callers that wait for the part
 
   #bytes = 0; // bytes of the part that have arrived

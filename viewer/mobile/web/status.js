@@ -91,7 +91,7 @@ function showHint({ mode, shownLevel, original, region, measuring, tool }, wrong
   say(find("hint"), needed ? words : "");
 }
 
-// Before there is a picture, or before what a person wants can be done.
+// Shows progress until there is a picture, or until what the user wants can be done.
 function showWhatComes({ model, shownLevel, blobsLoaded, blobsWanted, waits, error }, wrong) {
   if ((rest.awaited || (waits && shownLevel === null)) && !wrong) {
     showLoading(t("Loading the viewer"), rest.part());

@@ -68,7 +68,7 @@ export function t(text, values = {}) {
   return fill(typeof found === "object" ? found[plurals.select(values.n)] ?? found.other : found, values);
 }
 
-// The same of a whole sentence that somebody else has made.
+// The translation of a whole sentence that another program has made.
 export function translated(sentence) {
   for (const [pattern, text] of sentences) {
     const found = pattern.exec(sentence);

@@ -67,7 +67,7 @@ TEST(TestBlobHistory, KeepsTheNewest)
   EXPECT_EQ(history.Entries()[0].renderingSeconds, 4);
   EXPECT_EQ(history.Entries()[1].renderingSeconds, 0);
   EXPECT_EQ(history.Entries()[2].renderingSeconds, 4);
-  // What is forgotten between the two ends of a frame is left out of it.
+  // An entry that is forgotten while a frame is drawn does not get its time.
   history.Add(Id(6), Entry(6, 0));
   history.BeginFrame({ Id(4), Id(6) });
   history.Add(Id(7), Entry(7, 0));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What mouse and keys stand for, as the recognizer of gestures takes it.
+// Mouse and keys become the touches that the recognizer of gestures takes.
 #include "viewer/session/InputTouches.h"
 
 #include <gtest/gtest.h>

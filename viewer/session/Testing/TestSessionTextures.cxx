@@ -56,7 +56,8 @@ const MemoryServer& TexturedLevels()
   return server;
 }
 
-// Each vertex of the original is where its tile has it. How many parts are painted.
+// Checks that the tile of each vertex of the original agrees with its place. Returns how many parts
+// are textured.
 std::size_t CountTexturedParts(const ViewerSession& session)
 {
   const ViewerScene scene = session.Scene();

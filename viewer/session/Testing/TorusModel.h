@@ -46,7 +46,7 @@ struct TorusModel
     ASSERT_TRUE(decoded) << decoded.GetError().message;
     this->model.Add(std::move(*decoded));
   }
-  // Draws the preview, and these in it; all of them come.
+  // Draws the preview and these pieces, which are all loaded.
   void Show(const std::vector<PieceId>& pieces = {})
   {
     this->Take(this->model.Preview());

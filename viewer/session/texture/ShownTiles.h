@@ -60,7 +60,7 @@ public:
   void Retry() { this->Failed.clear(); }
   void Retry(const protocol::BlobId& blob) { this->Failed.erase(blob); }
 
-  // Never null; another object whenever other tiles are there.
+  // The loaded tiles, never null. A change of the tiles gives a new object.
   const std::shared_ptr<const TileList>& Tiles() const { return this->Here; }
   // The bytes of the tiles as they arrived, and of their corners.
   std::size_t Bytes() const { return this->Held; }

@@ -90,7 +90,7 @@ bool MeasureTool::MeasureAt(const Ray& ray, double slack)
 // The end of a distance that a ray gives.
 std::optional<SurfaceHit> MeasureTool::EndOn(const Ray& ray, double slack) const
 {
-  constexpr double near = 0.5; // of a finger: on the outline is meant
+  constexpr double near = 0.5; // of the width of a finger: nearer hits mean the outline
   auto hit = this->Model.Pick(ray, slack);
   if (hit && hit->part == ShownSection::capPart)
   {

@@ -337,7 +337,7 @@ TYPED_TEST(MeshPartition, PassesDataOfEveryKind)
   }
 }
 
-// As on one rank of several: cells that are others' are not cut, nor the points that only they use.
+// As on one rank of several: cells of other ranks, and points that only these use, are not cut.
 TYPED_TEST(MeshPartition, GhostsInTheInputAreDropped)
 {
   const PolyData input = MakePlate(20); // rows of 20 points, and of 38 triangles

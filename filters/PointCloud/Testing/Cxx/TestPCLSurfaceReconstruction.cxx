@@ -248,7 +248,7 @@ TEST(PCLSurfaceReconstruction, InputNormalsSayWhatIsOutside)
   for (std::size_t i = 0; i < points.size(); ++i)
   {
     const Place& p = points[i];
-    // Some have none, and take their neighbours' side.
+    // Some points have no normal, and take the side of their neighbours.
     const float tuple[] = { i % 5 == 0 ? nan : float(-p[0]), float(-p[1]),
       i % 7 == 0 ? nan : float(-p[2]) };
     inward->InsertNextTypedTuple(tuple);

@@ -271,7 +271,7 @@ struct AbortWhen
   }
 };
 
-// No timeout is shorter than this test may be: what does not stop hangs it.
+// The timeout is longer than this test may take: an update that does not stop hangs it.
 TEST_F(TestKdStreamSource, EveryOutputStopsWhileNothingComes)
 {
   std::shared_ptr<SilentModel> silent;
