@@ -243,24 +243,6 @@ test("another version's second part is not taken", async () => {
   assert.notEqual(shownLevel, null);
 });
 
-test("a page that is older than its server's pieces says so", async () => {
-  await visit.page.addInitScript(() => {
-    window.WebSocket = class {
-      constructor() {
-        throw new Error("pieces come by GET here");
-      }
-    };
-  });
-  await visit.page.route(/\/(levels|partitions|tree|boxes)\//, async (route) => {
-    const response = await route.fetch();
-    const body = Buffer.from(await response.body());
-    body[3] = 99; // the codec's version
-    await route.fulfill({ response, body });
-  });
-  await visit.open(server.url);
-  await visit.untilSaid(/^There is a newer version of this viewer\.$/);
-});
-
 // Normally not needed: a function of the second part is called before that part has come.
 async function callEarly() {
   await visit.page.addInitScript(() => {
