@@ -84,7 +84,8 @@ else()
       DESCRIPTION "With it kdstream-build reads VTK, glTF, VRML, PCD, LAS and text formats,\nand reconstructs surfaces from point clouds. It needs VTK and the Point\nCloud Library.")
   endif()
   if(TARGET kdstream-build-mpi)
-    kdstream_package(mpi PACKAGE kdstream-mpi SECTION science RECOMMENDS "mpi-default-bin"
+    # Open MPI starts no program without its helpers, not even a single rank.
+    kdstream_package(mpi PACKAGE kdstream-mpi SECTION science DEPENDS mpi-default-bin
       SUMMARY "builds KdStream stores on several machines"
       DESCRIPTION "kdstream-build-mpi builds a store by the ranks of an MPI job.")
   endif()

@@ -5,6 +5,7 @@
 #include "Testing/Fixtures/TemporaryFolder.h"
 
 #include <array>
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>

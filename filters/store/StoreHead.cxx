@@ -100,7 +100,9 @@ Result<int> CheckHeader(Bytes page)
     return Error{ ErrorCode::Unsupported,
       "store version " + std::to_string(static_cast<std::int32_t>(version)) +
         "; this program reads versions " + std::to_string(oldestStoreVersion) + " to " +
-        std::to_string(newestStoreVersion) + ": build the store again" };
+        std::to_string(newestStoreVersion) +
+        (version > newestStoreVersion ? ": a newer KdStream wrote it; update this one"
+                                      : ": build the store again") };
   }
   const std::size_t pageBytes = PageBytesOfStore(static_cast<int>(version));
   if (NumberAt(page, 16, 2) != pageBytes || page[20] != 0)

@@ -7,6 +7,7 @@
 #include "Testing/EndToEnd/ProgramsTest.h"
 #include "filters/texture/WritePicture.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>

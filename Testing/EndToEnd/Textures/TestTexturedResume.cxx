@@ -5,6 +5,7 @@
 #include "filters/model/JsonReader.h"
 #include "filters/texture/WritePicture.h"
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdio>

@@ -5,6 +5,7 @@
 #include "filters/outofcore/Testing/BuildFolders.h"
 #include "filters/outofcore/journal/BuildFingerprint.h"
 
+#include <chrono>
 #include <fstream>
 
 using namespace kdstream;

@@ -20,7 +20,7 @@ const reload = () => ({ label: t("Reload"), act: () => location.reload() });
 
 // The session's message about a failed part, for users who do not know of parts.
 function partSentence(error, name) {
-  const [, part, why] = error.match(/^((?:tree|boxes|levels|partitions|textures|level-textures)\/\S+) of \S+ cannot be loaded: (.*)$/s) ?? [];
+  const [, part, why] = error.match(/^([a-z-]+\/\S+) of \S+ cannot be loaded: (.*)$/s) ?? [];
   return sentence(part && !isRefusal(why)
     ? t("a part of “{name}” is missing ({part}): {why}", { name, part, why: inPlainWords(why) })
     : inPlainWords(part ? why : error));
@@ -79,7 +79,7 @@ export function findMessage(situation) {
       ? t("“{name}” is not stored on this device, and the server cannot be reached.", { name })
       : t("The server cannot be reached. Stored data is shown."), good: !missing, ...again };
   }
-  if (situation.rest.outdated) {
+  if (situation.rest.outdated || /unknown codec/.test(status.error)) {
     return { text: t("There is a newer version of this viewer."), ...reload() };
   }
   if (situation.rest.failed) {
