@@ -523,13 +523,13 @@ TEST_F(TestTolerance, TheFirstColumnOfPointsMayBeANumberOrATime)
   EXPECT_NE(this->Built("in.xyz", { { "columns_guessed", 1 } })[0].find("they could be"),
     std::string::npos);
   EXPECT_EQ(this->Convert("in.xyz", { "--strict", "--columns", "x y z i" }).err, "");
-  // Colours show that x y z are before them; and rasters go slowly along x.
-  for (const std::string& text : { lines([](int i) { return i; }, "").insert(0, "x y z i\n"),
-         lines([](int i) { return i / 10; }, "") })
-  {
-    this->WriteText("in.xyz", text);
-    EXPECT_EQ(this->Built("in.xyz", nlohmann::json::object()), Warnings{});
-  }
+  // Names decide. A raster goes slowly along x: so might a class. Colours show that x y z are
+  // before them.
+  this->WriteText("in.xyz", lines([](int i) { return i; }, "").insert(0, "x y z i\n"));
+  EXPECT_EQ(this->Built("in.xyz", nlohmann::json::object()), Warnings{});
+  this->WriteText("in.xyz", lines([](int i) { return i / 10; }, ""));
+  EXPECT_NE(this->Built("in.xyz", { { "columns_guessed", 1 } })[0].find("could be a class"),
+    std::string::npos);
   this->WriteText("in.xyz", "1 2 3 9 8 7\n2 5 4 9 8 7\n3 6 9 1 2 3\n");
   EXPECT_EQ(ValuesOf(this->Converted("in.xyz"), "RGB").size(), 9U);
 }
