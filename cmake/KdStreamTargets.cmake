@@ -35,7 +35,8 @@ endif()
 # With the sanitizers' checks, code compiles in less than half of the time where it is not optimised: so only what computes is, and
 # tests that are loops.
 set(KDSTREAM_COMPUTING kdstream_core kdstream_codec kdstream_texture kdstream_meshio kdstream_build kdstream_outofcore
-  kdstream_baselines kdstream_baselinestores kdstream_fixtures kdstream_model kdstream_protocol kdstream_store)
+  kdstream_baselines kdstream_baselinestores kdstream_fixtures kdstream_model kdstream_page kdstream_protocol
+  kdstream_store kdstream_tiles)
 
 # Every target of ours: C++20, strict warnings, no fused multiply-add (the same bits everywhere:
 # doc/design.md#deterministic).
