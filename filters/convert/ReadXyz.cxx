@@ -844,7 +844,7 @@ private:
   }
 
   // Whether the first column may be a class before x y z: a few whole numbers, some twice, before
-  // three columns with fractions that are no colour and no normal.
+  // three columns with fractions that are neither colours nor normals.
   bool MayBeginWithClass(const XyzLayout& plain) const
   {
     constexpr std::size_t fewest = 20, most = 32;
