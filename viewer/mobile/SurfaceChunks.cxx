@@ -117,10 +117,12 @@ bool ChunkCutter::NextOfTextured(SurfaceChunk& chunk)
   {
     return false;
   }
-  for (const VertexId point : textured.points)
+  const UnitNormals normals = NormalsOf(textured, this->Drawn, this->Normals);
+  for (std::size_t i = 0; i < textured.points.size(); ++i)
   {
-    this->Append(chunk, point);
-    this->AppendGeomorph(chunk, point);
+    this->Append(chunk, textured.points[i]);
+    this->AppendGeomorph(chunk, textured.points[i]);
+    chunk.vertices.back().normal = normals.empty() ? 0 : PackNormal(normals[i]);
   }
   for (const Triangle& t : textured.triangles)
   {

@@ -220,16 +220,6 @@ Surface Split(const Surface& surface, const TexturedCorners& textured)
   return split;
 }
 
-UnitNormals Split(const UnitNormals& normals, const TexturedCorners& textured)
-{
-  UnitNormals split;
-  for (std::size_t i = 0; i < textured.points.size() && !normals.empty(); ++i)
-  {
-    split.push_back(normals[textured.points[i]]);
-  }
-  return split;
-}
-
 // The picture's first row is the image's lowest: places go down from it as coordinates go up.
 vtkSmartPointer<vtkFloatArray> Places(const TexturedCorners& textured)
 {
@@ -293,7 +283,8 @@ bool ScenePart::ShowTextured(const SurfacePart& part, const UnitNormals& normals
   const TexturedCorners textured =
     TexturedCornersOf(part.surface, part.corners, *textureSource.tile);
   const auto texture = this->Texture; // Show releases it
-  this->Show(Split(part.surface, textured), Split(normals, textured), depths, center, style);
+  this->Show(Split(part.surface, textured), NormalsOf(textured, part.surface, normals), depths,
+    center, style);
   this->Texture = texture;
   this->Tile = textureSource.tile;
   this->Drawn->GetPointData()->SetTCoords(Places(textured));

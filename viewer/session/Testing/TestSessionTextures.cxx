@@ -222,6 +222,62 @@ TEST(TestTexturedCorners, AVertexForEachPlace)
   EXPECT_FALSE(CanTexture(surface, {}, tile));
 }
 
+// Two walls at a right angle, in a chart each, and a third triangle that goes on behind one of them.
+struct Corner
+{
+  Surface surface;
+  TextureTile tile{ 10, 10, TileImage::Png, {}, {} };
+  std::vector<std::uint32_t> corners{ 0, 3, 6 };
+
+  explicit Corner(Resolution resolution)
+  {
+    this->surface.points = { { 0, 0, 0 }, { 0, 1, 0 }, { 1, 0, 0 }, { 0, 0, -1 }, { 1, 1, 0.1 } };
+    this->surface.triangles = { { 0, 2, 1 }, { 0, 1, 3 }, { 1, 2, 4 } };
+    this->surface.sources.assign(5, { resolution });
+    this->tile.corners = { { { { 1, 1 }, { 2, 1 }, { 1, 2 } } },
+      { { { 5, 1 }, { 5, 2 }, { 6, 1 } } }, { { { 1, 2 }, { 2, 1 }, { 2, 2 } } } };
+  }
+};
+
+TEST(TestTexturedCorners, LevelsHaveANormalForEachSideOfASharpEdge)
+{
+  const Corner corner(Resolution::Level(5));
+  const TexturedCorners textured =
+    TexturedCornersOf(corner.surface, corner.corners, corner.tile);
+  const UnitNormals shared =
+    ComputeVertexNormals(corner.surface.points, corner.surface.triangles);
+  const UnitNormals normals = NormalsOf(textured, corner.surface, shared);
+  ASSERT_EQ(textured.points, (std::vector<VertexId>{ 0, 2, 1, 0, 1, 3, 4 }));
+  EXPECT_EQ(normals[0], (std::array<float, 3>{ 0, 0, 1 }));
+  EXPECT_EQ(normals[1], shared[2]) << "one vertex";
+  EXPECT_GT(normals[2][2], 0.9f) << "of both triangles of the chart";
+  EXPECT_LT(normals[2][2], 1.0f);
+  EXPECT_EQ(normals[3], (std::array<float, 3>{ -1, 0, 0 }));
+  EXPECT_EQ(normals[4], (std::array<float, 3>{ -1, 0, 0 }));
+  EXPECT_TRUE(NormalsOf(textured, corner.surface, {}).empty());
+}
+
+TEST(TestTexturedCorners, TheOriginalAndSmoothEdgesHaveOneNormal)
+{
+  Corner corner(Resolution::Original());
+  const TexturedCorners textured =
+    TexturedCornersOf(corner.surface, corner.corners, corner.tile);
+  const auto expectShared = [&]
+  {
+    const UnitNormals shared =
+      ComputeVertexNormals(corner.surface.points, corner.surface.triangles);
+    const UnitNormals normals = NormalsOf(textured, corner.surface, shared);
+    for (std::size_t i = 0; i < normals.size(); ++i)
+    {
+      EXPECT_EQ(normals[i], shared[textured.points[i]]) << i;
+    }
+  };
+  expectShared();
+  corner.surface.sources.assign(5, { Resolution::Level(5) });
+  corner.surface.points[3] = { -1, 0, -0.3 }; // 17 degrees
+  expectShared();
+}
+
 // Hostile: a hub with another place in each of its triangles costs no square of their number.
 TEST(TestTexturedCorners, APointInManyPlaces)
 {

@@ -12,6 +12,8 @@ namespace
 // Texture places of a point that are compared; with more of them, vertices are repeated.
 constexpr unsigned mostPlaces = 64;
 
+constexpr float smooth = 0.94f; // cosine, to a point's normal
+
 }
 
 bool CanTexture(
@@ -59,6 +61,36 @@ TexturedCorners TexturedCornersOf(
     textured.triangles.push_back(triangle);
   }
   return textured;
+}
+
+UnitNormals NormalsOf(
+  const TexturedCorners& textured, const Surface& surface, const UnitNormals& normals)
+{
+  UnitNormals split;
+  if (normals.empty())
+  {
+    return split;
+  }
+  std::vector<Vec3> points;
+  std::vector<VertexId> vertices(surface.points.size());
+  for (const VertexId point : textured.points)
+  {
+    points.push_back(surface.points[point]);
+    ++vertices[point];
+  }
+  split = ComputeVertexNormals(points, textured.triangles);
+  for (std::size_t i = 0; i < split.size(); ++i)
+  {
+    const VertexId point = textured.points[i];
+    const auto &own = split[i], &shared = normals[point];
+    const float cosine = own[0] * shared[0] + own[1] * shared[1] + own[2] * shared[2];
+    if (vertices[point] == 1 || cosine > smooth || own == std::array<float, 3>{} ||
+        surface.sources[point].resolution.IsOriginal())
+    {
+      split[i] = shared;
+    }
+  }
+  return split;
 }
 
 }
