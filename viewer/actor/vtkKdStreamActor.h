@@ -55,10 +55,10 @@
 #include "vtkAssembly.h"
 #include "vtkKdStreamViewerActorModule.h" // for the export macro
 #include "vtkNew.h"                       // for the property
-#include "vtkWeakPointer.h"               // for who draws it
+#include "vtkWeakPointer.h"               // for the renderer and the interactor
 
 #include <array>  // for tiles
-#include <memory> // for what is open
+#include <memory> // for the stream
 #include <string> // for names
 
 class vtkProperty;
