@@ -3,7 +3,7 @@
 //
 // 1. request what the renderer's camera needs
 // 2. take in what has arrived
-// 3. draw the parts that have changed anew
+// 3. draw again the parts that have changed
 // 4. set a timer if more is to arrive.
 #include "vtkKdStreamActor.h"
 

@@ -35,7 +35,7 @@ public:
     this->FramesPutOff = arrived ? this->FramesPutOff + 1 : 0;
     return arrived && this->FramesPutOff <= mostPutOff;
   }
-  // Whether PutsOff returned true because of the last frame's blobs, or would have.
+  // Whether blobs arrived in the last frame, and the surface must still be made from them.
   bool IsPuttingOff() const { return this->FramesPutOff > 0; }
 
   // Call this when a surface was made that a later frame will draw. seconds: the time to make it; 0

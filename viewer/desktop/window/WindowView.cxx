@@ -22,7 +22,7 @@ namespace kdstream
 namespace
 {
 
-constexpr double turningSpeed = 2 * std::numbers::pi / 16; // radians a second
+constexpr double turningSpeed = 2 * std::numbers::pi / 16; // radians per second
 constexpr double noteSeconds = 4;
 constexpr int titleLayer = 3, previewLayer = 2, modelLayer = 1;
 

@@ -358,8 +358,7 @@ extern "C"
       detail == 1 ? kdstream::DetailMode::Level : kdstream::DetailMode::View);
   }
 
-  // Whether anything moves by itself: new vertices morph, and the camera coasts when it is
-  // released.
+  // Whether anything moves by itself: new vertices morph, and a released model continues to turn.
   EMSCRIPTEN_KEEPALIVE void ViewerSetMotion(WebViewer* viewer, bool motion)
   {
     viewer->picture.SetGeomorphs(motion);
