@@ -60,16 +60,16 @@ public:
   const std::optional<Cut>& GetCut() const { return this->Shown; }
   // Whether all of the partition is drawn as the original. O(log partitions).
   bool IsRefined(std::uint32_t partition) const { return this->Refined.count(partition) != 0; }
-  // The finest resolution of which anything is drawn.
+  // The finest resolution in what is drawn.
   std::optional<Resolution> Finest() const { return this->FinestDrawn; }
   // The pieces that the shown cut needs.
   const std::set<PieceId>& Pieces() const { return this->Used; }
 
-  // Draws what has changed of the shown cut; true if there is another surface. Errors: those of
-  // SurfaceParts, if pieces were evicted: pin Pieces().
+  // Draws what has changed in the shown cut; true if the surface is another one now. Errors: those
+  // of SurfaceParts, if pieces were evicted: pin Pieces().
   Result<bool> Draw(PieceCache& pieces);
   bool NeedsDrawing() const { return this->Dirty; }
-  // Whether the parts of the next surfaces morph from the one before.
+  // Whether the parts of each later surface morph from the surface before it.
   void SetGeomorphs(bool geomorphs)
   {
     this->Geomorphs = geomorphs;
