@@ -76,9 +76,8 @@ private:
   std::set<PieceId> FailedPieces;
   std::set<protocol::BlobId> FailedTree;
   std::map<protocol::BlobId, std::string> Lost; // with the reason
-  std::set<protocol::BlobId>
-    AskedAgain; // nothing lost is requested again until one of these arrives
-  std::map<PieceId, std::string> Doubtful; // with the message
+  std::set<protocol::BlobId> AskedAgain;        // until one arrives, lost blobs wait
+  std::map<PieceId, std::string> Doubtful;      // with the message
   std::string Last;
 };
 

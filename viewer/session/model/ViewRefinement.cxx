@@ -99,8 +99,8 @@ ViewRefinement::ViewRefinement(const ModelDescription& model, const RefinementOp
     const Step& above = this->Steps[i - 1];
     const double pieces =
       std::ldexp(1.0, static_cast<int>(this->Steps[i].depth) - static_cast<int>(above.depth));
-    const double leap = this->Steps[i].vertices * pieces / std::max(above.vertices, 1.0) /
-                        2; // 1: twice as many vertices
+    const double leap =
+      this->Steps[i].vertices * pieces / std::max(above.vertices, 1.0) / 2; // 1: twice as many
     const double root = std::sqrt(std::sqrt(std::max(leap, 1.0)));
     this->Steps[i].leap = root * std::sqrt(root);
   }
@@ -338,7 +338,8 @@ void ViewRefinement::Want(PieceId piece, double urgency)
 }
 
 // Until a wanted piece finer than S arrives, also wants the loaded pieces below it, and the finest
-// loaded piece above it. If none is loaded above it, a coarser piece is wanted first.
+// loaded piece above it. If none is loaded between it and S, a piece three steps coarser is fetched
+// first (View::inSteps).
 void ViewRefinement::WantIntermediate(
   PieceId piece, const View& view, const std::set<PieceId>& failed)
 {
