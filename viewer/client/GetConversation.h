@@ -24,7 +24,7 @@ public:
   std::optional<HttpFetch> Next();
   // The answer to the last Next. Errors of the connection are the errors of the request.
   void Receive(const Result<HttpReply>& reply, double now);
-  // Call instead of Receive: what the last Next asked for will be asked for again.
+  // Call instead of Receive: Next will return the same request again.
   void PutBack();
   // Whether all is done.
   bool IsIdle() const { return !this->Current && this->Waiting.empty(); }

@@ -102,7 +102,7 @@ private:
       });
   }
 
-  // Continues with the answer in what has arrived so far; `error` is the socket's.
+  // Parses as much of the answer as has arrived; `error` is the socket's.
   void Parse(error_code error)
   {
     if (error == asio::error::eof && this->Parser->got_some())

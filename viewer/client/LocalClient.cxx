@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Stores of this machine as a session's source. Step "receive" of the pipeline picture.
+// Stores on this machine as a session's source. Step "receive" of the pipeline picture.
 #include "viewer/client/LocalClient.h"
 
 #include "filters/core/CaughtError.h"

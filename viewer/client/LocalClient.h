@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Stores of this machine as a session's source: reads from the file what a server would send, on a
+// Stores on this machine as a session's source: reads from the file what a server would send, on a
 // thread of its own. Step "receive" of the pipeline picture.
 #pragma once
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where a session's models come from: a server, or files of this machine. Step "receive" of the
+// Where a session's models come from: a server, or files on this machine. Step "receive" of the
 // pipeline picture.
 #pragma once
 

@@ -28,7 +28,7 @@ struct ServerLineOptions
   // nothing is outstanding, it connects with the next Send (a patient line also after idleRetry
   // seconds), and reports no trouble, so that not all clients come back at the same time after a
   // server's restart. If connecting fails:
-  // - not patient: everything that is outstanding fails, and the next Send connects anew;
+  // - not patient: everything that is outstanding fails, and the next Send connects again;
   // - patient: nothing fails. The line tries again after firstRetry seconds, then after twice this
   //   time, and so on, up to longestRetry, until it succeeds. GETs that cannot reach a server are
   //   repeated in the same way.
@@ -102,8 +102,7 @@ public:
   // Makes the next Tick try again, without waiting any longer.
   void RetryNow();
 
-  // ---- what comes out
-  // What to do since the last call, in order.
+  // ---- outputs What to do since the last call, in order.
   std::vector<Action> TakeActions();
   // The events for the session since the last call, in order.
   std::vector<ClientEvent> TakeEvents();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The camera: where one looks from. Step "navigate" of the pipeline picture.
+// The camera: where the user looks from. Step "navigate" of the pipeline picture.
 #include "viewer/session/Camera.h"
 
 #include <algorithm>
@@ -191,8 +191,8 @@ void Camera::Rotate(double fromX, double fromY, double toX, double toY)
   this->Turn = this->Turn.After(ball.Inverse());
 }
 
-// Computes the orientation anew from the view direction: right, which is horizontal, and the
-// elevation. So rounding errors never accumulate to a tilted horizon.
+// Computes the new orientation only from the direction to the right, which is horizontal, and from
+// the elevation. So rounding errors never add up to a tilted horizon.
 void Camera::RotateUpright(double dx, double dy)
 {
   const double radians = 2.0 / std::min(this->View.width, this->View.height); // of one pixel

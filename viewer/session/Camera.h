@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The camera: where one looks from. Step "navigate" of the pipeline picture.
+// The camera: where the user looks from. Step "navigate" of the pipeline picture.
 #pragma once
 
 #include "viewer/session/Geometry.h"

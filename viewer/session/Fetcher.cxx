@@ -45,7 +45,7 @@ void Fetcher::Select(const std::string& model)
   this->Wanted.Open(model);
 }
 
-// ---- asking
+// ---- requests
 
 bool Fetcher::Update(LodSelection::View view)
 {
@@ -102,7 +102,7 @@ void Fetcher::AskMore(const LodSelection::View& view)
   }
 }
 
-// ---- what comes
+// ---- answers
 
 Fetcher::Answer Fetcher::BlobArrived(std::uint32_t request, const BlobId& blob,
   std::span<const std::uint8_t> bytes, double transmissionSeconds, bool fromCache)

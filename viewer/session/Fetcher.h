@@ -47,7 +47,7 @@ public:
   // arrive before what the tap needs.
   void GiveWayToTap();
 
-  // ---- what comes
+  // ---- answers
   struct Answer
   {
     BlobArrival arrival = BlobArrival::Unwanted;

@@ -65,9 +65,10 @@ struct GestureThresholds
 // Turns the touches of one frame into gestures. Rules:
 // - A *sequence* lasts from the moment the first finger is put down until the last one is lifted.
 //   It is a tap only if a single finger made it, stayed within the slop, and was down for at most
-//   tapSeconds. Two taps close in time and place are a double tap; a third one starts anew.
+//   tapSeconds. Two taps close in time and place are a double tap; a third one counts as a first
+//   one again.
 // - If there are more than two fingers, the first two count; the others are ignored until one of
-//   the two is lifted. When the two change, measuring starts anew, so that nothing jumps.
+//   the two is lifted. When the two change, measuring starts again, so that nothing jumps.
 // - Two fingers are never lifted at the same moment. So the finger that remains must move by the
 //   slop before it rotates.
 // - The product of a pinch's scales is the ratio of its last gap to its first (gaps below

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Recorded sessions: what a person did, as JSON lines, to be played again. Step "replay" of the
+// Recorded sessions: what a user did, as JSON lines, to be played again. Step "replay" of the
 // pipeline picture.
 //
 //   {"t":0.25,"touches":[{"id":1,"x":640,"y":360}]}

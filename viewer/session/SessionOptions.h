@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Options of a viewer's session: what it shows, and how much it holds.
+// Options of a viewer's session: what it shows, and how much it keeps in memory.
 #pragma once
 
 #include "viewer/session/MemoryBudget.h"
@@ -21,8 +21,8 @@ struct RefinementOptions
 {
   // The accepted screen-space error in points (pixels / pixel ratio). Above 0.
   double tolerance = 1;
-  // A refined piece stays refined until its error is below the tolerance divided by this, at least
-  // 1 (hysteresis). So small motions to and fro do not flicker.
+  // A refined piece stays refined until its error is below the tolerance divided by this number
+  // (hysteresis), so that small motions to and fro cause no flicker. At least 1.
   double deadBand = 1.25;
   // A model whose original has at most this number of triangles (points, for a cloud) is cheap to
   // draw. It is shown four times as fine: as the original, unless it is tiny on the screen.
@@ -39,7 +39,7 @@ struct LevelPolicyOptions
   // ratio) on the screen. Above 0.
   double tolerance = 1;
   // A level stays as long as the tolerance, divided or multiplied by this, would still choose it.
-  // So zooming back and forth across a threshold does not flicker. At least 1.
+  // So zooming back and forth across a threshold causes no flicker. At least 1.
   double hysteresis = 1.25;
   // A limit for memory and frame rate: a level with more triangles is not chosen, except the
   // preview.
@@ -55,7 +55,7 @@ struct LodOptions
 
 struct RegionLimits
 {
-  // The most pages and boxes of the tree that a pick may ask for.
+  // The most pages and boxes of the tree that a pick may request.
   std::size_t treeBlobs = 1000;
   // The most partitions of a region. If it has more, only the nearest ones are taken.
   std::size_t partitions = 512;

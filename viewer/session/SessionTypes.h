@@ -139,7 +139,7 @@ struct SessionTraffic
   std::uint64_t wasted = 0;
 };
 
-// The region as a JSON object, for traces and pages; null where there is none.
+// The region as a JSON object, for traces and pages; null if there is none.
 std::string FormatRegion(const std::optional<ViewerStatus::Region>& region);
 
 // How one blob was received and shown, as in the paper's Tables 4-6.

@@ -27,7 +27,7 @@ namespace kdstream
 
 struct SessionParts;
 
-// One person's session with one server. The states:
+// One user's session with one server. The states:
 //
 //   no model --SelectModel--> browsing --tap, pinch, wheel, SelectModel again--> full screen
 //                                      <--LeaveFullScreen--
@@ -184,7 +184,8 @@ public:
   const std::vector<ModelSummary>& Models() const;
   // Statistics of the newest blobs (SessionOptions::mostStatistics), oldest first.
   const std::deque<BlobStatistics>& Statistics() const;
-  // Whether nothing is outstanding that is wanted now, and all that came has been drawn.
+  // Whether nothing that is wanted now is outstanding, and everything that has arrived has been
+  // drawn.
   bool IsIdle() const;
   // The boxes of the region's partitions, that of the picked one first; none without a region.
   std::vector<Box> RegionBoxes() const;

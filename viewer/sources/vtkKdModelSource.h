@@ -47,12 +47,12 @@
  *
  * Progress is also reported while the source waits. Aborting (SetAbortExecute of an observer or of
  * another thread) ends an Update within 100 ms, whatever the source waits for, and leaves an empty
- * output; the next Update loads anew. Only the steps before the first and after the last piece of a
- * mesh, a level or a view are not interrupted: less than 0.1 s for each million triangles.
+ * output; the next Update loads again. Only the steps before the first and after the last piece of
+ * a mesh, a level or a view are not interrupted: less than 0.1 s for each million triangles.
  *
  * Errors name the file or server, and what is wrong with the model. GetErrorCode is set
  * (vtkErrorCode.h; NoFileNameError without an address). After an error the next Update opens the
- * model anew.
+ * model again.
  *
  * Numbers out of the ranges below are clamped. A negative number where none is allowed, NaN, or a
  * vector that is not finite is an error, and the old value stays.
@@ -70,7 +70,7 @@
 #include "vtkNew.h"                         // for the selections
 
 #include <atomic> // for aborts
-#include <memory> // for what is open
+#include <memory> // for the open model
 #include <string> // for names
 #include <vector> // for partitions
 

@@ -34,7 +34,7 @@
 #include "vtkSmartPointer.h" // for the source
 
 #include <atomic> // for aborts
-#include <memory> // for what is open
+#include <memory> // for the open model
 #include <string> // for names
 #include <vector> // for the picture
 

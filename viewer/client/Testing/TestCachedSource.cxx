@@ -143,7 +143,7 @@ TEST_F(TestCachedSource, ARegionIsAskedForWithoutWhatIsThere)
   EXPECT_LT(read.size(), session.GetStatus().region->partitions);
 }
 
-// A server finds the partitions of a region itself, so the client has to name those that it has.
+// Of the blobs of a region, only those that are not in the cache are requested from the server.
 TEST_F(TestCachedSource, ARegionIsAskedForWithoutWhatIsKept)
 {
   class Listening final : public ModelSource

@@ -173,7 +173,7 @@ TEST(TestCamera, FocusingChangesNoPicture)
   EXPECT_EQ(camera.Up(), up);
   EXPECT_NEAR(Project(camera, corner)[0], before[0], 1e-6);
   const Camera kept = camera;
-  camera.FocusAtDepthOf(eye - camera.Forward()); // behind
+  camera.FocusAtDepthOf(eye - camera.Forward()); // behind the eye
   EXPECT_EQ(camera.Focal(), kept.Focal());
 }
 

@@ -53,7 +53,8 @@ TEST(TestViewerSession, WalksFromBrowsingToAStreamedRegion)
   EXPECT_EQ(status.shownLevel, 13u);
   EXPECT_EQ(status.triangles, server.Description().levels[13].triangles);
 
-  // A double tap requests the region's partitions, nearest first: the same that the server finds.
+  // A double tap requests the region's partitions, nearest first: the same as those found in the
+  // server's tree.
   server.log.clear();
   const auto [px, py] = OnModel(session);
   fingers.DoubleTap(session, px, py);

@@ -29,7 +29,7 @@ std::optional<Vec3> DirectionOfSide(std::string_view side, const Vec3& up, const
 // The horizontal direction from the model towards the eye of the first view.
 Vec3 LevelFront(const HomeView& homeView)
 {
-  constexpr double least = 0.1; // a first view from nearly above tells nothing about the front
+  constexpr double least = 0.1; // a first view from nearly above does not show where the front is
   const auto level = [&homeView](const Vec3& v) { return v - homeView.up * Dot(v, homeView.up); };
   const Vec3 front = level(homeView.view);
   return Normalized(Length(front) > least ? front : level(FrontOf(homeView.up)));
@@ -424,7 +424,7 @@ bool CameraControl::ZoomAbout(double factor, double x, double y)
   return true;
 }
 
-// ---- what turns by itself
+// ---- turning by itself
 
 void CameraControl::SetCoasting(bool coasts)
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The surface that is shown: its cut, chosen from what is loaded, and drawing it. Step "draw" of
-// the pipeline picture.
+// The shown surface: chooses its cut from the loaded pieces, and draws it. Step "draw" of the
+// pipeline picture.
 #include "viewer/session/model/ShownSurface.h"
 
 #include <algorithm>

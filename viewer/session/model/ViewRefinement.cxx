@@ -213,7 +213,7 @@ void ViewRefinement::PushBelow(Walk& walk, std::size_t step, NodeId node, double
   const bool isReported = view.seen && view.seen->Knows(teller);
   if (view.seen && !isReported && !view.loaded.Peek(teller))
   {
-    walk.found[above].seen = 1; // that piece will say which of the pieces below may be visible
+    walk.found[above].seen = 1; // that piece will show which ones below may be visible
     return;
   }
   const Step& next = this->Steps[step + 1];

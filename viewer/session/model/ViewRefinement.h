@@ -46,9 +46,10 @@ double VertexSpacing(const Box& box, double vertices);
 // The urgency of a piece is its error in points, in the middle of the screen; half of that at the
 // upper and lower edges. It is never more than that of the piece above it.
 //
-// On each way down only the last piece is wanted; MakeClosure adds what is needed of the others,
-// down to level S, to show it. If the last piece is finer than S and far below what is loaded, one
-// piece in between is wanted too. Until a piece arrives, the finest loaded one above it is shown.
+// On each way down only the last piece is wanted; MakeClosure adds the pieces above it, down to
+// level S, that are needed to show it. If the last piece is finer than S and far below what is
+// loaded, one piece in between is wanted too. Until a piece arrives, the finest loaded one above it
+// is shown.
 //
 // If a piece has failed, the one above it is wanted. The search continues below a failed piece
 // where finer pieces can be shown without it: finer than S. There one step is searched even if
@@ -81,7 +82,7 @@ public:
   const std::vector<PieceId>& Pieces() const { return this->Wanted; }
   // The finest resolution among them; the preview's if there is none.
   Resolution Finest() const;
-  // The largest error in points of what was not refined because of a budget; 0 if everything was.
+  // The largest error, in points, that was left because of a budget; 0 if everything was refined.
   double RemainingError() const { return this->Left; }
 
   // Whether a failed piece is not needed, because it can be shown otherwise.

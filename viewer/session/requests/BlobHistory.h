@@ -28,7 +28,8 @@ public:
   void Add(PieceId piece, BlobStatistics entry);
   // A late blob was counted as wasted, but its piece may still be shown.
   void AddLate(PieceId piece, std::size_t bytes) { this->NeverShown[piece] += bytes; }
-  // A frame has begun that shows these pieces. Those that it is the first to show share its time.
+  // A frame has begun that shows these pieces. The pieces that are shown for the first time share
+  // the frame's time.
   void BeginFrame(const std::set<PieceId>& shown);
   void EndFrame(double seconds);
   // Another model is opened: pieces of the last one that were never shown stay wasted.

@@ -45,7 +45,7 @@ public:
   // The same; also cancels each request of which anything but pages and boxes is outstanding.
   void KeepTreeOnly();
 
-  // ---- asking
+  // ---- requests
   struct Manner
   {
     protocol::BlobId alone;     // is requested by itself

@@ -84,7 +84,7 @@ const char* NameOf(RecordedInput::Kind kind);
 std::string FormatInput(const RecordedInput& input);
 
 // Removes the first input from the front of `text`, and returns it. Errors: InvalidInput, naming
-// what is wrong, also if the kind needs another number of numbers.
+// what is wrong, also if the count of the numbers does not fit the kind.
 Result<RecordedInput> TakeInput(std::string_view& text);
 
 }
