@@ -102,7 +102,7 @@ public:
   // Makes the next Tick try again, without waiting any longer.
   void RetryNow();
 
-  // ---- outputs What to do since the last call, in order.
+  // ---- outputs. The actions since the last call, to be done in this order.
   std::vector<Action> TakeActions();
   // The events for the session since the last call, in order.
   std::vector<ClientEvent> TakeEvents();

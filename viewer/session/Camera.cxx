@@ -103,7 +103,7 @@ std::array<double, 2> Camera::FitDistances() const
     fitMargin * (half[1] / this->Tangent) + half[2] };
 }
 
-// A flat or tiny box keeps its distance.
+// Limits a distance to 1 to 20 radii, so that the eye keeps its distance from a flat or tiny box.
 double Camera::Bounded(double distance) const
 {
   return std::clamp(distance, this->Radius, farthestInRadii * this->Radius);

@@ -408,7 +408,8 @@ const OriginalFacts* vtkKdModelSource::KnownFacts() const
            : nullptr;
 }
 
-// False: cancelled.
+// Puts the boxes of the partitions, and known facts about them, into the output information. False
+// if cancelled.
 bool vtkKdModelSource::TellPartitions(vtkInformation* outInfo, const Execution& execution)
 {
   const ModelDescription& info = this->Model->Info();

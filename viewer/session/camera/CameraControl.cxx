@@ -11,7 +11,7 @@ namespace kdstream
 {
 namespace
 {
-constexpr double pointOfCloud = 2; // a cloud's point stops the eye up to this far beside it, points
+constexpr double pointOfCloud = 2; // screen points: a cloud's point this near stops the eye
 
 // The direction from the model towards an eye that looks at this side. Nothing for an unknown side.
 std::optional<Vec3> DirectionOfSide(std::string_view side, const Vec3& up, const Vec3& front)

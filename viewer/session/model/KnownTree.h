@@ -18,9 +18,9 @@
 namespace kdstream
 {
 
-// Not all of it is in memory at a time: beyond a limit the least recently used pages are dropped,
-// and are missing when they are needed again. What a search needs and cannot find is recorded
-// (TakeMissing).
+// Not all of the tree is in memory at a time: beyond a limit the least recently used pages are
+// dropped, and are missing when they are needed again. What a search needs and cannot find is
+// recorded (TakeMissing).
 class KnownTree : public TreeBoxes
 {
 public:
