@@ -466,7 +466,7 @@ TEST(Attributes, MissingOrCancellingNormalsHaveADocumentedMean)
   } cases[] = {
     { { 0, 0, 2, 0, 0, notANumber, 0, 0, 2 }, { 0, 0, 1 } },
     { { notANumber, 0, 0, 0, infinite, 0, 0, 0, 0 }, { 0, 0, 0 } },
-    { { 0, 0, 0, 0, 3, 0, 0, -7, 0 }, { 0, 1, 0 } }, // the direction of the lowest vertex that has one
+    { { 0, 0, 0, 0, 3, 0, 0, -7, 0 }, { 0, 1, 0 } }, // that of the lowest vertex that has one
     { { 3, 0, 4, -3, 0, -4, 3, 0, 4 }, { 0.6, 0, 0.8 } },
     { { 1, 1e-12, 0, -1, 0, 0, notANumber, notANumber, notANumber }, { 1, 1e-12, 0 } },
     { { 1e300, 0, 0, 0, 1e-300, 0, 0, 0, 0 }, { std::sqrt(0.5), std::sqrt(0.5), 0 } },

@@ -311,7 +311,8 @@ TEST(CutPolygon, ADentOnADiagonalIsNotCutAcross)
 {
   const std::vector<Vec3> polygon{ { 0, 0, 0 }, { 4, 0, 0 }, { 4, 4, 0 }, { 1, 1, 0 },
     { 0, 4, 0 } };
-  // Seen from corner 0 the polygon is a fan, and stays one, so start with the other corners.
+  // Starting with corner 0, the polygon passes for a fan and is cut as one. So start with the
+  // others.
   for (std::size_t first = 1; first < polygon.size(); ++first)
   {
     std::vector<Vec3> corners = polygon;
