@@ -15,8 +15,8 @@
 namespace kdstream
 {
 
-// Maps floating-point numbers to integers of the same order, and back: a < b as numbers if and only
-// if the integers are (where -0.0 < 0.0).
+// Maps floating-point numbers to integers of the same order, and back: a < b if and only if this is
+// true of their integers (where -0.0 < 0.0).
 std::uint32_t OrderedBits(float value);
 float FloatOfOrderedBits(std::uint32_t bits);
 std::uint64_t OrderedBits(double value);

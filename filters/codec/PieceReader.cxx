@@ -124,7 +124,7 @@ bool PieceReader::ReadPoints(typename Predictor::Point* points)
   return true;
 }
 
-// The walk's triangles in the piece's numbers, sorted.
+// Converts the walk's triangles to the piece's numbers, and sorts them.
 void PieceReader::PlaceTriangles()
 {
   auto& triangles = this->Content.triangles;

@@ -12,7 +12,8 @@
 namespace kdstream
 {
 
-// Which ancestors a piece stores: ranks at consecutive levels, of this number of its vertices.
+// The ancestors that a piece stores: their ranks at `levels` consecutive levels, for `vertices` of
+// its vertices.
 struct AncestorShape
 {
   std::size_t vertices = 0, levels = 0;

@@ -158,7 +158,7 @@ public:
     }
     return static_cast<std::int64_t>(OrderedBits(point[axis]) - OrderedBits(predicted[axis]));
   }
-  // Sums are modulo the width of the type.
+  // Computes modulo the width of the type.
   Point At(const Point& predicted, const Differences& differences) const
   {
     Point point;

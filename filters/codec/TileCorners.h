@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The corners of a tile's triangles as symbols: the state that reader and writer of a texture tile
-// share, and both of them. Layout: doc/formats.md, "Textures".
+// Writes and reads the corners of a texture tile's triangles as symbols. TileCornerMemory is the
+// state that writer and reader have in common. Layout: doc/formats.md, "Textures".
 //
 // Triangles come in the piece's order, so most corners are at a vertex of an earlier triangle. Then
 // a choice selects one of the two coordinate pairs last stored at that vertex. A new pair is stored
@@ -45,7 +45,7 @@ struct TileContext
 // v.
 using TileCorner = std::array<std::int64_t, 2>;
 
-// What has been stored so far.
+// The corners that were stored so far, in the same state for writer and reader.
 class TileCornerMemory
 {
 public:

@@ -17,8 +17,9 @@ namespace
 
 using Counts = std::function<bool(VertexId)>;
 
-// Of the edges around each vertex, the hashes of the other ends' numbers are summed, with the sign
-// of the direction. The sum is 0 if every edge is used equally often in both directions.
+// For each vertex, the hashes of the numbers at the other ends of its edges are added up, with the
+// sign of the edge's direction. The sum is 0 if every edge is used equally often in both
+// directions.
 std::uint64_t Hash(VertexId v)
 {
   return MixBits(v + std::uint64_t{ 1 }); // 0 would count as no edge

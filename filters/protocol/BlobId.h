@@ -78,8 +78,8 @@ constexpr bool IsOfTexture(const BlobId& blob)
   return blob.kind == BlobKind::Texture || blob.kind == BlobKind::LevelTexture;
 }
 
-// "tree/1", "boxes/1", "levels/7/1", "partitions/12", "textures/12", "level-textures/7/1".
-// REQUIRES: IsValid(blob).
+// The blob's name: "tree/1", "boxes/1", "levels/7/1", "partitions/12", "textures/12" or
+// "level-textures/7/1". REQUIRES: IsValid(blob).
 std::string BlobName(const BlobId& blob);
 
 // The inverse of BlobName. Strict: decimal numbers in range, without sign, leading zeros or

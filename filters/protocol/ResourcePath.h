@@ -3,13 +3,13 @@
 //
 //   /api/models.json (alias /api/models)            the models
 //   /api/models/{id}/model.json                     one model's description
-//   /api/models/{id}/notes.json                     the notes on it
-//   /api/models/{id}/{digest}/tree/{node}           a page of its tree
+//   /api/models/{id}/notes.json                     the notes on a model
+//   /api/models/{id}/{digest}/tree/{node}           a page of a model's tree
 //   /api/models/{id}/{digest}/levels/{d}/{node}     a piece of level d
 //   /api/models/{id}/{digest}/partitions/{p}        a partition of the original
-//   /api/models/{id}/{digest}/textures/{p}          its texture
-//   /api/models/{id}/{digest}/level-textures/{d}/{node}  that of a piece of level d
-//   /api/models/{id}/3dtiles/tileset.json           its tileset of 3D Tiles
+//   /api/models/{id}/{digest}/textures/{p}          the texture of a partition
+//   /api/models/{id}/{digest}/level-textures/{d}/{node}  the texture of a piece of level d
+//   /api/models/{id}/3dtiles/tileset.json           a model's tileset of 3D Tiles
 //   /api/models/{id}/3dtiles/{version}/{tile}       a file that the tileset names (TileName.h)
 //
 // The content at a blob's path never changes: another build of the model has another digest. The

@@ -187,7 +187,7 @@ public:
       sample.insert(sample.end(), theirs.begin(), theirs.end());
     }
     std::sort(sample.begin(), sample.end());
-    std::vector<Key> ends; // ends of all shares except the last
+    std::vector<Key> ends; // of all shares except the last
     for (std::size_t rank = 1; rank < this->Count() && !sample.empty(); ++rank)
     {
       ends.push_back(sample[(rank * sample.size() + this->Count() - 1) / this->Count() - 1]);

@@ -296,7 +296,7 @@ TEST(Glue, GivesTheOriginalBack)
       {
         t = RotateLowestFirst(t);
       }
-      // Triangles come partition by partition, each from its lowest.
+      // Triangles come partition by partition, each from the lowest partition that has it.
       ASSERT_TRUE(std::is_sorted(glued->triangles.begin(), glued->triangles.end(),
         [&](const Triangle& a, const Triangle& b)
         {

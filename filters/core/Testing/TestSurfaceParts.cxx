@@ -42,7 +42,8 @@ void ExpectSame(const SurfacePartList& parts, const SurfacePartList& fresh)
   }
 }
 
-// For each node of a cut: the node, it or an ancestor, that stood for it in the previous cut.
+// For each node of a cut: the node that stood for it in the previous cut, which is itself or an
+// ancestor.
 std::map<Surface::Source, std::optional<Surface::Source>> NodesBefore(
   const Model& model, const Cut& before, const Cut& now)
 {

@@ -26,8 +26,8 @@ namespace kdstream
 //   3. Where a cluster of level S is reached, or the base is not coarser than S, each partition is
 //      shown at the finest active resolution >= S that covers it.
 //   4. Every original vertex is shown by the finest reached node above it.
-//      So active pieces that are not reached show nothing: MakeClosure gives the pieces that are
-//      needed to reach them. Below R levels are one piece each, so only rule 1 applies to them.
+// So active pieces that are not reached show nothing: MakeClosure gives the pieces that are needed
+// to reach them. Levels coarser than R are one piece each, so only rule 1 applies to them.
 struct Cut
 {
   TreeDepths depths;
@@ -68,8 +68,9 @@ struct Closure
 Closure MakeClosure(const TreeDepths& depths, Resolution base, std::span<const PieceId> wanted,
   const PieceLookup& lookup);
 
-// The same, called repeatedly. Remembers the closure of each wanted piece once nothing is missing
-// for it, because it does not change any more. So only the other pieces are processed again.
+// For making closures repeatedly. Remembers the closure of each wanted piece once nothing is
+// missing for it, because it does not change any more. So only the other pieces are processed
+// again.
 class Closures
 {
 public:

@@ -247,7 +247,8 @@ Resolution ShownVertices::ShownGhost(const Piece& piece, std::uint32_t v)
                                                                        : ancestry.shown;
 }
 
-// For a reached own vertex of a level below S: whether the pieces of all its children are loaded.
+// For a reached own vertex of a level coarser than S: whether the pieces of all its children are
+// active.
 bool ShownVertices::IsSplit(const Piece& piece, std::uint32_t v) const
 {
   if (piece.childBegin.empty())

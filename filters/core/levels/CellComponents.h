@@ -25,8 +25,8 @@ struct CellComponent
   std::size_t joined = 0; // the component that this one is joined to
 };
 
-// Joins components of one cell until at most four are left. First joins all components
-// without triangles. If more than 16 are left, each of the smaller ones joins the nearest of the 16
+// Joins components of one cell until at most four are left. First joins all components without
+// triangles. If more than 16 are left, each of the smaller ones joins the nearest of the 16
 // largest. Then, until four are left, one of the smallest components joins another one: of these
 // pairs, the one with the least distance. Distances are between means; among equals the lowest
 // vertex decides. `components` are ordered by lowest vertex.

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Levels by clustering (paper 4.3, doc/design.md#clusters): step "levels" of the pipeline
-// picture.
+// Levels by clustering (paper 4.3, doc/design.md#clusters): step "levels" of the pipeline picture.
 //
 // The vertices of a cell of the k-d tree become one representative, or one for each component of
 // the surface in the cell. The clusters of all depths form one tree: a child's cluster lies in one
@@ -27,13 +26,14 @@ namespace kdstream
 enum class Representative
 {
   Quadric, // minimises the area-weighted plane quadrics of the cluster's triangles
-  Mean     // the mean of the cluster's vertices: the paper's
+  Mean     // the mean of the cluster's vertices, as in the paper
 };
 
 struct ClusterOptions
 {
   Representative representative = Representative::Quadric;
-  // A representative for each component (at most 4 a cell), or one a cell: the paper's.
+  // True: a representative for each component, at most 4 a cell. False: one a cell, as in the
+  // paper.
   bool byComponents = true;
   // Levels are made from L down to this depth.
   unsigned coarsestDepth = 0;

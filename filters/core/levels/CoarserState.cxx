@@ -15,7 +15,7 @@ namespace
 
 constexpr std::size_t stateGrain = 1 << 14;
 
-// Positions, geometric errors and lowest vertices.
+// Sets positions, geometric errors and lowest vertices.
 void Place(const CollapseState& below, const Merging& merging, const CollapseSpace& space,
   Representative representative, std::span<const VertexId> standing, CollapseState& state,
   const Execution& execution)

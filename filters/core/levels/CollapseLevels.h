@@ -26,8 +26,7 @@ class SumsAside;
 // normals (RoleOf) take part: see CollapseAttributes.h. Complexity: O(n + t log t) for level L, and
 // O(c log c) for all other levels together, where c is the number of clusters of level L; memory
 // about 440 bytes a finest cluster. The same bits for any number of threads. Errors: Cancelled.
-// Source: Garland and Heckbert 1997; rounds, thresholds
-// and fixed ghosts are ours.
+// Source: Garland and Heckbert 1997; rounds, thresholds and fixed ghosts are ours.
 Result<ClusterLevels> BuildCollapseLevels(const Mesh& mesh, const KdTree& tree,
   const TriangleBuckets& partitionTriangles, const LevelOptions& options,
   const Execution& execution = {});

@@ -2,10 +2,10 @@
 // One round of collapses in parts: from a level in blocks to the next coarser one. Only for the
 // makers of levels.
 //
-// Every part (a partition, or below S a node of the coarser level's pieces) collapses by itself,
-// with the clusters of other parts fixed, and makes a list of its merges; one threshold decides how
-// much of every list is used. Blocks exchange only that threshold and the targets of their
-// clusters, so the result does not depend on the number of blocks.
+// Every part (a partition; for levels coarser than S, a node of the coarser level's pieces)
+// collapses by itself, with the clusters of other parts fixed, and makes a list of its merges; one
+// threshold decides how much of every list is used. Blocks exchange only that threshold and the
+// targets of their clusters, so the result does not depend on the number of blocks.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -28,7 +28,7 @@ namespace kdstream
 bool CollapsesInParts(
   const TreeDepths& depths, unsigned depth, std::size_t clusters, std::size_t triangles);
 
-// The number of clusters with triangles that level `depth` is to have: more than 2^depth at small
+// The number of clusters with triangles that level `depth` should have: more than 2^depth at small
 // levels, because otherwise limbs are lost. Clusters without triangles come in addition.
 std::size_t SurfaceWanted(unsigned depth);
 

@@ -54,7 +54,7 @@ void RepresentClusters(std::vector<ClusterSum>& clusters, Representative represe
 
 // Makes the clusters of level L, of the whole tree or of one of its cells; the result is the same
 // in both cases. For the triangles of the level see ImageInPartitions. Sums, complexity and errors:
-// see BuildClusterLevels. Reports the first half of its progress.
+// see BuildClusterLevels. Reports the progress of step "levels" up to clustersSummedPart.
 Result<FinestClusters> BuildFinestClusters(
   const FinestInput& input, const ClusterOptions& options, const Execution& execution);
 

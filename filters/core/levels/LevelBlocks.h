@@ -38,9 +38,9 @@ struct BlockRange
   std::size_t begin = 0, end = 0;
 };
 
-// What a round needs of a level. Blocks are the cells of one depth; parts are nodes of the same or
-// a larger depth, each in one block. Implementations decide where the data are: one block, or two
-// (LoadAhead), are in memory at a time.
+// How a round of collapses accesses a level. Blocks are the cells of one depth; parts are nodes of
+// the same or a larger depth, each in one block. Implementations decide where the data are: one
+// block, or two (LoadAhead), are in memory at a time.
 class LevelBlocks
 {
 public:

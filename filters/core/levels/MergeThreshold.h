@@ -25,7 +25,8 @@ inline double ErrorOf(const Merge& merge)
 class MergeThreshold
 {
 public:
-  // surface: clusters with triangles that the coarser level is to have. Keeps references.
+  // surface: the number of clusters with triangles that the coarser level should have. Keeps
+  // references.
   MergeThreshold(LevelBlocks& blocks, PartLists& lists, std::size_t surface)
     : Blocks(blocks)
     , Lists(lists)

@@ -23,7 +23,7 @@ Error Bad(const char* before, std::uint64_t number, const char* after)
   return Bad(before + std::to_string(number) + after);
 }
 
-// Keys ascend, own ones lie in the piece's node, ghosts outside it.
+// Checks that keys ascend, own ones lie in the piece's node, and ghosts outside it.
 Status CheckKeys(const Piece& piece, const TreeDepths& depths)
 {
   const bool byPartition =
@@ -57,8 +57,8 @@ Status CheckKeys(const Piece& piece, const TreeDepths& depths)
   return {};
 }
 
-// Own vertices of the original are 0, 1, 2 …; ranks of own vertices of a level coarser than S are
-// consecutive.
+// Checks that own vertices of the original are 0, 1, 2 …, and that ranks of own vertices of a level
+// coarser than S are consecutive.
 Status CheckOwnKeys(const Piece& piece, const TreeDepths& depths)
 {
   const bool dense =
@@ -128,7 +128,7 @@ Status CheckChildNodes(const Piece& piece, const TreeDepths& depths)
   return {};
 }
 
-// A cluster has one parent, in whichever list it occurs.
+// Checks that a cluster has the same parent in all lists where it occurs.
 Status CheckAncestors(const Piece& piece, const TreeDepths& depths)
 {
   const AncestorLevels levels = AncestorLevelsOf(piece.id.resolution, depths);

@@ -10,10 +10,9 @@
 //   3. OrderVertices: the original vertices of the mesh, or of the block.
 //   4. OrderLevel: puts a level, or a part of it, into the order that PieceCutter needs; NumberPart
 //      does this for the original.
-//      A block is a cell of a depth <= P: its partitions are numbered one after the other. The
-//      parents and siblings of its clusters finer than S are in the same block. NumberVertices
-//      (VertexTree.h) does all of
-//      it for a mesh in memory.
+// A block is a cell of a depth <= P: its partitions are numbered one after the other. The parents
+// and siblings of its clusters finer than S are in the same block. NumberVertices (VertexTree.h)
+// does all of it for a mesh in memory.
 #pragma once
 
 #include "filters/core/Execution.h"

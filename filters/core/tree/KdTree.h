@@ -75,9 +75,9 @@ struct KdTree
 // vertices, for any input: vertices are ordered by (coordinate, id), so points with equal
 // coordinates can be split too. The axis is the longest side of the cell's own box (the first of
 // equals); the lower half gets floor, the upper ceil. Complexity: O(n L); memory beside the result:
-// 16 bytes a point if floats hold every coordinate exactly, otherwise 32. Threads: nodes of
-// one depth run in parallel. Errors: those of ComputeDepths; InvalidInput beyond mostExtent
-// (Extent.h); Cancelled. Source: paper 4.1; the total order is ours (doc/design.md#uniform).
+// 16 bytes a point if floats hold every coordinate exactly, otherwise 32. Threads: nodes of one
+// depth run in parallel. Errors: those of ComputeDepths; InvalidInput beyond mostExtent (Extent.h);
+// Cancelled. Source: paper 4.1; the total order is ours (doc/design.md#uniform).
 Result<KdTree> BuildKdTree(
   std::span<const Vec3> points, const KdTreeOptions& options, const Execution& execution = {});
 

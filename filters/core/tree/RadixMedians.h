@@ -82,14 +82,14 @@ private:
     return nodes <= std::size_t{ 1 } << 12 ? 8 : 4;
   }
 
-  // The bits of a key from `shift` on, the lowest ones first.
+  // The `bits` bits of a key that are above its lowest `shift` bits.
   static std::uint64_t KeyBits(const OrderKey& key, unsigned shift, unsigned bits)
   {
     const std::uint64_t from = shift >= 32 ? key.coordinate >> (shift - 32) : key.id >> shift;
     return from & ((std::uint64_t{ 1 } << bits) - 1);
   }
 
-  // Whether keys agree in the bits from `shift` on.
+  // Whether two keys agree in all bits above their lowest `shift` bits.
   static bool BeginsWith(const OrderKey& a, const OrderKey& b, unsigned shift)
   {
     if (shift >= bitsOfKey)

@@ -49,9 +49,9 @@ public:
   using Record = PointRecord<Scalar>;
   using Before = BeforePivot<Scalar, Axis>;
 
-  // Afterwards *nth is the record of that rank; smaller records are before it, larger ones after
-  // it. Expected O(n), 1.5 n comparisons; O(n log n) at worst. REQUIRES: first <= nth < last, ids
-  // that differ.
+  // Afterwards *nth is the record that belongs there in sorted order; smaller records are before
+  // it, larger ones after it. Expected O(n), 1.5 n comparisons; O(n log n) at worst. REQUIRES:
+  // first <= nth < last, ids that differ.
   static void Select(Record* first, Record* nth, Record* last)
   {
     constexpr unsigned mostRounds = 40;
