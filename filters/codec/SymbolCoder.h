@@ -36,9 +36,8 @@ namespace kdstream
 #endif
 
 inline constexpr unsigned symbolCount = 128;
-inline constexpr unsigned numberBits =
-  10;                                     // frequencies sum to 2^10; in contexts of choices
-inline constexpr unsigned choiceBits = 8; // to 2^8
+inline constexpr unsigned numberBits = 10; // in contexts of numbers, frequencies sum to 2^10
+inline constexpr unsigned choiceBits = 8;  // in contexts of choices, to 2^8
 
 // The number of contexts; the first `choices` of them are for choices.
 struct SymbolContexts

@@ -33,7 +33,7 @@ enum class BlobKind : std::uint8_t
 struct BlobId
 {
   BlobKind kind = BlobKind::Tree;
-  std::uint8_t level = 0;   // for Level and LevelTexture; 0 for other kinds
+  std::uint8_t level = 0; // for Level and LevelTexture; 0 for other kinds
   // For a tree page, boxes, a level's piece and its texture: the node, from 1. For a partition and
   // its texture: the partition's number, from 0.
   std::uint32_t number = 1;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // libFuzzer's entry to the decoders of pieces, textures, tree pages and boxes. The first bytes
 // choose the tree's depths, the grid and the piece; the rest is the blob. It is decoded once as it
-// is, and once with a correct checksum appended, so that the decoders behind the check are reached.
+// is, and once with a correct checksum appended, so that the decoders after the check are reached.
 // A decoded piece must pass CheckPiece, and must encode to a blob that decodes to the same piece.
 #include "filters/codec/PartitionBoxes.h"
 #include "filters/codec/PieceCodec.h"

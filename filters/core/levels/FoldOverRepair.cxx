@@ -357,9 +357,9 @@ private:
   VertexId Begin, End;
   // Of the own clusters:
   std::vector<Vec3> Places;
-  std::vector<Vec3> Facing;        // sums of their triangles' area vectors; 0 after them
-  std::vector<std::uint8_t> Waits; // whether the cluster must be examined
-  std::vector<double> Needs; // no place below this limit is better, until a neighbour moves
+  std::vector<Vec3> Facing;          // sums of their triangles' area vectors; 0 after them
+  std::vector<std::uint8_t> Waits;   // whether the cluster must be examined
+  std::vector<double> Needs;         // no place below this limit is better, until a neighbour moves
   std::vector<std::uint32_t> First;  // in Around
   std::vector<std::uint32_t> Around; // numbers of triangles
   std::vector<Side> Sides;           // of the current cluster

@@ -10,8 +10,7 @@ namespace kdstream
 enum class LevelMaker
 {
   Collapse, // the finest level by clusters, coarser ones by rounds of edge collapse
-  Cluster   // all by clusters of the tree's cells; with Representative::Mean and one cluster a cell,
-            // this is the paper's method
+  Cluster   // all by clusters of cells; the paper's method if Representative::Mean, one a cell
 };
 
 struct LevelOptions : ClusterOptions

@@ -25,8 +25,8 @@ struct ListSummary
   std::uint32_t own = 0;                           // of the part, with triangles, at first
   std::uint32_t merges = 0;                        // in the list
   bool made = false, stuck = false, whole = false; // stuck, whole: as in MergeList
-  double last = 0;       // error of the last merge; -1 if there is none
-  std::size_t taken = 0; // how many merges, from the first on, are made
+  double last = 0;                                 // error of the last merge; -1 if there is none
+  std::size_t taken = 0;                           // how many merges, from the first on, are made
 };
 
 class PartLists

@@ -43,8 +43,8 @@ struct PartitionMeasures
   std::vector<PartitionMeasure> partitions; // one a cluster
   Spread vertices;
   Spread triangles;
-  Spread compactness;       // of partitions that have a compactness,
-  std::size_t measured = 0; // and the number of these partitions
+  Spread compactness;       // of the partitions that have a compactness
+  std::size_t measured = 0; // the number of partitions that have a compactness
 };
 
 Spread SpreadOf(std::span<const double> values);
