@@ -47,7 +47,6 @@ int Decode(const std::string& mode, std::size_t count, std::size_t stride,
 }
 
 // Applies a filter to decompressed attributes. False if this filter does not exist for this stride.
-// stride.
 bool Filter(const std::string& filter, std::size_t count, std::size_t stride, std::uint8_t* values)
 {
   if (filter == "OCTAHEDRAL" && (stride == 4 || stride == 8))
