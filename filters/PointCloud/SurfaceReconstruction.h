@@ -38,7 +38,7 @@ struct ReconstructionOptions
 
   // Options of Poisson.
   std::uint32_t depth = 0;   // of the octree, 2^depth cells along a side; 0: by the spacing, 6-10
-  double samplesPerNode = 1; // more for noisy points
+  double samplesPerNode = 1; // a larger number suits noisy points
   double pointWeight = 4;    // how closely the surface follows the points
   // Drops triangles that are farther than this number of spacings from all points; 0: keeps all.
   double trimDistance = 0;

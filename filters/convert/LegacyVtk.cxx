@@ -626,8 +626,8 @@ private:
              "is of the type " + QuotedText(this->Dataset) + ", which VTK does not have", true);
   }
 
-  // Skips bytes after the last part of a binary file. Only if it is sure that they belong to no
-  // part, and they do not begin a name.
+  // Skips bytes after the last part of a binary file, if they certainly belong to no part and do
+  // not begin a name. Returns whether it has skipped any.
   bool LeavesRest()
   {
     constexpr std::uint64_t most = 4096;
@@ -775,7 +775,7 @@ private:
   std::uint64_t Cells = 0;              // of the last list of cells
   std::set<std::string> Geometry;       // parts that were read
   bool IsAfterData = false;
-  std::string Part;       // "POINTS (line 5)"
+  std::string Part;       // as in "POINTS (line 5)"
   std::string_view Taken; // the last number of a text; valid until the next word
   VtkDamage Damage;
   std::string LastPart; // before Part; empty before the first

@@ -19,7 +19,7 @@ namespace kdstream
 namespace
 {
 
-constexpr std::uint64_t mostCount = 1 << 16; // values of one field
+constexpr std::uint64_t mostCount = 1 << 16; // numbers in one field of a point
 constexpr std::uint64_t mostFields = 4096;
 // LZF, which compresses PCD bodies, expands 3 bytes to at most 264.
 constexpr std::uint64_t mostExpansion = 88;
@@ -488,7 +488,7 @@ Result<PcdHeader> CheckPcdHeader(const std::filesystem::path& file)
   const std::uint64_t size = isText ? std::max(end, reader.TextEnd()) : source->Size();
   header->tolerance.Count(
     Lapse::PaddedEnd, isText ? reader.Padding() : 0, "byte " + std::to_string(reader.TextEnd()));
-  // Only in a binary body, whole points can be points that the header does not count.
+  // Only a binary body can have whole points that the header does not count.
   const std::uint64_t pointBytes = header->data == PcdData::Binary ? header->pointBytes : 0;
   const auto more =
     CheckBytesAfter(*source, end, size, pointBytes, header->points, header->tolerance);

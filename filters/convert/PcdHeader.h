@@ -29,10 +29,10 @@ struct PcdHeader
   std::uint64_t bodyBegin = 0; // offset in the file
   std::string text;            // an equivalent header in the form that PCL reads
   Tolerance tolerance;         // of data that the header does not count
-  bool hasOddLines = false;    // points have lines with #, or that end with only \r, or exponents
-                               // of Fortran, which PCL does not know
-  bool hasViewpoint = false;   // the scanner stood somewhere
-  bool textOfFloats = false;   // PCL makes floats of x, y and z, which lose some of the decimals
+  bool hasOddLines = false;    // lines of points with #, with only \r at their end, or with
+                               // Fortran's exponents: PCL does not know these
+  bool hasViewpoint = false;   // the scanner's position is given
+  bool textOfFloats = false;   // PCL reads x, y and z as floats, which lose decimals
 };
 
 // Reads the header, and if the body is ascii, the body, too: every line must have the numbers of

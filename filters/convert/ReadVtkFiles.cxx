@@ -86,7 +86,7 @@ public:
   }
 
   Tolerance Surplus;
-  std::set<std::string> Dropped; // names of arrays
+  std::set<std::string> Dropped; // names of arrays that are not read
   std::string Wrong;             // errors that VTK does not report
 
 protected:

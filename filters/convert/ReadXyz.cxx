@@ -1215,7 +1215,7 @@ private:
   // layout is known.
   std::optional<XyzColumns> Shifted;
   XyzFirstColumn First;
-  std::vector<double> Fourth; // column of the points
+  std::vector<double> Fourth; // the fourth column of all points
   DecimalPrecision ShiftedPrecision;
   // The same if the first two columns count rows and columns.
   std::optional<XyzColumns> InRows;
@@ -1228,7 +1228,7 @@ private:
   std::vector<Vec3> Places; // columns 4 to 6 of the points
   DecimalPrecision PlacesPrecision;
   bool IsShifted = false;
-  bool IsShiftedUsual = false; // the number of columns is usual only without the first one
+  bool IsShiftedUsual = false; // only without the first column is their number usual
   ForeignMesh Out;
 };
 

@@ -172,7 +172,7 @@ private:
     char bracket = '{';
     std::uint64_t line = 0;
     std::string type;                  // word before the bracket: a node's type or a field
-    std::size_t defined = 0;           // the number of its DEF
+    std::size_t defined = 0;           // number of the DEF that names it
     std::string name;                  // the name that DEF gives it
     std::string proto;                 // for the body of a PROTO: its name in the output
     std::string protoName;             // the name of that PROTO in the file

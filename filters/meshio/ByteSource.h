@@ -62,7 +62,7 @@ private:
 
   int Descriptor = -1;
   std::uint64_t First = 0, FileSize = 0;
-  std::uint64_t BufferOffset = 0; // of Buffer[0] in the file
+  std::uint64_t BufferOffset = 0; // offset of Buffer[0] in the file
   std::size_t Begin = 0;          // Buffer[Begin, End) are the bytes ahead
   std::size_t End = 0;
   std::vector<char> Buffer;

@@ -58,7 +58,7 @@ public:
   std::string Doubt() const;
 
 private:
-  std::uint64_t Negative = 0, ToOne = 0, ToByte = 0, Above = 0; // in (0, 1], (1, 255], above
+  std::uint64_t Negative = 0, ToOne = 0, ToByte = 0, Above = 0; // below 0, to 1, to 255, above
   std::uint64_t Fractions = 0;                                  // in (0, 1)
   bool Whole = false;
 };

@@ -29,7 +29,7 @@ constexpr std::uint64_t mostStlVertices = noVertex - 1;
 constexpr std::size_t headerBytes = 84;  // 80 bytes of anything, then the number of triangles
 constexpr std::size_t facetBytes = 50;   // normal, three places, two bytes
 constexpr std::size_t placeBytes = 12;   // also of the normal, which comes first
-constexpr std::size_t facetBatch = 1024; // facets decoded together, in the nearest caches
+constexpr std::size_t facetBatch = 1024; // facets decoded together, to stay in caches
 constexpr std::uint64_t facetsPerReport = 1 << 16;
 
 Error AtFacet(std::uint64_t facet, const std::string& what)

@@ -24,19 +24,19 @@ enum class Lapse : std::uint8_t
   FaceOfDroppedPoint, // a face that names such a point
   FaceTooSmall,       // a face of fewer than three corners
   PointWithheld,      // a point that the file itself marks as not to be used
-  AttributeMissing,   // a face names a texture coordinate, normal or colour that does not exist: it
-                      // is read without it
+  AttributeMissing,   // a texture coordinate, normal or colour that a face names but that does not
+                      // exist: the face is read without it
 
   // Read:
   BytesAfterEnd,  // bytes after the end of the data that the file declares
   PaddedEnd,      // zeros after the end, which fill up a block
-  NotCounted,     // points or faces that the file holds and its header does not count
-  ValuesNotNamed, // a line of a text with more values than its header names, which are not read
-  ColumnsGuessed, // the first column of points as text may be a coordinate, a number or a time
+  NotCounted,     // points or faces in the file that its header does not count
+  ValuesNotNamed, // a line with more values than the text's header names: they are not read
+  ColumnsGuessed, // points as text whose first columns may not be coordinates: a guess
   EndMissing,     // the word that ends a text is missing: the file may be truncated
-  FieldNotKnown,  // a field of a scene that its format does not have, which is not read
-  NodeLeftOut,    // a node of a scene that its format does not have, or that lies in a file that is
-                  // not there, or whose sizes make no shape
+  FieldNotKnown,  // a field of a scene that the format does not have: it is not read
+  NodeLeftOut,    // a node of a scene that the format does not have, that lies in a missing file,
+                  // or whose sizes make no shape
 };
 inline constexpr std::size_t lapseKinds = 13;
 

@@ -54,7 +54,7 @@ bool ReadPngHeader(png_structp codec, png_infop info)
     return false;
   }
   png_set_user_limits(codec, PNG_UINT_31_MAX, PNG_UINT_31_MAX); // our own limit applies
-  png_set_chunk_malloc_max(codec, 1 << 24);                     // profiles and texts
+  png_set_chunk_malloc_max(codec, 1 << 24);                     // for profiles and texts
   png_read_info(codec, info);
   return true;
 }

@@ -28,7 +28,7 @@ struct TileOptions
 // Numbers of tiles, texels and triangles; the counts of several tiles can be added.
 struct TileCounts
 {
-  std::uint64_t tiles = 0, halved = 0; // tiles that had to be made smaller
+  std::uint64_t tiles = 0, halved = 0; // halved: had to be made smaller
   std::uint64_t texels = 0;            // of all tiles
   std::uint64_t triangles = 0,
                 // All triangles; those that show a picture's mean, because they repeat it too

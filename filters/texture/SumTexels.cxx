@@ -22,7 +22,7 @@ struct TexelValues
 // few, sums of whole numbers stay exact, except the products with rows and columns.
 struct FewSums
 {
-  static constexpr std::size_t most = 64;   // times the square of a white texel: 0.7 × 2^24
+  static constexpr std::size_t most = 64;   // parts; squares of white texels: 0.7 × 2^24
   TexelValues whole{}, byColumn{}, byRow{}; // values; values times column; values times row
   std::size_t parts = 0;
 };

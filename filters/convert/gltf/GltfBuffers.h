@@ -76,7 +76,7 @@ private:
   std::map<std::size_t, std::vector<std::uint8_t>> Decompressed; // by the number of the view
   std::vector<std::filesystem::path> Named;
   std::optional<Error> Missed;
-  std::uint64_t BytesInAll = 0, BytesDecompressed = 0; // of buffers; of compressed views so far
+  std::uint64_t BytesInAll = 0, BytesDecompressed = 0; // all buffers; compressed views so far
 };
 
 }

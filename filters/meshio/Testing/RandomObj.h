@@ -42,7 +42,7 @@ public:
     this->Blank = generator.PickOf({ " ", "\t", "  " });
     this->Doubles = generator.Chance(0.5);
     this->Obj.scalarType = this->Doubles ? ScalarType::Float64 : ScalarType::Float32;
-    this->Colors = generator.Pick(4); // none, up to 1, up to 255, not all
+    this->Colors = generator.Pick(4); // 0: none; up to 1; up to 255; not all places
     this->Counts = { 3 + generator.Pick(mostPlaces), 0, 0 };
     this->Named[1] = generator.Chance(0.3);
     this->Named[2] = generator.Chance(0.3);
@@ -235,7 +235,7 @@ private:
     std::array<bool, 3> used{};
     for (const std::size_t part : { 1U, 2U })
     {
-      used[part] = this->Corners.empty() && this->Counts[part] == this->Counts[0]; // of a cloud
+      used[part] = this->Corners.empty() && this->Counts[part] == this->Counts[0]; // for a cloud
       for (Corner& vertex : vertices)
       {
         vertex[part] = used[part] ? vertex[0] : 0;
@@ -341,7 +341,7 @@ private:
   std::array<bool, 3> Named{};
   std::array<std::vector<Vec3>, 3> Values;
   std::vector<std::uint8_t> Bytes; // colours
-  std::vector<Corner> Corners;     // three a triangle
+  std::vector<Corner> Corners;     // three for each triangle
   PolygonFaces Polygons;           // of these triangles
 };
 
