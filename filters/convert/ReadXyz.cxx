@@ -1228,7 +1228,7 @@ private:
   std::vector<Vec3> Places; // columns 4 to 6 of the points
   DecimalPrecision PlacesPrecision;
   bool IsShifted = false;
-  bool IsShiftedUsual = false; // only without the first column is their number usual
+  bool IsShiftedUsual = false; // the number of columns is usual only without the first one
   ForeignMesh Out;
 };
 

@@ -1069,7 +1069,7 @@ private:
   std::string Last;           // the last word
   std::size_t LastBegin = 0;  // offset of Last in the output
   std::string Defined, Proto; // names for the next bracket
-  std::string ProtoName;      // the name in the file of Proto
+  std::string ProtoName;      // Proto's name in the file
   std::size_t ProtoDepth = 0; // how many brackets were open at Proto's name
   int RouteWords = 0;
   std::map<std::string, std::uint64_t, std::less<>> NodesOf; // how many nodes each PROTO makes

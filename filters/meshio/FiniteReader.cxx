@@ -55,7 +55,7 @@ public:
   std::uint64_t Position() const override { return this->Reader->Position(); }
 
 private:
-  // Copies what the reader has found out by reading into Info().
+  // Copies into Info() what the reader has found out while reading.
   template <class Number>
   Result<Number> Tell(Result<Number> result)
   {

@@ -87,7 +87,7 @@ Result<std::unique_ptr<MeshReader>> MeshReader::Open(const std::filesystem::path
   Result<std::unique_ptr<MeshReader>> reader = OpenFinite(file, execution, scratch);
   KDSTREAM_TRY(reader);
   std::optional<HiddenColors> colors = FindHiddenColors((*reader)->Info().attributes);
-  if (!colors || (colors->bytes && FileEnding(file) != ".ply")) // others convert them
+  if (!colors || (colors->bytes && FileEnding(file) != ".ply")) // others convert numbers to bytes
   {
     return reader;
   }

@@ -327,7 +327,7 @@ Status ObjReader::MakeTables(const Execution& execution)
         const auto number = static_cast<std::uint32_t>(this->SoFar[0] + 1);
         const ObjVertices::Corner corner{ number, this->Found.named[1] ? number : 0,
           this->Found.named[2] ? number : 0 };
-        return this->Tables->AddFace(std::span(&corner, 1)); // only makes the vertex: is not read
+        return this->Tables->AddFace(std::span(&corner, 1)); // the face is not read
       }
       if (this->Statements.Keyword() != ObjKeyword::Face)
       {

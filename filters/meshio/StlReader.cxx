@@ -58,7 +58,7 @@ public:
       this->Failure = read.GetError();
       return *this->Failure;
     }
-    // Replaces -0.0 by 0.0, because welding joins corners with the same bits.
+    // Replaces -0.0 by 0.0, because welding joins only corners with equal bits.
     for (Vec3& point : std::span(mesh.points).last(number))
     {
       point = { point[0] + 0.0, point[1] + 0.0, point[2] + 0.0 };
@@ -316,7 +316,7 @@ void BinaryStlReader::SpreadNotFinite(std::uint64_t facet, std::size_t first, st
       }
     }
     std::fill(corners, corners + 3, notFinite);
-    this->Finite = false; // even if another read returns the vertex itself
+    this->Finite = false; // also if the bad vertex is in another read
   }
 }
 

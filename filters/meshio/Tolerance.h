@@ -32,7 +32,7 @@ enum class Lapse : std::uint8_t
   PaddedEnd,      // zeros after the end, which fill up a block
   NotCounted,     // points or faces in the file that its header does not count
   ValuesNotNamed, // a line with more values than the text's header names: they are not read
-  ColumnsGuessed, // points as text whose first columns may not be coordinates: a guess
+  ColumnsGuessed, // points as text: what the first columns are was guessed
   EndMissing,     // the word that ends a text is missing: the file may be truncated
   FieldNotKnown,  // a field of a scene that the format does not have: it is not read
   NodeLeftOut,    // a node of a scene that the format does not have, that lies in a missing file,

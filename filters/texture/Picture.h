@@ -52,8 +52,8 @@ PictureType TypeOfName(const std::string& name);
 bool IsDecodedByRows(std::span<const std::uint8_t> bytes);
 
 inline constexpr std::uint64_t mostPicturePixels = std::uint64_t{ 1 } << 30;
-// Along a side. It is limited because a single row takes memory, and the squares of TextureFolder.h
-// are 64 rows high.
+// The most texels along a side. There is a limit because a single row takes memory, and the squares
+// of TextureFolder.h are 64 rows high.
 inline constexpr std::uint64_t mostPictureSide = std::uint64_t{ 1 } << 17;
 
 // Decodes the picture according to its content. 16-bit channels become bytes; palettes become RGB

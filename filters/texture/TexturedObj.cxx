@@ -170,7 +170,7 @@ private:
     }
   }
 
-  // A tile's picture may have a name in other case than its file.
+  // A tile's picture may have a name in another case than its file.
   void SplitIntoTiles()
   {
     std::vector<PictureSource>& pictures = this->Out.textured.pictures;

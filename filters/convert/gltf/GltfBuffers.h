@@ -25,10 +25,10 @@ class FilesBeside;
 class GltfBuffers
 {
 public:
-  // Finds every buffer of a document of that file: in the .glb, in a data URI, or in a file in or
-  // below the file's folder (FilesBeside). Files are mapped, not read. A buffer that is missing, or
-  // shorter than it claims, is an error only when it is needed. The document must outlive the
-  // buffers.
+  // Finds every buffer of `document`, which comes from `file`: in the .glb, in a data URI, or in a
+  // file in or below the file's folder (FilesBeside). Files are mapped, not read. A buffer that is
+  // missing, or shorter than it claims, is an error only when it is needed. The document must
+  // outlive the buffers.
   static GltfBuffers Open(const GltfDocument& document, const std::filesystem::path& file);
 
   struct View

@@ -30,9 +30,9 @@ struct GltfMaterials
   std::vector<std::string> warnings;
 };
 
-// Reads the materials of a document of that file and of its buffers. Pictures are searched for
-// beside the file (FilesBeside). Of picture files, only the sizes are read. Memory: also the
-// pictures that are in the JSON itself, each once.
+// Reads the materials of `document`, which comes from `file` and has these buffers. Pictures are
+// searched for beside the file (FilesBeside). Of picture files, only the sizes are read. Memory:
+// also the pictures that are in the JSON itself, each once.
 GltfMaterials ReadGltfMaterials(
   const GltfDocument& document, const GltfBuffers& buffers, const std::filesystem::path& file);
 

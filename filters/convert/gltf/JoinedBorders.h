@@ -20,9 +20,10 @@ public:
   // O(n log n) of them.
   void Add(const Mesh& mesh, std::size_t first, std::uint32_t tile, const Box& box);
 
-  // Moves each border vertex to the nearest one of an earlier tile, if that is at most 2^-14 of the
-  // longest side of one of the two tiles away: tiles are rounded by up to this. The two normals
-  // become equal if they nearly are. Vertices that are farther apart stay. Expected time: O(n).
+  // Moves each border vertex to the nearest one of an earlier tile, if their distance is at most
+  // 2^-14 of the longest side of one of the two tiles: tiles are rounded by up to this. The two
+  // normals become equal if they nearly are. Vertices that are farther apart stay. Expected time:
+  // O(n).
   void Close(Mesh& mesh) const;
 
 private:

@@ -159,7 +159,7 @@ TEST(Picture, ThoseThatNeedAllTexelsAreKnownBefore)
   EXPECT_FALSE(IsDecodedByRows(cut));
 }
 
-// The rows of the bytes so far come before the rest of the bytes is there.
+// The rows that the first bytes give are delivered before the other bytes are read.
 TEST(Picture, ALossyWebpComesRowByRow)
 {
   class CountedRows : public PictureRows
