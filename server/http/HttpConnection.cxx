@@ -39,9 +39,8 @@ namespace
 //   the request's header                 --request-timeout
 //   a reader (of disks) has the request  --answer-timeout, then 503 is answered. If the client has
 //                                        left (its socket is reset), nothing is waited for.
-//   the answer is sent                   --answer-timeout for each 64 KiB, and for all of it; to
-//   each
-//                                        the time is added that --slowest allows for these bytes
+//   the answer is sent                   --answer-timeout for 64 KiB, and for the whole answer,
+//                                        each plus the time that --slowest allows for these bytes
 //   the end: further bytes are dropped   closePatience
 //
 // The socket's timer ends all states but the third. If that fails, the server's reaper ends the
