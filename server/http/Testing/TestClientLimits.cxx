@@ -89,8 +89,7 @@ TEST(ClientLimits, ThoseWhoAreGoneAreForgotten)
   {
     for (int i = 0; i < 1000; ++i)
     {
-      limits.TakeRequest(
-        "10.0." + std::to_string(minute) + "." + std::to_string(i), // may be any text
+      limits.TakeRequest("10.0." + std::to_string(minute) + "." + std::to_string(i), // any text
         start + minute * 2min);
       limits.TakeSlot("10.1." + std::to_string(i));
     }
