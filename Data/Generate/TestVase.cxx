@@ -71,7 +71,7 @@ TEST(Vase, IsPainted)
   const Mesh vase = ReadVase(100000);
   ASSERT_FALSE(vase.attributes.empty());
   EXPECT_EQ(RoleOf(vase.attributes[0]), AttributeRole::Colors);
-  // Blue, red, green and gold each cover at least half a hundredth of the vase.
+  // Blue, red, green and gold each cover at least 0.5 % of the vase.
   std::map<std::string, std::size_t> counts;
   for (std::size_t i = 0; i < vase.points.size(); ++i)
   {

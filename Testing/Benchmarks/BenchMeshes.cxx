@@ -204,7 +204,7 @@ private:
   std::vector<Ball> Balls;
 };
 
-// Both sides of a triply periodic surface form a wall, inside a ball.
+// A wall along a triply periodic surface, inside a ball.
 double Gyroid(const Vec3& p)
 {
   const double scale = 2.4 * pi;

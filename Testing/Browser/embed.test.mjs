@@ -14,7 +14,7 @@ let server, browser, host;
 // A museum's own site. It serves the page that was set last.
 class Host {
   body = "";
-  scripts = ""; // the sources of scripts that its policy allows
+  scripts = ""; // further sources of scripts that its policy allows
   #server = createServer((request, response) => {
     response.setHeader("Content-Type", "text/html; charset=utf-8");
     // The example's script is in the page itself.

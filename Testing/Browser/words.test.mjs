@@ -14,7 +14,7 @@ const read = (name) => readFileSync(join(web, name), "utf8");
 
 const literals = (code) => [...code.matchAll(/"((?:[^"\\]|\\.)*)"/g)].map(([each]) => JSON.parse(each));
 
-// The first argument of a call, after its opening parenthesis at `begin`.
+// The first argument of a call whose opening parenthesis is just before `begin`.
 function firstArgument(code, begin) {
   let depth = 0;
   for (let i = begin; i < code.length; ++i) {

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps:
 // 1. replay all actions before the cut, in order, on files and folders that remember changes that
-// were
-//    not made durable
+//    were not made durable
 // 2. choose some of these changes
 // 3. the result is the tree that can be reached from the folder.
 #include "Testing/Faults/PowerCut.h"

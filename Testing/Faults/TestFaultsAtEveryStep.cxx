@@ -204,7 +204,7 @@ TEST_P(AtEveryStep, NothingIsLostOrHalf)
     {
       if (kind.reason == EINTR && !once)
       {
-        continue; // interrupting every call forever does not happen
+        continue; // no program is interrupted forever
       }
       const auto step = [&](std::uint64_t call)
       {

@@ -112,7 +112,7 @@ private:
   const std::size_t HeaderBytes;
   boost::beast::flat_buffer Bytes;
   std::optional<RequestParser> Parser;
-  bool IsLineSkipped = false; // an empty line before this request
+  bool IsLineSkipped = false; // an empty line was skipped before this request
 };
 
 }

@@ -75,7 +75,7 @@ void ForEachPatiently(std::size_t count, std::chrono::milliseconds patience,
     const auto before = loop->next;
     const bool goesOn =
       loop->changed.wait_for(lock, patience, [&] { return loop->done || loop->next > before; });
-    if (goesOn || loop->next == 0) // if no call has begun, starting a thread takes long
+    if (goesOn || loop->next == 0) // no call has begun yet: the thread starts slowly
     {
       continue;
     }

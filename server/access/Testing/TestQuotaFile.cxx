@@ -39,7 +39,7 @@ protected:
   const fixtures::TemporaryFolder folder;
   const fs::path place = this->folder.Path / "place", file = this->place / "quotas.db";
   std::atomic<std::int64_t> time{ 1'000'000 * second };
-  std::atomic<int> throwing{ 0 }; // this many looks at the clock from now, one throws
+  std::atomic<int> throwing{ 0 }; // n: the n-th look at the clock from now throws
 
   void SetUp() override { fs::create_directory(this->place); }
 
