@@ -3,8 +3,7 @@
 // 1. every document's anchors, sections and titles
 // 2. the links of documents
 // 3. the words of documents, and of the comments of sources: each word that looks like a reference
-// is
-//    looked up.
+//    is looked up.
 #include "Testing/Documents/References.h"
 
 #include <algorithm>

@@ -30,7 +30,7 @@ std::string AnchorOfHeading(const std::string& heading);
 // In documents (Markdown), links [text](target) are checked: the file, and the anchor in it. In
 // documents and in comments of sources these references are checked:
 //   - files and folders of the tree, by their path or the end of it; sources also by only their
-//   name;
+//     name;
 //   - tests by their name;
 //   - documents by their path, which sources give from the root. After the path there may be
 //     "#anchor", ", section 3", or a title in quotes: a heading, or the bold words that begin a

@@ -9,9 +9,8 @@
 //   - a thread that is blocked for longer than `stalledAfter` is replaced by another, for up to
 //     mostReplaced threads; when it returns, there is one thread too many, which ends;
 //   - a task that is not done within `patience` is given up: its giveUp is called. If tasks that
-//   were
-//     given up block all threads that a source may have, its further tasks are given up at once.
-//     block all threads that a source may have, further tasks of it are given up at once.
+//     were given up block all threads that a source may have, its further tasks are given up at
+//     once.
 #pragma once
 
 #include <chrono>
