@@ -90,7 +90,7 @@ private:
 
   boost::beast::error_code Take()
   {
-    // The parser leaves a line as long as the next one may go on with it, so none is missed.
+    // The parser keeps a line back while the next one may continue it, so no folded line is missed.
     if (HasFoldedLine(this->Unparsed()))
     {
       return make_error_code(boost::beast::http::error::bad_obs_fold);

@@ -66,7 +66,7 @@ public:
     Ping,   // its payload is Control()
     Pong,
     Close, // Status(), and the reason in Control()
-    Error  // Status() says what is wrong. There is nothing after a Close or an error.
+    Error  // Status() says what is wrong. No event follows a Close or an error.
   };
   // Takes bytes up to the next event, and returns the event.
   Event Take(std::string_view& bytes);
