@@ -70,7 +70,7 @@ void Tell(const MeshFileInfo& file, bool merging, const ArraySelections& selecti
   selections.Tell(file.attributes, facts, outInfo);
 }
 
-// Removes what was known of another file.
+// Removes the information about another file.
 void Forget(vtkInformation& outInfo)
 {
   outInfo.Remove(vtkKdMeshReader::NUMBER_OF_POINTS());
@@ -109,7 +109,7 @@ int vtkKdMeshReader::RequestInformation(
   Forget(outInfo);
   if (!this->FileName || !*this->FileName)
   {
-    return 1; // programs with panels ask before a file was chosen; RequestData refuses
+    return 1; // panels ask before a file is chosen; RequestData refuses
   }
   const auto reader = OpenFile(this->FileName, MakeAlgorithmExecution(*this, {}));
   if (!reader)
@@ -134,7 +134,7 @@ int vtkKdMeshReader::RequestData(
   vtkInformation* const outInfo = outputVector->GetInformationObject(0);
   if (outInfo->Get(vtkStreamingDemandDrivenPipeline::UPDATE_PIECE_NUMBER()) > 0)
   {
-    return 1; // the first piece is all of it
+    return 1; // the first piece is the whole mesh
   }
   const Execution execution =
     MakeAlgorithmExecution(*this, { { "read", 0.0, 0.9 }, { "fill", 0.9, 1.0 } });

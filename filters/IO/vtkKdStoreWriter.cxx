@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps:
-// 1. the input as one mesh of core's
-// 2. the build (filters/build).
-// On several processes:
-// 1. their inputs as shares of one mesh
-// 2. the build of shares (filters/Parallel).
+// 1. convert the input to one mesh of core's
+// 2. build the store (filters/build).
+//
+// Steps on several processes:
+// 1. convert their inputs to shares of one mesh
+// 2. build a store of the shares (filters/Parallel).
 #include "vtkKdStoreWriter.h"
 
 #include "filters/Parallel/DistributedBuilder.h"
@@ -53,7 +54,7 @@ namespace
 
 using namespace kdstream;
 
-// The direction that a member of three numbers sets; none for (0, 0, 0).
+// The direction that a member of three numbers sets; nothing for (0, 0, 0).
 Result<std::optional<Vec3>> DirectionOfMember(const char* name, const double* member)
 {
   const Vec3 vector{ member[0], member[1], member[2] };
@@ -66,8 +67,8 @@ Result<std::optional<Vec3>> DirectionOfMember(const char* name, const double* me
                    : Error{ ErrorCode::InvalidArgument, std::string(name) + " is not a direction" };
 }
 
-// For a file that is written: a missing folder is not a FileNotFoundError, and formats cannot be
-// wrong.
+// Error codes for a file that is written: a missing folder is not a FileNotFoundError, and its
+// format cannot be wrong.
 unsigned long CodeOf(const Error& error)
 {
   switch (error.code)
@@ -82,7 +83,7 @@ unsigned long CodeOf(const Error& error)
   }
 }
 
-// One mesh with all arrays that a store can have.
+// Makes one mesh with all arrays that a store can have.
 Result<Mesh> ReadInput(vtkDataObject& input, bool weldByPlace, const Execution& execution,
   std::vector<std::string>& leftOut)
 {
@@ -100,7 +101,7 @@ Result<Mesh> ReadInput(vtkDataObject& input, bool weldByPlace, const Execution& 
   return mesh;
 }
 
-// How many ranks are on this host.
+// How many ranks run on this host.
 Result<std::uint64_t> RanksHere(RankGroup& ranks)
 {
   std::array<char, 256> name{};
@@ -111,7 +112,7 @@ Result<std::uint64_t> RanksHere(RankGroup& ranks)
   return static_cast<std::uint64_t>(std::count(all->begin(), all->end(), hash));
 }
 
-// Takes options that must be equal on all ranks, and the store, from rank 0.
+// Takes from rank 0 the options that must be equal on all ranks, and the store's name.
 Status TakeOptionsOfFirst(
   RankGroup& ranks, bool& weldByPlace, std::string& store, BuildOptions& options)
 {
@@ -221,7 +222,7 @@ void vtkKdStoreWriter::WriteData()
     }
   };
   const bool isCollective = AreSeveral(this->Controller);
-  // One process writes: the others' names and directions do not matter.
+  // If only one process writes, the names and directions of the others do not matter.
   const bool writes = !isCollective || this->Controller->GetLocalProcessId() == 0;
   this->SetErrorCode(vtkErrorCode::NoError);
   BuildOptions options;
@@ -290,11 +291,12 @@ void vtkKdStoreWriter::WriteData()
   }
 }
 
-// Without input a process fails, too, where all of them are asked: the others wait for it.
+// If several processes write together, a process without input takes part, too, and fails, because
+// the others wait for it.
 int vtkKdStoreWriter::Write()
 {
   this->HasBegun = false;
-  this->SetErrorCode(vtkErrorCode::UnknownError); // until WriteData knows better
+  this->SetErrorCode(vtkErrorCode::UnknownError); // until WriteData has a better code
   const bool isCollective = AreSeveral(this->Controller);
   const bool hasInput = this->GetNumberOfInputConnections(0) > 0;
   if (hasInput || !isCollective)

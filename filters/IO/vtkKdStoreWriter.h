@@ -1,44 +1,43 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkKdStoreWriter
- * @brief   makes a store of a surface or point set: the file that KdStream's servers and viewers
- * take
+ * @brief   makes a store of a surface or point set: the file for KdStream's servers and viewers
  *
- * Step "build" of the pipeline picture, as a VTK writer: what kdstream-build does with a mesh that
- * fits the memory.
+ * Step "build" of the pipeline picture, as a VTK writer: does what kdstream-build does with a mesh
+ * that fits into memory.
  *
  * Input: a vtkPolyData; or a vtkPartitionedDataSet, vtkPartitionedDataSetCollection or
- * vtkMultiBlockDataSet of them, which is taken as one mesh without ghosts (vtkMeshPartition). So
+ * vtkMultiBlockDataSet of these, which is taken as one mesh without ghosts (vtkMeshPartition). So
  * the partitions of vtkKdTreePartition make the store of the whole mesh. Polygons and strips become
- * triangles; without either all points are a cloud. Vertices and lines beside triangles are left
- * out. Every array of numbers that all parts have is written; a warning lists others.
+ * triangles. If there are neither, all points are a cloud; else vertices and lines are left out.
+ * Every array of numbers that all parts have is written; a warning lists the other arrays.
  *
- * Several processes (Controller) write one store together, as kdstream-build-mpi does: all of them
- * call Write, each with its part of the mesh, and none holds the whole mesh. The store is that of
- * the parts in the order of the processes. Process 0 writes, by its FileName and members.
- * - Memory: some 250 bytes for each point of a process's part while the processes agree on one
- *   mesh; then at most the process's share of three quarters of what its machine has free, at least
- *   64 MiB.
- * - Disk: files of three to four times the part, beside the store or, where another process than 0
- *   cannot write there, in the system's folder for temporary files.
+ * Several processes (Controller) can write one store together, as kdstream-build-mpi does. All of
+ * them call Write, each with its part of the mesh; none holds the whole mesh. The store is that of
+ * the parts in the order of the processes. Process 0 writes; its FileName and members count.
+ * - Memory: about 250 bytes for each point of a process's part while the processes agree on one
+ *   mesh. After that, the processes on a machine may use three quarters of its free memory; each
+ *   takes at most its share of this, but at least 64 MiB.
+ * - Disk: files of three to four times the part, beside the store. If a process other than 0 cannot
+ *   write there, its files go to the system's folder for temporary files.
  * - Sources that give pieces, such as vtkKdStoreReader, are asked for the process's own piece.
- *   Other sources give what this process has; process 0 warns if that is the same mesh everywhere.
- *   A process that has nothing of the mesh sets an empty vtkPolyData.
- * - An error of one process is an error of all, which names it: no input or one of another type, an
- *   error of its input, no memory left.
+ *   Other sources give the data that this process has; process 0 warns if all processes have the
+ *   same mesh. A process that has no part of the mesh sets an empty vtkPolyData.
+ * - An error of one process is an error of all processes; the message names the process. Examples:
+ *   no input or one of another type, an error of its input, no memory left.
  *
- * So the output of vtkKdTreePartition on several processes makes the same store as on one, to the
- * byte.
+ * So the output of vtkKdTreePartition on several processes makes the same store as on one process,
+ * byte for byte.
  *
- * The store appears whole or not at all. It depends only on input and members, not on backend and
- * threads of vtkSMPTools. Aborting leaves no file. Errors: an input that could not be made; no
- * points; a coordinate that is not finite; an error of the file system; arrays whose names no store
- * can hold; on several processes, less memory than a partition needs. GetErrorCode is then
- * OutOfDiskSpaceError (the disk, a quota, the longest allowed file), CannotOpenFileError,
- * NoFileNameError, or UnknownError.
+ * The store appears whole or not at all. It depends only on the input and the members, not on the
+ * backend and the threads of vtkSMPTools. Aborting leaves no file. Errors: an input that could not
+ * be made; no points; a coordinate that is not finite; an error of the file system; arrays with
+ * names that no store can hold; on several processes, less memory than a partition needs.
+ * GetErrorCode is then OutOfDiskSpaceError (the disk, a quota, the maximum file size),
+ * CannotOpenFileError, NoFileNameError, or UnknownError.
  *
- * Numbers below that are out of their range are clamped. A negative number where none is allowed,
- * NaN, or a vector that is not finite is an error, and the old value stays.
+ * In the setters below, numbers out of range are clamped. It is an error to set a negative number
+ * where none is allowed, NaN, or a vector that is not finite; the old value then stays.
  *
  * Complexity: O(n log n + t log t) for n points and t triangles; about 190 bytes a point on one
  * process.
@@ -74,8 +73,8 @@ public:
 
   ///@{
   /**
-   * Bits of each coordinate on the grid of the levels and the original, 8 to 24; or 0: all
-   * coordinates as they are, to the bit. Default 20.
+   * Bits of each coordinate on the grid of the levels and the original, 8 to 24. 0: coordinates
+   * stay as they are, to the bit. Default 20.
    */
   virtual void SetGridBits(int bits);
   vtkGetMacro(GridBits, int);
@@ -83,7 +82,7 @@ public:
 
   ///@{
   /**
-   * The most points of a partition, at least 1. Default 2000.
+   * The maximum number of points in a partition, at least 1. Default 2000.
    */
   virtual void SetVerticesPerPartition(vtkIdType value);
   vtkGetMacro(VerticesPerPartition, vtkIdType);
@@ -91,7 +90,7 @@ public:
 
   ///@{
   /**
-   * The number of partitions instead, a power of two; 0, the default: by VerticesPerPartition.
+   * The number of partitions, a power of two. 0, the default: VerticesPerPartition decides.
    */
   virtual void SetNumberOfPartitions(vtkIdType value);
   vtkGetMacro(NumberOfPartitions, vtkIdType);
@@ -99,7 +98,7 @@ public:
 
   ///@{
   /**
-   * The most points of a cell of the finest level, 1 to 1024. Default 8.
+   * The maximum number of points in a cell of the finest level, 1 to 1024. Default 8.
    */
   virtual void SetCellVertices(int value);
   vtkGetMacro(CellVertices, int);
@@ -107,7 +106,7 @@ public:
 
   enum MakerType // as vtkKdClusterSimplification's
   {
-    Collapse = 0, ///< levels by collapse of edges
+    Collapse = 0, ///< levels by edge collapse
     Cluster = 1   ///< by the cells of the tree
   };
   ///@{
@@ -123,7 +122,7 @@ public:
 
   ///@{
   /**
-   * Whether points in the same place whose arrays are equal become one first. Default on.
+   * Whether points in the same place with equal arrays become one first. Default on.
    */
   vtkSetMacro(Weld, bool);
   vtkGetMacro(Weld, bool);
@@ -132,9 +131,9 @@ public:
 
   ///@{
   /**
-   * Whether points of different parts of a composite input that lie in the same place become one.
-   * Used only where the input has no global ids. Points of one part are never joined. Default off:
-   * Weld joins such points too, except where arrays differ.
+   * Whether points in the same place become one, if they are in different parts of a composite
+   * input. Used only if the input has no global ids. Points of one part are never joined. Default
+   * off: Weld joins such points too, except if their arrays differ.
    */
   vtkSetMacro(WeldByPlace, bool);
   vtkGetMacro(WeldByPlace, bool);
@@ -143,7 +142,7 @@ public:
 
   ///@{
   /**
-   * What viewers show of the model: UTF-8. Default none.
+   * Texts about the model that viewers show, in UTF-8. Default none.
    */
   vtkSetMacro(Title, std::string);
   vtkGetMacro(Title, std::string);
@@ -170,8 +169,8 @@ public:
 
   ///@{
   /**
-   * The processes that have the parts of the mesh. Default: vtkMultiProcessController's global one;
-   * null or a single process: this process has the whole mesh.
+   * The processes that have the parts of the mesh. Default: vtkMultiProcessController's global
+   * controller. Null or a single process: this process has the whole mesh.
    */
   virtual void SetController(vtkMultiProcessController* controller);
   vtkGetObjectMacro(Controller, vtkMultiProcessController);
@@ -200,7 +199,7 @@ private:
   int Maker = Collapse;
   bool Weld = true;
   bool WeldByPlace = false;
-  bool HasBegun = false; // since the last Write: WriteData was called
+  bool HasBegun = false; // WriteData was called since the last Write
   std::string Title, Credit, License, Unit;
   double Up[3] = { 0, 0, 0 }, View[3] = { 0, 0, 0 };
 };

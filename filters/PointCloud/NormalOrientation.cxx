@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps:
 // 1. make the edges of the graph go both ways
-// 2. from every known normal, or a part's highest point, follow the most parallel edges first
-//    (Prim).
+// 2. start at every known normal, or at a part's highest point, and follow the edges between the
+//    most parallel normals first (Prim).
 #include "filters/PointCloud/SurfaceReconstruction.h"
 
 #include "filters/core/VectorMath.h"
@@ -18,7 +18,7 @@ namespace kdstream
 namespace
 {
 
-// The neighbours of every point one after the other, each edge at both of its ends.
+// The neighbours of all points, point after point. Each edge is stored at both of its ends.
 class Graph
 {
 public:
@@ -55,7 +55,7 @@ private:
   std::vector<VertexId> Ends;
 };
 
-// An edge that leads on: cost, the point it leads to, the one it comes from.
+// An edge to follow: its cost, the point to which it leads, and the point from which it comes.
 using Step = std::tuple<double, VertexId, VertexId>;
 
 class Orienter
@@ -70,7 +70,7 @@ public:
 
   bool IsDone(VertexId point) const { return this->Done[point] != 0; }
 
-  // The point's normal is right as it is.
+  // Marks a point whose normal is right as it is.
   void Finish(VertexId point)
   {
     this->Done[point] = 1;

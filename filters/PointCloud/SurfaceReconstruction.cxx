@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps:
-// 1. points relative to the box's centre, each place once
-// 2. the nearest neighbours of each, and with them the spacing
-// 3. normals: fitted planes, oriented
-// 4. PCL's surface
-// 5. back to the points of the input.
+// 1. make points relative to the box's centre, each place once
+// 2. find the nearest neighbours of each place, and with them the spacing
+// 3. find normals: fit planes, and orient them
+// 4. let PCL make the surface
+// 5. convert it back to the points of the input.
 #include "filters/PointCloud/SurfaceReconstruction.h"
 
 #include "filters/core/UnitVector.h"
@@ -32,13 +32,13 @@ namespace
 using Cloud = pcl::PointCloud<pcl::PointNormal>;
 
 constexpr std::size_t grain = 1024;
-constexpr std::size_t batch = 1 << 16;     // points between two reports
-constexpr std::size_t spacingNeighbor = 6; // as many a vertex of a regular mesh has
-// The longest edge of a greedy surface, measured on the dragon's points, a regular and a random
-// sphere: a smaller value leaves holes, a larger one gives folds.
+constexpr std::size_t batch = 1 << 16;     // points between two reports of progress
+constexpr std::size_t spacingNeighbor = 6; // a vertex of a regular mesh has six neighbours
+// The longest edge of a greedy surface. Measured with the dragon's points, and with a regular and a
+// random sphere: a smaller value leaves holes, a larger one gives folds.
 constexpr double radiusInSpacings = 2.25;
 constexpr double unlimitedMu = 1e6;
-constexpr double lineTolerance = 1e-6; // second to first extent of points on a line
+constexpr double lineTolerance = 1e-6; // if points are on a line: second extent relative to first
 constexpr double pi = 3.14159265358979323846;
 
 Vec3 AreaOf(const Vec3& a, const Vec3& b, const Vec3& c)
@@ -46,7 +46,7 @@ Vec3 AreaOf(const Vec3& a, const Vec3& b, const Vec3& c)
   return Cross(Minus(b, a), Minus(c, a));
 }
 
-// PCL's classes print what they come upon; not while one lives.
+// PCL's classes print messages; they do not while an object of this class exists.
 class QuietPcl
 {
 public:
@@ -96,7 +96,7 @@ public:
   }
 
 private:
-  // Calls body(i) for every place, with a report a batch.
+  // Calls body(i) for every place, and reports progress after each batch.
   template <class Body>
   Status ForEachPlace(const char* step, const Body& body) const
   {
@@ -165,8 +165,8 @@ private:
     return this->CheckShape();
   }
 
-  // Checks that there are at least three places that are not on one line: the farthest from the
-  // first, and then one beside the line through both.
+  // Checks that there are at least three places that are not on one line: finds the place that is
+  // farthest from the first one, then one that is not on the line through both.
   Status CheckShape() const
   {
     const std::size_t count = this->Places->size();
@@ -212,7 +212,7 @@ private:
         std::vector<float> squares;
         this->Tree.nearestKSearch(
           static_cast<int>(i), static_cast<unsigned>(this->Valence), found, squares);
-        // Where coordinates overflow, PCL finds fewer.
+        // If coordinates overflow, PCL finds fewer neighbours.
         found.resize(this->Valence, static_cast<int>(i));
         squares.resize(this->Valence, 0);
         std::copy(
@@ -280,7 +280,7 @@ private:
     for (std::size_t i = 0; i < count; ++i)
     {
       pcl::PointNormal& place = (*this->Places)[i];
-      // A point still without a normal has all its neighbours on a line: any normal will do.
+      // If a point has no normal so far, all its neighbours are on a line: any normal will do.
       const Vec3 normal = Dot(normals[i], normals[i]) > 0 ? normals[i] : Vec3{ 0, 0, 1 };
       place.normal_x = float(normal[0]);
       place.normal_y = float(normal[1]);
@@ -295,7 +295,7 @@ private:
     return { double(p.normal_x), double(p.normal_y), double(p.normal_z) };
   }
 
-  // PCL's vectors of corners as triangles, polygons as fans; `id` maps a corner.
+  // Adds PCL's polygons as fans of triangles; `id` maps a corner to a point.
   template <class Id>
   void AddTriangles(const std::vector<pcl::Vertices>& polygons, std::size_t corners, const Id& id)
   {
@@ -346,7 +346,8 @@ private:
     this->TurnTriangles();
   }
 
-  // PCL orients each triangle by one of its corners; all three know better.
+  // PCL orients each triangle by the normal of one corner. Using the normals of all three is more
+  // reliable.
   void TurnTriangles()
   {
     for (Triangle& t : this->Output.triangles)
@@ -387,7 +388,7 @@ private:
     poisson.setMinDepth(static_cast<int>(std::min(this->PoissonDepth(), 5U)));
     poisson.setSamplesPerNode(float(this->Options.samplesPerNode));
     poisson.setPointWeight(float(this->Options.pointWeight));
-    poisson.setThreads(1); // sums in another order would give other bits
+    poisson.setThreads(1); // another order of sums would change bits
     poisson.setInputCloud(this->Places);
     Cloud surface;
     std::vector<pcl::Vertices> polygons;
@@ -397,7 +398,7 @@ private:
     this->TakeSurface(surface);
   }
 
-  // The surface's points, what is nearest to them, and their normals.
+  // Stores the points of the surface, the input points nearest to them, and their normals.
   void TakeSurface(const Cloud& surface)
   {
     const std::size_t count = surface.size();
@@ -427,8 +428,8 @@ private:
     }
   }
 
-  // The normals of the triangles, weighted by their areas. PCL's triangles face as the points'
-  // normals do.
+  // Computes normals from those of the triangles, weighted by their areas. PCL's triangles face to
+  // the same side as the normals of the points.
   void FindSurfaceNormals()
   {
     std::vector<Vec3>& normals = this->Output.normals;
@@ -448,7 +449,7 @@ private:
     std::transform(normals.begin(), normals.end(), normals.begin(), UnitVector);
   }
 
-  // Drops triangles that no point is near to, and the points that are only theirs.
+  // Drops triangles that are not near any point, and then the points that no triangle uses.
   void Trim(const std::vector<double>& distances)
   {
     const double most = this->Options.trimDistance * this->Output.spacing;
@@ -485,12 +486,12 @@ private:
   const Execution& Exec;
   Vec3 Centre{};
   double Extent = 0; // longest side of the box
-  // A power of two near Extent: places are divided by it, so that squares fit floats.
+  // A power of two near Extent. Places are divided by it, so that their squares fit into floats.
   double Unit = 1;
   Cloud::Ptr Places;
   std::vector<VertexId> PointOfPlace;
   pcl::KdTreeFLANN<pcl::PointNormal> Tree;
-  std::size_t Valence = 0; // entries of Neighbors for each place: itself and its nearest neighbours
+  std::size_t Valence = 0; // neighbours of each place in Neighbors, with itself
   std::vector<VertexId> Neighbors;
   Reconstruction Output;
 };

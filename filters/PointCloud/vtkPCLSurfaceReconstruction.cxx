@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps:
-// 1. the input as one cloud, its points and normals in core's types
-// 2. the surface (SurfaceReconstruction)
-// 3. the output's points, arrays and triangles.
+// 1. convert the input to one cloud: its points and normals, in core's types
+// 2. reconstruct the surface (SurfaceReconstruction)
+// 3. make the output's points, arrays and triangles.
 #include "vtkPCLSurfaceReconstruction.h"
 
 #include "filters/PointCloud/SurfaceReconstruction.h"
@@ -63,7 +63,7 @@ std::vector<Vec3> ReadNormals(vtkPolyData& input)
   return normals;
 }
 
-// The surface's own points, each with the data of the input point nearest to it.
+// Adds the surface's own points, each with the data of the nearest input point.
 void FillPoints(const Reconstruction& surface, vtkPolyData& input, vtkPolyData& output)
 {
   const auto count = static_cast<vtkIdType>(surface.points.size());
@@ -82,7 +82,7 @@ void FillPoints(const Reconstruction& surface, vtkPolyData& input, vtkPolyData& 
   }
   output.SetPoints(points);
   vtkPointData* const data = output.GetPointData();
-  data->CopyNormalsOff(); // the surface has its own
+  data->CopyNormalsOff(); // the surface has its own normals
   data->CopyAllocate(input.GetPointData(), count);
   data->CopyData(input.GetPointData(), from, to);
 }

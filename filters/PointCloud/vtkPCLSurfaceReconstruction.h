@@ -3,40 +3,41 @@
  * @class vtkPCLSurfaceReconstruction
  * @brief makes a surface of a point cloud, by PCL
  *
- * Input: the points of a vtkPolyData; its cells are not looked at. Composite data sets of them are
- * taken as one cloud without ghosts, as vtkMeshPartition describes. Two methods:
+ * Input: the points of a vtkPolyData; its cells are ignored. A composite data set of these is taken
+ * as one cloud without ghosts, as vtkMeshPartition describes. There are two methods:
  *
  * Greedy (pcl::GreedyProjectionTriangulation) joins the points themselves. The output has the
- * input's points, bit for bit and in their order, their point data, and triangles between them;
- * where points are too far apart it has holes, and points that fit nowhere are in no triangle. It
- * suits scans of even density.
+ * input's points, bit for bit and in order, with their point data, and triangles between them. It
+ * has holes where points are too far apart, and points that fit nowhere are in no triangle. This
+ * method suits scans of even density.
  *
  * Poisson (pcl::Poisson) gives a surface near the points; it is closed if the points surround the
- * object. It has points of its own, each with the point data of the nearest input point. It suits
- * noisy clouds; TrimDistance removes what it adds where there are no points.
+ * object. The surface has points of its own, each with the point data of the nearest input point.
+ * This method suits noisy clouds; TrimDistance removes the parts that it adds where there are no
+ * points.
  *
  * Both outputs have the point array "Normals" (3 floats, unit length, the active normals): for
- * greedy those that were used, for Poisson those of the surface. Triangles are counter-clockwise
- * seen from the side that normals show to.
+ * greedy the normals that were used, for Poisson those of the surface. Triangles are
+ * counter-clockwise if seen from the side to which the normals point.
  *
- * Normals: the input's active normals are used where they are finite and not zero. All others are
- * fitted to the nearest points (NumberOfNeighbors, or NormalRadius) by pcl::computePointNormal.
- * Then they are turned towards ViewPoint, or (default) so that neighbours agree, beginning at the
+ * Normals: the input's active normals are used if they are finite and not zero. All other normals
+ * are fitted to the nearest points (NumberOfNeighbors, or NormalRadius) by pcl::computePointNormal.
+ * Then they are turned towards ViewPoint, or (default) so that neighbours agree. This begins at the
  * highest point (greatest z) of every part, whose normal points up.
  *
- * PCL works in floats; points are given to it relative to the centre of their box, so that large
- * offsets lose nothing. Points in one place count once.
+ * PCL works in floats. It gets the points relative to the centre of their box, so that large
+ * offsets lose no precision. Points in one place count once.
  *
- * No points give an empty output. Errors, with an empty output: a coordinate that is not finite;
- * fewer than three points in different places; all points on one line; a part that is not a
+ * Without points, the output is empty. Errors, with an empty output: a coordinate that is not
+ * finite; fewer than three points in different places; all points on one line; a part that is not a
  * vtkPolyData. GetErrorCode is then vtkErrorCode::UnknownError, else NoError.
  *
- * Complexity: O(n log n) for greedy; Poisson grows with its surface. Memory some 400 bytes a point.
- * Neighbours and normals run on vtkSMPTools and can be aborted; PCL's own part is serial and
- * cannot. The result does not depend on backend and threads.
+ * Complexity: O(n log n) for greedy; Poisson grows with the size of its surface. Memory: about 400
+ * bytes a point. Neighbours and normals run on vtkSMPTools and can be aborted; PCL's own part is
+ * serial and cannot be aborted. The result does not depend on the backend and the threads.
  *
- * Numbers below that are out of their range are clamped. A negative number where none is allowed,
- * NaN, or a vector that is not finite is an error, and the old value stays.
+ * In the setters below, numbers out of range are clamped. It is an error to set a negative number
+ * where none is allowed, NaN, or a vector that is not finite; the old value then stays.
  *
  * Source: Marton, Rusu, Beetz: On Fast Surface Reconstruction Methods for Large and Noisy Datasets
  * (2009); Kazhdan, Bolitho, Hoppe: Poisson Surface Reconstruction (2006); Hoppe et al.: Surface
@@ -68,7 +69,7 @@ public:
 
   /**
    * The progress at which neighbours and normals are done and PCL begins. PCL reports no progress
-   * before it has finished.
+   * until it has finished.
    */
   static constexpr double SurfaceProgress = 0.4;
 
@@ -94,7 +95,7 @@ public:
 
   ///@{
   /**
-   * Nearest points that a tangent plane is fitted to. 3 to 1000, default 16.
+   * The number of nearest points to which a tangent plane is fitted. 3 to 1000, default 16.
    */
   virtual void SetNumberOfNeighbors(int value);
   vtkGetMacro(NumberOfNeighbors, int);
@@ -102,8 +103,8 @@ public:
 
   ///@{
   /**
-   * If this is not 0, the tangent plane is fitted to all points within this radius instead, in the
-   * input's unit, where they are three or more. Default 0.
+   * If this is not 0, the tangent plane is fitted instead to all points within this radius, in the
+   * input's unit, if there are at least three. Default 0.
    */
   virtual void SetNormalRadius(double value);
   vtkGetMacro(NormalRadius, double);
@@ -138,8 +139,9 @@ public:
 
   ///@{
   /**
-   * Greedy: the longest edge at a point, in distances to its nearest point: for clouds of uneven
-   * density (PCL's advice is 2.5 to 3). 0, the default: only SearchRadius limits edges.
+   * Greedy: the longest edge at a point, as a multiple of the distance to its nearest point; for
+   * clouds of uneven density (PCL's advice is 2.5 to 3). 0, the default: only SearchRadius limits
+   * edges.
    */
   virtual void SetMu(double value);
   vtkGetMacro(Mu, double);
@@ -147,7 +149,7 @@ public:
 
   ///@{
   /**
-   * Greedy: nearest points that are looked at. 3 to 10000, default 100.
+   * Greedy: how many nearest points are examined. 3 to 10000, default 100.
    */
   virtual void SetMaximumNumberOfNeighbors(int value);
   vtkGetMacro(MaximumNumberOfNeighbors, int);
@@ -155,7 +157,8 @@ public:
 
   ///@{
   /**
-   * Greedy: points are not joined whose normals differ by more. Degrees, 0 to 180, default 60.
+   * Greedy: points are not joined if their normals differ by more than this. Degrees, 0 to 180,
+   * default 60.
    */
   virtual void SetMaximumSurfaceAngle(double value);
   vtkGetMacro(MaximumSurfaceAngle, double);
@@ -163,8 +166,8 @@ public:
 
   ///@{
   /**
-   * Greedy: the angles that triangles should have; larger ones are not made, smaller ones only
-   * where nothing else fits. Degrees, 0 to 180, default 10 and 120.
+   * Greedy: the angles that triangles should have. Triangles with larger angles are not made; those
+   * with smaller angles only if nothing else fits. Degrees, 0 to 180, default 10 and 120.
    */
   virtual void SetMinimumAngle(double value);
   vtkGetMacro(MinimumAngle, double);
@@ -174,8 +177,9 @@ public:
 
   ///@{
   /**
-   * Poisson: depth of the octree, which has 2^Depth cells along a side. 0, the default: as deep as
-   * the points are dense, 6 to 10. At most 12: each step more takes four times the memory and time.
+   * Poisson: the depth of the octree, which has 2^Depth cells along a side. 0, the default: 6 to
+   * 10, by the density of the points. At most 12: each further level takes four times the memory
+   * and time.
    */
   virtual void SetDepth(int value);
   vtkGetMacro(Depth, int);
@@ -183,8 +187,8 @@ public:
 
   ///@{
   /**
-   * Poisson: points that a cell should have at least; more smooth noise away. 0.5 to 100,
-   * default 1.
+   * Poisson: the minimum number of points that a cell should have; a larger number smooths noise
+   * away. 0.5 to 100, default 1.
    */
   virtual void SetSamplesPerNode(double value);
   vtkGetMacro(SamplesPerNode, double);
@@ -192,8 +196,8 @@ public:
 
   ///@{
   /**
-   * Poisson: how much the surface keeps to the points; 0 is the method of 2006. 0 to 100,
-   * default 4.
+   * Poisson: how closely the surface follows the points; 0 is the method of 2006. 0 to 100, default
+   * 4.
    */
   virtual void SetPointWeight(double value);
   vtkGetMacro(PointWeight, double);
@@ -210,8 +214,9 @@ public:
 
   ///@{
   /**
-   * Whether points of different parts of a composite input that lie in the same place become one.
-   * Used only where the input has no global ids. Points of one part are never joined. Default off.
+   * Whether points in the same place become one, if they are in different parts of a composite
+   * input. Used only if the input has no global ids. Points of one part are never joined. Default
+   * off.
    */
   vtkSetMacro(WeldByPlace, bool);
   vtkGetMacro(WeldByPlace, bool);

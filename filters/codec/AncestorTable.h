@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which entry gives the parent of which vertices, and which earlier entries may have the same
-// parent: what reader and writer of ancestors both know. Layout: doc/formats.md, "Ancestors".
+// Tables that reader and writer of ancestors both keep: which entry gives the parent of which
+// vertices, and which earlier entries are likely to have the same parent. Layout: doc/formats.md,
+// "Ancestors".
 //
 // Ancestors are stored level by level, fine to coarse, each cluster's parent once. At the finest
 // level an entry is a vertex; at every coarser level it is a cluster that some vertex has as its
@@ -27,13 +28,14 @@
 namespace kdstream
 {
 
-// For each entry of a level, the entries before it that share an edge with it. May name one twice.
+// For each entry of a level, the entries before it that share an edge with it. An entry can be
+// named twice.
 class EarlierNeighbours
 {
 public:
   EarlierNeighbours() = default; // none
-  // The edges of triangles that go from a lower vertex to a higher one: in a closed surface, each
-  // once. REQUIRES: corners are below `vertices`. O(vertices + triangles).
+  // Takes the edges of triangles that go from a lower vertex to a higher one: in a closed surface,
+  // each edge once. REQUIRES: corners are below `vertices`. O(vertices + triangles).
   EarlierNeighbours(std::span<const Triangle> triangles, std::size_t vertices)
   {
     this->Collect(vertices,
@@ -55,9 +57,9 @@ public:
                                    this->Near.data() + this->Begin[entry + 1]);
   }
 
-  // Goes to the next coarser level: entries become its entries, and edges between two children of
-  // one entry disappear. placeOf: for each entry, the place of its parent; all below `entries`.
-  // O(entries + edges).
+  // Goes on to the next coarser level: entries are replaced by their parents, and edges between two
+  // children of the same parent disappear. placeOf: for each entry, the place of its parent; all
+  // below `entries`. O(entries + edges).
   void Rise(std::span<const std::uint32_t> placeOf, std::size_t entries)
   {
     if (this->Begin.empty())
@@ -86,7 +88,8 @@ private:
   template <class ForEach>
   void Collect(std::size_t entries, const ForEach& forEach)
   {
-    // Shifted by one entry: where its next edge goes, in the end where those of the next begin.
+    // Shifted by one entry: at first where the next edge of each entry goes; in the end, where the
+    // edges of each entry begin.
     this->Begin.assign(entries + 2, 0);
     forEach([this](std::uint32_t start, std::uint32_t end)
       { this->Begin[end + std::size_t{ 2 }] += start < end; });
@@ -104,15 +107,15 @@ private:
   }
 
   std::vector<std::uint32_t> Begin, Near;
-  std::vector<std::uint32_t> FinerBegin, FinerNear; // kept, so that each level takes no memory anew
+  std::vector<std::uint32_t> FinerBegin, FinerNear; // kept, so that levels do not allocate again
 };
 
-// The entries of one level in groups of siblings, as far as edges show them, one after the other.
+// Groups the entries of one level, one after the other, into siblings, as far as edges show them.
 class SiblingGroups
 {
 public:
-  static constexpr std::size_t most = 15; // choices of an entry
-  // The groups of the entries around one, at most `most`, each once: those of a single entry first.
+  static constexpr std::size_t most = 15; // the most choices of an entry
+  // The groups of an entry's neighbours, each once, at most `most`: groups of a single entry first.
   struct Choices
   {
     std::array<std::uint32_t, most> groups;
@@ -128,7 +131,7 @@ public:
   {
   }
 
-  // REQUIRES: the neighbours are in groups.
+  // REQUIRES: the neighbours are in groups already.
   Choices Around(std::span<const std::uint32_t> neighbours) const
   {
     Choices choices;
@@ -172,7 +175,7 @@ private:
 class AncestorTable
 {
 public:
-  // triangles: those of the vertices, or none where parents are stored without the edges.
+  // triangles: those of the vertices; empty if parents are stored without the help of edges.
   AncestorTable(std::size_t vertices, std::span<const Triangle> triangles)
     : EntryOf(vertices)
     , Entries(vertices)
@@ -184,7 +187,7 @@ public:
     }
   }
 
-  // How many entries the level has.
+  // The number of entries of the current level.
   std::size_t Count() const { return this->Entries; }
   std::uint32_t EntryOfVertex(std::size_t vertex) const { return this->EntryOf[vertex]; }
   std::span<const std::uint32_t> EarlierNeighboursOf(std::size_t entry) const
@@ -192,12 +195,12 @@ public:
     return this->Neighbours.Of(entry);
   }
 
-  // Goes on to the next coarser level. parents: of each entry, the same in a group. O(vertices +
-  // edges), and O(n log n) for the n groups whose ranks do not ascend.
+  // Goes on to the next coarser level. parents: the parent of each entry; the same for all entries
+  // of a group. O(vertices + edges), and O(n log n) for the n groups whose ranks do not ascend.
   void Rise(std::span<const std::uint32_t> parents, const SiblingGroups& groups)
   {
     this->SortGroups(parents, groups);
-    // The ranks that ascend, and the others, now together.
+    // Merge the ranks that ascend with the others.
     this->Places.resize(parents.size());
     this->Entries = 0;
     std::uint64_t last = ~std::uint64_t{ 0 };
@@ -223,7 +226,8 @@ public:
   }
 
 private:
-  // The groups as rank << 32 | first entry: those that are above all before, and the others sorted.
+  // Lists the groups as rank << 32 | first entry. `Ascending` gets those whose rank is above all
+  // ranks before, `Other` the rest, sorted.
   void SortGroups(std::span<const std::uint32_t> parents, const SiblingGroups& groups)
   {
     this->Ascending.clear();
@@ -245,7 +249,7 @@ private:
   EarlierNeighbours Neighbours;
   // For Rise. Kept so that levels do not allocate memory again.
   std::vector<std::uint64_t> Ascending, Other, Spare;
-  std::vector<std::uint32_t> Places; // of each entry, that of its parent
+  std::vector<std::uint32_t> Places; // for each entry the place of its parent
 };
 
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Predicts an attribute's values one after the other; what is coded is the difference. Layout:
-// doc/formats.md, "Attributes".
+// Predicts an attribute's values one after the other; only differences from the prediction are
+// coded. Layout: doc/formats.md, "Attributes".
 #pragma once
 
 #include "filters/codec/TriangleWalk.h"
@@ -14,8 +14,8 @@
 namespace kdstream
 {
 
-// Turns the components of one type into unsigned integers of the same order, and back: inverts the
-// sign bit, or, for a negative float, all bits.
+// Turns the components of one type into unsigned integers of the same order, and back. Inverts the
+// sign bit, or all bits of a negative float.
 class ComponentOrder
 {
 public:
@@ -45,13 +45,13 @@ private:
   std::uint64_t Sign, Turned;
 };
 
-// Predicts components, as ordered integers, from earlier ones. For vertices, in the order of the
-// walk: the mean of the values at the gate's start and end. For triangles, in the order of the
-// piece: the value of the triangle before.
+// Predicts components, as ordered integers, from earlier ones. For vertices, which come in the
+// order of the walk, the prediction is the mean of the values at the gate's start and end. For
+// triangles, which come in the order of the piece, it is the value of the previous triangle.
 class AttributePredictor
 {
 public:
-  // walk: of an attribute of vertices; else empty.
+  // walk: for an attribute of vertices; otherwise empty.
   AttributePredictor(
     const AttributeInfo& attribute, std::size_t tuples, std::span<const WalkVertex> walk)
     : Components(attribute.components)
@@ -69,14 +69,14 @@ public:
     const std::size_t second = this->Walk.empty() ? before : this->Walk[tuple].gate[1];
     const std::uint64_t a = this->Known[first * this->Components + component];
     const std::uint64_t b = this->Known[second * this->Components + component];
-    return (a & b) + ((a ^ b) >> 1); // the mean, rounded down: a + b may have a bit too many
+    return (a & b) + ((a ^ b) >> 1); // the mean, rounded down; a + b could overflow
   }
   void Set(std::size_t tuple, std::size_t component, std::uint64_t value)
   {
     this->Known[tuple * this->Components + component] = value;
   }
 
-  // The difference to a prediction within the type's width, sign and all; and back.
+  // The difference from a prediction, as a signed number of the type's width; and the inverse.
   std::int64_t Difference(std::uint64_t value, std::uint64_t predicted) const
   {
     return static_cast<std::int64_t>((value - predicted) << this->UnusedBits) >> this->UnusedBits;
@@ -89,7 +89,7 @@ public:
 
 private:
   std::size_t Components;
-  unsigned UnusedBits; // the bits of 64 that the type does not have
+  unsigned UnusedBits; // 64 minus the bits of the type
   std::span<const WalkVertex> Walk;
   std::vector<std::uint64_t> Known;
 };

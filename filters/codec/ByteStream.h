@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Bytes in and out: fixed and variable-length integers, and streams of integers as byte planes.
-// Nothing here trusts a length: a reader that runs out of bytes reports the place, and takes no
-// memory for the missing bytes.
+// Lengths are never trusted: a reader that runs out of bytes reports the place, and allocates
+// nothing for the missing bytes.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -15,15 +15,15 @@
 namespace kdstream
 {
 
-// Order-preserving integers of floating-point bits: a < b as numbers if and only if as integers
-// (-0.0 < 0.0).
+// Maps floating-point numbers to integers of the same order, and back: a < b if and only if this is
+// true of their integers (where -0.0 < 0.0).
 std::uint32_t OrderedBits(float value);
 float FloatOfOrderedBits(std::uint32_t bits);
 std::uint64_t OrderedBits(double value);
 double DoubleOfOrderedBits(std::uint64_t bits);
 
-// Signed numbers as unsigned ones, and back. Numbers near 0 of either sign stay small: 0, -1, 1, -2
-// … become 0, 1, 2, 3 ….
+// Maps signed numbers to unsigned ones, and back. Numbers near 0 of either sign stay small: 0, -1,
+// 1, -2 … become 0, 1, 2, 3 ….
 constexpr std::uint64_t Zigzag(std::int64_t number)
 {
   const auto bits = static_cast<std::uint64_t>(number);
@@ -41,9 +41,10 @@ public:
   void Raw(std::span<const std::uint8_t> bytes);
   // LEB128: seven bits a byte, lowest first.
   void Varint(std::uint64_t value);
-  // A stream: differences to the previous value (the first to 0) modulo 2^64, zigzagged, then one
-  // byte w, and w planes of one byte a value, the lowest first. w is the smallest number of bytes
-  // that holds every value, but at least `minimumWidth`.
+  // Writes a stream. Each value becomes its difference from the previous value (the first from 0)
+  // modulo 2^64, zigzagged. One byte w is written, then w planes of one byte a value, the lowest
+  // plane first. w is the smallest number of bytes that holds every value, but at least
+  // `minimumWidth`.
   void Stream(std::span<const std::uint64_t> values, unsigned minimumWidth = 0);
 
   std::vector<std::uint8_t> Take() { return std::move(this->Bytes); }
@@ -73,10 +74,10 @@ public:
   std::span<const std::uint8_t> Raw(std::size_t count);
   // A varint that must not be above `most`.
   std::uint64_t Varint(std::uint64_t most);
-  // The same for what counts something that is held in memory.
+  // The same for a number of things that are held in memory.
   std::size_t Count(std::size_t most) { return static_cast<std::size_t>(this->Varint(most)); }
-  // A stream of `count` values; its width must be at least `minimumWidth`, which bounds `count` by
-  // the bytes left.
+  // A stream of `count` values; its width w must be at least `minimumWidth`, so that the bytes left
+  // bound `count`.
   std::vector<std::uint64_t> Stream(std::size_t count, unsigned minimumWidth = 0);
 
 private:

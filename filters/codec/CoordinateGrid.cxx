@@ -19,7 +19,8 @@ CoordinateGrid CoordinateGrid::Over(const Box& box, std::uint8_t bits, ScalarTyp
     longest = box.Empty() ? 0 : std::max(longest, box.hi[k] - box.lo[k]);
   }
   const double cells = double((std::uint64_t{ 1 } << bits) - 1);
-  // A step below the smallest normal number would give wrong quotients: such a model is one place.
+  // A step below the smallest normal number would give wrong quotients; then the whole model counts
+  // as one point.
   grid.step = longest / cells >= std::numeric_limits<double>::min() ? longest / cells : 1;
   return grid;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How coordinates are kept: on the one cubic grid of a model, or exactly.
+// How coordinates are stored: on a cubic grid, the same for the whole model, or exactly.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -12,28 +12,28 @@ namespace kdstream
 
 struct CoordinateGrid
 {
-  // Bits an axis of the grid (8-24), or 0: lossless, the raw values of `scalarType`.
+  // Bits of the grid along each axis (8-24); or 0: lossless, raw values of `scalarType`.
   std::uint8_t bits = 20;
   ScalarType scalarType = ScalarType::Float32;
-  Vec3 origin{}; // of grid point (0, 0, 0), model units; (0, 0, 0) in lossless
+  Vec3 origin{}; // place of grid point (0, 0, 0), model units; (0, 0, 0) if lossless
   double step = 1;
-  // Coordinates are whole multiples of this number of steps, at least 1: more than 1 for a level
-  // that needs no finer ones (SpacingFor). 1 in lossless.
+  // Coordinates are whole multiples of this number of steps, at least 1. More than 1 for a level
+  // that does not need finer ones (SpacingFor). 1 if lossless.
   std::uint32_t spacing = 1;
 
   bool operator==(const CoordinateGrid&) const = default;
   bool Lossless() const { return this->bits == 0; }
-  // The grid over `box`: origin at its lower corner, step = longest side / (2^bits - 1), 1 for zero
-  // extent.
+  // The grid over `box`: origin at its lower corner, step = longest side / (2^bits - 1), or 1 if
+  // the box is a point.
   static CoordinateGrid Over(const Box& box, std::uint8_t bits, ScalarType scalarType);
   static CoordinateGrid Exact(ScalarType scalarType);
 
-  // The same grid, of which only every `steps`-th point along each axis is used. A lossless one
-  // stays as it is.
+  // The same grid, where only every `steps`-th point along each axis is used. A lossless grid does
+  // not change.
   CoordinateGrid Spaced(std::uint32_t steps) const;
   // The largest spacing, in steps, for vertices whose geometric error is `geometricError` (model
   // units): it moves no coordinate by more than a quarter of the error, and leaves 256 points along
-  // an axis. At least 1; always 1 in lossless. REQUIRES: spacing == 1.
+  // an axis. At least 1; always 1 if lossless. REQUIRES: spacing == 1.
   std::uint32_t SpacingFor(double geometricError) const;
   // The greatest coordinate of a grid point.
   std::uint32_t Most() const
@@ -41,16 +41,16 @@ struct CoordinateGrid
     return (((1U << this->bits) - 1) + this->spacing / 2) / this->spacing;
   }
 
-  // Nearest grid point, clamped to the grid: in multiples of `spacing`. REQUIRES: !Lossless().
+  // The nearest grid point, clamped to the grid, in multiples of `spacing`. REQUIRES: !Lossless().
   std::array<std::uint32_t, 3> Quantize(const Vec3& point) const;
   Vec3 At(const std::array<std::uint32_t, 3>& gridPoint) const
   {
-    // Whole steps first: that is exact.
+    // Multiply the integers first: that is exact.
     return { this->origin[0] + gridPoint[0] * this->spacing * this->step,
       this->origin[1] + gridPoint[1] * this->spacing * this->step,
       this->origin[2] + gridPoint[2] * this->spacing * this->step };
   }
-  // What a piece holds of `point` after encoding and decoding.
+  // `point` after encoding and decoding.
   Vec3 Snap(const Vec3& point) const;
 };
 

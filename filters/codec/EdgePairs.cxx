@@ -9,10 +9,10 @@
 namespace kdstream
 {
 
-// 1. Sort the half-edges by the lower vertex of each: those between the same two vertices are then
+// 1. Sort the half-edges by their lower vertex: half-edges between the same two vertices are then
 //    near each other.
 // 2. Go through the half-edges of each lower vertex. A half-edge without a partner waits in the
-//    list of its higher vertex; one in the other direction takes the first of that list.
+//    list of its higher vertex; a half-edge in the other direction takes the first of that list.
 std::vector<std::uint32_t> PairEdges(std::span<const Triangle> triangles, std::size_t vertices)
 {
   constexpr std::uint32_t none = noVertex;
@@ -44,15 +44,15 @@ std::vector<std::uint32_t> PairEdges(std::span<const Triangle> triangles, std::s
     bool upward;
   };
   const std::size_t count = begin.back();
-  // Not initialized, like the arrays below.
+  // Not initialized; neither are the arrays below.
   const std::unique_ptr<HalfEdge[]> sorted(new HalfEdge[count]);
   forEachHalfEdge(
     [&](std::uint32_t number, VertexId from, VertexId to) {
       sorted[begin[std::min(from, to) + 1]++] = { number, std::max(from, to), from < to };
     });
 
-  // For each higher vertex, the list of waiting half-edges, in the order of their numbers. All in a
-  // list run in the same direction.
+  // For each higher vertex, the list of waiting half-edges, in the order of their numbers. All
+  // half-edges in a list run in the same direction.
   std::vector<std::uint32_t> first(vertices, none);
   const std::unique_ptr<std::uint32_t[]> last(new std::uint32_t[vertices]);
   const std::unique_ptr<std::uint32_t[]> next(new std::uint32_t[count]);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Finds which edges of a piece's triangles are the two sides of one edge of the mesh: the walk
-// crosses these (TriangleWalk.h).
+// Finds which edges of a piece's triangles are the two sides of the same edge of the mesh: the walk
+// crosses these edges (TriangleWalk.h).
 #pragma once
 
 #include "filters/core/Types.h"
@@ -24,8 +24,8 @@ inline VertexId StartOfHalfEdge(std::span<const Triangle> triangles, std::uint32
 }
 
 // Pairs each half-edge, in the order of their numbers, with the first unpaired one that runs the
-// other way. Returns for each half-edge the number of its partner, or noVertex. Degenerate
-// triangles have no pairs. O(triangles + vertices).
+// other way. Returns for each half-edge the number of its partner, or noVertex. Edges of degenerate
+// triangles have no partner. O(triangles + vertices).
 std::vector<std::uint32_t> PairEdges(std::span<const Triangle> triangles, std::size_t vertices);
 
 }

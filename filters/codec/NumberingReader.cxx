@@ -12,7 +12,7 @@ struct Ghost
   std::uint32_t vertex; // of the walk
 };
 
-// False: not a key.
+// Returns false if it is not a key.
 bool ReadKey(SymbolReader& symbols, VertexKey reference, VertexKey& key)
 {
   std::int64_t partition = PartitionOfKey(reference), index = IndexOfKey(reference);
@@ -51,7 +51,7 @@ bool ReadGhosts(SymbolReader& symbols, std::span<const WalkVertex> vertices, std
       ghosts.push_back({ last, v });
     }
   }
-  // Two ghosts with one key get two numbers here; CheckPiece refuses them.
+  // Two ghosts with the same key get two numbers here; CheckPiece refuses them.
   SortByMerging(ghosts, other, [](const Ghost& x, const Ghost& y) { return x.key < y.key; });
   for (std::size_t i = 0; i < ghosts.size(); ++i)
   {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Reads which of a piece's numbers each vertex of the walk has (PieceNumbering.h).
+// Reads the number in the piece that each vertex of the walk has (PieceNumbering.h).
 #pragma once
 
 #include "filters/codec/PieceNumbering.h"
@@ -15,7 +15,7 @@
 namespace kdstream
 {
 
-// A sum modulo 2^64: differences from a file may be anything.
+// A sum modulo 2^64: differences from a file can have any value.
 constexpr std::int64_t WrappedSum(std::int64_t value, std::int64_t difference)
 {
   return static_cast<std::int64_t>(
@@ -26,7 +26,7 @@ constexpr std::int64_t WrappedSum(std::int64_t value, std::int64_t difference)
 class GroupReader
 {
 public:
-  // own: how many own vertices there are.
+  // own: the number of own vertices.
   GroupReader(const SymbolReader& symbols, std::span<const WalkVertex> vertices, std::size_t own)
     : Symbols(symbols)
     , Vertices(vertices)
@@ -35,13 +35,13 @@ public:
   {
   }
 
-  // The group of own vertex v. False: what is read is not a group.
+  // Reads the group of own vertex v. Returns false if it is not a group.
   KDSTREAM_IN_LOOPS bool Read(std::size_t v)
   {
     std::uint32_t* groups = this->Groups.data();
     const GateGroups near(this->Vertices[v], groups);
     const unsigned which = this->Symbols.Choice(near.Context());
-    // An array, not branches: which it is can hardly be predicted.
+    // An array instead of branches, because the choice can hardly be predicted.
     const std::array<std::uint32_t, 4> choices{ near.first, near.second, near.third, noVertex };
     std::uint32_t group = choices[which & 3];
     if (which >= otherGroup)
@@ -56,7 +56,7 @@ public:
 
   // The group of each vertex, or noVertex for ghosts.
   const std::vector<std::uint32_t>& All() const { return this->Groups; }
-  // Where the symbols go on.
+  // The position after the symbols that were read.
   const SymbolCursor& Position() const { return this->Symbols; }
 
 private:
@@ -69,15 +69,14 @@ private:
 
 // Numbers the vertices that have a group: by group, then by place, then by the order of the walk.
 // sortKeyOf(v): ascends with (x, y, z), and may be equal for different places; isBefore(v, w):
-// compares all three, then the walk's numbers. REQUIRES: groups are below `own`. `numbers` gets
-// those of own vertices.
+// compares all three, then the walk's numbers. REQUIRES: groups are below `own`. numbers: gets the
+// numbers of own vertices.
 template <class SortKeyOf, class IsBefore>
 void NumberByGroup(std::span<const std::uint32_t> groups, std::size_t own,
   const SortKeyOf& sortKeyOf, const IsBefore& isBefore, std::span<VertexId> numbers)
 {
-  // 1. Sort the vertices by group, by counting. Group g begins at begin[g + 1] first, and at
-  // begin[g]
-  //    when all vertices have been put in.
+  // 1. Sort the vertices by group, by counting. Group g begins at begin[g + 1] at first, and at
+  //    begin[g] after all vertices were put in.
   std::vector<std::uint32_t> begin(own + 2);
   for (const std::uint32_t group : groups)
   {
@@ -124,8 +123,8 @@ void NumberByGroup(std::span<const std::uint32_t> groups, std::size_t own,
   }
 }
 
-// Reads the ghosts' keys, and numbers the ghosts after the own vertices. `keys` gets the key, and
-// `numbers` the number, of each ghost. False if a key is malformed.
+// Reads the ghosts' keys, and numbers the ghosts after the own vertices. keys: gets the key of each
+// ghost; numbers: gets its number. Returns false if a key is malformed.
 bool ReadGhosts(SymbolReader& symbols, std::span<const WalkVertex> vertices, std::size_t own,
   std::span<VertexKey> keys, std::span<VertexId> numbers);
 

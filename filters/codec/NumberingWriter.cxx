@@ -8,8 +8,8 @@ namespace kdstream
 namespace
 {
 
-// The group of each vertex, or noVertex for ghosts: a new group begins where, in the order of the
-// piece's numbers, (x, y, z) does not ascend.
+// The group of each vertex, or noVertex for ghosts: in the order of the piece's numbers, a new
+// group begins where (x, y, z) does not ascend.
 std::vector<std::uint32_t> FindGroups(std::span<const WalkVertex> vertices,
   std::span<const Vec3> points, std::span<const VertexId> numbers, std::size_t own)
 {
@@ -37,7 +37,7 @@ void WriteGroups(SymbolWriter& symbols, std::span<const WalkVertex> vertices,
   std::span<const Vec3> points, std::span<const VertexId> numbers, std::size_t own)
 {
   const std::vector<std::uint32_t> groups = FindGroups(vertices, points, numbers, own);
-  // The reader's knowledge: groups of earlier vertices. Vertex 0 may be in its own gate.
+  // What the reader knows: the groups of earlier vertices. Vertex 0 can be in its own gate.
   std::vector<std::uint32_t> written(groups.size(), noVertex);
   std::uint32_t last = 0;
   for (std::size_t v = 0; v < groups.size(); ++v)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Sorts a piece's triangles, fast where its vertices are few.
+// Sorts a piece's triangles, fast if it has few vertices.
 #pragma once
 
 #include "filters/codec/Sorting.h"
@@ -16,9 +16,10 @@
 namespace kdstream
 {
 
-// Triangles as one number each, with the first corner in the highest bits, so that the numbers sort
-// as the triangles do. Sorted by counting: by the second corner, then by the first, then the few
-// that have both in common. O(triangles + vertices), unless many have both in common.
+// Packs each triangle into one number, with the first corner in the highest bits, so that numbers
+// sort as triangles do. Sorts by counting: by the second corner, then by the first; then sorts the
+// few triangles that have both corners in common. O(triangles + vertices), unless many have both in
+// common.
 class PackedTriangles
 {
 public:
@@ -32,8 +33,8 @@ public:
   {
   }
 
-  // Adds a triangle, rotated so that its number is smallest; comparing numbers needs no branches
-  // that are hard to predict. REQUIRES: corners < vertices, at most `most` triangles.
+  // Adds a triangle, rotated so that its number is smallest. This compares numbers, without
+  // branches that are hard to predict. REQUIRES: corners < vertices, at most `most` triangles.
   void Add(std::uint64_t a, std::uint64_t b, std::uint64_t c)
   {
     const std::uint64_t least =
@@ -44,11 +45,11 @@ public:
     ++this->Counts[this->Vertices + 1 + Second(least) + 1];
   }
 
-  // May be called once. REQUIRES: triangles.size() is the number of triangles that were added.
+  // Call it at most once. REQUIRES: triangles.size() is the number of triangles that were added.
   void Sort(std::span<Triangle> triangles)
   {
     std::uint64_t *from = this->Packed.get(), *to = from + this->Count;
-    // Where those of each first, and of each second, corner begin.
+    // Where the triangles begin that have a corner first, and second.
     std::uint32_t* first = this->Counts.data();
     std::uint32_t* second = first + this->Vertices + 1;
     for (std::size_t v = 0; v < this->Vertices; ++v)

@@ -16,7 +16,7 @@ namespace
 {
 
 constexpr std::string_view boxesMagic = "KDB";
-constexpr std::size_t sides = 6; // of a box: a context each
+constexpr std::size_t sides = 6; // of a box, each with its own context
 
 double& Side(Box& box, std::size_t side)
 {
@@ -49,7 +49,7 @@ bool AreFloats(std::span<const Box> boxes)
     });
 }
 
-// Nothing if it is not a number of this width.
+// The number with these bits; no value if the bits are not a number of this width.
 std::optional<double> SideOfBits(std::uint64_t bits, unsigned width)
 {
   if (width == 4 && bits >> 32 != 0)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The piece codec: see PieceCodec.h and doc/formats.md. The head in bytes, then everything as
-// symbols (PieceReader.h, PieceWriter.h).
+// The piece codec: see PieceCodec.h and doc/formats.md. A blob has a head of bytes, then everything
+// as symbols (PieceReader.h, PieceWriter.h).
 #include "filters/codec/PieceCodec.h"
 
 #include "filters/codec/ByteStream.h"
@@ -20,11 +20,11 @@ namespace
 
 constexpr std::string_view pieceMagic = "KDP";
 
-// A blob has at least a byte for this number of bytes of the piece: limits a reader's memory and
-// time.
+// A blob has at least one byte for each mostExpansion bytes of the decoded piece. This limits a
+// reader's memory and time.
 constexpr std::uint64_t mostExpansion = 128;
 
-// About what the piece takes in memory.
+// About how many bytes the piece takes in memory.
 std::uint64_t DecodedBytes(const Piece& piece, const PieceShape& shape)
 {
   const AncestorShape ancestors = shape.Ancestors();
@@ -96,11 +96,11 @@ void ReadHead(ByteReader& reader, Piece& piece, PieceShape& shape)
     reader.Fail("unknown primitive type");
   }
   piece.primitive = static_cast<PrimitiveType>(primitive);
-  constexpr std::size_t most = noVertex / 64; // numbers of half-edges and sizes stay small
+  constexpr std::size_t most = noVertex / 64; // so that numbers of half-edges and sizes stay small
   shape.counts.own = reader.Count(most);
   shape.counts.ghosts = reader.Count(most);
   shape.counts.triangles = reader.Count(most);
-  shape.steps = reader.Count(3 * shape.counts.triangles); // each edge once
+  shape.steps = reader.Count(3 * shape.counts.triangles); // at most one step for each edge
   shape.childNodes = shape.HasChildNodes() ? reader.Count(most) : 0;
   piece.ownVertices = static_cast<std::uint32_t>(shape.counts.own);
   ReadAttributeHeads(reader, piece);
@@ -110,7 +110,7 @@ void ReadHead(ByteReader& reader, Piece& piece, PieceShape& shape)
   }
 }
 
-// Null, or what is wrong with the symbols.
+// Returns null, or what is wrong with the symbols.
 const char* ReadSymbols(std::span<const std::uint8_t> bytes, Piece& piece, const PieceShape& shape,
   const CoordinateGrid& grid)
 {

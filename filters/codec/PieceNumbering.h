@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which number in the piece each vertex of the walk has: what reader (NumberingReader.h) and writer
-// (NumberingWriter.cxx) both know. Layout: doc/formats.md, "Groups" and "Ghosts".
+// Which number each vertex of the walk has in the piece: the rules that reader (NumberingReader.h)
+// and writer (NumberingWriter.cxx) share. Layout: doc/formats.md, "Groups" and "Ghosts".
 //
-// Own vertices are numbered so that a cluster is a run of vertices that are near each other, and
-// inside a finest cluster by place. So their numbers fall into *groups*: runs of strictly ascending
-// (x, y, z). For each own vertex its group is stored, which is mostly that of a neighbour; the
-// reader sorts each group again. For each ghost its key is stored, which is mostly near that of a
-// neighbour; ghosts are numbered by ascending key.
+// Own vertices are numbered so that the vertices of a cluster, which are near each other, are
+// consecutive; inside a finest cluster they are numbered by place. So the numbers fall into
+// *groups*: runs with strictly ascending (x, y, z). For each own vertex its group is stored, which
+// is mostly the group of a neighbour; the reader sorts each group again. For each ghost its key is
+// stored, which is mostly near the key of a neighbour; ghosts are numbered by ascending key.
 #pragma once
 
 #include "filters/codec/PieceContexts.h"
@@ -21,7 +21,7 @@
 namespace kdstream
 {
 
-// The groups of the three vertices of a gate; of a ghost, noVertex.
+// The groups of the three vertices of a gate; noVertex for a ghost.
 struct GateGroups
 {
   std::uint32_t first, second, third;
@@ -33,13 +33,13 @@ struct GateGroups
   {
   }
 
-  // The context by which of them are equal.
+  // The context, which depends on which of them are equal.
   KDSTREAM_IN_LOOPS std::size_t Context() const
   {
     return contexts::groupOf + (this->first == this->second ? 1U : 0U) +
            (this->second == this->third ? 2U : 0U) + (this->first == this->third ? 4U : 0U);
   }
-  // The group to which the difference is stored. last: the group that was stored last.
+  // The group from which the difference is stored. last: the group that was stored last.
   KDSTREAM_IN_LOOPS std::int64_t Reference(std::uint32_t last) const
   {
     const std::uint32_t firstOwn = this->first != noVertex    ? this->first
@@ -51,8 +51,8 @@ struct GateGroups
 // The symbol for a group other than the three that 0, 1 and 2 stand for.
 inline constexpr unsigned otherGroup = 3;
 
-// The key from which that of ghost v is predicted: the key of the first vertex of its gate that is
-// an earlier ghost, or else of the ghost before it. keys: of the ghosts before v.
+// The key that predicts the key of ghost v: that of the first vertex of its gate that is an earlier
+// ghost, otherwise that of the previous ghost (`last`). keys: of the ghosts before v.
 inline VertexKey ReferenceKey(
   std::span<const WalkVertex> vertices, std::size_t v, const VertexKey* keys, VertexKey last)
 {

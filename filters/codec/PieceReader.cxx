@@ -40,7 +40,7 @@ const char* PieceReader::Read()
   return nullptr;
 }
 
-// Where the vertices are, and which numbers they have.
+// Reads where the vertices are, and which numbers they have.
 template <class Predictor>
 bool PieceReader::ReadVertices()
 {
@@ -67,9 +67,9 @@ bool PieceReader::ReadExactVertices()
   return this->ReadVertices<ExactPredictor>();
 }
 
-// The points of all vertices, and the numbers of own ones. One loop adds a vertex's difference to
-// its prediction and reads its group: each of the two depends on earlier steps, but not on the
-// other.
+// Reads the points of all vertices, and the numbers of own ones. One loop both adds a vertex's
+// difference to its prediction and reads its group: each task depends on its own earlier steps, but
+// not on the other task, so a processor can do both at once.
 template <class Predictor>
 bool PieceReader::ReadPoints(typename Predictor::Point* points)
 {
@@ -124,7 +124,7 @@ bool PieceReader::ReadPoints(typename Predictor::Point* points)
   return true;
 }
 
-// The walk's triangles in the piece's numbers, sorted.
+// Converts the walk's triangles to the piece's numbers, and sorts them.
 void PieceReader::PlaceTriangles()
 {
   auto& triangles = this->Content.triangles;
@@ -150,7 +150,8 @@ void PieceReader::PlaceTriangles()
   SortByMerging(triangles, other, std::less<>());
 }
 
-// Numbers of 0 … most, each stored as the difference to the one before. False: one is greater.
+// Reads numbers of 0 … most, each stored as the difference from the previous one. Returns false if
+// one is out of range.
 bool PieceReader::ReadArray(
   std::size_t context, std::vector<std::uint64_t>& values, std::uint64_t most)
 {
@@ -167,8 +168,9 @@ bool PieceReader::ReadArray(
   return true;
 }
 
-// Original: nothing is stored; the keys are the partition's from 0 on. Coarser than S: the first is
-// stored, the others follow it. Else each: the first vertex of its cluster's interval.
+// Original: nothing is stored; the keys are those of the partition from 0 on. Levels coarser than
+// S: the first key is stored, the others are consecutive. Other levels: for each vertex the first
+// vertex of its cluster's interval is stored.
 bool PieceReader::ReadOwnKeys()
 {
   const std::size_t own = this->Shape.counts.own;
@@ -185,8 +187,9 @@ bool PieceReader::ReadOwnKeys()
     }
     return first >> 32 == 0 || this->Shape.IsOriginal();
   }
-  // Within a partition the first vertices ascend: each is stored as the count of those between.
-  std::uint64_t partition = 0, index = 0; // the lowest key that the next vertex may have
+  // Within a partition these first vertices ascend: each is stored as the number of vertices in
+  // between.
+  std::uint64_t partition = 0, index = 0; // the lowest key that the next vertex can have
   for (std::size_t v = 0; v < own; ++v)
   {
     const std::uint64_t further = this->Symbols.Number(contexts::ownPartition);
@@ -201,8 +204,8 @@ bool PieceReader::ReadOwnKeys()
   return true;
 }
 
-// Level by level, fine to coarse: for each vertex, and then for each cluster that has one of them,
-// the parent's rank.
+// Reads ranks of parents level by level, fine to coarse: first the parent of each vertex, then the
+// parent of each cluster that is an ancestor.
 bool PieceReader::ReadAncestors()
 {
   const AncestorShape shape = this->Shape.Ancestors();
@@ -228,7 +231,7 @@ bool PieceReader::ReadAncestors()
   return true;
 }
 
-// ofVertices: entries are vertices, not clusters.
+// ofVertices: whether entries are vertices, not clusters.
 bool PieceReader::ReadParents(bool ofVertices, const AncestorTable& table,
   std::vector<std::uint32_t>& parents, SiblingGroups& groups)
 {
@@ -259,7 +262,7 @@ bool PieceReader::ReadParents(bool ofVertices, const AncestorTable& table,
   return true;
 }
 
-// A parent's rank. False: what is read is not a rank.
+// Reads a parent's rank. Returns false if it is not a rank.
 bool PieceReader::ReadRank(std::size_t context, RecentRanks& recent, std::uint32_t& parent)
 {
   const unsigned symbol = this->Symbols.Choice(context);

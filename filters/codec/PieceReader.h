@@ -32,7 +32,8 @@ public:
   {
   }
 
-  // Once. Null, or what is wrong with the symbols: not all that CheckPiece looks for.
+  // Call it once. Returns null, or what is wrong with the symbols. Does not find everything that
+  // CheckPiece finds.
   const char* Read();
 
 private:
@@ -56,7 +57,7 @@ private:
   const PieceShape& Shape;
   const CoordinateGrid& Grid;
   WalkReader Walk;
-  std::vector<VertexId> Numbers; // the piece's, of each vertex of the walk
+  std::vector<VertexId> Numbers; // in the piece, of each vertex of the walk
 };
 
 }

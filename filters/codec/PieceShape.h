@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a piece's id and the counts in its blob's head say about the arrays that follow, the piece's
-// content as symbols (PieceReader.h, PieceWriter.h).
+// The sizes of the arrays of a piece's content. They follow from the piece's id and the counts in
+// its blob's head. For PieceReader.h and PieceWriter.h.
 #pragma once
 
 #include "filters/codec/TriangleWalk.h"
@@ -12,12 +12,12 @@
 namespace kdstream
 {
 
-// Which ancestors a piece stores: the ranks of the ancestors of a number of its vertices, at
-// consecutive levels.
+// The ancestors that a piece stores: their ranks at `levels` consecutive levels, for `vertices` of
+// its vertices.
 struct AncestorShape
 {
   std::size_t vertices = 0, levels = 0;
-  bool ofAll = false; // of all the piece's vertices: then its triangles tell which have one parent
+  bool ofAll = false; // of all vertices: then triangles show which share a parent
 };
 
 struct PieceShape
@@ -26,7 +26,7 @@ struct PieceShape
   TreeDepths depths;
   WalkCounts counts = {};
   std::size_t steps = 0;      // of the walk
-  std::size_t childNodes = 0; // nodes in the lists of all vertices
+  std::size_t childNodes = 0; // total length of the lists of all vertices
 
   std::size_t Vertices() const { return this->counts.Vertices(); }
   bool IsOriginal() const { return this->id.resolution.IsOriginal(); }

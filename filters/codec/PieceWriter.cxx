@@ -33,7 +33,7 @@ void PieceWriter::Write()
   }
 }
 
-// Where the vertices are, and which numbers they have.
+// Writes where the vertices are, and which numbers they have.
 template <class Predictor>
 void PieceWriter::WriteVertices()
 {
@@ -41,21 +41,22 @@ void PieceWriter::WriteVertices()
   const std::vector<VertexId>& numbers = this->Walk.Numbers();
   const std::unique_ptr<typename Predictor::Point[]> points(
     new typename Predictor::Point[vertices.size()]);
-  std::vector<Vec3> coordinates(vertices.size()); // of the points, as numbers that can be compared
+  std::vector<Vec3> coordinates(vertices.size()); // of the points, as comparable numbers
   for (std::size_t v = 0; v < vertices.size(); ++v)
   {
     const auto point = Predictor::PointOf(this->Content.positions[numbers[v]], this->Grid);
     points[v] = point;
     coordinates[v] = { double(point[0]), double(point[1]), double(point[2]) };
   }
-  // Partitions are most of what a desktop draws, and decode a tenth slower by planes.
+  // Not for partitions: they are most of what a desktop draws, and decoding by planes takes a tenth
+  // longer.
   const bool mayUsePlanes = !this->Shape.IsOriginal();
   WritePositions<Predictor>(this->Symbols, this->Grid, vertices, points.get(), mayUsePlanes);
   WriteGroups(this->Symbols, vertices, coordinates, numbers, this->Shape.counts.own);
   WriteGhosts(this->Symbols, vertices, this->Content.keys, numbers);
 }
 
-// Writes each number as the difference to the one before.
+// Writes each number as the difference from the previous one.
 void PieceWriter::WriteArray(std::size_t context, const std::vector<std::uint64_t>& values)
 {
   std::uint64_t last = 0;
@@ -66,8 +67,9 @@ void PieceWriter::WriteArray(std::size_t context, const std::vector<std::uint64_
   }
 }
 
-// Original: nothing; the keys are the partition's from 0 on. Coarser than S: the first, the others
-// follow it. Else each: the first vertex of its cluster's interval.
+// Original: nothing; the keys are those of the partition from 0 on. Levels coarser than S: the
+// first key; the others are consecutive. Other levels: for each vertex the first vertex of its
+// cluster's interval.
 void PieceWriter::WriteOwnKeys()
 {
   const std::size_t own = this->Shape.counts.own;
@@ -80,8 +82,9 @@ void PieceWriter::WriteOwnKeys()
     this->Symbols.Number(contexts::single, own == 0 ? 0 : this->Content.keys[0]);
     return;
   }
-  // Within a partition the first vertices ascend: each is stored as the count of those between.
-  std::uint64_t partition = 0, index = 0; // the lowest key that the next vertex may have
+  // Within a partition these first vertices ascend: each is stored as the number of vertices in
+  // between.
+  std::uint64_t partition = 0, index = 0; // the lowest key that the next vertex can have
   for (std::size_t v = 0; v < own; ++v)
   {
     const VertexKey key = this->Content.keys[v];
@@ -93,8 +96,8 @@ void PieceWriter::WriteOwnKeys()
   }
 }
 
-// Level by level, fine to coarse: for each vertex, and then for each cluster that has one of them,
-// the parent's rank.
+// Writes ranks of parents level by level, fine to coarse: first the parent of each vertex, then the
+// parent of each cluster that is an ancestor.
 void PieceWriter::WriteAncestors()
 {
   const AncestorShape shape = this->Shape.Ancestors();
@@ -114,7 +117,7 @@ void PieceWriter::WriteAncestors()
   }
 }
 
-// ofVertices: entries are vertices, not clusters.
+// ofVertices: whether entries are vertices, not clusters.
 void PieceWriter::WriteParents(bool ofVertices, const AncestorTable& table,
   const std::vector<std::uint32_t>& parents, SiblingGroups& groups)
 {

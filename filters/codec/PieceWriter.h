@@ -34,7 +34,7 @@ public:
   {
   }
 
-  // Once.
+  // Call it once.
   void Write();
 
   // After Write: the number of steps of the walk, which is in the blob's head.
@@ -60,18 +60,18 @@ private:
 
 // ---- The numbers of vertices (NumberingWriter.cxx)
 
-// Writes the groups of own vertices. For each vertex of the walk, points: its coordinates as they
-// are coded, numbers: its number in the piece. own: number of own vertices.
+// Writes the groups of own vertices. For each vertex of the walk: `points` has its coordinates as
+// they are coded, `numbers` its number in the piece. own: the number of own vertices.
 void WriteGroups(SymbolWriter& symbols, std::span<const WalkVertex> vertices,
   std::span<const Vec3> points, std::span<const VertexId> numbers, std::size_t own);
 
-// Writes the keys of ghosts. keys: of the piece's vertices.
+// Writes the keys of ghosts. keys: of all vertices of the piece.
 void WriteGhosts(SymbolWriter& symbols, std::span<const WalkVertex> vertices,
   std::span<const VertexKey> keys, std::span<const VertexId> numbers);
 
 // Writes the positions, as differences from a predictor's values (PositionWriter.cxx). points: of
-// each vertex. Chooses the mode that takes the fewest bits, among them prediction by planes if that
-// is allowed; deterministic.
+// each vertex. Chooses the mode that takes the fewest bits; one mode is prediction by planes, if
+// allowed. Deterministic.
 template <class Predictor>
 void WritePositions(SymbolWriter& symbols, const CoordinateGrid& grid,
   std::span<const WalkVertex> vertices, const typename Predictor::Point* points, bool mayUsePlanes);

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Predicts the positions of a piece's vertices, one after the other in the order of the walk, by
-// parallelograms of earlier vertices. What is coded is the difference from the prediction
+// parallelograms of earlier vertices. Only the difference from the prediction is coded
 // (PositionReader.h, PositionWriter.cxx). Layout: doc/formats.md, "Positions".
 //
-// A vertex may lie anywhere along a surface, but hardly off it: a smooth surface continues the
-// plane of the triangles before it (SurfacePlane). So two coordinates may be stored first; they and
-// the plane predict the third, which then needs fewer bits.
+// The position of a vertex along a surface is hard to predict, but it hardly lies off the surface:
+// a smooth surface continues the plane of the triangles before it (SurfacePlane). So two
+// coordinates can be stored first; from them the plane predicts the third, which then needs fewer
+// bits.
 //
 // A coordinate on the grid is an integer, 0 … 2^bits - 1, and is predicted in integers. A lossless
-// one is predicted in doubles, by a few operations that give the same bits everywhere; what is
-// coded then is the difference between the ordered bits of the coordinate and of the prediction.
+// coordinate is predicted in doubles, by a few operations that give the same bits everywhere. The
+// coded difference is that between the ordered bits of the coordinate and of the prediction.
 #pragma once
 
 #include "filters/codec/ByteStream.h"
@@ -27,31 +28,33 @@
 namespace kdstream
 {
 
-// Which differences are stored, and under which tables. The numbers are part of the format.
+// Which differences are stored, and under which tables. The enumerators' values are part of the
+// format.
 enum class AxisTables : std::uint8_t
 {
   Shared = 0, // along x, y, z; one table
   Each = 1,   // one for each axis
-  Plane = 2   // two axes along the plane of the triangles before, then from the plane; a table each
+  Plane = 2   // first along two axes, then the distance from the plane of the triangles before
 };
 
 // How a piece's positions are coded; chosen by the writer.
 struct PositionMode
 {
-  // How far beyond an edge the prediction lies, in eighths of the apex's distance on the other
-  // side: 8 completes the parallelogram, less suits noisy surfaces.
+  // How far beyond an edge the prediction lies, in eighths of the distance of the apex on the other
+  // side. 8 completes the parallelogram; less suits noisy surfaces.
   unsigned reach = 8;
   AxisTables tables = AxisTables::Shared;
 };
 inline constexpr unsigned mostReach = 8;
 
-// Coordinates on the grid, which are below 2^24; half-way is rounded up. Works on all axes at once
-// and modulo 2^32. A reader must call Check for every point, since what it reads may be outside.
+// Predicts coordinates on the grid, which are below 2^24; halves are rounded up. Works on all axes
+// at once, modulo 2^32. A reader must call Check for every point, because a malformed blob can give
+// points outside the grid.
 class GridPredictor
 {
 public:
   static constexpr bool hasPlanes = true;
-  using Point = std::uint32_t __attribute__((vector_size(16))); // x, y, z, and one that is unused
+  using Point = std::uint32_t __attribute__((vector_size(16))); // x, y, z, unused
   using Differences = Point;
   static constexpr unsigned differenceBits = 27; // a difference as an unsigned number (Zigzag)
 
@@ -71,14 +74,14 @@ public:
   {
     return grid.At({ point[0], point[1], point[2] });
   }
-  // Ascends with (x, y, z), as far as 64 bits can distinguish points.
+  // A key that ascends with (x, y, z), as far as 64 bits can distinguish points.
   static std::uint64_t SortKeyOf(const Point& point)
   {
     return std::uint64_t{ point[0] } << 40 | std::uint64_t{ point[1] } << 16 | point[2] >> 8;
   }
 
-  // edges: the sum of the four vertices on the edges of two parallelograms; apexes: the sum of the
-  // two apexes.
+  // The mean prediction of two parallelograms. edges: the sum of the four vertices on their edges;
+  // apexes: the sum of the two apexes.
   KDSTREAM_IN_LOOPS Point Predict(const Point& edges, const Point& apexes) const
   {
     using Signed = std::int32_t __attribute__((vector_size(16)));
@@ -95,8 +98,8 @@ public:
   {
     return predicted + differences;
   }
-  // Notes in `outside` whether the point is outside the grid. Check all points, with one `outside`
-  // that is zero at first, then ask IsAny.
+  // Notes in `outside` if the point is outside the grid. Call it for all points with the same
+  // `outside`, zero at first; then IsAny tells whether any point was outside.
   KDSTREAM_IN_LOOPS void Check(const Point& point, Point& outside) const
   {
     outside |= Point(point > this->Most);
@@ -107,7 +110,7 @@ private:
   Point Most, EdgeWeight, ApexWeight;
 };
 
-// The same for exact coordinates; outside are those that are not finite.
+// The same for exact coordinates; those that are not finite count as outside.
 class ExactPredictor
 {
 public:
@@ -155,7 +158,7 @@ public:
     }
     return static_cast<std::int64_t>(OrderedBits(point[axis]) - OrderedBits(predicted[axis]));
   }
-  // Modulo the width of the type.
+  // Computes modulo the width of the type.
   Point At(const Point& predicted, const Differences& differences) const
   {
     Point point;
@@ -187,7 +190,7 @@ inline Vec3 operator+(const Vec3& a, const Vec3& b)
   return { a[0] + b[0], a[1] + b[1], a[2] + b[2] };
 }
 
-// Where a guided vertex should be. REQUIRES: the points before it are set.
+// The predicted position of a guided vertex. REQUIRES: the points before it are set.
 template <class Predictor>
 KDSTREAM_IN_LOOPS typename Predictor::Point Predicted(
   const Predictor& predictor, const WalkVertex& vertex, const typename Predictor::Point* points)
@@ -198,7 +201,8 @@ KDSTREAM_IN_LOOPS typename Predictor::Point Predicted(
     (points[a] + points[b]) + (points[d] + points[e]), points[c] + points[f]);
 }
 
-// The same for any vertex: without a parallelogram it should be where an earlier one is.
+// The same for any vertex. A vertex without a parallelogram is predicted at the place of an earlier
+// one.
 template <class Predictor>
 KDSTREAM_IN_LOOPS typename Predictor::Point Predicted(const Predictor& predictor,
   std::span<const WalkVertex> vertices, std::size_t v, const typename Predictor::Point* points)
@@ -210,9 +214,10 @@ KDSTREAM_IN_LOOPS typename Predictor::Point Predicted(const Predictor& predictor
   return v > 0 ? points[vertices[v].gate[0]] : typename Predictor::Point{};
 }
 
-// The plane of the triangle from which the walk reached a guided vertex. Its normal is exact for
-// points on the grid; everything after it is in doubles, each operation rounded. (With the second
-// triangle's plane, weighted by area, a level takes 0.1 % less, and decoding longer.)
+// The plane of the triangle from which the walk reached a guided vertex. The normal is exact for
+// points on the grid; everything computed from it is in doubles, and each operation rounds. (If the
+// second triangle's plane were used too, weighted by area, a level would take 0.1 % fewer bytes,
+// but decoding would take longer.)
 class SurfacePlane
 {
 public:
@@ -222,7 +227,7 @@ public:
   {
     const auto [x, y, z] = NormalOf(vertex.gate, points);
     const std::uint64_t sizeX = Size(x), sizeY = Size(y), sizeZ = Size(z);
-    // Masks, not branches, which processors would often predict wrongly.
+    // Masks instead of branches, which processors would often predict wrongly.
     const std::uint64_t isZ = Mask(sizeZ > sizeX) & Mask(sizeZ > sizeY);
     const std::uint64_t isY = Mask(sizeY > sizeX) & ~isZ, isX = ~(isY | isZ);
     this->Across = static_cast<std::uint32_t>((isY & 1) | (isZ & 2));
@@ -239,7 +244,7 @@ public:
     const Point coded{ difference[(this->Across + 1) % 3], difference[(this->Across + 2) % 3] };
     return Point{ coded[0], coded[1], difference[this->Across] - this->OffPlane(coded) };
   }
-  // The inverse.
+  // The inverse of Coded.
   KDSTREAM_IN_LOOPS Point Decoded(const Point& coded) const
   {
     const Point axis = Point{} + this->Across;
@@ -250,7 +255,7 @@ public:
   }
 
 private:
-  // Signed numbers modulo 2^64: what is read may be any points.
+  // Signed numbers modulo 2^64, because a malformed blob can give any points.
   KDSTREAM_IN_LOOPS static std::array<std::uint64_t, 3> NormalOf(
     const std::array<std::uint32_t, 3>& triangle, const Point* points)
   {
@@ -269,14 +274,14 @@ private:
   static std::uint64_t Mask(bool set) { return 0 - std::uint64_t{ set }; }
   static double Value(std::uint64_t number) { return double(static_cast<std::int64_t>(number)); }
 
-  // Where the plane is along the third axis, to the nearest step, halves to the even one, modulo
-  // 2^32. The plane rises by no more than the other two coordinates together, because its normal is
-  // longest along the third axis.
+  // The coordinate of the plane along the third axis, rounded to the nearest step (halves to even),
+  // modulo 2^32. The plane rises by no more than the other two coordinates together, because its
+  // normal is longest along the third axis.
   KDSTREAM_IN_LOOPS std::uint32_t OffPlane(const Point& coded) const
   {
     const double sum = this->Ahead * double(static_cast<std::int32_t>(coded[0])) +
                        this->Behind * double(static_cast<std::int32_t>(coded[1]));
-    // A double of this size has no bits below 1, and holds whole numbers in its lowest bits.
+    // A double of this size has no bits for fractions, and holds the integer in its lowest bits.
     constexpr double rounds = 6755399441055744.0; // 1.5 * 2^52
     // Without a normal the sum is 0.
     const double rise = sum / (this->OfAcross == 0 ? 1 : this->OfAcross);
@@ -284,7 +289,7 @@ private:
   }
 
   std::uint32_t Across;           // an axis
-  double OfAcross, Ahead, Behind; // the normal along it, and along the next two
+  double OfAcross, Ahead, Behind; // normal along it and the next two
 };
 
 // The context of a vertex's k-th difference.

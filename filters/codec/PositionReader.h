@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Reads the differences from which a predictor makes the positions of a piece's vertices.
+// Reads the differences from which a predictor computes the positions of a piece's vertices.
 #pragma once
 
 #include "filters/codec/PieceContexts.h"
@@ -16,7 +16,7 @@
 namespace kdstream
 {
 
-// False: not a mode, or not one of this predictor.
+// Returns false if it is not a mode, or not one of this predictor.
 template <class Predictor>
 bool ReadPositionMode(SymbolReader& symbols, PositionMode& mode)
 {
@@ -31,13 +31,14 @@ bool ReadPositionMode(SymbolReader& symbols, PositionMode& mode)
   return true;
 }
 
-// The differences of all vertices, before the first position is predicted: so the symbols of one
-// vertex do not wait for the position of another. False: a difference has too many bits.
+// Reads the differences of all vertices before the first position is predicted, so that reading a
+// vertex's symbols does not wait for another vertex's position. Returns false if a difference has
+// too many bits.
 template <class Predictor>
 bool ReadDifferences(SymbolReader& symbols, const PositionMode& mode,
   std::span<const WalkVertex> vertices, typename Predictor::Differences* differences)
 {
-  std::array<const std::uint32_t*, 6> tables; // three of a vertex that is not guided, three of one
+  std::array<const std::uint32_t*, 6> tables; // three if not guided, three if guided
   for (std::size_t i = 0; i < tables.size(); ++i)
   {
     tables[i] = symbols.TableFor(PositionContext(mode, i > 2, i % 3));

@@ -10,8 +10,8 @@ namespace kdstream
 namespace
 {
 
-// About the number of bits of the differences, in sixteenths of a bit: the raw bits, and the
-// entropy of the symbols.
+// Estimates the number of bits that differences take, in sixteenths of a bit: their raw bits, and
+// the entropy of their symbols.
 class CostOfTables
 {
 public:
@@ -32,8 +32,8 @@ public:
     }
     return this->Raw + Entropy(all);
   }
-  // Each under a table of its own, of which there are `more` beside the first. every: only one of
-  // this number of differences was added.
+  // The cost with a table of its own for each. more: the number of tables beyond one. every: only
+  // one in this number of differences was added.
   std::uint64_t Apart(std::uint64_t every, std::uint64_t more) const
   {
     return this->Raw + Entropy(this->Sizes[0]) + Entropy(this->Sizes[1]) + Entropy(this->Sizes[2]) +
@@ -65,7 +65,8 @@ private:
   std::uint64_t Raw = 0;
 };
 
-// The stored value of a vertex: its distance from the prediction, or from the plane.
+// The differences that are stored for a vertex: from the prediction, or with the plane
+// (SurfacePlane).
 template <class Predictor>
 std::array<std::int64_t, 3> Differences(const Predictor& predictor, AxisTables tables,
   std::span<const WalkVertex> vertices, std::size_t v, const typename Predictor::Point* points)
@@ -86,13 +87,13 @@ std::array<std::int64_t, 3> Differences(const Predictor& predictor, AxisTables t
     predictor.DifferenceOf(points[v], predicted, 2) };
 }
 
-// Tries each reach on some of the vertices and takes the cheapest mode.
+// Tries each reach on some of the vertices, and returns the cheapest mode.
 template <class Predictor>
 PositionMode ChoosePositionMode(const CoordinateGrid& grid, std::span<const WalkVertex> vertices,
   const typename Predictor::Point* points, bool planes)
 {
   constexpr unsigned reaches[] = { 8, 6, 4 };
-  constexpr std::size_t enough = 512; // vertices to look at, evenly spread
+  constexpr std::size_t enough = 512; // vertices to try, evenly spread
   const std::size_t every = vertices.size() / enough + 1;
   PositionMode best;
   std::uint64_t least = ~std::uint64_t{ 0 };

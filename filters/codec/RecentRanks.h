@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The ranks of parents, stored one after the other: what reader and writer of ancestors both know.
-// Layout: doc/formats.md, "Ancestors".
+// Remembers the ranks of parents that were stored last, in the same way for reader and writer of
+// ancestors. Layout: doc/formats.md, "Ancestors".
 //
 // Vertices come in the order of the tree, and clusters of a level are ranked by their lowest
 // vertices. So a vertex's parent is mostly one that was stored shortly before, or the next one in
@@ -18,12 +18,13 @@ namespace kdstream
 class RecentRanks
 {
 public:
-  // Symbols below this number mean the ranks stored last, each once: 0 is the very last one.
+  // Symbols below this number stand for the ranks stored last, without duplicates: 0 for the very
+  // last one.
   static constexpr unsigned recent = 8;
-  static constexpr unsigned next = 8;  // the rank after the largest that was stored, at first 0
-  static constexpr unsigned other = 9; // a difference to Newest follows
+  static constexpr unsigned next = 8;  // stands for the largest rank stored so far + 1, at first 0
+  static constexpr unsigned other = 9; // a difference from Newest follows
 
-  // The symbol of a rank.
+  // The symbol for a rank.
   unsigned SymbolOf(std::uint64_t rank) const
   {
     const auto* end = this->Last.data() + this->Count;
@@ -32,7 +33,7 @@ public:
            : rank == this->NextRank ? next
                                     : other;
   }
-  // The rank of a symbol below `recent`. False: there is none.
+  // Finds the rank for a symbol below `recent`. Returns false if there is none.
   bool Find(unsigned symbol, std::uint64_t& rank) const
   {
     if (symbol >= this->Count)
@@ -43,10 +44,10 @@ public:
     return true;
   }
   std::uint64_t Next() const { return this->NextRank; }
-  // The one that was stored last, at first 0: from it others are stored.
+  // The rank that was stored last, at first 0. Other ranks are stored as differences from it.
   std::uint64_t Newest() const { return this->Last[0]; }
 
-  // Notes that a rank was stored by a symbol.
+  // Notes that a rank was stored with this symbol.
   void Use(unsigned symbol, std::uint64_t rank)
   {
     const std::size_t from =

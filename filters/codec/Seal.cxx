@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <array>
 
-// Only XXH64: the rest of the library would be dead weight in the page.
+// Only XXH64: the rest of the library would only make the web page larger.
 #define XXH_INLINE_ALL
 #define XXH_NO_XXH3
 #include <xxhash.h>
@@ -61,8 +61,8 @@ Result<std::span<const std::uint8_t>> UnsealBlob(
   {
     return Error{ ErrorCode::InvalidInput, "does not begin with \"" + std::string(magic) + "\"" };
   }
-  // Before the checksum, because another version may have another one, or none: "damaged" would
-  // send the user looking for a fault where only a newer viewer is needed.
+  // Checked before the checksum, because another version can have another checksum, or none. The
+  // message "damaged" would make the user look for a fault, while only a newer viewer is needed.
   if (blob.size() > magicSize && blob[magicSize] != codecVersion)
   {
     return Error{ ErrorCode::Unsupported, "unknown codec version " +

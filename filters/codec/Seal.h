@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The head and the checksum of every encoded blob: part of the steps "encode" and "decode" of the
 // pipeline picture. A blob begins with its magic and the codec's version. It ends with a checksum
-// of all bytes before. So a blob that was damaged between the store and the viewer (by a proxy, a
-// CDN, a disk cache) is refused, not drawn. Layout: doc/formats.md, section 4.
+// of all bytes before it. So a blob that was damaged between the store and the viewer (by a proxy,
+// a CDN, a disk cache) is refused instead of drawn. Layout: doc/formats.md, section 4.
 //
 // The checksum finds accidents, not forgeries: decoders never rely on it.
 #pragma once
@@ -18,26 +18,26 @@
 namespace kdstream
 {
 
-// For pieces, tree pages and textures; raised when the layout of any changes.
+// Common to pieces, tree pages and textures; raised when the layout of any of them changes.
 inline constexpr std::uint8_t codecVersion = 8;
 inline constexpr std::size_t magicSize = 3;
 inline constexpr std::size_t blobHeadSize = magicSize + 1; // magic, version
 inline constexpr std::size_t checksumSize = 8;             // XXH64, seed 0, little-endian
 
-// Magic and version: how a blob begins. REQUIRES: magic.size() == magicSize.
+// Writes magic and version, with which a blob begins. REQUIRES: magic.size() == magicSize.
 void WriteBlobHead(ByteWriter& writer, std::string_view magic);
 
 // Appends the checksum of the bytes so far.
 void SealBlob(std::vector<std::uint8_t>& blob);
 
-// Whether the blob ends with the checksum of what is before that, whatever it is. O(size).
+// Whether the blob ends with the checksum of its other bytes, whatever these are. O(size).
 bool IsSealed(std::span<const std::uint8_t> blob);
 
-// The blob without its checksum, after magic, version and checksum have been checked; its content
-// starts at blobHeadSize. O(size), no memory taken. Errors: InvalidInput for another magic;
-// Unsupported for an unknown version, which is checked before the checksum, because another version
-// may have another one; Damaged for a wrong checksum, or a blob too short to have one. REQUIRES:
-// magic.size() == magicSize.
+// Checks magic, version and checksum, and returns the blob without its checksum; the content starts
+// at blobHeadSize. O(size); allocates nothing. Errors: InvalidInput for another magic; Unsupported
+// for an unknown version, which is checked before the checksum, because another version can have
+// another checksum; Damaged if the checksum is wrong, or the blob is too short to have one.
+// REQUIRES: magic.size() == magicSize.
 Result<std::span<const std::uint8_t>> UnsealBlob(
   std::span<const std::uint8_t> blob, std::string_view magic);
 

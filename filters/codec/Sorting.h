@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Sorts that are small in the page and fast on what pieces have: std::sort is neither.
+// Sorting functions that add little code to the web page and are fast for the data of pieces.
+// std::sort is neither.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +12,8 @@
 namespace kdstream
 {
 
-// Sorts; few items by insertion, many by heap. Smaller than std::sort, which the page pays for.
+// Sorts few items by insertion, many by a heap. Its code is smaller than that of std::sort, so the
+// web page is smaller.
 template <class Item, class IsBefore>
 void SortFew(Item* items, std::size_t count, const IsBefore& isBefore)
 {
@@ -30,7 +32,7 @@ void SortFew(Item* items, std::size_t count, const IsBefore& isBefore)
     }
     return;
   }
-  // Puts items into heap order from the middle down, then takes the last out one by one.
+  // Puts items into heap order from the middle down, then takes out the last one repeatedly.
   for (std::size_t left = count / 2, size = count; size > 1;)
   {
     if (left > 0)
@@ -80,7 +82,7 @@ void SortByMerging(std::vector<Item>& items, std::vector<Item>& other, const IsB
   }
 }
 
-// Counts, each to the sum of it and those before.
+// Replaces each count by the sum of it and all counts before it.
 inline void SumUp(std::vector<std::uint32_t>& counts)
 {
   std::uint32_t sum = 0;

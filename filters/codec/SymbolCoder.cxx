@@ -13,7 +13,7 @@ namespace
 constexpr std::uint32_t lowestState = 1U << 16;
 constexpr unsigned lengthBits = 7, classBits = 4, mostClass = 15;
 
-// Half octaves: 0, 2, 3, 4, 6, 8, 12, … 256.
+// The weights of the classes are half octaves: 0, 2, 3, 4, 6, 8, 12, … 256.
 constexpr std::uint32_t WeightOf(unsigned weightClass)
 {
   return weightClass == 0
@@ -21,8 +21,9 @@ constexpr std::uint32_t WeightOf(unsigned weightClass)
            : (weightClass % 2 == 1 ? 2U << (weightClass / 2) : 3U << (weightClass / 2 - 1));
 }
 
-// Frequencies that sum to 2^bits. Each class that is not 0 gets one slot, and the rest is shared by
-// weight; what rounding leaves goes to the first of the heaviest. False if there is no symbol.
+// Computes frequencies that sum to 2^bits. Each symbol whose class is not 0 gets one slot; the
+// other slots are divided by weight, and slots left by rounding go to the first of the heaviest
+// symbols. Returns false if there is no symbol.
 bool FrequenciesOf(
   std::span<const std::uint8_t> classes, unsigned bits, std::span<std::uint32_t> frequencies)
 {
@@ -49,7 +50,8 @@ bool FrequenciesOf(
   return true;
 }
 
-// The class whose weight is nearest to `count` where `most` has that of the highest.
+// The class whose weight is nearest to `count`, scaled so that `most` has the weight of the highest
+// class.
 std::uint8_t ClassOf(std::uint64_t count, std::uint64_t most)
 {
   if (count == 0)
@@ -83,7 +85,7 @@ public:
   std::size_t Count = 0;
 };
 
-// What a writer has to know of a symbol under a context.
+// What a writer must know of a symbol under a context.
 struct CodedSymbol
 {
   std::uint32_t count = 0, frequency = 0, start = 0;
@@ -104,7 +106,7 @@ void WriteTable(BitPacker& tables, CodedSymbols symbols, unsigned bits)
       most = std::max(most, symbols[s].count);
     }
   }
-  const bool there = last > 0; // a table with only symbol 0 is not needed
+  const bool there = last > 0; // without a table, symbol 0 is the only one
   tables.Add(there, 1);
   if (!there)
   {
@@ -180,7 +182,7 @@ void SymbolWriter::FewRawBits(std::uint64_t value, unsigned count)
   }
 }
 
-// All raw bits, low byte first.
+// All raw bits as bytes, low byte first.
 std::vector<std::uint8_t> SymbolWriter::RawBytes() const
 {
   const std::size_t inWords = 4 * this->RawWords.size();
@@ -222,7 +224,7 @@ void SymbolWriter::Finish(
     }
   }
 
-  // Backwards, so that a reader goes forwards. The two states take turns.
+  // Codes backwards, so that a reader goes forwards. The two states take turns.
   std::vector<std::uint16_t> words;
   words.reserve((this->Pairs.size() + this->Symbols.size()) / 2 + 4);
   std::uint32_t now = lowestState, later = lowestState;
@@ -242,7 +244,7 @@ void SymbolWriter::Finish(
       now = (now / symbol.frequency << bits) + now % symbol.frequency + symbol.start;
     }
   }
-  for (const std::uint32_t state : { later, now }) // that of the first symbol last
+  for (const std::uint32_t state : { later, now }) // the state of the first symbol comes last
   {
     words.push_back(static_cast<std::uint16_t>(state >> 16));
     words.push_back(static_cast<std::uint16_t>(state));
@@ -274,7 +276,8 @@ SymbolReader::SymbolReader(std::span<const std::uint8_t> bytes, const SymbolCont
   this->BitEnd = 8 * bits.size();
   this->WordEnd = bytes.data() + reader.Position();
   this->Word = this->WordEnd - words.size();
-  // As many tables as the bits may hold, and those of contexts without one.
+  // Memory for at most as many tables as the bits can hold, and for the two tables of contexts
+  // without one.
   constexpr std::size_t fewestTableBits = 1 + 2 * lengthBits + classBits;
   const std::size_t most = this->BitEnd / fewestTableBits;
   const std::size_t numbers = std::min(contexts.all - contexts.choices, most);
@@ -292,7 +295,7 @@ SymbolReader::SymbolReader(std::span<const std::uint8_t> bytes, const SymbolCont
   }
   this->Slots = this->Entries.get();
   this->TableOf = this->Begins.data();
-  this->Bit = (this->Bit + 7) / 8 * 8; // raw bits start at a byte
+  this->Bit = (this->Bit + 7) / 8 * 8; // raw bits start at a whole byte
   if (!this->Failure)
   {
     this->Now = Load16(this->Word) | Load16(this->Word + 2) << 16;
@@ -316,7 +319,7 @@ void SymbolReader::ReadTable(std::size_t context, unsigned bits)
   {
     classes[count++] = static_cast<std::uint8_t>(this->RawBits(classBits));
   }
-  // A table that is cut off does not count among those that the bits may hold.
+  // A table that is cut off must not be added: memory was only allocated for complete tables.
   if (this->Failure || !FrequenciesOf({ classes.data(), count }, bits, frequencies))
   {
     this->Failure = true;

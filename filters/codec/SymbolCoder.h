@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Small integers as few bits: an entropy coder with static tables. Layout: doc/formats.md,
+// Stores small integers in few bits: an entropy coder with static tables. Layout: doc/formats.md,
 // "Symbols".
 //
 // Symbols (0-127) are coded by range asymmetric numeral systems (rANS: J. Duda, arXiv:1311.2540;
 // the form with 16-bit words follows F. Giesen, "Interleaved entropy coders", arXiv:1402.3392),
-// with two states in turn, each under one of several tables ("contexts"). Tables are sent in a few
-// bytes: half an octave of frequency a symbol. A number is a symbol for its size and raw bits for
-// the rest. The first contexts are for choices among a few: their tables are smaller.
+// with two states that take turns. Each symbol is coded under one of several tables ("contexts").
+// Tables take few bytes, because frequencies are rounded to half octaves. A number becomes a symbol
+// for its size, and raw bits for the rest. The first contexts are for choices among a few symbols:
+// their tables are smaller.
 //
-// SymbolWriter and SymbolReader have methods of the same names: what a method of the writer takes,
-// the reader's returns, if they are called in the same order and with the same contexts.
+// SymbolWriter and SymbolReader have methods of the same names. A method of the reader returns what
+// the writer's method took, if they are called in the same order and with the same contexts.
 #pragma once
 
 #include "filters/codec/ByteStream.h"
@@ -27,7 +28,7 @@
 namespace kdstream
 {
 
-// Marks the few functions in hot loops: they are inlined, unless the code should be small.
+// Marks the few functions in hot loops: they are inlined, unless code is optimised for size.
 #ifdef __OPTIMIZE_SIZE__
 #define KDSTREAM_IN_LOOPS inline
 #else
@@ -35,11 +36,10 @@ namespace kdstream
 #endif
 
 inline constexpr unsigned symbolCount = 128;
-inline constexpr unsigned numberBits =
-  10;                                     // frequencies sum to 2^10; where a context is of choices,
-inline constexpr unsigned choiceBits = 8; // to 2^8
+inline constexpr unsigned numberBits = 10; // in contexts of numbers, frequencies sum to 2^10
+inline constexpr unsigned choiceBits = 8;  // in contexts of choices, to 2^8
 
-// How many contexts there are; the first `choices` are for choices.
+// The number of contexts; the first `choices` of them are for choices.
 struct SymbolContexts
 {
   std::size_t choices = 0, all = 0;
@@ -56,19 +56,20 @@ public:
 
   // REQUIRES: context < choices, symbol < symbolCount.
   void Choice(std::size_t context, unsigned symbol) { this->Symbol(context, symbol); }
-  // The same under a context of numbers. These come before all else, whenever they are stored.
+  // The same under a context of numbers. Symbols stored by this method come first in the output,
+  // whenever they are stored.
   void Pair(std::size_t context, unsigned symbol)
   {
     this->Pairs.push_back(EntryOf(context, symbol));
   }
-  // Any number: smaller ones take fewer bits. REQUIRES: choices <= context < all.
+  // Stores any number; smaller ones take fewer bits. REQUIRES: choices <= context < all.
   void Number(std::size_t context, std::uint64_t value);
-  // Numbers near 0 of either sign, modulo 2^64.
+  // Stores a signed number, modulo 2^64; numbers near 0 take fewer bits.
   void Signed(std::size_t context, std::int64_t value) { this->Number(context, Zigzag(value)); }
 
-  // Bytes: the tables and raw bits, zeros after them until all is at least `fewestBytes`, then the
-  // words. REQUIRES: called once. bitsOfContexts: gets the bits that each context took, its table
-  // included.
+  // Writes the tables and raw bits, then zeros so that the result has at least `fewestBytes`, then
+  // the words. bitsOfContexts: gets the number of bits that each context took, including its table.
+  // REQUIRES: called once.
   void Finish(
     ByteWriter& writer, std::size_t fewestBytes, std::vector<double>* bitsOfContexts = nullptr);
 
@@ -77,7 +78,7 @@ private:
   {
     this->Symbols.push_back(EntryOf(context, symbol));
   }
-  // Where a symbol stands in a list of the symbols of all contexts.
+  // The index of a symbol in a list of the symbols of all contexts.
   static std::uint32_t EntryOf(std::size_t context, unsigned symbol)
   {
     return static_cast<std::uint32_t>(context * symbolCount + symbol);
@@ -89,17 +90,17 @@ private:
   SymbolContexts Contexts;
   std::vector<std::uint32_t> Pairs, Symbols; // EntryOf
   std::vector<std::uint32_t> RawWords;
-  std::uint64_t Pending = 0; // raw bits that do not fill a word
+  std::uint64_t Pending = 0; // raw bits that do not fill a word yet
   unsigned PendingBits = 0;
   std::vector<std::uint64_t> Raws;
 };
 
-// A reader's position. A loop reads from a copy of its own, which compilers keep in registers, and
-// gives it back at the end (SymbolReader::Continue).
+// A reader's position. A loop reads from its own copy, which compilers keep in registers, and hands
+// it back at the end (SymbolReader::Continue).
 class SymbolCursor
 {
 public:
-  // Values read past the end are arbitrary, and then Failed is true.
+  // Whether reading went past the end. Values read after that are arbitrary.
   bool Failed() const { return this->Failure; }
 
   KDSTREAM_IN_LOOPS unsigned Choice(std::size_t context)
@@ -112,12 +113,12 @@ public:
     return this->NumberUnder(this->TableFor(context));
   }
   // The same for a number below 2^48: faster, because it calls no function. If the number is
-  // greater, the cursor is Failed.
+  // greater, Failed() becomes true.
   KDSTREAM_IN_LOOPS std::uint64_t Small(std::size_t context)
   {
     return this->SmallUnder(this->TableFor(context));
   }
-  // A loop may look up a context's table once, and read under the table.
+  // Lets a loop look up a context's table only once, and read with the table.
   KDSTREAM_IN_LOOPS const std::uint32_t* TableFor(std::size_t context) const
   {
     return this->Slots + this->TableOf[context];
@@ -147,7 +148,7 @@ public:
   }
 
 protected:
-  // Low byte first.
+  // Loads 8 bytes, low byte first.
   static std::uint64_t Load(const std::uint8_t* bytes)
   {
     std::uint64_t value = 0;
@@ -176,7 +177,7 @@ protected:
     const std::uint32_t state = this->Now;
     const std::uint32_t entry = table[state & ((1U << bits) - 1)];
     std::uint32_t next = (entry >> 17) * (state >> bits) + (entry >> 7 & 1023);
-    // Without a branch, which processors would often predict wrongly.
+    // No branch, because processors would often predict it wrongly.
     const std::uint32_t more = next < 1U << 16 ? 16 : 0;
     next = next << more | (Load16(this->Word) & ((0U - more) >> 16));
     this->Word += more / 8;
@@ -220,19 +221,19 @@ protected:
   bool Failure = false;
 };
 
-// Reads what a writer wrote, in the same order. Any bytes may be given.
+// Reads what a writer wrote, in the same order. The bytes may be hostile.
 class SymbolReader : public SymbolCursor
 {
 public:
-  // Reads the tables. Memory: up to 4 KiB for each table that is present, at most 256 bytes for a
-  // bit of the input. REQUIRES: 8 bytes can be read after `bytes`, whatever they are: a blob's
-  // checksum.
+  // Reads the tables. Memory: up to 4 KiB for each table that is present, and at most 256 bytes for
+  // each bit of the input. REQUIRES: at least 8 bytes follow `bytes` in memory, with any content: a
+  // blob's checksum.
   SymbolReader(std::span<const std::uint8_t> bytes, const SymbolContexts& contexts);
 
-  // Goes on from where a copy has come to.
+  // Goes on from the position that a copy has reached.
   void Continue(const SymbolCursor& cursor) { static_cast<SymbolCursor&>(*this) = cursor; }
-  // Whether all bytes were used, and the coder is back in its initial state. REQUIRES: everything
-  // was read.
+  // Whether all bytes were used, and the coder is back in its initial state. Call it after
+  // everything was read.
   bool AtEnd() const;
 
 private:

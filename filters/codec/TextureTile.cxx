@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Textures as bytes: see TextureTile.h and doc/formats.md, "Textures". The head and the image in
-// bytes, then everything else as symbols.
+// Textures as bytes: see TextureTile.h and doc/formats.md, "Textures". A blob has the head and the
+// image as bytes, then everything else as symbols.
 #include "filters/codec/TextureTile.h"
 
 #include "filters/codec/ByteStream.h"
@@ -19,7 +19,7 @@ namespace
 {
 
 constexpr std::string_view tileMagic = "KDX";
-constexpr std::uint8_t exactBit = 0x80, coarseBit = 0x40; // of the byte that names the format
+constexpr std::uint8_t exactBit = 0x80, coarseBit = 0x40; // in the byte that names the format
 constexpr std::uint8_t mostHalvings = 14;
 constexpr std::int64_t mostChartPlace = std::int64_t{ 1 } << 46;
 constexpr std::uint64_t mostSourceSide = std::uint64_t{ 1 } << 31;
@@ -96,7 +96,7 @@ void WriteTables(SymbolWriter& symbols, const ExactTile& exact)
   }
 }
 
-// A number of the tables. False: it is above `most`, or there is none.
+// Reads a number of the tables. Returns false if it is above `most` or missing.
 bool ReadNumber(
   SymbolReader& symbols, TileContext::Numbers context, std::uint64_t most, std::uint64_t& number)
 {
@@ -129,7 +129,7 @@ bool ReadSource(SymbolReader& symbols, TileSource& source)
   return known;
 }
 
-// Null, or what is wrong.
+// Returns null, or what is wrong.
 const char* ReadTables(SymbolReader& symbols, std::size_t triangles, ExactTile& exact)
 {
   std::uint64_t halvings = 0, sources = 0, charts = 0;
@@ -178,7 +178,7 @@ unsigned StepsOfTexel(const TextureTile& tile)
   return tile.isCoarse ? coarseTileSteps : tileSteps;
 }
 
-// Rounded and kept inside.
+// A coordinate in steps: rounded, and clamped to the picture.
 std::int64_t StepsOf(float place, std::uint32_t side, unsigned ofTexel)
 {
   const double steps = std::nearbyint(double(place) * ofTexel);
@@ -205,7 +205,7 @@ bool IsCorner(const TileCorner& corner, const TextureTile& tile)
   return corner[0] >= 0 && corner[0] <= x && corner[1] >= 0 && corner[1] <= y;
 }
 
-// False: it lies outside the picture.
+// Sets a corner. Returns false if it lies outside the picture.
 bool TakeCorner(TextureTile& tile, std::size_t triangle, std::size_t k, const TileCorner& corner)
 {
   TileCoordinate& place = tile.corners[triangle][k];
@@ -223,7 +223,7 @@ bool TakeCorner(TextureTile& tile, std::size_t triangle, std::size_t k, const Ti
          place[1] <= float(tile.height);
 }
 
-// Null, or what is wrong.
+// Returns null, or what is wrong.
 const char* ReadCorners(
   SymbolReader& symbols, std::span<const Triangle> triangles, TextureTile& tile)
 {

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The corners of a tile's triangles as symbols: what reader and writer of a texture tile both know,
-// and what each does with it. Layout: doc/formats.md, "Textures".
+// Writes and reads the corners of a texture tile's triangles as symbols. TileCornerMemory is the
+// state that writer and reader have in common. Layout: doc/formats.md, "Textures".
 //
-// Triangles come in the piece's order, so most corners are at a vertex that an earlier triangle
-// has. Then a choice selects one of the two coordinate pairs last stored at that vertex. A new pair
-// is stored as the difference from a prediction: by a parallelogram with a neighbour, or another
-// corner.
+// Triangles come in the piece's order, so most corners are at a vertex of an earlier triangle. Then
+// a choice selects one of the two coordinate pairs last stored at that vertex. A new pair is stored
+// as the difference from a prediction: a parallelogram with a neighbour, or another corner.
 #pragma once
 
 #include "filters/codec/ByteStream.h"
@@ -26,12 +25,12 @@ struct TileContext
 {
   enum Choices : std::size_t
   {
-    corner = 0,   // which of the vertex' pairs; by the corner's number
-    sameChart = 3 // whose chart
+    corner = 0,   // which of the vertex's pairs; a context for each corner number
+    sameChart = 3 // of which triangle the chart is
   };
   enum Numbers : std::size_t
   {
-    parallelogram = 4, // and y
+    parallelogram = 4, // two: x and y
     near = 6,
     far = 8,
     chart = 10,
@@ -42,10 +41,11 @@ struct TileContext
   static constexpr SymbolContexts all{ 4, chartPlace + 1 };
 };
 
-// What is stored of a corner: steps of a texel, or of an exact tile the ordered bits of u and v.
+// The stored pair of a corner: in steps of a texel, or, in an exact tile, the ordered bits of u and
+// v.
 using TileCorner = std::array<std::int64_t, 2>;
 
-// What has been stored so far.
+// The corners that were stored so far, in the same state for writer and reader.
 class TileCornerMemory
 {
 public:
@@ -80,7 +80,7 @@ protected:
     TileCorner value;
   };
 
-  // The corner that a symbol means, or null.
+  // The pair that a symbol stands for, or null.
   const TileCorner* PairOf(VertexId vertex, unsigned symbol) const
   {
     const Pairs& recent = this->Recent[vertex];
@@ -99,7 +99,7 @@ protected:
     return newPair;
   }
 
-  // Predicts the new corner k. known: which corners of the triangle are stored.
+  // Predicts the new pair of corner k. known: which corners of the triangle are already stored.
   Prediction Predict(std::size_t t, std::size_t k, const std::array<bool, 3>& known) const
   {
     const std::size_t next = (k + 1) % 3, previous = (k + 2) % 3;
@@ -124,8 +124,8 @@ protected:
     return { TileContext::far, this->Last };
   }
 
-  // Records triangle t, which has been stored, for later ones. If a vertex is twice in it, the pair
-  // of its last corner is kept.
+  // Remembers triangle t, which has been stored, for later ones. If it has a vertex twice, keeps
+  // the pair of the last corner there.
   void Remember(std::size_t t)
   {
     for (std::size_t k = 0; k < 3; ++k)
@@ -144,14 +144,15 @@ protected:
     this->Last = this->Coded[t][2];
   }
 
-  // The chart of the triangle that was last at a corner, or the triangle before; noVertex at first.
+  // The chart of the triangle that was stored last at the vertex of corner `symbol` of t; noVertex
+  // if there is none.
   std::uint32_t ChartAt(std::size_t t, unsigned symbol) const
   {
     const std::uint32_t other = this->LastAt[this->Triangles[t][symbol]];
     return other == noTriangle ? noVertex : this->ChartOf[other];
   }
 
-  // Modulo 2^64: what a reader has may be anything.
+  // A sum modulo 2^64, because values from a malformed blob can be anything.
   static std::int64_t Sum(std::int64_t a, std::int64_t b)
   {
     return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
@@ -181,7 +182,7 @@ private:
     const Triangle& theirs = this->Triangles[other];
     for (std::size_t k = 0; k < 3; ++k)
     {
-      // In a surface that is oriented the edge runs the other way there; in others either way.
+      // If the surface is oriented, the edge runs the other way there; otherwise either way.
       for (const std::size_t turn : { std::size_t{ 1 }, std::size_t{ 2 } })
       {
         const std::size_t a = (k + turn) % 3, b = (k + 3 - turn) % 3;
@@ -196,7 +197,7 @@ private:
     return nullptr;
   }
 
-  // a + b - c, in numbers.
+  // a + b - c; for exact tiles computed with the numbers that the bits stand for.
   std::int64_t Close(std::int64_t a, std::int64_t b, std::int64_t c) const
   {
     if (!this->Exact)
@@ -206,7 +207,7 @@ private:
     const auto number = [](std::int64_t bits)
     { return double(FloatOfOrderedBits(static_cast<std::uint32_t>(bits))); };
     const double closed = number(a) + number(b) - number(c);
-    // NaNs have different bits on different machines, and help no prediction.
+    // NaNs have different bits on different machines, and do not help to predict.
     return std::abs(closed) < 1e30 ? std::int64_t{ OrderedBits(static_cast<float>(closed)) } : a;
   }
 
@@ -277,7 +278,7 @@ public:
   {
   }
 
-  // May be the number of a corner that does not exist.
+  // The result can be the number of a chart that does not exist.
   std::uint64_t Chart(std::size_t t)
   {
     const unsigned symbol = this->Symbols.Choice(TileContext::sameChart);
@@ -288,7 +289,7 @@ public:
     return static_cast<std::uint64_t>(chart);
   }
 
-  // A pair may be no corner.
+  // A result need not be a valid corner.
   std::array<TileCorner, 3> Corners(std::size_t t)
   {
     std::array<bool, 3> known{};

@@ -18,7 +18,7 @@ namespace
 {
 
 constexpr std::string_view treeMagic = "KDT";
-constexpr unsigned boxSteps = 16; // equal steps of the parent's box, on which sides of a box lie
+constexpr unsigned boxSteps = 16; // sides of a box lie on these steps of the parent's box
 enum TreeContext : std::size_t
 {
   treeEmpty, // a choice
@@ -33,11 +33,12 @@ constexpr SymbolContexts contextsOfTree{ 1, treeContexts };
 
 // ---- facts
 
-constexpr unsigned boundShift = 19;           // of a float: its exponent and 4 bits are stored
+constexpr unsigned boundShift = 19;           // a float's exponent and 4 bits are stored
 constexpr std::uint32_t largestBound = 0xFEF; // of a finite float
 constexpr std::uint32_t largestBytes = 192;   // of 64 MiB
 
-// The upper bits of the least float that has no others and is not below the bound.
+// The upper bits of the least float that is not below the bound and has only zeros in its other
+// bits.
 std::uint32_t CodeOfBound(float bound)
 {
   const std::uint32_t bits = BitCast<std::uint32_t>(bound + 0.0F); // no -0.0
@@ -49,7 +50,7 @@ float BoundOfCode(std::uint32_t code)
   return BitCast<float>(code << boundShift);
 }
 
-// Four bits of it and how many follow.
+// The four highest bits of the number, and how many bits follow.
 std::uint32_t CodeOfBytes(std::uint32_t bytes)
 {
   const auto follow =
@@ -91,7 +92,7 @@ void WriteFacts(SymbolWriter& symbols, const std::vector<PieceFacts>& pieces)
   }
 }
 
-// The code that follows `last`, or nothing.
+// Adds the difference to `last`. Returns false if the result is not a code.
 bool ReadCode(std::int64_t difference, std::uint32_t largest, std::uint32_t& last)
 {
   const std::int64_t code = difference + std::int64_t{ last };
@@ -103,7 +104,7 @@ bool ReadCode(std::int64_t difference, std::uint32_t largest, std::uint32_t& las
   return true;
 }
 
-// False: not facts of a piece.
+// Returns false if they are not facts of pieces.
 bool ReadFacts(SymbolReader& symbols, std::size_t count, std::vector<PieceFacts>& pieces)
 {
   FactCodes last;
@@ -124,7 +125,7 @@ bool ReadFacts(SymbolReader& symbols, std::size_t count, std::vector<PieceFacts>
 
 // ---- boxes
 
-// The plane `step` of 0 … 16 across a side of the parent's box.
+// The coordinate of plane `step`, 0 … 16, of the planes that divide a side of the parent's box.
 double PlaneAt(double lo, double hi, std::uint64_t step)
 {
   return step == 0 ? lo : step == boxSteps ? hi : lo + (hi - lo) * (double(step) / boxSteps);
@@ -141,7 +142,7 @@ std::uint64_t StepBelow(double lo, double hi, double value)
   return step;
 }
 
-// The first that is not below it.
+// The first plane that is not below `value`.
 std::uint64_t StepAbove(double lo, double hi, double value)
 {
   std::uint64_t step = hi > lo ? 0 : boxSteps;
@@ -174,8 +175,8 @@ std::size_t LongestSide(const Box& box)
   return longest;
 }
 
-// Calls visit(axis, upper, inner) for the sides of a child's box: `inner` is the side in the
-// middle, where the parent's vertices were most likely divided.
+// Calls visit(axis, upper, inner) for the sides of a child's box. inner: whether it is the side
+// near the middle of the parent, where the parent's vertices were most likely divided.
 template <class Visit>
 bool ForEachSide(const Box& parent, bool secondChild, const Visit& visit)
 {
@@ -189,7 +190,8 @@ bool ForEachSide(const Box& parent, bool secondChild, const Visit& visit)
   return good;
 }
 
-// How far a side is from the parent's, or an inner one from the middle.
+// Writes for each side how many steps it is from the parent's side, or, for the inner one, from the
+// middle.
 void WriteBox(SymbolWriter& symbols, const Box& box, const Box& parent, bool secondChild)
 {
   ForEachSide(parent, secondChild,
@@ -210,7 +212,7 @@ void WriteBox(SymbolWriter& symbols, const Box& box, const Box& parent, bool sec
     });
 }
 
-// False: not a box.
+// Returns false if it is not a box.
 bool ReadBox(SymbolReader& symbols, Box& box, const Box& parent, bool secondChild)
 {
   const bool good = ForEachSide(parent, secondChild,
@@ -240,7 +242,7 @@ bool IsFiniteOrEmpty(const Box& box)
   return finite || box.Empty();
 }
 
-// The boxes of a page before it is read: only that of its own node is known.
+// The boxes of a page before it is read: only the box of the page's own node is known.
 std::vector<Box> EmptyBoxes(NodeId page, const Box& around, const TreeDepths& depths)
 {
   std::vector<Box> boxes(std::size_t{ 2 } << DepthsOfTreePage(page, depths));
@@ -250,7 +252,7 @@ std::vector<Box> EmptyBoxes(NodeId page, const Box& around, const TreeDepths& de
 
 }
 
-// ---- which node is in which page
+// ---- Which node is in which page
 
 bool IsTreePage(NodeId node, const TreeDepths& depths)
 {
@@ -295,7 +297,7 @@ std::vector<NodeId> TreePages(const TreeDepths& depths)
   return pages;
 }
 
-// ---- the content of a page
+// ---- The content of a page
 
 PieceFacts RoundedUp(const PieceFacts& facts)
 {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pages of the tree: what a viewer knows of pieces before it fetches them. Layout: doc/formats.md.
+// Pages of the tree: what a viewer can know of pieces before it fetches them. Layout:
+// doc/formats.md.
 //
 // A viewer walks down from the root to the nodes in its view, and fetches the pages on its way. So
 // pages are small, and their boxes are rounded outward to sixteenths of the parent's box. The exact
@@ -19,7 +20,7 @@
 namespace kdstream
 {
 
-// ---- which node is in which page
+// ---- Which node is in which page
 
 // A page belongs to a node, and describes the nodes of the 5 depths below it (fewer at the end of
 // the tree). The root's page describes 5 to 9 depths, so that the last pages are full.
@@ -29,17 +30,17 @@ inline constexpr unsigned treePageDepths = 5;
 unsigned DepthsOfTreePage(NodeId page, const TreeDepths& depths);
 // Whether a node has a page: the root, and the nodes of the depths P - 5, P - 10 … down to 5.
 bool IsTreePage(NodeId node, const TreeDepths& depths);
-// The page that describes a node. A page's own node is described by the page above, the root by its
-// own. REQUIRES: DepthOfNode(node) <= depths.partition.
+// The page that describes a node. A page's own node is described by the page above it, the root by
+// its own page. REQUIRES: DepthOfNode(node) <= depths.partition.
 NodeId TreePageOfNode(NodeId node, const TreeDepths& depths);
 // The nodes that have a page, ascending.
 std::vector<NodeId> TreePages(const TreeDepths& depths);
 
-// ---- the content of a page
+// ---- The content of a page
 
-// Facts of one piece. Geometric errors: those of its own vertices (estimates), in model units: that
-// which 99 of 100 do not exceed, and the largest; 0 for the original. bytes: of its blob; 0 if
-// there is no such piece. A page stores them rounded up (RoundedUp).
+// Facts about one piece. most99, most: of the geometric errors of its own vertices (estimates, in
+// model units), the error that 99 of 100 do not exceed, and the largest; 0 for the original. bytes:
+// of its blob; 0 if the piece does not exist. A page stores all of them rounded up (RoundedUp).
 struct PieceFacts
 {
   float most99 = 0, most = 0;
@@ -71,8 +72,8 @@ private:
   std::vector<std::vector<PieceFacts>> Rows; // levels 0 …, then the original
 };
 
-// The pieces that a page describes: those of the nodes that it describes; the root's page also
-// those of the root. Coarse to fine, nodes ascending.
+// The pieces that a page describes: those of the nodes that it describes, on the root's page also
+// those of the root. Ordered from coarse to fine, then by node.
 std::vector<PieceId> PiecesOfTreePage(NodeId page, const TreeDepths& depths, bool hasLevels);
 // The place of a piece in that list. REQUIRES: the page describes it. O(levels).
 std::size_t PlaceInTreePage(NodeId page, PieceId piece, const TreeDepths& depths, bool hasLevels);
@@ -80,12 +81,13 @@ std::size_t PlaceInTreePage(NodeId page, PieceId piece, const TreeDepths& depths
 struct TreePage
 {
   NodeId page = 1;
-  // By heap number relative to the page's node, which is 1. Its own box is in the page above; the
-  // root's is the model's. A node without vertices has an empty box. The first entry is unused.
+  // By heap number relative to the page's node, which is 1. This node's own box comes from the page
+  // above; the root's box is that of the model. A node without vertices has an empty box. The first
+  // entry is unused.
   std::vector<Box> boxes;
-  std::vector<PieceFacts> facts; // as PiecesOfTreePage
+  std::vector<PieceFacts> facts; // in the order of PiecesOfTreePage
 
-  // REQUIRES: a node at or below the page's, at a depth that it describes.
+  // REQUIRES: `node` is the page's node or below it, at a depth that the page describes.
   const Box& BoxOf(NodeId node) const { return this->boxes[this->PlaceOf(node)]; }
   std::size_t PlaceOf(NodeId node) const
   {
@@ -94,9 +96,9 @@ struct TreePage
   }
 };
 
-// The box of a node as pages store it: rounded outward within its parent's, which is rounded
-// likewise; the root's is exact. boxes: exact, in heap order, each within its parent's, finite or
-// empty. O(depth).
+// The box of a node as pages store it: rounded outward, but within the parent's box, which is
+// rounded in the same way. The root's box is exact. boxes: exact, in heap order, each within its
+// parent's, finite or empty. O(depth).
 Box RoundedBoxOf(std::span<const Box> boxes, NodeId node);
 
 // The boxes of a page as clients will have them, rounded outward: TreePage::boxes. O(nodes).
@@ -107,12 +109,12 @@ std::vector<Box> RoundTreePageBoxes(
 TreePage RoundTreePage(
   std::span<const Box> boxes, NodeId page, const TreeDepths& depths, const PieceTable& pieces);
 
-// REQUIRES: a page of RoundTreePage or DecodeTreePage. Deterministic.
+// REQUIRES: a page from RoundTreePage or DecodeTreePage. Deterministic.
 std::vector<std::uint8_t> EncodeTreePage(const TreePage& page);
 
-// around: the box of the page's node, as the page above has it. The bytes may be hostile: boxes
-// always lie within their parent's. Errors: as DecodePiece; InvalidArgument if `page` has no page,
-// or `around` is not a finite box.
+// The bytes may be hostile; decoded boxes always lie within their parent's. around: the box of the
+// page's node, as the page above has it. Errors: as DecodePiece; InvalidArgument if the node `page`
+// has no page, or `around` is not a finite box.
 Result<TreePage> DecodeTreePage(std::span<const std::uint8_t> blob, NodeId page, const Box& around,
   const TreeDepths& depths, bool hasLevels);
 

@@ -2,24 +2,25 @@
 // The order in which a piece's triangles and vertices are coded: a walk over the surface.
 //
 // The walk starts at a triangle and crosses its edges. An edge that waits to be crossed is a
-// *gate*: it runs from its start to its end, along a triangle that is coded, whose third corner is
-// the gate's *apex*. Gates form closed loops, the boundary of the coded part. To cross a gate from
-// a to b is to find the triangle (b, a, x) on its other side. One step of the walk (WalkStep) says
-// what x is: a new vertex, or the far end of the next or previous gate, or a vertex that is named
-// by number; or that there is no triangle. The walk goes on at an edge of the new triangle. Where
-// it ends, it returns to the gate that began to wait last; if no gate waits, it starts again
-// elsewhere. So it spirals, and mostly works on recently used data.
+// *gate*. It runs from its start to its end along a coded triangle; the third corner of this
+// triangle is the gate's *apex*. Gates form closed loops, the boundary of the coded part. Crossing
+// a gate from a to b means finding the triangle (b, a, x) on its other side. One step of the walk
+// (WalkStep) says what x is: a new vertex, the far end of the next or previous gate, or a vertex
+// given by its number; or that there is no triangle. The walk goes on at an edge of the new
+// triangle. When it cannot go on, it returns to the gate that began to wait last; if no gate waits,
+// it starts again elsewhere. So it spirals, and mostly works on recently used data.
 //
 // Two edges are paired if they join the same two vertices in opposite directions. All other edges
-// (the third of three triangles, two in one direction, those of degenerate or duplicate triangles)
-// are a border to the walk; it starts anew at the triangles on their other side. So any list of
-// triangles comes back; only their order, and which corner is first, change.
+// (of the third of three triangles, two in the same direction, of degenerate or duplicate
+// triangles) are borders for the walk; it starts again at the triangles on their other side. So any
+// list of triangles can be coded; only the order of the triangles, and which corner is first,
+// change.
 //
-// A writer (WalkWriter.h) knows the triangles and finds the steps, a reader (WalkReader.h) follows
-// the steps and finds the triangles. Both change the loops as described here.
+// The writer (WalkWriter.h) knows the triangles and finds the steps. The reader (WalkReader.h)
+// follows the steps and finds the triangles. Both change the loops as described here.
 //
 // After the cut-border machine (S. Gumhold, W. Strasser, "Real time compression of triangle mesh
-// connectivity", SIGGRAPH 1998) and Edgebreaker (J. Rossignac, 1999). Loops are only hints here:
+// connectivity", SIGGRAPH 1998) and Edgebreaker (J. Rossignac, 1999). Here loops only help to code:
 // they need not be those of a manifold. O(triangles + vertices).
 #pragma once
 
@@ -45,21 +46,21 @@ enum class WalkStep : std::uint8_t
   Both = 4,     // both
   Jump = 5,     // x is a known vertex, and its number follows
   NewGhost = 6, // x is a new ghost
-  None = 7      // a reader's mark after the last step
+  None = 7      // marks the end in the reader
 };
 
-// A vertex of the walk, by its number in it.
+// A vertex of the walk. `gate` and `second` name vertices by their numbers in the walk.
 struct WalkVertex
 {
-  // Where the walk found it: the start, end and apex of the gate. In the first triangle of a walk:
-  // three times the corner before it. For a first corner and for vertices without triangles: three
-  // times the vertex before it (0 for vertex 0).
+  // Where the walk found it: start, end and apex of the gate. In the first triangle of a walk: the
+  // previous corner, three times. For a first corner, and for a vertex without triangles: the
+  // previous vertex, three times (0 for vertex 0).
   std::array<std::uint32_t, 3> gate;
   // Another triangle that faces the vertex across an edge, in the same order; its corners come
-  // before the vertex. If there is none, the same as `gate`.
+  // before the vertex. If there is none: the same as `gate`.
   std::array<std::uint32_t, 3> second;
   std::uint32_t own;    // 1: the piece's own, 0: a ghost
-  std::uint32_t guided; // 1: found at a gate, so that a parallelogram predicts where it is; or 0
+  std::uint32_t guided; // 1: found at a gate, so a parallelogram predicts its position; or 0
 
   void Start(const std::array<std::uint32_t, 3>& foundAt, bool isOwn, bool isGuided)
   {
@@ -80,17 +81,17 @@ struct WalkCounts
 struct WalkGate
 {
   std::uint32_t start, end;
-  std::uint32_t apex; // none: the gate no longer waits and is in no loop
+  std::uint32_t apex; // `none`: the gate no longer waits and is in no loop
   std::uint32_t next, previous;
 };
 
-// The memory of a walk. Not vectors: these would initialize what is written anyway, and make the
-// page larger.
+// The memory of a walk. Not vectors, which would initialize memory that is written anyway, and make
+// the web page larger.
 struct WalkArrays
 {
   explicit WalkArrays(const WalkCounts& counts)
     : vertices(new WalkVertex[counts.Vertices() + 1]) // one more: WalkState::spareVertex
-    , gates(new WalkGate[counts.triangles + 2]) // a start has three, each step at most one more
+    , gates(new WalkGate[counts.triangles + 2]) // three at a start, at most one more with each step
     , gateFrom(new std::uint32_t[counts.Vertices()])
   {
   }
@@ -118,32 +119,32 @@ public:
   {
   }
 
-  // Adds a vertex with the next number. False: all that there are were found.
+  // Adds a vertex with the next number. Returns false if all vertices were already found.
   bool AddVertex(const Corners& foundAt, bool own, bool guided);
-  // The edges of a first triangle wait, in a loop.
+  // Makes the edges of a first triangle wait, in a loop.
   void StartLoop(const Corners& corners);
-  // Takes the gate that began to wait last; it is the one that is crossed. False: none waits.
+  // Takes the gate that began to wait last as the current gate. Returns false if none waits.
   bool TakeGate();
   // Step Border: the gate leaves its loop.
   void EndAtBorder();
-  // The steps to a triangle, as described at WalkStep. Each returns x, or no vertex if the step is
-  // not possible here. After `CrossToBoth` the walk ends, after the others it goes on.
+  // The steps to a triangle, as described at WalkStep. Each returns x, or `none` if the step is not
+  // possible here. After CrossToBoth the walk cannot go on; after the others it does.
   std::uint32_t CrossToNew(bool own);
   std::uint32_t CrossToNext();
   std::uint32_t CrossToPrevious();
   std::uint32_t CrossToBoth();
   std::uint32_t CrossToKnown(std::uint32_t x); // REQUIRES: x < vertexCount
-  // Takes the remaining vertices, which have no triangles, after all others: first own ones, then
+  // Adds the remaining vertices, which have no triangles, after all others: first own ones, then
   // ghosts.
   void AddIsolatedVertices();
 
   WalkVertex* vertices;
   WalkGate* gates;           // a stack of waiting and other gates
   std::uint32_t* gateFrom;   // of each vertex, the gate that starts there and was stacked last
-  std::uint32_t left[2];     // how many ghosts and own vertices were not found yet
-  std::uint32_t spareVertex; // after the last; only ever written to (GuideByNext)
+  std::uint32_t left[2];     // numbers of ghosts and own vertices not found yet
+  std::uint32_t spareVertex; // after the last one; never read (GuideByNext)
   std::uint32_t vertexCount = 0, stacked = 0;
-  // The current gate: its number, by which its neighbours refer to it, and its vertices. A step
+  // The current gate: its number, by which its neighbours refer to it, and its vertices. Each step
   // after which the walk goes on moves this gate to the next edge.
   std::uint32_t here = 0, a = 0, b = 0, apex = 0, next = 0, previous = 0;
 
@@ -190,7 +191,7 @@ KDSTREAM_IN_LOOPS bool WalkState::TakeGate()
     WalkGate& gate = this->gates[this->stacked - 1];
     if (gate.apex != none)
     {
-      this->here = this->stacked - 1; // it stays on the stack: its neighbours name it
+      this->here = this->stacked - 1; // it stays on the stack: its neighbours refer to it
       this->a = gate.start;
       this->b = gate.end;
       this->apex = gate.apex;
@@ -209,8 +210,8 @@ KDSTREAM_IN_LOOPS void WalkState::EndAtBorder()
   this->Link(this->previous, this->next);
 }
 
-// The edge a -> x of the new triangle waits; it comes before the current gate, which is x -> b from
-// now on.
+// The edge a -> x of the new triangle begins to wait. It is put before the current gate, which
+// becomes x -> b.
 KDSTREAM_IN_LOOPS void WalkState::StackLeaving(std::uint32_t x)
 {
   const std::uint32_t leaving = this->stacked;
@@ -234,9 +235,10 @@ KDSTREAM_IN_LOOPS std::uint32_t WalkState::CrossToNew(bool own)
   return x;
 }
 
-// `following` is the next gate, b -> x. The triangle on its other side faces a across that edge: it
-// gives a second prediction of a, if a comes after all three of its corners. If not, the prediction
-// is written to the spare vertex; a branch would often be mispredicted, and cost more time.
+// `following` is the next gate, b -> x. The triangle on the other side of b -> x faces a across
+// this edge. It gives a second prediction of a, if a comes after all three corners of that
+// triangle. If not, the prediction is written to the spare vertex: a branch would often be
+// mispredicted, and cost more time.
 KDSTREAM_IN_LOOPS void WalkState::GuideByNext(const WalkGate& following)
 {
   const bool guides = this->a > std::max(std::max(this->b, following.end), following.apex);
@@ -244,7 +246,7 @@ KDSTREAM_IN_LOOPS void WalkState::GuideByNext(const WalkGate& following)
     following.apex };
 }
 
-// The gate that is crossed becomes a -> x, and takes the place of the next gate too.
+// The crossed gate becomes a -> x, and takes the place of the next gate too.
 KDSTREAM_IN_LOOPS std::uint32_t WalkState::CrossToNext()
 {
   if (this->next == this->here)
@@ -301,7 +303,8 @@ KDSTREAM_IN_LOOPS std::uint32_t WalkState::CrossToKnown(std::uint32_t x)
   this->StackLeaving(x);
   if (waits)
   {
-    // Two loops meet at x, or one meets itself. Cut both ways at x and join the ends crosswise.
+    // Two loops meet at x, or a loop meets itself. Cut both passages through x, and join the ends
+    // crosswise.
     const std::uint32_t before = this->gates[there].previous;
     this->Link(this->previous, there);
     this->gates[before].next = this->here;

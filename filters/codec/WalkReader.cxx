@@ -12,8 +12,8 @@ namespace kdstream
 namespace
 {
 
-// Reads all steps, followed by None. A symbol has two steps; after an odd last one comes 0. Empty
-// if this is violated.
+// Reads all steps, and appends WalkStep::None. A symbol has two steps; if the number of steps is
+// odd, 0 comes after the last one. Returns an empty list if it does not.
 std::vector<WalkStep> ReadSteps(SymbolReader& symbols, std::size_t count)
 {
   std::vector<WalkStep> steps(count + 2);
@@ -48,7 +48,7 @@ public:
   {
   }
 
-  // False: not a walk.
+  // Returns false if this is not a walk.
   KDSTREAM_IN_LOOPS bool Follow()
   {
     while (this->Done != this->End)
@@ -70,7 +70,7 @@ public:
   const SymbolCursor& Position() const { return this->Symbols; }
 
 private:
-  // A first triangle, anywhere.
+  // Reads a first triangle, anywhere.
   KDSTREAM_IN_LOOPS bool ReadStart()
   {
     Corners corners{};
@@ -98,7 +98,8 @@ private:
     return true;
   }
 
-  // A vertex that was found, by the number of vertices found after it; none if it does not exist.
+  // Reads a known vertex, given by the number of vertices found after it. Returns `none` if it does
+  // not exist.
   KDSTREAM_IN_LOOPS std::uint32_t ReadKnownVertex(std::size_t context)
   {
     const std::uint64_t since = this->Symbols.Small(context);
@@ -106,7 +107,7 @@ private:
                                      : none;
   }
 
-  // Crosses the gate that was taken, and the gates of the walk after it, until it ends.
+  // Crosses the current gate, and goes on crossing gates until the walk cannot go on.
   KDSTREAM_IN_LOOPS bool CrossUntilEnd()
   {
     while (true)
@@ -137,7 +138,7 @@ private:
     }
   }
 
-  // The new triangle's third corner, or none if the step is not possible.
+  // Returns the new triangle's third corner, or `none` if the step is not possible.
   KDSTREAM_IN_LOOPS std::uint32_t Cross(WalkStep step)
   {
     switch (step)
@@ -164,7 +165,7 @@ private:
 
   SymbolCursor Symbols;
   const WalkStep* Step; // the next one
-  Triangle *Done, *End; // triangles: after those that are done, after all
+  Triangle *Done, *End; // end of the triangles done so far, end of all
 };
 
 }

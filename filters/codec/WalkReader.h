@@ -23,7 +23,8 @@ public:
   {
   }
 
-  // Call this once. stepCount: the number of steps. False: not a walk of these counts.
+  // Call it once. stepCount: the number of steps. Returns false if this is not a walk with the
+  // given counts.
   bool Read(SymbolReader& symbols, std::size_t stepCount);
 
   // After Read: all vertices in the order of the walk, those without triangles last.

@@ -11,7 +11,7 @@ namespace kdstream
 namespace
 {
 
-// Two to a symbol; after an odd last one comes 0.
+// Writes two steps in a symbol; if their number is odd, 0 comes after the last one.
 void WriteSteps(SymbolWriter& symbols, const std::vector<WalkStep>& steps)
 {
   for (std::size_t i = 0; i < steps.size(); i += 2)
@@ -22,8 +22,8 @@ void WriteSteps(SymbolWriter& symbols, const std::vector<WalkStep>& steps)
   }
 }
 
-// Finds the steps. For each gate it has a half-edge of the piece: the one on the other side, which
-// the gate's triangle does not own. Everything is inlined into WalkWriter::Write: see WalkState.
+// Finds the steps. For each gate it keeps the half-edge on the gate's other side, which does not
+// belong to the gate's triangle. Everything is inlined into WalkWriter::Write: see WalkState.
 class StepFinder : public WalkState
 {
 public:
@@ -68,7 +68,8 @@ public:
   std::vector<VertexId> PieceNumbers; // of each vertex of the walk
 
 private:
-  // A first triangle. Of each corner: 0, known, and its number; 1, new and own; 2, a new ghost.
+  // Writes a first triangle. For each corner: 0 if it is known, and its number; 1 if it is a new
+  // own vertex; 2 if it is a new ghost.
   KDSTREAM_IN_LOOPS void WriteStart(std::uint32_t triangle)
   {
     this->TriangleDone[triangle] = 1;
@@ -96,13 +97,13 @@ private:
     }
   }
 
-  // Names a vertex that was found, by how many were found since.
+  // Writes a known vertex, as the number of vertices found after it.
   KDSTREAM_IN_LOOPS void WriteKnownVertex(std::size_t context, std::uint32_t number)
   {
     this->Symbols.Number(context, this->vertexCount - 1 - number);
   }
 
-  // Crosses the gate that was taken, and the gates of the walk after it, until it ends.
+  // Crosses the current gate, and goes on crossing gates until the walk cannot go on.
   KDSTREAM_IN_LOOPS void CrossUntilEnd()
   {
     while (true)
@@ -123,8 +124,8 @@ private:
       {
         return;
       }
-      // The edge that was not crossed: for Next a -> x, for Previous x -> b, else both, and a -> x
-      // was put on the stack.
+      // The edge that remains: for Next a -> x, for Previous x -> b. For other steps both remain,
+      // and a -> x was put on the stack.
       this->BehindHere = this->Pairs[step == WalkStep::Next ? leaving : entering];
       if (step != WalkStep::Next && step != WalkStep::Previous)
       {
@@ -133,7 +134,7 @@ private:
     }
   }
 
-  // What is on the other side of the gate.
+  // The step that describes the other side of the gate.
   KDSTREAM_IN_LOOPS WalkStep FindStep() const
   {
     if (this->BehindHere == none || this->TriangleDone[this->BehindHere / 4] != 0)
@@ -153,7 +154,8 @@ private:
                   : (byPrevious ? WalkStep::Previous : WalkStep::Jump);
   }
 
-  // vertex: the piece's number of the new triangle's third corner. What was found can be crossed.
+  // Makes the step. vertex: the number in the piece of the new triangle's third corner. Cannot
+  // fail, because FindStep found the step.
   KDSTREAM_IN_LOOPS void Cross(WalkStep step, VertexId vertex)
   {
     switch (step)
@@ -178,7 +180,7 @@ private:
     }
   }
 
-  // The number that a vertex of the piece gets, which is the next.
+  // Gives a vertex of the piece the next number in the walk, and returns it.
   KDSTREAM_IN_LOOPS std::uint32_t NoteNewVertex(VertexId vertex)
   {
     this->PieceNumbers.push_back(vertex);
@@ -190,9 +192,9 @@ private:
   std::size_t Own;
   std::vector<std::uint32_t> Pairs;       // of each half-edge (EdgePairs.h)
   std::vector<std::uint8_t> TriangleDone; // of the piece
-  std::vector<std::uint32_t> NumberOf;    // each of the piece's vertices, in the walk; or none
-  std::vector<std::uint32_t> Behind; // each stacked gate: the half-edge on its other side, or none
-  std::uint32_t BehindHere = none;   // the gate that is crossed
+  std::vector<std::uint32_t> NumberOf;    // in the walk, of each vertex of the piece; or none
+  std::vector<std::uint32_t> Behind; // of each stacked gate: half-edge on its other side, or none
+  std::uint32_t BehindHere = none;   // the same for the current gate
 };
 
 }

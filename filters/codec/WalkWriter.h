@@ -26,7 +26,7 @@ public:
   {
   }
 
-  // Once.
+  // Call it once.
   void Write(SymbolWriter& symbols);
 
   // After Write: the number of steps written, which a reader needs.
@@ -36,7 +36,7 @@ public:
   {
     return { this->Arrays.vertices.get(), this->Counts.Vertices() };
   }
-  // After Write: the piece's number of each of these.
+  // After Write: the number in the piece of each of these vertices.
   const std::vector<VertexId>& Numbers() const { return this->PieceNumbers; }
 
 private:

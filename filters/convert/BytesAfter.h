@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What lies after the end of what a file says it holds: reported, not refused.
+// Handles bytes after the end of the data that a file declares: they are reported, not refused.
 #pragma once
 
 #include "filters/meshio/ByteSource.h"
@@ -32,9 +32,9 @@ inline Result<bool> AreZeros(ByteSource& source, std::uint64_t begin, std::uint6
   return true;
 }
 
-// Counts the bytes from `begin` to `end`. Zeros are padding. A length of whole elements of
-// `elementBytes` counts as elements, unless areElements (if given) denies it. Returns the number of
-// elements; `counted` ones come before.
+// Counts the bytes from `begin` to `end`. Zeros are padding. If the length is a multiple of
+// `elementBytes`, the bytes count as elements, unless areElements (if given) denies it. counted:
+// the number of elements before these bytes. Returns the number of further elements.
 inline Result<std::uint64_t> CheckBytesAfter(ByteSource& source, std::uint64_t begin,
   std::uint64_t end, std::uint64_t elementBytes, std::uint64_t counted, Tolerance& tolerance,
   const std::function<Result<bool>(std::uint64_t elements)>& areElements = {})

@@ -12,9 +12,9 @@ namespace kdstream
 namespace
 {
 
-constexpr double coarsest = 1e-6; // of the longest side
+constexpr double coarsest = 1e-6; // relative to the longest side
 
-// Between neighbouring floats.
+// The distance between neighbouring floats.
 double SpacingAt(double largest)
 {
   const auto at = static_cast<float>(largest);

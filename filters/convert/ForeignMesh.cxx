@@ -20,7 +20,7 @@ namespace
 
 const std::string notCarried = "left out: ";
 
-// What kdstream-build reads itself.
+// Reads formats that kdstream-build reads itself.
 Result<ForeignMesh> ReadInChunks(const std::filesystem::path& file, const Execution& execution)
 {
   Result<std::unique_ptr<MeshReader>> reader = MeshReader::Open(file, execution);
@@ -38,7 +38,7 @@ Result<ForeignMesh> ReadInChunks(const std::filesystem::path& file, const Execut
   return result;
 }
 
-// A mesh that pictures paint, baked.
+// Bakes the textures of a mesh.
 Result<ForeignMesh> Bake(
   TexturedFile read, const TextureOptions& textures, const Execution& execution)
 {
@@ -71,7 +71,7 @@ Result<ForeignMesh> ReadOwn(
     Result<ForeignMesh> read = ReadInChunks(file, execution);
     if (read)
     {
-      // No warnings if no textures are wanted, or nothing is lost.
+      // Removes the warning if no textures are wanted, or nothing is lost.
       std::erase_if(read->warnings, [&](const std::string& warning)
         { return (!textures.bake || found->isPlain) && warning == notCarried + objMaterialsName; });
       read->warnings.insert(read->warnings.begin(), found->warnings.begin(), found->warnings.end());
@@ -130,7 +130,7 @@ ReadFormat FormatOf(const std::string& ending)
   return found == std::end(formats) ? nullptr : found->read;
 }
 
-// Arrays that a mesh cannot be stored with go, with a warning.
+// Drops arrays that a stored mesh cannot have, with a warning.
 void DropUnfitAttributes(ForeignMesh& result)
 {
   std::vector<Attribute> kept;
@@ -162,7 +162,7 @@ Result<ForeignMesh> ReadForeignMesh(const std::filesystem::path& file,
   const bool own = ending == ".ply" || ending == ".obj";
   const bool gltf = ending == ".glb" || ending == ".gltf", tileset = ending == ".json";
   const ReadFormat read = FormatOf(ending);
-  // A message for a missing file, or a folder.
+  // Only for the error message if the file is missing, or is a folder.
   Result<ByteSource> source = ByteSource::Open(file);
   KDSTREAM_TRY(source);
   if (source->Size() == 0)
@@ -192,7 +192,7 @@ Result<ForeignMesh> ReadForeignMesh(const std::filesystem::path& file,
   {
     KDSTREAM_TRY(CheckByteOrder(result->mesh.points, result->mesh.scalarType));
   }
-  // For formats whose readers pass on points that are not finite.
+  // For formats whose readers return points that are not finite.
   const Result<std::vector<bool>> finite = DropNotFinite(result->mesh, {}, result->tolerance);
   KDSTREAM_TRY(finite);
   if (result->mesh.points.empty() && !hint.empty())

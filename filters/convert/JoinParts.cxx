@@ -20,7 +20,8 @@ bool IsColor(const Attribute& attribute)
   return RoleOf(attribute) == AttributeRole::Colors;
 }
 
-// Colours of three components become ones of four, if they are to have `alpha`; none become white.
+// Gives the mesh colours, white if it has none. With `alpha`, colours of three components get a
+// fourth.
 void GiveColors(Mesh& mesh, bool alpha)
 {
   auto found = std::find_if(mesh.attributes.begin(), mesh.attributes.end(), IsColor);
@@ -41,7 +42,7 @@ void GiveColors(Mesh& mesh, bool alpha)
   mesh.attributes.push_back(std::move(colors));
 }
 
-// Warnings that were not given before.
+// Collects warnings, each only once.
 class Warnings
 {
 public:
@@ -57,7 +58,7 @@ private:
   std::unordered_set<std::string> Given;
 };
 
-// In how many parts with points each array is.
+// Counts for each array how many parts with points have it.
 class ArrayCount
 {
 public:

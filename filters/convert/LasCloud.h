@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The points of a .las or .laz file, one by one, become a cloud.
+// Turns the points of a .las or .laz file, one by one, into a cloud.
 #pragma once
 
 #include "filters/convert/ForeignMesh.h"
@@ -72,7 +72,7 @@ public:
   // The warnings about the file.
   Tolerance& Forgiven() { return this->Output.tolerance; }
 
-  // Errors: InvalidInput where no point is left.
+  // Errors: InvalidInput if no point is left.
   Result<ForeignMesh> Finish()
   {
     if (this->Points.empty())
@@ -99,7 +99,7 @@ public:
   }
 
 private:
-  // An array that says nothing, one value for all, is left out.
+  // Adds an array, unless all its values are the same.
   template <class T>
   void AddArray(
     ForeignMesh& result, const char* name, AttributeType type, const std::vector<T>& values)
@@ -113,7 +113,7 @@ private:
     std::memcpy(array.values.data(), values.data(), array.values.size());
   }
 
-  // Colours of LAS have 16 bits a channel, but many writers store 8-bit values: the majority of the
+  // LAS colours have 16 bits a channel, but many writers store 8-bit values. The majority of the
   // channels that are not 0 decides.
   void AddColors(ForeignMesh& result)
   {
@@ -152,7 +152,7 @@ private:
   std::vector<std::uint8_t> Classes, Returns;
   std::vector<std::array<std::uint16_t, 3>> Colors;
   ForeignMesh Output;
-  std::uint64_t DimChannels = 0, BrightChannels = 0; // to 255, and above
+  std::uint64_t DimChannels = 0, BrightChannels = 0; // up to 255, and above 255
   std::uint64_t Added = 0;
 };
 

@@ -13,7 +13,7 @@ namespace kdstream
 namespace
 {
 
-// Bytes of a point, from format 0 on; files may add some of their own.
+// Bytes of a point for formats from 0 on; files may add further bytes.
 constexpr std::array<std::size_t, 11> leastPointBytes{ 20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67 };
 
 Error Wrong(const std::string& what, Remedy remedy = Remedy::Unknown)
@@ -21,7 +21,8 @@ Error Wrong(const std::string& what, Remedy remedy = Remedy::Unknown)
   return BadInput(what, remedy);
 }
 
-// How many points the header claims: of version 1.4 in a number of its own, if that is not 0.
+// How many points the header claims. Version 1.4 has a separate number for this, which counts
+// unless it is 0.
 std::uint64_t ClaimedPoints(std::string_view begin, unsigned minor)
 {
   const std::uint64_t many = minor >= 4 ? LasNumberAt<std::uint64_t>(begin.data(), 247) : 0;
@@ -36,7 +37,7 @@ Status TakePlacement(std::string_view begin, LasHeader& header)
     header.offset[k] = LasNumberAt<double>(begin.data(), 155 + 8 * k);
     header.box.hi[k] = LasNumberAt<double>(begin.data(), 179 + 16 * k);
     header.box.lo[k] = LasNumberAt<double>(begin.data(), 187 + 16 * k);
-    // Numbers to add and multiply: they stay finite for every point.
+    // These are multiplied and added; the results must stay finite for every point.
     const bool isFinite = std::isfinite(header.scale[k] * 4294967296.0) &&
                           std::isfinite(header.offset[k]) && header.scale[k] != 0;
     if (!isFinite)
@@ -48,8 +49,8 @@ Status TakePlacement(std::string_view begin, LasHeader& header)
   return {};
 }
 
-// Where the data after the points begin, if the header names any: waves (1.3), or records of
-// variable length after the points (1.4).
+// Where the data after the points begin, if the header names any: waves (1.3), or variable-length
+// records after the points (1.4).
 std::uint64_t EndOfPoints(
   std::string_view begin, unsigned minor, std::uint64_t pointsBegin, std::uint64_t fileSize)
 {
@@ -67,7 +68,7 @@ std::uint64_t EndOfPoints(
   return end;
 }
 
-// Where the points are, and that they are there.
+// Finds where the points are, and checks that the file has them all.
 Status TakePoints(std::string_view begin, unsigned minor, std::uint64_t fileSize, LasHeader& header)
 {
   header.pointsBegin = LasNumberAt<std::uint32_t>(begin.data(), 96);
@@ -139,7 +140,7 @@ Result<LasHeader> ParseLasHeader(std::string_view begin, std::uint64_t fileSize)
   {
     return Wrong("is not a LAS file", Remedy::Rename);
   }
-  constexpr std::size_t oldest = 227; // bytes
+  constexpr std::size_t oldest = 227; // bytes of a header of version 1.0
   if (begin.size() < oldest)
   {
     return Wrong("truncated: ends inside its header", Remedy::CopyAgain);

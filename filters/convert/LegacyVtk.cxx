@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where a legacy .vtk file is damaged: see LegacyVtk.h. Steps:
+// Finds where a legacy .vtk file is damaged: see LegacyVtk.h. Steps:
 // 1. the head: text or binary
-// 2. part by part: its head, then as many numbers as the head says.
+// 2. each part: its head, then as many numbers as its head says.
 #include "filters/convert/LegacyVtk.h"
 
 #include "filters/meshio/ByteSource.h"
@@ -26,7 +26,7 @@ namespace
 
 constexpr std::size_t longestWord = 4096;
 
-// Bytes of a number in binary files; 0 of a bit, and of types that are not known.
+// The bytes of a number in binary files; 0 for bits and for unknown types.
 std::size_t SizeOfType(const std::string& type)
 {
   constexpr struct
@@ -48,8 +48,8 @@ bool IsSizeCertain(const std::string& type)
   return type.find("long") == std::string::npos && type != "vtkidtype";
 }
 
-// Parts of an array of points or cells: how many numbers each of them has, and the place of the
-// type in its head: after the name.
+// Parts that are an array of points or cells, with the number of components. In their heads, the
+// type follows the name.
 struct ArrayPart
 {
   std::string_view keyword;
@@ -58,12 +58,12 @@ struct ArrayPart
 constexpr ArrayPart arrayParts[] = { { "VECTORS", 3 }, { "NORMALS", 3 }, { "TENSORS", 9 },
   { "TENSORS6", 6 }, { "GLOBAL_IDS", 1 }, { "PEDIGREE_IDS", 1 }, { "EDGE_FLAGS", 1 } };
 
-// Other keywords of VTK: of grids and graphs, whose sizes do not matter here.
+// VTK's other keywords, for grids and graphs. Their sizes do not matter here.
 constexpr std::string_view otherKeywords[] = { "BLANKING", "EDGES", "VERTEX_DATA", "EDGE_DATA",
   "ROW_DATA", "CHILDREN" };
 
-// The first of the numbers that Fortran writes without a blank in between, "1.0-2.0", as a stream
-// reads it; empty for any other word.
+// If Fortran has written numbers without a blank in between, as in "1.0-2.0", the first of them, as
+// a C++ stream reads it; empty for any other word.
 std::string_view FirstOfGlued(std::string_view word)
 {
   const auto pass = [&](std::size_t at, std::string_view set)
@@ -146,7 +146,7 @@ public:
 private:
   // --- Words
 
-  // Goes to the next word, without taking it; empty at the end.
+  // Goes to the next word without taking it; empty at the end.
   std::string_view Ahead()
   {
     for (;;)
@@ -184,7 +184,7 @@ private:
     return word;
   }
 
-  // Goes past the end of the line.
+  // Skips to the next line.
   void SkipLine()
   {
     for (;;)
@@ -223,7 +223,7 @@ private:
                           : "(line " + std::to_string(this->Line) + ")";
   }
 
-  // --- Damage, which ends the scan: all functions below return whether to go on.
+  // --- Damage. It ends the scan: all functions below return whether to continue.
 
   bool Damaged(const std::string& what, bool isCut = false)
   {
@@ -231,7 +231,7 @@ private:
     return false;
   }
 
-  // A count of the part's head.
+  // Takes a count from the part's head.
   bool TakeCount(std::uint64_t& count)
   {
     const std::string word = this->Word();
@@ -251,8 +251,8 @@ private:
       isCut);
   }
 
-  // The next number of a text. Numbers may be glued together, as VTK reads them, except those of
-  // cells: VTK crashes if some of these are missing.
+  // Takes the next number of a text. Numbers may be glued together, because VTK reads them, but not
+  // in lists of cells: VTK crashes if numbers are missing there.
   bool TakeNumber(std::uint64_t index, std::uint64_t count, double& value, bool isOfCells = false)
   {
     std::string_view word = this->Ahead();
@@ -282,7 +282,7 @@ private:
     return true;
   }
 
-  // Three numbers in text, of any file. areSides: numbers of points.
+  // Takes three numbers, which are text in binary files, too. areSides: they are numbers of points.
   bool TakeThree(bool areSides)
   {
     for (std::uint64_t i = 0; i < 3; ++i)
@@ -309,8 +309,8 @@ private:
       true);
   }
 
-  // Reads the texts of an array. In a text file each is a line; in a binary file each has its size
-  // before it, in one to eight bytes, according to its first two bits.
+  // Reads an array of texts. In a text file, each is a line. In a binary file, the length precedes
+  // each, in one to eight bytes; the first two bits say how many.
   bool TakeStrings(std::uint64_t count)
   {
     this->SkipLine();
@@ -342,7 +342,7 @@ private:
     return true;
   }
 
-  // Values of any types, each the number of its type and a word.
+  // Reads values of any type: for each, the number of the type, and a word.
   bool TakeVariants(std::uint64_t count)
   {
     for (std::uint64_t i = 0; i < count; ++i)
@@ -355,7 +355,7 @@ private:
     return true;
   }
 
-  // The numbers after a head: in a text, as words.
+  // Takes the numbers after a head; in a text file, they are words.
   bool TakeNumbers(
     std::uint64_t count, std::uint64_t components, const std::string& type, bool isOfCells = false)
   {
@@ -390,7 +390,7 @@ private:
     this->SkipLine();
     if (!isBit && !IsSizeCertain(LowercaseText(type)))
     {
-      return false; // what follows may be anywhere
+      return false; // the size of the type is not certain
     }
     const std::uint64_t room = 8 * this->Source.Remaining() / bits;
     if (all > room)
@@ -401,7 +401,8 @@ private:
     return true;
   }
 
-  // Reads how many tuples the following arrays have. all: the file's points; 0: unknown.
+  // Reads how many tuples the following arrays have. all: the number of points in the file; 0:
+  // unknown.
   bool TakeTuples(std::uint64_t all)
   {
     return this->TakeCount(this->Tuples) &&
@@ -410,7 +411,7 @@ private:
                            " points, but there are " + std::to_string(all)));
   }
 
-  // Cells that the part does not count are read; those that are missing are not.
+  // More cells than the part counts are read; fewer are damage.
   bool HasCells(std::uint64_t cells, std::uint64_t found)
   {
     if (found < cells)
@@ -431,7 +432,7 @@ private:
       true);
   }
 
-  // The same of a binary file, big endian: whether the sizes of the cells fit the list.
+  // The same for a binary file, big endian: checks that the sizes of the cells fit the list.
   bool TakeBinaryCells(std::uint64_t cells, std::uint64_t numbers)
   {
     constexpr std::uint64_t size = 4;
@@ -464,7 +465,7 @@ private:
     return this->HasCells(cells, cell);
   }
 
-  // A list of cells, as in files before version 5: of each cell its size, then its points.
+  // Takes a list of cells, as in files before version 5: for each cell its size, then its points.
   bool TakeCells(std::uint64_t cells, std::uint64_t numbers)
   {
     if (this->IsBinary)
@@ -492,7 +493,7 @@ private:
         }
         if (value < 0 || value >= static_cast<double>(this->Points))
         {
-          // VTK crashes on what its numbers of points cannot be.
+          // VTK crashes on numbers too large for a point.
           constexpr double mostPoints = 2147483648.;
           return this->Damaged("has a cell " + std::to_string(cell) + " " + this->Here() +
                                  " that names point " + QuotedText(this->Taken) +
@@ -504,8 +505,8 @@ private:
     return this->HasCells(cells, cell);
   }
 
-  // Whether the next line is "OFFSETS TYPE". In a binary file the next bytes may be numbers, too,
-  // so no blanks are skipped.
+  // Whether the next line is "OFFSETS TYPE". Skips no blanks, because in a binary file the next
+  // bytes may be numbers.
   bool HasOffsets()
   {
     const Result<std::string_view> ahead = this->Source.Peek(longestWord);
@@ -513,7 +514,7 @@ private:
     return end != std::string_view::npos && LowercaseText(ahead->substr(end + 1, 8)) == "offsets ";
   }
 
-  // VTK reads lists of cells by the version that the first line says.
+  // Checks the version in the first line, by which VTK reads lists of cells.
   bool CheckVersion()
   {
     if (this->HasOffsets() == this->HasVersion5)
@@ -527,7 +528,7 @@ private:
       true); // VTK crashes
   }
 
-  // The same of version 5: where each cell begins, then the points of all.
+  // The same for version 5: where each cell begins, then the points of all cells.
   bool TakeOffsets(std::uint64_t offsets, std::uint64_t corners)
   {
     this->Cells = offsets > 0 ? offsets - 1 : 0;
@@ -548,7 +549,7 @@ private:
     return true;
   }
 
-  // Arrays of any size, each with its head.
+  // Takes arrays of any size, each with its head.
   bool TakeField()
   {
     const std::string field = this->Part;
@@ -625,8 +626,8 @@ private:
              "is of the type " + QuotedText(this->Dataset) + ", which VTK does not have", true);
   }
 
-  // Bytes after the last part of a binary file, which begin no name; if it is sure that they are
-  // not of a part.
+  // Skips bytes after the last part of a binary file, if they certainly belong to no part and do
+  // not begin a name. Returns whether it has skipped any.
   bool LeavesRest()
   {
     constexpr std::uint64_t most = 4096;
@@ -646,7 +647,7 @@ private:
     return true;
   }
 
-  // A keyword, and what it says; false at the end too.
+  // Takes a keyword and its part; false at the end, too.
   bool TakePart()
   {
     this->Ahead();
@@ -724,7 +725,7 @@ private:
              (count >= this->Cells ||
                this->Damaged("has " + std::to_string(count) + (count == 1 ? " type" : " types") +
                                ", but there are " + std::to_string(this->Cells) + " cells",
-                 true)) && // VTK reads on in memory
+                 true)) && // VTK reads beyond its memory
              this->TakeNumbers(count, 1, "int");
     }
     if (keyword == "POINT_DATA" || keyword == "CELL_DATA")
@@ -759,7 +760,7 @@ private:
     }
     if (IsOneOf(keyword, otherKeywords))
     {
-      return false; // what follows is not a list of cells
+      return false; // no list of cells follows
     }
     this->Part = QuotedText(keyword) + " " + at;
     this->Damaged("is not the name of a part");
@@ -770,21 +771,21 @@ private:
   ByteSource Source;
   bool IsBinary = false, HasVersion5 = false;
   std::uint64_t Line = 1;
-  std::uint64_t Points = 0, Tuples = 0; // points of the file; of POINT_DATA or CELL_DATA
-  std::uint64_t Cells = 0;              // of the last list
+  std::uint64_t Points = 0, Tuples = 0; // points of the file; tuples of POINT_DATA or CELL_DATA
+  std::uint64_t Cells = 0;              // of the last list of cells
   std::set<std::string> Geometry;       // parts that were read
   bool IsAfterData = false;
-  std::string Part;       // "POINTS (line 5)"
-  std::string_view Taken; // the last number of a text, until the next is sought
+  std::string Part;       // as in "POINTS (line 5)"
+  std::string_view Taken; // the last number of a text; valid until the next word
   VtkDamage Damage;
-  std::string LastPart; // before Part; none before the first
+  std::string LastPart; // before Part; empty before the first
   std::string Dataset;  // its type, in capitals
   std::uint64_t HeadEnd = 0;
   VtkOrder Order;
-  std::vector<std::array<std::uint64_t, 2>> LeftOut; // of Order
+  std::vector<std::array<std::uint64_t, 2>> LeftOut; // goes into Order
   bool IsAfterArray = false;                         // VTK allows METADATA after an array
   bool HasOtherNumbers = false;
-  bool SizesAreSure = true; // of the parts so far
+  bool SizesAreSure = true; // of all parts so far
   Tolerance Forgiven;
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Finds where a legacy .vtk file is damaged. VTK's reader says that it is damaged, but seldom
-// where. Part of step "convert".
+// Finds where a legacy .vtk file is damaged. VTK's reader reports the damage, but seldom where it
+// is. Part of step "convert".
 #pragma once
 
 #include "filters/meshio/Tolerance.h"
@@ -14,37 +14,40 @@
 namespace kdstream
 {
 
-// Parts that VTK does not read in their place, as byte ranges.
+// Byte ranges of parts that VTK does not read at their place in the file.
 struct VtkOrder
 {
-  // Where the line of DATASET is, if parts come before it; else zeros.
+  // Where the DATASET line is, and where the head before it ends, if there are parts before
+  // DATASET; else zeros.
   std::uint64_t headEnd = 0, begin = 0, end = 0;
-  // Blocks of METADATA that follow no array, and what is after the last part: in the order of the
-  // file, from begin to end.
+  // Blocks of METADATA that follow no array, and bytes after the last part, as ranges from begin to
+  // end, in the order of the file.
   std::vector<std::array<std::uint64_t, 2>> leftOut{};
 };
 
 struct VtkDamage
 {
   // The first part that differs from its header, for a message: "POINTS (line 5) has 20 of its 24
-  // numbers, then 'POLYGONS' (line 12)"; in a list of cells it names the cell. Places in binary
-  // files are byte offsets. Empty: nothing was found, or the file cannot be read.
+  // numbers, then 'POLYGONS' (line 12)". In a list of cells it names the cell. In binary files,
+  // places are byte offsets. Empty if nothing was found, or the file cannot be read.
   std::string part;
-  // Whether numbers are missing. VTK crashes on such lists of cells, and silently reads less of
-  // other lists.
+  // Whether numbers are missing. VTK crashes if a list of cells is too short, and silently reads
+  // fewer values if another list is.
   bool isCut = false;
-  // The unknown keyword at which the file is damaged, in lower case. VTK reports it too, unless VTK
-  // knows the keyword and something else is wrong.
+  // The unknown keyword, in lower case, at which the file is damaged. VTK reports the same keyword;
+  // if it does not, it knows the keyword, and something else is wrong.
   std::string unknownWord{};
-  // A text has numbers that VTK does not read: not finite ones, and exponents of Fortran.
+  // Whether a text has numbers that VTK does not read: ones that are not finite, or with Fortran's
+  // exponents.
   bool hasOtherNumbers = false;
   VtkOrder order{};
-  // For a message where no part is damaged: "something after POINTS (line 5) cannot be read".
+  // Names the last part, for a message if no part is damaged: "something after POINTS (line 5)
+  // cannot be read".
   std::string lastPart{};
-  Tolerance forgiven{}; // cells that their part does not count, bytes after the last part
+  Tolerance forgiven{}; // cells beyond a part's count, bytes after the last part
 };
 
-// Goes through the file once, in the memory of a block.
+// Reads the file once. Memory: one block.
 VtkDamage FindVtkDamage(const std::filesystem::path& file);
 
 }

@@ -19,12 +19,12 @@ namespace kdstream
 namespace
 {
 
-constexpr std::uint64_t mostCount = 1 << 16; // values of one field
+constexpr std::uint64_t mostCount = 1 << 16; // numbers in one field of a point
 constexpr std::uint64_t mostFields = 4096;
-// LZF, which compresses a PCD's body, makes at most 264 bytes of 3.
+// LZF, which compresses PCD bodies, expands 3 bytes to at most 264.
 constexpr std::uint64_t mostExpansion = 88;
 
-// Keywords, types and encodings are read in any case.
+// Case does not matter for keywords, types and encodings.
 std::string InCase(std::string_view word, bool upper)
 {
   std::string text(word);
@@ -44,7 +44,7 @@ public:
   {
   }
 
-  // The lines to DATA, and where the body begins.
+  // Reads the lines up to DATA, and finds where the body begins.
   Status Read()
   {
     for (;;)
@@ -77,7 +77,7 @@ public:
   {
     PcdHeader header;
     KDSTREAM_TRY(this->ComputePoints(header));
-    std::uint64_t values = 0; // of one point
+    std::uint64_t values = 0; // numbers of one point
     KDSTREAM_TRY(this->ComputePointSize(header, values));
     header.values = values;
     const std::uint64_t body = fileSize > this->BodyBegin ? fileSize - this->BodyBegin : 0;
@@ -101,8 +101,8 @@ public:
   }
 
   // Checks the lines of an ascii body, because PCL reads a word that is not a number as zero, and
-  // skips lines that are too short. Returns the place after the claimed points, if what follows are
-  // not points. Call it after Read.
+  // skips lines that are too short. Returns the offset after the claimed points, if the bytes there
+  // are not points. Call it after Read.
   Result<std::uint64_t> CheckAsciiBody(PcdHeader& header)
   {
     this->FindPlaces();
@@ -152,11 +152,11 @@ public:
     }
   }
 
-  // Where the text of a file ends that is one, and how many zeros are after it.
+  // For an ascii body: where the text ends, and how many zeros follow it.
   std::uint64_t TextEnd() const { return this->Lines.Size(); }
   std::uint64_t Padding() const { return this->Lines.Padding(); }
 
-  // The header as PCL reads it.
+  // The header in the form that PCL reads.
   std::string Text(const PcdHeader& header) const
   {
     std::string text = "VERSION 0.7\n";
@@ -200,7 +200,7 @@ private:
     return {};
   }
 
-  // "X" is x, unless there is a field x: letter case does not matter.
+  // Changes "X" to x, unless there is a field x: letter case does not matter.
   void NormalizeFields()
   {
     static constexpr std::string_view known[] = { "x", "y", "z", "normal_x", "normal_y", "normal_z",
@@ -225,7 +225,7 @@ private:
     }
   }
 
-  // A place, and a quaternion that begins with its real part.
+  // Whether VIEWPOINT, a position and a quaternion with its real part first, is not the default.
   bool HasViewpoint() const
   {
     const auto found = this->Values.find("VIEWPOINT");
@@ -241,13 +241,13 @@ private:
     return false;
   }
 
-  // Whether floats lose anything of it.
+  // Records whether floats would lose decimals.
   void TellPrecision(PcdHeader& header) const
   {
     header.textOfFloats = header.textOfFloats && !this->Precision.FloatsSuffice();
   }
 
-  // The columns of x, y and z in a text.
+  // Finds the columns of x, y and z in a text.
   void FindPlaces()
   {
     const auto& fields = this->Values.at("FIELDS");
@@ -298,7 +298,7 @@ private:
                : this->Lines.Wrong(QuotedText(words[0]) + " is unknown in a header");
     }
     key = key == "COLUMNS" ? "FIELDS" : key;
-    // Were there two, PCL could take the other.
+    // If the field occurred twice, PCL could take the other one.
     if (this->Values.count(key) > 0)
     {
       return this->Lines.Wrong("a second " + key);
@@ -317,7 +317,7 @@ private:
     return {};
   }
 
-  // The numbers of a line; nothing if there is no such line.
+  // The numbers in the line of this keyword; nothing if there is no such line.
   Result<std::vector<std::uint64_t>> Numbers(const std::string& key) const
   {
     std::vector<std::uint64_t> numbers;
@@ -416,11 +416,11 @@ private:
   TextLines Lines;
   std::map<std::string, std::vector<std::string>> Values;
   std::vector<std::size_t> Places; // columns of x, y and z
-  DecimalPrecision Precision;      // the precision of the decimals
+  DecimalPrecision Precision;      // of the decimals of x, y and z
   std::uint64_t BodyBegin = 0;
 };
 
-// The body of a compressed file begins with its two sizes. Returns its end.
+// Checks a compressed body, which begins with its two sizes. Returns where it ends.
 Result<std::uint64_t> CheckCompressedBody(ByteSource& source, PcdHeader& header)
 {
   const std::uint64_t begin = header.bodyBegin;
@@ -488,7 +488,7 @@ Result<PcdHeader> CheckPcdHeader(const std::filesystem::path& file)
   const std::uint64_t size = isText ? std::max(end, reader.TextEnd()) : source->Size();
   header->tolerance.Count(
     Lapse::PaddedEnd, isText ? reader.Padding() : 0, "byte " + std::to_string(reader.TextEnd()));
-  // Only whole points of a binary body can be more points.
+  // Only a binary body can have whole points that the header does not count.
   const std::uint64_t pointBytes = header->data == PcdData::Binary ? header->pointBytes : 0;
   const auto more =
     CheckBytesAfter(*source, end, size, pointBytes, header->points, header->tolerance);

@@ -23,7 +23,7 @@ namespace kdstream
 namespace
 {
 
-// Whether a \r ends a line by itself.
+// Whether a \r without \n ends a line.
 Result<bool> HasLoneReturns(ByteSource& source)
 {
   bool isBehind = false;
@@ -48,7 +48,7 @@ Result<bool> HasLoneReturns(ByteSource& source)
   }
 }
 
-// Whether the third line says so.
+// Whether the third line says that this is a text file.
 bool IsText(std::string_view begin)
 {
   std::size_t at = 0;
@@ -65,7 +65,8 @@ bool IsText(std::string_view begin)
   return LowercaseText(TakeWord(third)) == "ascii";
 }
 
-// The line with numbers as VTK reads them, if all its words are numbers, after the name of a part.
+// If a line has only numbers, perhaps after the name of a part, the line with its numbers as VTK
+// reads them.
 std::string WithPlainNumbers(std::string_view line)
 {
   std::vector<std::string_view> words;
@@ -136,7 +137,7 @@ Status PlainCopy::Write(std::string_view bytes)
   return {};
 }
 
-// The bytes from `begin` on, up to `end`.
+// Copies the bytes from `begin` to `end`.
 Status PlainCopy::Copy(ByteSource& source, std::uint64_t begin, std::uint64_t end)
 {
   for (source.Seek(begin); source.Position() < end;)

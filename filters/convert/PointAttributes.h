@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Making and joining attributes while foreign formats are read, and how many points there may be.
+// Makes and joins attributes while other programs' formats are read, and checks the number of
+// points.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -20,7 +21,7 @@ inline Status CheckPointCount(std::uint64_t points)
                                std::to_string(points) + " points; at most 4294967294 can be read" };
 }
 
-// `tuples` tuples of zeros.
+// An attribute with `tuples` tuples of zeros.
 inline Attribute MakePointAttribute(
   std::string name, AttributeType type, std::uint8_t components, std::size_t tuples)
 {
@@ -33,7 +34,7 @@ inline Attribute MakePointAttribute(
   return attribute;
 }
 
-// The array "RGB" (uint8) for three columns after the coordinates of each point.
+// The array "RGB" (uint8), or with alpha "RGBA", with zeros for each point.
 inline Attribute MakeColors(std::size_t tuples, bool alpha = false)
 {
   return MakePointAttribute(alpha ? "RGBA" : "RGB", AttributeType::UInt8,

@@ -17,8 +17,8 @@ std::string CellsText(vtkIdType count, const std::string& kind)
   return std::to_string(count) + " " + kind + (count == 1 ? " cell" : " cells");
 }
 
-// Warns of cells that a mesh does not have: all except triangles. A cloud needs no cells, so its
-// vertices are not a loss.
+// Warns of cells that a mesh does not have: all except triangles. A cloud needs no cells, so
+// missing vertex cells are no loss.
 void WarnOfCells(const PolyDataElements& elements, bool triangles, vtkPolyData& input,
   std::vector<std::string>& warnings)
 {
@@ -41,7 +41,7 @@ void WarnOfCells(const PolyDataElements& elements, bool triangles, vtkPolyData& 
 
 Result<ForeignMesh> ReadPolyData(vtkPolyData& data, const Execution& execution)
 {
-  const Result<JoinedPolyData> own = JoinPolyData(data, false, execution); // no ghosts
+  const Result<JoinedPolyData> own = JoinPolyData(data, false, execution); // without ghosts
   KDSTREAM_TRY(own);
   vtkPolyData& input = *own->mesh;
   ForeignMesh result;
@@ -68,7 +68,7 @@ Result<ForeignMesh> ReadPolyData(vtkPolyData& data, const Execution& execution)
   }
   WarnOfCells(*elements, !result.mesh.triangles.empty(), input, result.warnings);
   const std::size_t first = elements->vertices + elements->segments;
-  std::vector<bool> begins; // of each triangle: whether it is the first of its cell
+  std::vector<bool> begins; // for each triangle: whether it is the first of its cell
   for (std::size_t i = first; i < elements->corners.size(); ++i)
   {
     begins.push_back(i == first || elements->cells[i] != elements->cells[i - 1]);

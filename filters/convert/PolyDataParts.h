@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A vtkPolyData as a mesh with its attributes: for all formats that are read through VTK.
+// Turns a vtkPolyData into a mesh with its attributes, for all formats that are read through VTK.
 #pragma once
 
 #include "filters/convert/ForeignMesh.h"

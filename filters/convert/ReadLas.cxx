@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Point clouds of laser scanners: LAS, compressed ones by LASzip. Step "convert" of the pipeline
-// picture.
+// Reads point clouds of laser scanners: LAS, and compressed LAS by LASzip. Step "convert" of the
+// pipeline picture.
 #include "filters/convert/BytesAfter.h"
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/LasCloud.h"
@@ -32,7 +32,7 @@ public:
 
   Result<ForeignMesh> Read(const Execution& execution)
   {
-    constexpr std::size_t pointsAtOnce = 4096; // a block of them fits what Peek takes
+    constexpr std::size_t pointsAtOnce = 4096; // their bytes must fit into one Peek
     KDSTREAM_TRY(this->CheckBytesAfterPoints());
     this->Source.Seek(this->Header.pointsBegin);
     this->Cloud.Reserve(static_cast<std::size_t>(this->Header.points));
@@ -62,7 +62,7 @@ public:
   }
 
 private:
-  // Bytes that the header does not count.
+  // Checks the bytes that the header does not count.
   Status CheckBytesAfterPoints()
   {
     const std::uint64_t counted =
@@ -75,9 +75,9 @@ private:
     return CheckPointCount(this->Header.points);
   }
 
-  // Whether bytes after the points, which the header does not count, may be points: all of them
-  // must be in the header's box. The box decides only if it is that of the counted points, of which
-  // the first and the last are checked; else they may be points.
+  // Whether bytes after the points, which the header does not count, may be points. If the header's
+  // box is right for the counted points, all must be in the box. To find this out, the first and
+  // the last of the counted points are checked. If the box is wrong, the bytes may be points.
   Result<bool> MayBePoints(std::uint64_t begin, std::uint64_t points)
   {
     const std::uint64_t bytes = this->Header.pointBytes;
@@ -124,7 +124,7 @@ private:
   {
     LasPoint read;
     const bool isLong = this->Header.IsLong();
-    const auto flags = LasNumberAt<std::uint8_t>(point, 15); // in short points with the class
+    const auto flags = LasNumberAt<std::uint8_t>(point, 15); // short points: beside the class
     read.withheld = isLong ? (flags & 4U) != 0 : !this->Header.isOldest && (flags & 128U) != 0;
     std::memcpy(read.place.data(), point, sizeof(read.place));
     read.intensity = LasNumberAt<std::uint16_t>(point, 12);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Point clouds of laser scanners: compressed LAS, by LASzip. Step "convert" of the pipeline
+// Reads point clouds of laser scanners in compressed LAS, by LASzip. Step "convert" of the pipeline
 // picture.
 #include "filters/convert/ReadLaz.h"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// PCL's point clouds. Steps:
+// Reads PCL's point clouds. Steps:
 // 1. check the header against the file's size
-// 2. PCL reads
-// 3. points, attributes.
+// 2. let PCL read the file
+// 3. convert points and attributes.
 #include "filters/convert/FloatCoordinates.h"
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/PcdHeader.h"
@@ -59,7 +59,7 @@ std::optional<AttributeType> TypeOf(const Field& field)
   }
 }
 
-// Without comments, each line ended and each exponent written as PCL wants it.
+// The text without comments, with line breaks and exponents as PCL needs them.
 std::stringstream PlainLines(std::istream& text)
 {
   std::stringstream lines;
@@ -86,8 +86,8 @@ std::stringstream PlainLines(std::istream& text)
 }
 
 // For a compressed body whose points are not compressed: some programs write this if compression
-// does not help. Adds a mark before every 32 bytes that says so (LZF: a run that is copied).
-// REQUIRES: two sizes at the beginning, and as many bytes after them as they say.
+// does not help. Makes it valid LZF: before every 32 bytes, adds the mark of a run that is copied.
+// REQUIRES: the body begins with its two sizes, and has this number of bytes after them.
 std::vector<unsigned char> WithRunsMarked(const std::vector<unsigned char>& body)
 {
   constexpr std::size_t sizes = 8, longest = 32;
@@ -104,7 +104,8 @@ std::vector<unsigned char> WithRunsMarked(const std::vector<unsigned char>& body
   return marked;
 }
 
-// Below 0: PCL cannot read it. It is given the header's meaning, not its text.
+// Returns a value below 0 if PCL cannot read it. PCL gets an equivalent header, not the file's
+// text.
 Result<int> ReadByPcl(const std::filesystem::path& file, const PcdHeader& header, Cloud& cloud)
 {
   pcl::PCDReader reader;
@@ -153,7 +154,7 @@ Result<int> ReadByPcl(const std::filesystem::path& file, const PcdHeader& header
 
 Result<Cloud> ReadCloud(const std::filesystem::path& file, const PcdHeader& header)
 {
-  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS); // our own line tells what is wrong
+  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS); // our own message says what is wrong
   Cloud cloud;
   std::string reason;
   try
@@ -171,7 +172,7 @@ Result<Cloud> ReadCloud(const std::filesystem::path& file, const PcdHeader& head
   {
     throw;
   }
-  catch (const std::exception&) // PCL's own, and Boost's
+  catch (const std::exception&) // of PCL and Boost
   {
     reason = "its points cannot be read: write it again, with DATA ascii";
   }
@@ -227,7 +228,7 @@ private:
                                                                                       : &*found;
   }
 
-  // The field as it lies in the points, all of them or those that are kept.
+  // Copies the field from the points; from all of them, or only from those that are kept.
   Attribute Copy(const Field& field, std::uint8_t components, bool all) const
   {
     const std::size_t tuples = all ? this->Size : this->Kept.size();

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// VRML 2, and 1: parsed by Coin, joined to one mesh. Steps:
-// 1. the text is checked and made harmless (VrmlText.h)
-// 2. Coin makes a scene of it
-// 3. shapes, at the places given by their transforms: face sets, grids and points from their
-//    fields, solids as Coin's triangles
-// 4. files that an Inline names, in the same way.
+// Reads VRML 2 and VRML 1, which Coin parses, and joins the scene into one mesh. Steps:
+// 1. check the text and make it harmless (VrmlText.h)
+// 2. let Coin make a scene of it
+// 3. read the shapes, at the places given by their transforms: face sets, grids and points from
+//    their fields, solids as Coin's triangles
+// 4. read the files that an Inline names, in the same way.
 #include "filters/convert/FloatCoordinates.h"
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/JoinParts.h"
@@ -85,19 +85,19 @@ namespace
 
 constexpr std::uint64_t mostVrmlBytes = std::uint64_t{ 1 } << 31; // Coin counts in int
 constexpr std::size_t deepestNodes = 2000;
-constexpr std::uint64_t mostNodes = 10'000'000; // nodes that are visited, each time they are used
+constexpr std::uint64_t mostNodes = 10'000'000; // visits, also of nodes that are used again
 constexpr std::size_t deepestInlines = 8, mostInlines = 1000;
 constexpr std::uint64_t mostGridCorners = std::uint64_t{ 1 } << 28;
-// What extrusions may make of a file, each time they are used: spine times cross section.
+// How many corners extrusions may have, counted each time they are used: spine times cross section.
 constexpr std::uint64_t mostExtrusionCorners = std::uint64_t{ 1 } << 18;
 constexpr std::uint64_t extrusionCornersPerByte = 4;
 constexpr const char* unusable = ", whose sizes or numbers make no shape";
-// The colour that a material has which names none. A shape without a material is white.
+// The default colour of a material. A shape without a material is white.
 constexpr double vrmlGrey = 0.8;
 
 // --- Coin's messages -----------------------------------------------------------------------------
 
-// Collects Coin's messages during its lifetime. Not for use by two threads at once.
+// Collects Coin's messages during its lifetime. Only one thread may use this at a time.
 class CoinMessages
 {
 public:
@@ -105,13 +105,14 @@ public:
   {
     Text().clear();
     SoReadError::setHandlerCallback(Keep, nullptr);
-    SoDebugError::setHandlerCallback(PassOver, nullptr); // advice to programmers
+    SoDebugError::setHandlerCallback(PassOver, nullptr); // these are advice to programmers
     SoMemoryError::setHandlerCallback(Keep, nullptr);
   }
   CoinMessages(const CoinMessages&) = delete;
   CoinMessages& operator=(const CoinMessages&) = delete;
 
-  // Errors: InvalidInput, with the line of the first, and what stands in it in `text`.
+  // Errors: InvalidInput for the first message, with its line and the text of this line from
+  // `text`.
   static Status First(std::string_view text)
   {
     if (Text().empty())
@@ -146,7 +147,7 @@ private:
     static std::string text;
     return text;
   }
-  // The meaning of Coin's messages, with the name that they quote.
+  // Says what Coin's message means, with the name that the message quotes.
   static std::string Meaning(std::string_view said)
   {
     constexpr std::pair<std::string_view, const char*> meanings[] = {
@@ -195,7 +196,7 @@ void StartCoin()
   {
     SoDB::init();
     SoInput::clearDirectories();
-    // No string of the text names a file (VrmlText.h); nor is one looked for.
+    // The text has no string that names a file (VrmlText.h), and Coin must not look for one either.
     SoVRMLInline::setReadAsSoFile(FALSE);
     SoWWWInline::setReadAsSoFile(FALSE);
     SoVRMLInline::setFetchURLCallBack([](const SbString&, void*, SoVRMLInline*) {}, nullptr);
@@ -207,8 +208,8 @@ void StartCoin()
   static_cast<void>(started);
 }
 
-// Whether Coin reads nodes of a kind as VRML 2 defines them: also those of Inventor, except NURBS,
-// which have other fields there.
+// The type that Coin has for a kind of node. In VRML 2 this is VRML's own type, if there is one,
+// else Inventor's.
 SoType TypeOfCoin(const std::string& type, bool isFirst)
 {
   const SoType second = SoType::fromName(("VRML" + type).c_str());
@@ -217,7 +218,8 @@ SoType TypeOfCoin(const std::string& type, bool isFirst)
 
 bool IsNodeOfCoin(const std::string& type, bool isFirst)
 {
-  // "File" names a file that is not opened; "Shape" is only a kind of nodes in VRML 1.
+  // "Nurbs…" nodes of Inventor have other fields than those of VRML 2. "File" names a file, which
+  // is not opened. "Shape" is only an abstract type in VRML 1.
   const SoType made = TypeOfCoin(type, isFirst);
   return !type.starts_with("Nurbs") && type != "File" &&
          made.isDerivedFrom(SoNode::getClassTypeId()) && made.canCreateInstance();
@@ -229,7 +231,7 @@ bool HoldsNodesInCoin(const std::string& type)
          SoType::fromName(type.c_str()).isDerivedFrom(SoGroup::getClassTypeId());
 }
 
-// How many floats a value of a field has; 0 of all other fields.
+// How many floats make up a value of a field; 0 for all fields of other types.
 std::size_t WidthOfField(const SoField& field)
 {
   const SoType type = field.getTypeId();
@@ -246,7 +248,7 @@ std::size_t WidthOfField(const SoField& field)
                                                                               : 0;
 }
 
-// The fields of a node, with the floats of a value; none where Coin cannot make one.
+// The fields of a node, with the number of floats in a value; empty if Coin cannot create the node.
 const std::map<std::string, std::size_t>& FieldsOfCoin(const std::string& type, bool isFirst)
 {
   static std::map<std::string, std::map<std::string, std::size_t>> fieldsOf;
@@ -272,7 +274,7 @@ const std::map<std::string, std::size_t>& FieldsOfCoin(const std::string& type, 
   return fields;
 }
 
-// For types that Coin cannot make: true.
+// True also for types that Coin cannot create.
 bool IsFieldOfCoin(const std::string& type, const std::string& field, bool isFirst)
 {
   const auto& fields = FieldsOfCoin(type, isFirst);
@@ -288,7 +290,8 @@ std::size_t WidthOfCoin(const std::string& type, const std::string& field, bool 
 
 // --- Transforms ----------------------------------------------------------------------------------
 
-// In doubles: columns, and where the origin goes. Coin's own matrices are floats.
+// A transform in doubles: the columns of its matrix, and the image of the origin. Coin's own
+// matrices are floats.
 struct Transform
 {
   std::array<Vec3, 3> axes{ { { 1, 0, 0 }, { 0, 1, 0 }, { 0, 0, 1 } } };
@@ -300,7 +303,7 @@ struct Transform
       Plus(Times(this->axes[0], p[0]), Times(this->axes[1], p[1])), Times(this->axes[2], p[2]));
   }
   Vec3 Of(const Vec3& p) const { return Plus(this->Turn(p), this->origin); }
-  // First `inner`, then this.
+  // The transform that applies first `inner`, then this.
   Transform After(const Transform& inner) const
   {
     Transform both;
@@ -311,7 +314,7 @@ struct Transform
     both.origin = this->Of(inner.origin);
     return both;
   }
-  // How much longer a length becomes, at most along an axis.
+  // The factor by which lengths grow; the largest of the axes.
   double Scale() const
   {
     return std::max({ Length(this->axes[0]), Length(this->axes[1]), Length(this->axes[2]) });
@@ -322,7 +325,7 @@ struct Transform
     return this->axes == none.axes && this->origin == none.origin;
   }
   double Determinant() const { return Dot(this->axes[0], Cross(this->axes[1], this->axes[2])); }
-  // Normals turn by the transpose of the inverse, times the determinant.
+  // Transforms a normal by the transpose of the inverse, times the determinant.
   Vec3 TurnNormal(const Vec3& n) const
   {
     const auto& [x, y, z] = this->axes;
@@ -405,7 +408,7 @@ Transform Of(const SbMatrix& matrix)
 
 // --- Values of nodes -----------------------------------------------------------------------------
 
-// The node of a field, or of a PROTO's instance.
+// The node that is the value of a field; if it is an instance of a PROTO, the node that this makes.
 template <class Node>
 const Node* NodeOf(const SoSFNode& field)
 {
@@ -488,7 +491,7 @@ bool IsLength(float value)
 
 // --- Scenes --------------------------------------------------------------------------------------
 
-// Vertices of triangles in the same place and of the same colour are one.
+// Joins vertices of triangles that have the same place and colour.
 class WeldedTriangles
 {
 public:
@@ -523,7 +526,7 @@ private:
   std::unordered_map<Key, VertexId, HashOfKey> Numbers;
 };
 
-// Goes through scenes and collects their shapes.
+// Traverses scenes and collects their shapes.
 class SceneReader
 {
 public:
@@ -635,7 +638,7 @@ private:
     }
   }
 
-  // Reads the first existing file of an Inline.
+  // Reads the first of an Inline's files that exists.
   void ReadInline(SoCallbackAction& action, const std::vector<std::string>& numbers)
   {
     std::string missing;
@@ -693,7 +696,8 @@ private:
     this->LeaveOutNode(missing, lineOfMissing);
   }
 
-  // As it is written; else as an address: file:, %HH, and the viewpoint to begin with after #.
+  // The file that a URL names: as it is written; else as an address, with file:, %HH, and # before
+  // a viewpoint.
   std::filesystem::path FileOf(const std::string& url)
   {
     if (!this->Current.files)
@@ -712,7 +716,7 @@ private:
     return this->Current.files->Find(PercentDecoded(name).value_or(name));
   }
 
-  // --- Going through a scene
+  // --- Traversal
 
   void Traverse(SoNode& scene)
   {
@@ -780,7 +784,7 @@ private:
     }
     else if (const auto* const lod = As<SoVRMLLOD>(node))
     {
-      // Without ranges the first level is taken, which is the finest.
+      // Without ranges, the first level is shown, which is the finest.
       const_cast<SoVRMLLOD*>(lod)->range.setNum(0);
     }
     else if (const auto* const first = As<SoLOD>(node))
@@ -818,7 +822,7 @@ private:
     return this->VisitShape(action, node) ? done : SoCallbackAction::CONTINUE;
   }
 
-  // Whether it was read, or is left out.
+  // Returns whether the shape was read, or is left out.
   bool VisitShape(SoCallbackAction& action, const SoNode& node)
   {
     if (const auto* const faces = As<SoVRMLIndexedFaceSet>(node))
@@ -866,7 +870,7 @@ private:
       this->LeaveOut("texts (" + type + ")", 1);
       return true;
     }
-    if (is("Line")) // of VRML 1
+    if (is("Line")) // a node of VRML 1
     {
       this->LeaveOut("shapes without triangles (" + type + ")", 1);
       return true;
@@ -881,7 +885,7 @@ private:
       this->LeaveOutNode(QuotedText(type) + unusable);
       return true;
     }
-    // Coin's triangles do not know of it.
+    // Coin's triangles ignore the orientation.
     const auto* const extrusion = As<SoVRMLExtrusion>(node);
     this->IsClockwise = extrusion && extrusion->ccw.getValue() == 0;
     this->ExtrusionCorners += extrusion ? CornersOf(*extrusion) : 0;
@@ -896,7 +900,7 @@ private:
     return false;
   }
 
-  // Whether the node is a shape for which Coin uses no indices from the file.
+  // Whether the node is a solid, for which Coin uses no indices from the file.
   static bool IsSolid(const SoNode& node)
   {
     return As<SoVRMLBox>(node) || As<SoVRMLSphere>(node) || As<SoVRMLCone>(node) ||
@@ -904,13 +908,13 @@ private:
            As<SoSphere>(node) || As<SoCone>(node) || As<SoCylinder>(node);
   }
 
-  // For shapes that Coin makes triangles of.
+  // Whether sizes and numbers are valid, for shapes of which Coin makes triangles.
   static bool IsSound(const SoNode& node)
   {
     if (const auto* const box = As<SoVRMLBox>(node))
     {
       const SbVec3f size = box->size.getValue();
-      // A flat grid is a single face.
+      // A box with one side of 0 is a single face.
       const auto isSide = [](float side) { return IsLength(side) || side == 0; };
       return isSide(size[0]) && isSide(size[1]) && isSide(size[2]) &&
              std::count(size.getValue(), size.getValue() + 3, 0.0F) <= 1;
@@ -973,27 +977,27 @@ private:
     return this->Transforms.empty() ? Transform{} : this->Transforms.back();
   }
 
-  // VRML 1 has many kinds of transforms, and files of VRML 2 sometimes have them, too: uses Coin's
-  // matrix, in floats.
+  // The transform for a shape. VRML 1 has many kinds of transforms, which files of VRML 2 have
+  // sometimes, too: in this case it is Coin's matrix, in floats.
   Transform PlacedBy(SoCallbackAction& action) const
   {
     return this->Current.byMatrix ? this->Current.placed.After(Of(action.getModelMatrix()))
                                   : this->Placed();
   }
 
-  // What a shape looks like, by the nodes before it.
+  // The appearance of a shape, which the nodes before it define.
   struct Look
   {
     SbColor diffuse, emission;
     float transparency = 0;
 
     bool Emits() const { return IsLight(this->emission); }
-    // A material that only emits light, as in unlit scenes, has the colour of its light.
+    // A material that only emits light, as in unlit scenes, has the colour of this light.
     bool IsUnlit() const { return !IsLight(this->diffuse) && this->Emits(); }
     static bool IsLight(const SbColor& c) { return c[0] > 0 || c[1] > 0 || c[2] > 0; }
   };
 
-  // The first material's where none has that number.
+  // The appearance by the material of this index; by the first material if there is none.
   static Look LookOf(SoCallbackAction& action, int index = 0)
   {
     SbColor ambient, specular;
@@ -1017,14 +1021,14 @@ private:
     return ColorOf(look.IsUnlit() ? look.emission : look.diffuse);
   }
 
-  // Points and their like are not lit: what their material emits is their colour.
+  // Points and lines are not lit: their colour is the light that their material emits.
   static Color MaterialOfPoints(SoCallbackAction& action)
   {
     const Look look = LookOf(action);
     return ColorOf(look.Emits() ? look.emission : look.diffuse);
   }
 
-  // Notes properties of a lit shape's material that are left out.
+  // Notes which properties of a lit shape's material are left out.
   void NoteLooks(SoCallbackAction& action)
   {
     const Look look = LookOf(action);
@@ -1049,7 +1053,7 @@ private:
     }
   }
 
-  // Colours are from 0 to 1. Some programs write them to 255: these are divided by it.
+  // Colours go from 0 to 1. Some programs write them up to 255: such colours are divided by 255.
   void ScaleColors(std::vector<Color>& colors, const std::string& node)
   {
     constexpr double mostBright = 2;
@@ -1134,8 +1138,8 @@ private:
     const std::vector<Vec3> points = PointsOf(node.coord);
     VrmlFaces faces;
     faces.points = points;
-    // Coordinates are shared by USE: only used points are kept, or each shape would have all of
-    // them.
+    // If several shapes share the coordinates by USE, only points in use are kept. Otherwise each
+    // shape would have all of them.
     faces.isShared = node.coord.getValue() && node.coord.getValue()->getRefCount() > 1;
     faces.index = IndicesOf(node.coordIndex);
     faces.clockwise = node.ccw.getValue() == 0;
@@ -1153,7 +1157,7 @@ private:
     this->AddFaces(action, node, faces);
   }
 
-  // VRML97, 6.17: rows along x, one after the other along z, heights along y.
+  // VRML97, 6.17: rows along x, one row after the other along z, heights along y.
   void AddGrid(SoCallbackAction& action, const SoVRMLElevationGrid& node)
   {
     const auto columns = std::int64_t(node.xDimension.getValue());
@@ -1194,7 +1198,7 @@ private:
     this->AddFaces(action, node, faces);
   }
 
-  // VRML 1, where the nodes before it have set places, materials and hints.
+  // Face sets of VRML 1: earlier nodes have set their coordinates, materials and hints.
   void AddFirstFaceSet(SoCallbackAction& action, const SoIndexedFaceSet& node)
   {
     const OwnProperties own(action, node);
@@ -1209,7 +1213,7 @@ private:
     faces.colorValues = materials;
     const std::span<const std::int32_t> specified = IndicesOf(node.materialIndex);
     const bool isSpecified =
-      specified.size() > 1 || (!specified.empty() && specified[0] >= 0); // otherwise it is [ -1 ]
+      specified.size() > 1 || (!specified.empty() && specified[0] >= 0); // the default is [ -1 ]
     const auto index = isSpecified ? specified : std::span<const std::int32_t>();
     switch (action.getMaterialBinding())
     {
@@ -1240,7 +1244,7 @@ private:
     this->AddWelded(*read, faces.material, this->PlacedBy(action));
   }
 
-  // Adds it with its own colours, or else in one colour.
+  // Adds a mesh with its own colours, or else with one colour.
   void AddWelded(const ForeignMesh& read, const Color& color, const Transform& placed)
   {
     const Attribute* const colors =
@@ -1326,7 +1330,7 @@ private:
     return materials;
   }
 
-  // Each corner's number among the corners.
+  // Numbers the corners in their order, as indices.
   static std::vector<std::int32_t> NumbersInOrder(std::span<const std::int32_t> index)
   {
     std::vector<std::int32_t> numbers(index.begin(), index.end());
@@ -1400,7 +1404,7 @@ private:
     self.Collected->Triangles.push_back(triangle);
   }
 
-  // For the last shape that Coin made triangles of.
+  // Adds the triangles that Coin has made of the last shape.
   void FinishTriangles()
   {
     if (this->Collected)
@@ -1432,11 +1436,12 @@ private:
     for (Vec3& point : mesh.points)
     {
       before.Add(point);
-      point = identity ? point : placed.Of(point); // -0 stays
+      point = identity ? point : placed.Of(point); // keeps -0 as it is
       after.Add(point);
     }
     this->Largest = std::max(this->Largest, LargestOf(before) * placed.Scale());
-    // Floats, but where a transform has put it so far away that they would lose its shape.
+    // Coordinates become floats, unless a transform has moved the shape so far away that floats
+    // would lose it.
     const bool coarse =
       LargestOf(after) > LargestOf(before) && FloatsAreCoarse(LargestOf(after), LongestOf(after));
     mesh.scalarType = coarse ? ScalarType::Float64 : ScalarType::Float32;
@@ -1531,7 +1536,7 @@ private:
     }
   }
 
-  // which: the node, and why it is left out.
+  // Records a node that is left out. which: the node, and why.
   void LeaveOutNode(const std::string& which, std::uint64_t line = 0, std::uint64_t count = 1)
   {
     VrmlLeftOut& left = this->NodesLeftOut[which];
@@ -1539,14 +1544,14 @@ private:
     left.count += count;
   }
 
-  // One lapse, which names some of them, those with the least lines first.
+  // Counts these nodes as one kind of lapse, and names some of them: those in the first lines.
   void CountNodesLeftOut()
   {
     constexpr std::size_t mostNamed = 5;
     std::vector<std::pair<std::string, VrmlLeftOut>> kinds(
       this->NodesLeftOut.begin(), this->NodesLeftOut.end());
     std::stable_sort(kinds.begin(), kinds.end(),
-      [](const auto& a, const auto& b) // those without a line last
+      [](const auto& a, const auto& b) // nodes without a line come last
       { return a.second.line - 1 < b.second.line - 1; });
     std::uint64_t count = 0;
     std::string names;
@@ -1577,7 +1582,7 @@ private:
     std::filesystem::path file;
     const std::vector<VrmlUrl>* urls = nullptr;
     Transform placed;      // the transform of the Inline that names this file
-    bool byMatrix = false; // there were transforms that VRML 2 does not have
+    bool byMatrix = false; // transforms that VRML 2 does not have were used
     std::map<const SoNode*, Material> materials{};
     std::optional<FilesBeside> files{};
   };
@@ -1587,17 +1592,17 @@ private:
   std::vector<Transform> Transforms;
   std::size_t Depth = 0, Shapes = 0;
   std::uint64_t Nodes = 0, Points = 0;
-  std::set<std::filesystem::path> Inlines; // that are being read
+  std::set<std::filesystem::path> Inlines; // files being read, to detect cycles
   std::size_t InlinesRead = 0;
   std::unique_ptr<WeldedTriangles> Collected;
   Transform CollectedAt;
-  bool IsClockwise = false; // what Coin makes triangles of
+  bool IsClockwise = false; // faces of the shape that Coin triangulates
   std::uint64_t ExtrusionCorners = 0, MostExtrusionCorners = mostExtrusionCorners;
   const SoNode* LastMaterial = nullptr;
-  std::size_t Materials = 0; // without names, that were reported
+  std::size_t Materials = 0; // how many without a name were reported
   LostLooks Lost;
-  double Largest = 0;         // coordinate that was read
-  bool LosesDecimals = false; // floats do
+  double Largest = 0;         // largest coordinate that was read
+  bool LosesDecimals = false; // whether floats lose decimals
 
   std::vector<ForeignMesh> Parts;
   Tolerance Tolerated;

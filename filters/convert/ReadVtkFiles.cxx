@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// VTK's own formats: read by VTK.
+// Reads VTK's own formats, by VTK.
 #include "filters/adapter/PolyDataCells.h"
 #include "filters/adapter/SharedArrays.h"
 #include "filters/convert/ForeignMesh.h"
@@ -53,8 +53,8 @@ namespace kdstream
 namespace
 {
 
-// The reader's progress goes to the execution; a reader does not stop on abort, so this does not
-// either.
+// Sends the reader's progress to the execution. VTK's readers do not stop when asked to abort, so
+// neither does this function.
 template <class Reader>
 void Update(Reader& reader, const Execution& execution)
 {
@@ -72,24 +72,26 @@ void Update(Reader& reader, const Execution& execution)
   reader.RemoveObserver(command);
 }
 
-// VTK reads as many points and cells as a piece counts; checks what its arrays have after them.
-// Reads what VTK does not: files whose first piece is empty, and cells listed by where they begin.
+// VTK reads as many points and cells as a piece declares; this class counts the ones after these.
+// It also reads files that VTK does not: those whose first piece is empty, and those that list
+// where cells begin instead of where they end.
 class CountingReader : public vtkXMLPolyDataReader
 {
 public:
   static CountingReader* New()
   {
-    auto* const reader = new CountingReader; // under its base's name in messages
+    auto* const reader = new CountingReader; // messages show the name of the base class
     reader->InitializeObjectBase();
     return reader;
   }
 
   Tolerance Surplus;
-  std::set<std::string> Dropped; // names of arrays
-  std::string Wrong;             // what VTK would not say
+  std::set<std::string> Dropped; // names of arrays that are not read
+  std::string Wrong;             // errors that VTK does not report
 
 protected:
-  // The arrays that the first piece has are read of all; where it is empty, those of the next.
+  // VTK reads the arrays that the first piece has from all pieces. If the first piece is empty,
+  // takes the arrays of the next one that is not.
   int ReadPrimaryElement(vtkXMLDataElement* element) override
   {
     if (!vtkXMLPolyDataReader::ReadPrimaryElement(element))
@@ -152,8 +154,8 @@ protected:
       }
       const std::uint64_t surplus = this->WordsAfter(offsets, counted);
       const vtkIdType first = cells->GetNumberOfCells() - counted;
-      // Where each cell begins, as VTK keeps them in memory, and not where it ends: VTK takes the
-      // first cell for an empty one, and does not read the last one.
+      // The file lists where each cell begins, as VTK keeps it in memory, not where it ends. VTK
+      // then takes the first cell for an empty one, and does not read the last one.
       const bool areBegins =
         surplus == 1 && counted > 0 && first >= 0 && cells->GetCellSize(first) == 0;
       if (areBegins && !this->MoveCells(elements[piece], counted, *cells))
@@ -169,7 +171,7 @@ protected:
   }
 
 private:
-  // VTK reads the points of all pieces as those of the first.
+  // VTK reads the points of all pieces in the type of the first piece.
   void CheckPointTypes(const std::vector<vtkIdType>& points)
   {
     std::set<std::string> types;
@@ -189,14 +191,14 @@ private:
     }
   }
 
-  // VTK takes the arrays of pieces by their numbers, whatever their names and types are, and for
-  // one that a piece does not have what lies in memory. Leaves those that all have, in the order of
-  // the first.
+  // VTK matches the arrays of pieces by their position, whatever their names and types are. For an
+  // array that a piece lacks, it takes uninitialized memory. Keeps only the arrays that all pieces
+  // have, in the order of the first piece.
   void AlignArrays(vtkXMLDataElement** ofPieces, const std::vector<vtkIdType>& tuples)
   {
     using Arrays = std::map<std::string, vtkSmartPointer<vtkXMLDataElement>>;
     std::vector<std::pair<vtkXMLDataElement*, Arrays>> pieces;
-    std::vector<std::string> names; // with their type
+    std::vector<std::string> names; // each with its type
     std::map<std::string, std::size_t> uses;
     for (std::size_t i = 0; i < tuples.size(); ++i)
     {
@@ -245,13 +247,13 @@ private:
     }
   }
 
-  // The numbers of a list; empty if the list has another number of them.
+  // The numbers of a list from `begin` on; empty if it has fewer than `count` of them.
   std::vector<vtkIdType> NumbersOf(vtkXMLDataElement* list, vtkIdType begin, vtkIdType count)
   {
     const auto array = vtkSmartPointer<vtkAbstractArray>::Take(this->CreateArray(list));
     auto* const numbers = vtkDataArray::SafeDownCast(array);
     std::vector<vtkIdType> found;
-    constexpr vtkIdType atOnce = 4096; // no memory for what the list does not have
+    constexpr vtkIdType atOnce = 4096; // so that memory grows only with the list
     while (numbers && static_cast<vtkIdType>(found.size()) < count)
     {
       const auto done = static_cast<vtkIdType>(found.size());
@@ -270,7 +272,8 @@ private:
     return found;
   }
 
-  // Takes the empty first cell of a piece away, and reads its last one. False if that is not there.
+  // Removes the empty first cell of a piece, and reads the last one. False if the file lacks the
+  // last one.
   bool MoveCells(vtkXMLDataElement* lists, vtkIdType counted, vtkCellArray& cells)
   {
     const std::vector<vtkIdType> ends =
@@ -283,7 +286,7 @@ private:
       this->FindDataArrayWithName(lists, "connectivity"), ends[0], ends[1] - ends[0]);
     for (vtkIdType& corner : last)
     {
-      corner += this->StartPoint; // of the piece
+      corner += this->StartPoint; // the first point of the piece
     }
     vtkNew<vtkCellArray> moved;
     const vtkIdType empty = cells.GetNumberOfCells() - counted;
@@ -302,7 +305,7 @@ private:
     return !last.empty();
   }
 
-  // How many words an array has after those that are known.
+  // How many words an array has after the first `words` of them.
   std::uint64_t WordsAfter(vtkXMLDataElement* array, vtkIdType words)
   {
     int type = 0;
@@ -310,10 +313,10 @@ private:
     {
       return 0;
     }
-    const VtkMessages notReported; // what is there was read
+    const VtkMessages notReported; // errors do not matter: the array has been read
     constexpr std::size_t block = 4096;
-    std::array<double, block> values{}; // of at most eight bytes
-    // From the last known word on, because VTK fails if it must begin after the end.
+    std::array<double, block> values{}; // room for words of up to eight bytes
+    // Begins with the last known word, because VTK fails if it must begin after the end.
     auto known = static_cast<std::uint64_t>(words);
     for (std::size_t read = block; read == block;)
     {
@@ -386,8 +389,8 @@ Result<ForeignMesh> Finish(vtkPolyData* output, VtkMessages& messages, const Exe
   return mesh;
 }
 
-// A type of cells: its name, empty if VTK does not know it, and the number of its points; 0: any
-// number.
+// A type of cell: its name, empty if VTK does not know the type; and the number of its points, 0 if
+// it may have any number.
 struct CellShape
 {
   std::string name{};
@@ -448,9 +451,9 @@ Status CheckCellsOf(vtkUnstructuredGrid& grid)
   return fits;
 }
 
-// VTK orders the corners of a solid cell so that its faces look outward, unless the grid is
-// mirrored or has a negative spacing, or its program numbers the corners otherwise: a prism is
-// often inside out. Turns such faces of a grid's surface. cells: the cell of each.
+// VTK orders the corners of a solid cell so that its faces look outward. Faces look inward if the
+// grid is mirrored or has a negative spacing, or if its program orders the corners differently:
+// this is often so for prisms. Flips such faces of a grid's surface. cells: the cell of each face.
 void TurnFacesOutward(vtkDataSet& grid, vtkDataArray& cells, vtkPolyData& surface)
 {
   vtkCellArray& faces = *surface.GetPolys();
@@ -474,7 +477,7 @@ void TurnFacesOutward(vtkDataSet& grid, vtkDataArray& cells, vtkPolyData& surfac
   for (vtkIdType face = 0; face < faces.GetNumberOfCells(); ++face)
   {
     const auto cell = static_cast<vtkIdType>(cells.GetComponent(first + face, 0));
-    // Those of any shape have no order that could be wrong.
+    // Cells of arbitrary shape have no order of corners that could be wrong.
     const int type = grid.GetCellType(cell);
     if (type == VTK_CONVEX_POINT_SET || type == VTK_POLYHEDRON ||
         grid.GetCell(cell)->GetCellDimension() < 3)
@@ -498,8 +501,8 @@ void TurnFacesOutward(vtkDataSet& grid, vtkDataArray& cells, vtkPolyData& surfac
   }
 }
 
-// Checks what VTK's filters assume of a grid: that its cells are valid, and that it has as many
-// points as it says. Arrays of a wrong length are removed, and listed.
+// Checks two things that VTK's filters rely on: that a grid's cells are valid, and that it has as
+// many points as it says. Arrays of a wrong length are removed, and listed.
 Status CheckGrid(vtkDataSet& grid, std::vector<std::string>& dropped)
 {
   if (auto* const cells = vtkUnstructuredGrid::SafeDownCast(&grid))
@@ -546,7 +549,7 @@ Status CheckGrid(vtkDataSet& grid, std::vector<std::string>& dropped)
 namespace
 {
 
-// vtkNotFinite becomes NaN again.
+// Turns vtkNotFinite back into NaN.
 void ReplaceSentinels(Mesh& mesh)
 {
   const double sentinel = std::strtod(vtkNotFinite, nullptr);
@@ -681,7 +684,7 @@ Result<ForeignMesh> ReadVtk(const std::filesystem::path& file, const Execution& 
   }
   const Result<PlainCopy> ordered = PlainCopy::WithDatasetFirst(plain->File(), damage.order);
   KDSTREAM_TRY(ordered);
-  Tolerance counted; // already
+  Tolerance counted; // what was already counted
   const Result<PlainCopy> numbers =
     PlainCopy::OfVtk(ordered->File(), damage.hasOtherNumbers, counted);
   KDSTREAM_TRY(numbers);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Point clouds as text. Steps:
-// 1. every line's words: what commas mean
-// 2. their numbers
-// 3. what the columns mean
-// 4. points and attributes.
+// Reads point clouds that are text. Steps:
+// 1. split each line into words, and find out what commas mean
+// 2. read the numbers
+// 3. find out what the columns mean
+// 4. make points and attributes.
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/PointAttributes.h"
 #include "filters/convert/XyzColumns.h"
@@ -37,16 +37,17 @@ bool IsCount(const std::vector<std::string_view>& words)
   return words.size() == 1 && std::all_of(words[0].begin(), words[0].end(), IsDigit);
 }
 
-// The meaning of commas, decided by the first line that has some.
+// What commas mean; the first line that has some decides.
 enum class Commas
 {
   Unknown,
   Separators,
   Decimal,
-  Unclear // can be read in two ways
+  Unclear // ambiguous
 };
 
-// "1,234.5", or "1.234,5": three digits between the sign of thousands and that of decimals.
+// Whether a number has separators of thousands, "1,234.5" or "1.234,5": three digits between comma
+// and point.
 bool HasThousands(std::string_view word)
 {
   const std::size_t comma = word.find(','), point = word.find('.');
@@ -56,7 +57,7 @@ bool HasThousands(std::string_view word)
            word.begin() + static_cast<std::ptrdiff_t>(last), IsDigit);
 }
 
-// words: of a line, split only at blanks and semicolons.
+// Finds out what commas mean. words: of a line, split only at blanks and semicolons.
 Commas CommasOf(const std::vector<std::string_view>& words)
 {
   std::size_t inner = 0, points = 0, both = 0, thousands = 0;
@@ -79,7 +80,7 @@ Commas CommasOf(const std::vector<std::string_view>& words)
   return points == 0 ? Commas::Decimal : both == thousands ? Commas::Unclear : Commas::Separators;
 }
 
-// "#c86432", or with an opacity.
+// Whether the text is a colour "#c86432", with or without an opacity.
 bool IsHexColor(std::string_view text)
 {
   const std::string_view word = text.substr(0, text.find_first_of(separators));
@@ -87,7 +88,7 @@ bool IsHexColor(std::string_view text)
          word.find_first_not_of("0123456789abcdefABCDEF", 1) == word.npos;
 }
 
-// "1 234 567", or "-1 010.5".
+// Whether a number has blanks between thousands: "1 234 567" or "-1 010.5".
 bool HasBlankThousands(std::string_view cell)
 {
   cell.remove_prefix(cell.starts_with('-') ? 1 : 0);
@@ -167,7 +168,7 @@ private:
     }
     if (this->Lines.Number() == 1 && LowercaseText(line.substr(0, 4)) == "sep=")
     {
-      return {}; // spreadsheets name their separator so
+      return {}; // spreadsheets name their separator in this way
     }
     if (!this->Columns && this->IsNames(line))
     {
@@ -200,7 +201,7 @@ private:
     return this->AddPoint();
   }
 
-  // A number of points before them, as each scan of a .pts has.
+  // Takes a line that gives the number of points after it, as before each scan of a .pts.
   Result<bool> IsNextCount()
   {
     std::uint64_t count = 0;
@@ -224,7 +225,7 @@ private:
     return true;
   }
 
-  // Whether there were as many points as the last count says. Errors: InvalidInput for fewer.
+  // Checks that there were as many points as the last count says. Errors: InvalidInput for fewer.
   Status EndCount()
   {
     if (this->CountLine == 0)
@@ -245,7 +246,7 @@ private:
     return {};
   }
 
-  // A line before the points that has names, of the columns or of something else.
+  // Takes a line before the points that has names, of the columns or of something else.
   bool IsNames(std::string_view line)
   {
     this->SplitNames(line);
@@ -273,8 +274,9 @@ private:
     return true;
   }
 
-  // Whether a line begins with a letter and has less than a point: what programs write before
-  // points ("Date: 2026-01-01"). Not that of a grid of heights.
+  // Whether a line is a remark that programs write before points ("Date: 2026-01-01"). It begins
+  // with a letter, or with % ! ; or *, and has fewer than three words with digits. The header of a
+  // height grid ("ncols") does not count.
   bool IsRemark(std::string_view line)
   {
     constexpr std::uint64_t most = 64;
@@ -290,7 +292,7 @@ private:
            std::count_if(this->Words.begin(), this->Words.end(), hasDigit) < 3;
   }
 
-  // line: 0: none.
+  // line: the number of the line; 0 if there is none.
   void CountRemark(std::uint64_t line)
   {
     if (line > 0)
@@ -300,8 +302,8 @@ private:
     }
   }
 
-  // Splits at commas, semicolons and tabs (names may then have blanks and quotes), if this gives
-  // names of columns; else also at blanks.
+  // Splits at commas, semicolons and tabs (names may then contain blanks and quotes). If this does
+  // not give names of columns, also splits at blanks.
   void SplitNames(std::string_view line)
   {
     this->Words.clear();
@@ -328,7 +330,7 @@ private:
     }
   }
 
-  // Names of the columns, as some programs write them before the points.
+  // Takes the names of the columns, which some programs write before the points.
   void TakeNames()
   {
     if (this->Columns || this->Layout || !AreXyzNames(this->Words))
@@ -391,13 +393,14 @@ private:
     {
       word.remove_suffix(word.ends_with(',') ? 1 : 0);
     }
-    std::erase(this->Words, std::string_view()); // of a comma between blanks
+    std::erase(this->Words, std::string_view()); // empty words: from a comma between blanks
     std::replace(this->Text.begin(), this->Text.end(), ',', '.');
     return {};
   }
 
-  // Splits at commas, semicolons or tabs only, if the line has as many columns then: a cell may
-  // hold several words, in quotes also a separator; "nan" is put into an empty one.
+  // Splits only at commas, semicolons or tabs, if the line then has the right number of columns. A
+  // cell may then contain several words and, in quotes, even a separator. An empty cell becomes
+  // "nan".
   void SplitCells(std::size_t columns)
   {
     this->CellText = this->Cells;
@@ -475,7 +478,7 @@ private:
             "write 1.5 for 1,5, or semicolons between columns",
           Remedy::InMessage);
       }
-      this->Layout = std::nullopt; // a remark, or names of something else
+      this->Layout = std::nullopt; // the line is a remark, or has other names
       this->OtherNames = this->NamesAlone ? this->NamesInFile : this->OtherNames;
     }
     if (this->Layout && this->NamedColumns != this->ColumnCount)
@@ -520,8 +523,8 @@ private:
     return {};
   }
 
-  // What --columns may be where a column without names holds words, before the coordinates or after
-  // them; empty where that does not help.
+  // A value for --columns that helps if an unnamed column holds words, before or after the
+  // coordinates; empty if none would help.
   std::string ColumnsWithout(std::size_t column) const
   {
     std::size_t count = this->ColumnCount;
@@ -543,7 +546,7 @@ private:
     return names;
   }
 
-  // Ignored columns may have any words.
+  // Marks the columns that are ignored, which may have any words.
   void FindLeftOut(const XyzLayout& layout)
   {
     this->LeftOut.assign(this->ColumnCount, true);
@@ -561,7 +564,7 @@ private:
     }
   }
 
-  // A column that the file names, and that holds words and has had no number yet, is left out.
+  // Leaves out a column that the file names, if it holds words and has had no number so far.
   bool LeaveOutWords(std::size_t column)
   {
     if (!this->Layout || this->NamesInFile == 0 || this->HasNumbers[column])
@@ -682,7 +685,8 @@ private:
     return {};
   }
 
-  // The columns may begin with a colour as long as the first three are bytes.
+  // Adds a point as if the columns began with a colour. This reading stays possible as long as the
+  // first three columns are bytes.
   void AddAfterColors(const Vec3& point, const float* rest)
   {
     if (!this->AfterColors)
@@ -743,7 +747,8 @@ private:
     return std::move(this->Out);
   }
 
-  // Guesses from the values what the first column is, and those after the coordinates.
+  // Guesses, from the values, what the first column is, and what the columns after the coordinates
+  // are.
   Result<XyzLayout> ChooseLayout(std::vector<std::string>& readings)
   {
     using Meaning = XyzFirstColumn::Meaning;
@@ -787,7 +792,7 @@ private:
     if (means != Meaning::X)
     {
       XyzLayout shifted = this->Shifted->Guess(shiftedReadings);
-      // A layout without a place for existing colours is wrong.
+      // A layout that has no place for colours that exist is wrong.
       const bool fits = this->IsShiftedUsual || Triples(shifted) >= Triples(plain);
       const bool isX = means == Meaning::Rises || means == Meaning::Differs;
       if (fits && !isX && this->PlacesVary())
@@ -820,8 +825,8 @@ private:
     return plain;
   }
 
-  // Whether the columns may be "r g b x y z": the first three are bytes, of the next three, which
-  // are neither colours nor normals, all vary and two have fractions.
+  // Whether the columns may be "r g b x y z". The first three must be bytes; the next three must be
+  // neither colours nor normals, all must vary, and at least two must have fractions.
   bool MayBeginWithColors(const XyzLayout& plain) const
   {
     constexpr std::size_t fewest = 20;
@@ -843,8 +848,8 @@ private:
     return varying == 3 && broken >= 2;
   }
 
-  // Whether the first column may be a class before x y z: a few whole numbers, some twice, before
-  // three columns with fractions that are neither colours nor normals.
+  // Whether the first column may be a class before x y z: it has only a few different whole
+  // numbers, and the three columns after it have fractions and are neither colours nor normals.
   bool MayBeginWithClass(const XyzLayout& plain) const
   {
     constexpr std::size_t fewest = 20, most = 32;
@@ -884,7 +889,8 @@ private:
     return static_cast<std::size_t>(std::unique(points.begin(), points.end()) - points.begin());
   }
 
-  // The points are those of the columns 4 to 6; the first three are stored before what follows.
+  // Makes points of columns 4 to 6. The first three columns are stored before the columns after
+  // them.
   void PutPlacesFirst()
   {
     std::vector<Vec3>& points = this->Out.mesh.points;
@@ -900,7 +906,8 @@ private:
     this->Precision = this->PlacesPrecision;
   }
 
-  // Whether the fourth column is not a coordinate: it is whole, and the two before it are not.
+  // Whether the fourth column cannot be a coordinate: all its values are whole, and those of the
+  // two columns before it are not.
   bool IsFourthOther() const
   {
     const std::vector<Vec3>& points = this->Out.mesh.points;
@@ -914,7 +921,7 @@ private:
            !areWhole(2);
   }
 
-  // Numbers in no order are those of points only beside columns that have fractions.
+  // Numbers in no order can be numbers of points only if other columns have fractions.
   XyzFirstColumn::Meaning MeaningOfFirst() const
   {
     using Meaning = XyzFirstColumn::Meaning;
@@ -947,7 +954,7 @@ private:
       [](const XyzLayout::Block& block) { return block.kind != XyzLayout::Kind::Number; });
   }
 
-  // Whether at least two of the columns 2 to 4 could be coordinates: else they are not a place.
+  // Whether columns 2 to 4 can be a place: at least two of them must vary.
   bool PlacesVary() const
   {
     const std::vector<Vec3>& points = this->Out.mesh.points;
@@ -966,7 +973,7 @@ private:
            2;
   }
 
-  // Whether the columns 3 to 5 all have fractions.
+  // Whether columns 3, 4 and 5 all have fractions.
   bool ArePlacesBroken() const
   {
     const auto isBroken = [](double v) { return v != std::floor(v); };
@@ -979,7 +986,8 @@ private:
              [&](const auto& later) { return isBroken(later[1]); });
   }
 
-  // The points are those of the columns 3 to 5, the first two are numbers of each.
+  // Makes points of columns 3 to 5. The first two columns become their attributes "row" and
+  // "column".
   void ShiftByRows()
   {
     std::vector<Vec3>& points = this->Out.mesh.points;
@@ -1001,7 +1009,7 @@ private:
     this->IsShifted = true;
   }
 
-  // The points are those of the columns 2 to 4, the first is a number of each.
+  // Makes points of columns 2 to 4. The first column becomes their attribute "number".
   void Shift()
   {
     std::vector<Vec3>& points = this->Out.mesh.points;
@@ -1052,7 +1060,7 @@ private:
     }
     if (this->Remarks > 0)
     {
-      const bool isNamesToo = this->Layout && this->OtherNames > 0; // what was taken for names
+      const bool isNamesToo = this->Layout && this->OtherNames > 0; // taken for names
       const std::uint64_t lines = this->Remarks + (isNamesToo ? 1 : 0);
       readings.push_back(
         std::to_string(lines) +
@@ -1075,7 +1083,7 @@ private:
     }
   }
 
-  // Names the numbers of a guessed layout by a line that names each column.
+  // Names the numbers of a guessed layout, if a line of the file has a name for each column.
   void NameNumbers(XyzLayout& layout) const
   {
     if (this->Layout || this->OtherWords.size() != this->ColumnCount)
@@ -1094,8 +1102,8 @@ private:
     }
   }
 
-  // Names that are not all known must not contradict the order that the columns are read in: the
-  // points would be mirrored.
+  // Some names may be unknown, but the known ones must not contradict the order in which columns
+  // are read. Otherwise points would be mirrored.
   Status CheckNames(const XyzLayout& layout) const
   {
     const bool isOfColumns = this->NameAxes.size() == this->ColumnCount;
@@ -1133,7 +1141,8 @@ private:
       return; // made by Shift or ShiftByRows
     }
     const std::size_t tuples = this->Out.mesh.points.size();
-    // Columns are stored without those of the coordinates; the first three, whatever they are.
+    // Columns are stored without the coordinates; if the layout is shifted, without the first
+    // three.
     std::array<std::size_t, 3> columns{};
     for (std::size_t k = 0; k < 3; ++k)
     {
@@ -1175,45 +1184,46 @@ private:
   }
 
   TextLines Lines;
-  std::optional<XyzLayout> Layout; // by --columns, or by names in the file
-  std::size_t NamedColumns = 0;    // of it
-  std::uint64_t NamesInFile = 0;   // the line with names; 0: none
+  std::optional<XyzLayout> Layout; // from --columns, or from names in the file
+  std::size_t NamedColumns = 0;    // of Layout
+  std::uint64_t NamesInFile = 0;   // the line with names; 0 if there is none
   bool NamesAlone = false;         // the line with names is not a comment
   std::vector<std::string_view> Words;
   std::string_view Cells;     // the line, with its quotes
-  std::string CellText;       // the same with decimal points
-  std::string Text, Unquoted; // of a line with decimal commas, or with quotes
+  std::string CellText;       // Cells, with decimal points
+  std::string Text, Unquoted; // a line with decimal commas; one with quotes
   Commas Comma = Commas::Unknown;
   std::uint64_t CommaLine = 0;
-  bool AlsoDecimal = false; // nothing but commas part the columns
-  bool PointSeen = false;   // a decimal point
+  bool AlsoDecimal = false; // only commas separate the columns
+  bool PointSeen = false;   // a decimal point was seen
   std::size_t ColumnCount = 0;
-  std::vector<bool> LeftOut, HasNumbers;      // of each column, where the layout is known
-  std::string WordColumns;                    // names of columns of words, for a message
-  std::optional<XyzColumns> Columns;          // once there is a point
+  std::vector<bool> LeftOut, HasNumbers;      // for each column, if the layout is known
+  std::string WordColumns;                    // names of columns that hold words, for a message
+  std::optional<XyzColumns> Columns;          // set at the first point
   std::uint64_t CountLine = 0;                // the line of the last count; 0: none
-  std::uint64_t Counted = 0, SinceCount = 0;  // points that the count states, and points after it
-  std::uint64_t OtherNames = 0;               // the line of names that name no columns; 0: none
-  std::uint64_t Remarks = 0, FirstRemark = 0; // lines before the points that are skipped
-  std::uint64_t HexColorLine = 0;             // of a colour as #c86432; 0: none
+  std::uint64_t Counted = 0, SinceCount = 0;  // points by the last count, and points read after it
+  std::uint64_t OtherNames = 0;               // a line of names that are not columns; 0: none
+  std::uint64_t Remarks = 0, FirstRemark = 0; // skipped lines before the points
+  std::uint64_t HexColorLine = 0;             // with a colour such as #c86432; 0: none
   std::vector<std::optional<std::size_t>> NameAxes; // axes of the named columns
-  std::vector<std::string> OtherWords;              // the words of that line
+  std::vector<std::string> OtherWords;              // the words of line OtherNames
   std::string Degrees;      // names of columns that are longitudes or latitudes, for messages
-  std::string PartNames;    // incomplete r g b or nx ny nz, which name plain numbers
-  std::vector<float> Extra; // the columns but for the coordinates
+  std::string PartNames;    // incomplete r g b or nx ny nz, read as plain numbers
+  std::vector<float> Extra; // all columns except the coordinates
   DecimalPrecision Precision;
-  // The columns if the first one is not a coordinate, while that is possible; none if the layout is
-  // known.
+  // The columns if the first one is not a coordinate, as long as that is possible; nothing if the
+  // layout is known.
   std::optional<XyzColumns> Shifted;
   XyzFirstColumn First;
-  std::vector<double> Fourth; // column of the points
+  std::vector<double> Fourth; // the fourth column of all points
   DecimalPrecision ShiftedPrecision;
-  // The same if the first two count rows and columns.
+  // The same if the first two columns count rows and columns.
   std::optional<XyzColumns> InRows;
   XyzRaster Raster;
   std::vector<std::array<double, 2>> Later; // columns 4 and 5 of the points
   DecimalPrecision InRowsPrecision;
-  // What follows if the columns begin with a colour, as long as they may.
+  // The columns after "r g b x y z", if the columns begin with a colour; set as long as that is
+  // possible.
   std::optional<XyzColumns> AfterColors;
   std::vector<Vec3> Places; // columns 4 to 6 of the points
   DecimalPrecision PlacesPrecision;

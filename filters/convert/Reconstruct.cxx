@@ -55,7 +55,7 @@ Result<ForeignMesh> ReconstructMesh(
   command->SetCallback(
     [](vtkObject* caller, unsigned long, void* data, void* fraction)
     {
-      // A fraction of all would stand still for most of the time.
+      // A share of the whole would not change for most of the time.
       const double ofNormals =
         *static_cast<const double*>(fraction) / vtkPCLSurfaceReconstruction::SurfaceProgress;
       const Execution& report = *static_cast<Execution*>(data);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A surface of a point cloud, before it is written: kdstream-convert --reconstruct.
+// Reconstructs the surface of a point cloud before it is written: kdstream-convert --reconstruct.
 #pragma once
 
 #include "filters/convert/ForeignMesh.h"
@@ -13,9 +13,9 @@ enum class Reconstruct
   Poisson
 };
 
-// As vtkPCLSurfaceReconstruction with its defaults, also for attributes. Steps reported: "surface".
-// Errors: InvalidInput for a mesh that has triangles; those of that filter; Unsupported without
-// PCL; Cancelled.
+// Works as vtkPCLSurfaceReconstruction does with its defaults, also for attributes. Reports the
+// step "surface". Errors: InvalidInput for a mesh that has triangles; those of that filter;
+// Unsupported without PCL; Cancelled.
 Result<ForeignMesh> ReconstructMesh(
   ForeignMesh cloud, Reconstruct method, const Execution& execution);
 

@@ -39,10 +39,10 @@ Result<UnpackedText> UnpackGzip(std::string_view bytes, std::uint64_t most)
   const std::unique_ptr<z_stream, int (*)(z_stream*)> ended(&stream, &::inflateEnd);
   UnpackedText unpacked;
   std::array<char, 1 << 16> block{};
-  std::size_t taken = 0; // of the bytes
+  std::size_t taken = 0; // number of compressed bytes given to zlib
   for (;;)
   {
-    // zlib counts 32 bits.
+    // zlib's counter has 32 bits.
     const std::size_t given = std::min<std::size_t>(bytes.size() - taken, 1U << 30U);
     stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data() + taken));
     stream.avail_in = static_cast<uInt>(given);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Decimal commas of VRML: see VrmlCommas.h. Steps:
-// 1. the numbers, and what separates them
-// 2. how many there are in both readings
-// 3. whether these are whole values
-// 4. which reading is regular.
+// Decides about decimal commas in VRML: see VrmlCommas.h. Steps:
+// 1. find the numbers, and what separates them
+// 2. count them in both readings
+// 3. check whether they make complete values
+// 4. check which reading is regular.
 #include "filters/convert/VrmlCommas.h"
 
 #include "filters/meshio/TextWords.h"
@@ -19,8 +19,8 @@ namespace
 
 enum class CommaBetween : std::uint8_t
 {
-  Digits, // only a comma, between digits
-  Comma,  // with blanks or line ends
+  Digits, // only a comma, between two digits
+  Comma,  // a comma with blanks or line breaks
   Blank
 };
 
@@ -29,11 +29,11 @@ bool IsCommaDigit(char c)
   return c >= '0' && c <= '9';
 }
 
-// The numbers of a field, as the format cuts them.
+// The numbers of a field, separated as the format says.
 class CommaNumbers
 {
 public:
-  // False if a number has a point, or if numbers are separated as decimal commas never do it.
+  // False if a number has a point, or if a separator cannot occur beside decimal commas.
   bool Scan(std::string_view text, bool isList)
   {
     std::size_t at = 0;
@@ -80,12 +80,13 @@ public:
     }
   }
 
-  std::size_t Count = 0, Commas = 0;    // of numbers, and of commas that may be decimal ones
-  bool HasZeros = false;                // after such a comma, before another digit
-  std::size_t Size = 0;                 // in bytes
-  std::vector<CommaBetween> Separators; // of all numbers but the last
+  std::size_t Count = 0, Commas = 0;    // numbers; commas that may be decimal ones
+  bool HasZeros = false;                // after such a comma, a 0 and another digit
+  std::size_t Size = 0;                 // of the text, in bytes
+  std::vector<CommaBetween> Separators; // after each number except the last
 
-  // Whether what separates values, and numbers within each, is the same for all of them.
+  // Whether the separators between values, and at each position within values, are the same for all
+  // values.
   bool IsRegular(std::size_t width, bool decimal) const
   {
     std::array<int, 16> ofPlace{};
@@ -107,7 +108,7 @@ public:
     return true;
   }
 
-  // Whether commas between digits separate values only.
+  // Whether commas between digits occur only between values.
   bool SeparateValues(std::size_t width) const
   {
     for (std::size_t i = 0; i < this->Separators.size(); ++i)
@@ -121,7 +122,8 @@ public:
   }
 
 private:
-  // Whether "before,word" may be one number: no second comma, no exponent but at the end.
+  // Whether "before,word" may be one number: it has no second comma, and an exponent only at its
+  // end.
   bool TakeDecimals(std::string_view before, std::string_view word)
   {
     const bool second =
@@ -167,7 +169,7 @@ VrmlCommaReading ReadVrmlCommas(std::string_view text, const VrmlNumbers& number
   }
   if (regular && width == 1 && numbers.all == 0)
   {
-    return {}; // "10,20"
+    return {}; // a list such as "10,20"
   }
   return !regular && 2 * found.Commas == found.Count ? decimal
                                                      : VrmlCommaReading{ VrmlCommas::Either, 0 };

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps:
-// 1. the corners of each face, and their values
-// 2. a vertex for each combination of a point and its values
-// 3. triangles
-// 4. attributes.
+// 1. find the corners of each face, and their values
+// 2. make a vertex for each combination of a point and its values
+// 3. make triangles
+// 4. make attributes.
 #include "filters/convert/VrmlFaces.h"
 
 #include "filters/convert/JoinParts.h"
@@ -21,7 +21,7 @@ namespace
 constexpr std::uint32_t noValue = noVertex;
 constexpr std::uint32_t unsetValue = noVertex - 1;
 
-// Numbers of colour, normal and texture coordinate.
+// The indices of a corner's colour, normal and texture coordinate.
 using Values = std::array<std::uint32_t, 3>;
 constexpr Values noValues{ noValue, noValue, noValue };
 
@@ -92,7 +92,7 @@ private:
     this->Lacks = false;
     for (std::size_t i = 0; i < corners; ++i)
     {
-      // From the other side, but from the same corner on.
+      // Reverses the order, but still begins with the same corner.
       const std::size_t at = begin + (this->Faces.clockwise && i > 0 ? corners - i : i);
       const std::int32_t point = this->Faces.index[at];
       if (std::size_t(point) >= this->Faces.points.size())
@@ -145,7 +145,7 @@ private:
     return found->second;
   }
 
-  // For a vertex that no face uses: the values at its own number.
+  // For a vertex that no face uses: the values of its own number.
   Values ValuesAt(std::size_t vertex) const
   {
     if (this->ValuesOf[vertex][0] != unsetValue)
@@ -207,10 +207,10 @@ private:
   const std::string& What;
   ForeignMesh Out;
   std::size_t Face = 0;
-  bool Lacks = false; // a corner of the face names a value that is not there
+  bool Lacks = false; // a corner names a value that does not exist
   std::vector<Values> ValuesOf;
   std::map<std::pair<VertexId, Values>, VertexId> Further;
-  std::vector<VertexId> Vertices; // of a face
+  std::vector<VertexId> Vertices; // of the current face
   std::vector<Vec3> Places;
   PolygonCutter Cutter;
 };

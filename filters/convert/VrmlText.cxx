@@ -38,15 +38,15 @@ bool IsVrmlWord(char c)
   return !IsVrmlBlank(c) && c != '"' && c != '#' && c != '{' && c != '}' && c != '[' && c != ']';
 }
 
-// Pictures are not read, whatever a file says of them.
+// Whether this is a texture node. Textures are not read, whatever a file says about them.
 bool IsTexture(std::string_view type)
 {
   return type == "ImageTexture" || type == "PixelTexture" || type == "MovieTexture" ||
          type == "Texture2";
 }
 
-// Nodes without geometry. Files use fields of X3D or of other programs in them, and the parser
-// would refuse the whole file because of these.
+// Whether this node has no geometry. Files use fields of X3D or of other programs in such nodes,
+// and the parser would refuse the whole file because of these fields.
 bool ShowsNothing(std::string_view type)
 {
   constexpr std::string_view types[] = { "Viewpoint", "NavigationInfo", "Background", "Fog",
@@ -56,8 +56,8 @@ bool ShowsNothing(std::string_view type)
   return std::find(std::begin(types), std::end(types), type) != std::end(types);
 }
 
-// A word for NaN or infinity, as programs of several systems print it: nan, -inf, nan(ind),
-// 1.#QNAN, -1.#IND.
+// Whether a word means NaN or infinity, as programs of several systems print it: nan, -inf,
+// nan(ind), 1.#QNAN, -1.#IND.
 bool IsNotFiniteWord(std::string_view word)
 {
   std::string small(word.substr(word.starts_with('-') || word.starts_with('+') ? 1 : 0));
@@ -67,14 +67,14 @@ bool IsNotFiniteWord(std::string_view word)
          small == "inf" || small == "infinity";
 }
 
-// A whole number beyond 32 bits, of which the parser keeps the lower ones.
+// Whether a whole number does not fit into 32 bits: the parser would keep only the lower bits.
 bool IsTooLargeWholeNumber(std::string_view word)
 {
   std::int32_t value = 0;
   word.remove_prefix(word.starts_with('+') ? 1 : 0);
   if (word.starts_with("0x") || word.starts_with("0X"))
   {
-    constexpr std::size_t digits = 8; // of 32 bits
+    constexpr std::size_t digits = 8; // a number of 32 bits
     const std::size_t first = word.find_first_not_of('0', 2);
     return first != word.npos && word.size() - first > digits;
   }
@@ -82,7 +82,7 @@ bool IsTooLargeWholeNumber(std::string_view word)
   return read.ec == std::errc::result_out_of_range;
 }
 
-// A whole number below -1.
+// Whether the word is a whole number below -1.
 bool IsNegativeIndex(std::string_view word)
 {
   std::int32_t value = 0;
@@ -90,7 +90,7 @@ bool IsNegativeIndex(std::string_view word)
   return read.ec == std::errc() && read.ptr == word.data() + word.size() && value < -1;
 }
 
-// Whether "-1." continues as "#IND" does, which is not a comment.
+// Whether "-1." continues with "#IND" or the like, which is then not a comment.
 bool GoesOnAsNotFinite(std::string_view word, std::string_view after)
 {
   constexpr std::string_view kinds[] = { "#IND", "#QNAN", "#SNAN", "#INF" };
@@ -103,8 +103,8 @@ bool GoesOnAsNotFinite(std::string_view word, std::string_view after)
            });
 }
 
-// A name that the parser accepts (VRML97, A.3); in VRML 1 letters, digits and _. Each other
-// character becomes _ and two digits.
+// A name that the parser accepts (VRML97, A.3; in VRML 1 only letters, digits, _ and +). Each other
+// character becomes _ and two hexadecimal digits.
 std::string NameForParser(std::string_view name, bool isFirst)
 {
   std::string made;
@@ -128,7 +128,8 @@ std::string NameForParser(std::string_view name, bool isFirst)
   return made;
 }
 
-// The floats of a value of a type of fields, as a PROTO names it (SFVec3f); 0 of all others.
+// How many floats make up a value of a field type, as a PROTO names it (SFVec3f); 0 for all other
+// types.
 std::size_t WidthOfType(std::string_view type)
 {
   constexpr std::pair<std::string_view, std::size_t> widths[] = { { "Float", 1 }, { "Vec2f", 2 },
@@ -170,28 +171,28 @@ private:
   {
     char bracket = '{';
     std::uint64_t line = 0;
-    std::string type;                  // the word before the bracket: a node's type, or a field
-    std::size_t defined = 0;           // the number of its DEF
-    std::string name;                  // after DEF
-    std::string proto;                 // if this is the body of a PROTO: the name that is written
+    std::string type;                  // word before the bracket: a node's type or a field
+    std::size_t defined = 0;           // number of the DEF that names it
+    std::string name;                  // the name that DEF gives it
+    std::string proto;                 // for the body of a PROTO: its name in the output
     std::string protoName;             // the name of that PROTO in the file
-    std::size_t textEnd = 0;           // of the text up to and with the bracket
-    bool isLeftOut = false;            // a node
+    std::size_t textEnd = 0;           // end of the output, after the bracket
+    bool isLeftOut = false;            // a node that is left out
     bool isOfProto = false;            // a node that a PROTO makes
-    bool hasKnownFields = false;       // a node all of whose fields are known
-    bool isFieldNamed = false;         // the word before is the name of a field
-    bool hasChildren = false;          // there was a field of that name
-    bool isListOpen = false;           // of nodes that no field names
-    std::size_t noFieldBegin = noText; // of the text of a field that is not known
-    std::size_t firstNodeEnd = noText; // in the body of a PROTO: of the text up to and with it
-    std::size_t height = 0;            // how deep its content is nested
+    bool hasKnownFields = false;       // all fields of the node are known
+    bool isFieldNamed = false;         // the last word is the name of a field
+    bool hasChildren = false;          // there was a field `children`
+    bool isListOpen = false;           // a list was opened for nodes without a field
+    std::size_t noFieldBegin = noText; // output offset of an unknown field
+    std::size_t firstNodeEnd = noText; // body of a PROTO: output offset after the first node
+    std::size_t height = 0;            // nesting depth of its content
   };
 
-  // The node of a name, from its DEF on.
+  // The node of a name; set from its DEF on.
   struct Definition
   {
     std::size_t number = 0;
-    std::size_t height = 0; // known when the node ends
+    std::size_t height = 0; // known after the node's end
   };
   using Definitions = std::map<std::string, Definition, std::less<>>;
 
@@ -230,13 +231,13 @@ private:
     this->Out.text = this->Out.isFirst ? firstHeader : secondHeader;
     if (this->At < this->File.size())
     {
-      this->TakeLineEnd(); // firstHeader has a line end already
+      this->TakeLineEnd(); // firstHeader already has a line break
       this->Out.text.pop_back();
     }
     return {};
   }
 
-  // Line ends of all kinds, each written as one '\n'.
+  // Takes a line break of any kind; each is written as one '\n'.
   void TakeLineEnd()
   {
     const bool two = this->File.substr(this->At).starts_with("\r\n");
@@ -321,7 +322,7 @@ private:
     return {};
   }
 
-  // Whether the field may be the url of an Inline, its own or handed on by a PROTO.
+  // Whether the field may be the url of an Inline, set directly or through a field of a PROTO.
   bool MayBeUrl() const
   {
     return (!this->Proto.empty() && this->Open.size() > this->ProtoDepth) ||
@@ -334,7 +335,8 @@ private:
              });
   }
 
-  // EXTERNPROTO Name [ … ] "url", or [ "url" … ]: nothing of it is left, as it lies elsewhere.
+  // Ends EXTERNPROTO Name [ … ] "url", or [ "url" … ]: all of it is removed, because its nodes are
+  // in another file.
   void EndExtern()
   {
     if (this->Extern && this->Open.size() == this->Extern->depth && ++this->Extern->ended == 2)
@@ -399,7 +401,7 @@ private:
     this->Open.pop_back();
     if (this->Extern && this->Open.size() < this->Extern->depth)
     {
-      this->Extern.reset(); // it does not end where it begins
+      this->Extern.reset(); // an outer bracket closes before it ends
     }
     if (closed.noFieldBegin != noText)
     {
@@ -445,8 +447,8 @@ private:
     return {};
   }
 
-  // If the file has a PROTO twice, the library would use the first one for all nodes. So each
-  // further one gets a new name, also in the nodes after it and in its own body.
+  // A new name for a PROTO if the file declares its name again: the library would use the first
+  // PROTO for all nodes. The nodes that follow, and the PROTO's own body, get the new name, too.
   std::string NameOfProto(std::string_view name)
   {
     std::string written(name);
@@ -469,7 +471,8 @@ private:
     return written;
   }
 
-  // If the node is an instance of a PROTO of this file, its name becomes that of the PROTO.
+  // If the node is an instance of a PROTO of this file, replaces its type by the PROTO's name in
+  // the output.
   void TakeProtoName(Bracket& node)
   {
     const auto found = this->ProtoNames.find(node.type);
@@ -481,7 +484,8 @@ private:
     }
   }
 
-  // In the rest of its scope the name is that of the PROTO that is written so; empty: of none.
+  // From here to the end of the scope, `name` means the PROTO with the output name `written`; if
+  // this is empty, no PROTO.
   void DeclareProto(const std::string& name, const std::string& written)
   {
     NamedProto& proto = this->ProtoNames[name];
@@ -489,7 +493,7 @@ private:
       name, std::exchange(proto, NamedProto{ written, this->Hidden.size() }));
   }
 
-  // Declarations in the body of a PROTO end with it.
+  // Ends the declarations made in the body of a PROTO.
   void EndProto(const Bracket& body)
   {
     const auto inside = std::move(this->Hidden.back());
@@ -499,7 +503,7 @@ private:
     this->DeclareProto(body.protoName, body.proto);
   }
 
-  // Notes how deep the content of a bracket is nested.
+  // Records how deep the content of a bracket is nested.
   Status Hold(std::size_t height)
   {
     if (height > deepestUses)
@@ -514,7 +518,7 @@ private:
     return {};
   }
 
-  // Empties the text from `begin` on, except line ends: errors name lines.
+  // Removes the output from `begin` on, but keeps line breaks, because errors name lines.
   void Clear(std::size_t begin)
   {
     const auto lines =
@@ -524,7 +528,7 @@ private:
     this->Out.text.append(static_cast<std::size_t>(lines), '\n');
   }
 
-  // A node of an unknown kind becomes an empty group.
+  // Turns a node of an unknown kind into an empty group.
   void LeaveOut(Bracket& node)
   {
     const bool isExtern = this->Externs.contains(node.type);
@@ -559,7 +563,7 @@ private:
     }
   }
 
-  // The next word, or bracket; after blanks and comments.
+  // The next word or bracket, after blanks and comments.
   std::string_view NextWord(std::size_t at) const
   {
     while (at < this->File.size() && (IsVrmlBlank(this->File[at]) || this->File[at] == '#'))
@@ -578,7 +582,7 @@ private:
     return this->File.substr(at, std::max<std::size_t>(end - at, 1));
   }
 
-  // Unknown fields are left out, with their values: everything up to the next field, or in VRML 1
+  // Leaves out unknown fields with their values: everything up to the next field or, in VRML 1, to
   // the next node.
   void LookForField(std::string_view word)
   {
@@ -607,7 +611,7 @@ private:
     }
     if (!this->Out.isFirst && word != "DEF" && this->Last == "DEF")
     {
-      node.isFieldNamed = wasNamed; // the node is still to come
+      node.isFieldNamed = wasNamed; // the node itself follows
     }
     else if (!this->Out.isFirst && isChild)
     {
@@ -641,7 +645,7 @@ private:
         : std::string_view();
     if (this->IsEventOfProto(other))
     {
-      node.noFieldBegin = this->Out.text.size(); // nothing moves here
+      node.noFieldBegin = this->Out.text.size(); // events are not needed: nothing is animated
     }
     else if (const std::optional<std::string> wrong = this->WrongField(node, word, other))
     {
@@ -657,7 +661,7 @@ private:
     bool isEvent = false;
   };
 
-  // A word in the interface of a PROTO: its field is named after its type.
+  // Handles a word in the interface of a PROTO: the name of a field follows its type.
   void LookInInterface(std::string_view word)
   {
     const Bracket& interface = this->Open.back();
@@ -680,7 +684,7 @@ private:
     }
   }
 
-  // None: it has no such field. An exposed field t is also set_t and t_changed.
+  // The PROTO's field of this name, or null. An exposedField t is also called set_t and t_changed.
   const ProtoField* FieldOfProto(const std::string& proto, std::string_view field) const
   {
     const auto fields = this->ProtoFields.find(proto);
@@ -708,7 +712,7 @@ private:
              : this->Library.hasField(node.type, std::string(field), this->Out.isFirst);
   }
 
-  // The body of the PROTO that this is in; null outside of one.
+  // The innermost open body of a PROTO; null outside of all of them.
   const Bracket* ProtoBody() const
   {
     const auto found = std::find_if(this->Open.rbegin(), this->Open.rend(),
@@ -723,8 +727,8 @@ private:
     return found && found->isEvent;
   }
 
-  // What is wrong with a field that is left out. other: if the field IS a field of the PROTO, the
-  // name of that.
+  // What is wrong with a field, so that it is left out; nothing if it is right. other: if the field
+  // IS a field of the PROTO, the name of that field.
   std::optional<std::string> WrongField(
     const Bracket& node, std::string_view field, std::string_view other) const
   {
@@ -748,8 +752,8 @@ private:
     return this->HasField(node, field) ? std::nullopt : std::optional<std::string>("");
   }
 
-  // The number of floats of a field's value; 0 for other fields, and for texture coordinates, which
-  // are not read.
+  // The number of floats in a value of a field; 0 for fields of other types, and for texture
+  // coordinates, which are not read.
   std::size_t WidthOf(const Bracket& node, const std::string& field) const
   {
     if (node.hasKnownFields && !node.isOfProto)
@@ -763,7 +767,7 @@ private:
     return found ? found->width : 0;
   }
 
-  // Finds out how commas in the numbers of a field are meant, which begin at `begin`.
+  // Finds out what commas mean in the numbers of a field, which begin at `begin`.
   void LookForCommas(std::size_t width, const std::string& field, std::size_t begin)
   {
     VrmlNumbers numbers{ width, this->File[begin - 1] == '[', 0 };
@@ -794,7 +798,8 @@ private:
     }
   }
 
-  // The value of a field of the open node, before its list or after; 0 without this field.
+  // The value of a field of the open node, whether it comes before its list or after; 0 if it is
+  // not given.
   std::size_t WholeNumberOf(std::string_view field) const
   {
     std::size_t begin = this->File.rfind('{', this->At);
@@ -818,7 +823,7 @@ private:
     return at < this->CommasEnd && this->File[at] == ',' && isDigit(at - 1) && isDigit(at + 1);
   }
 
-  // Fields of a node that is left out are left out with it.
+  // Counts an unknown field, unless an outer node is left out as a whole.
   void CountField(const std::string& place)
   {
     const bool isInside = std::any_of(
@@ -826,8 +831,8 @@ private:
     this->Out.tolerance.Count(Lapse::FieldNotKnown, isInside ? 0 : 1, place);
   }
 
-  // A node where a field's name should be. It counts as a child of the outer node, if that may have
-  // children; else it is left out.
+  // Handles a node in a place where a field name is expected. It counts as a child of the outer
+  // node, if that may have children; else it is left out.
   void TakeNodeWithoutField(Bracket& node, std::string_view word)
   {
     if (node.isListOpen)
@@ -857,7 +862,7 @@ private:
     this->Out.text += "children [ ";
   }
 
-  // A string, or what is in brackets: the value of a field, after which the next is named.
+  // Ends the value of a field, a string or a bracket; after this comes the name of the next field.
   void EndValue()
   {
     if (!this->Open.empty())
@@ -875,7 +880,7 @@ private:
     }
   }
 
-  // A node, and what its PROTO makes of it.
+  // Counts a node, and the nodes that its PROTO makes.
   Status CountNode(const std::string& type)
   {
     if (const auto made = this->HeightOf.find(type); made != this->HeightOf.end())
@@ -929,7 +934,7 @@ private:
       std::replace(withPoint.begin(), withPoint.end(), ',', '.');
       word = withPoint;
     }
-    // ROUTE from TO to; EXPORT node AS name, of X3D
+    // ROUTE from TO to; and X3D's EXPORT node AS name.
     const bool isExport = this->Open.empty() && (word == "EXPORT" || word == "AS");
     const int after = word == "ROUTE" ? 3 : isExport ? 1 : 0;
     if (this->RouteWords > 0 || (after > 0 && this->Last != "DEF" && this->Last != "USE"))
@@ -958,12 +963,12 @@ private:
     {
       this->Precision.Add(word);
       written = IsNotFiniteWord(word)                      ? vrmlNotFinite
-                : word.find('#') != std::string_view::npos ? "nan" // which the parser refuses
+                : word.find('#') != std::string_view::npos ? "nan" // the parser refuses this
                                                            : written;
     }
     else if (word.find('#') != std::string_view::npos)
     {
-      written = "nan"; // which the parser refuses
+      written = "nan"; // the parser refuses this
     }
     else if (this->IsWholeNumberField() && IsTooLargeWholeNumber(word))
     {
@@ -1007,7 +1012,7 @@ private:
     return {};
   }
 
-  // Whether the field is one of whole numbers that decide what is shown.
+  // Whether the field has whole numbers that decide what is shown.
   bool IsWholeNumberField() const
   {
     const bool isInList = !this->Open.empty() && this->Open.back().bracket == '[';
@@ -1022,7 +1027,8 @@ private:
            std::string_view(this->Open.back().type).ends_with("Index");
   }
 
-  // Whether it is used. A Script may know the nodes around it, and itself: it shows nothing.
+  // Whether the USE can stay. A Script may refer to the nodes around it, even to itself, because it
+  // shows nothing: such a USE is removed.
   Result<bool> Use(std::string_view name)
   {
     const auto found = this->Scopes.back().find(name);
@@ -1048,9 +1054,9 @@ private:
 
   struct ExternProto
   {
-    std::size_t textBegin = 0; // of the text before it
+    std::size_t textBegin = 0; // output offset where it begins
     std::size_t depth = 0;     // how many brackets were open there
-    int ended = 0;             // of its fields, then of its urls
+    int ended = 0;             // how many of its two lists have ended: fields, urls
   };
 
   std::string_view File;
@@ -1060,34 +1066,34 @@ private:
   VrmlText Out;
   DecimalPrecision Precision;
   std::vector<Bracket> Open;
-  std::string Last;           // word
-  std::size_t LastBegin = 0;  // in the text
-  std::string Defined, Proto; // whose bracket is to come
-  std::string ProtoName;      // of Proto, in the file
-  std::size_t ProtoDepth = 0; // how many brackets were open at its name
+  std::string Last;           // the last word
+  std::size_t LastBegin = 0;  // offset of Last in the output
+  std::string Defined, Proto; // names for the next bracket
+  std::string ProtoName;      // Proto's name in the file
+  std::size_t ProtoDepth = 0; // how many brackets were open at Proto's name
   int RouteWords = 0;
-  std::map<std::string, std::uint64_t, std::less<>> NodesOf; // of each PROTO
-  std::map<std::string, std::size_t, std::less<>> HeightOf;  // the same
+  std::map<std::string, std::uint64_t, std::less<>> NodesOf; // how many nodes each PROTO makes
+  std::map<std::string, std::size_t, std::less<>> HeightOf;  // how deep each PROTO is nested
   std::uint64_t ByProtos = 0;
   std::optional<ExternProto> Extern;
   std::set<std::string, std::less<>> Externs;
-  std::vector<Definitions> Scopes{ 1 }; // of the file, and of each PROTO in whose body this is
+  std::vector<Definitions> Scopes{ 1 }; // of the file, and of each open body of a PROTO
   struct NamedProto
   {
-    std::string written;   // empty: no PROTO of this name
-    std::size_t scope = 0; // the scope of its declaration, from 1
+    std::string written;   // its name in the output; empty: no PROTO
+    std::size_t scope = 0; // number of the declaring scope, from 1
   };
-  // By the names in the file, and of each scope what its PROTOs have hidden.
+  // PROTOs by their names in the file; and for each scope, the PROTOs that its own have hidden.
   std::map<std::string, NamedProto, std::less<>> ProtoNames;
   std::vector<std::vector<std::pair<std::string, NamedProto>>> Hidden{ 1 };
   std::uint64_t ProtosNamed = 0;
-  bool HasProtoTwice = false; // that was reported
+  bool HasProtoTwice = false; // whether this was reported
   std::size_t DefinedNodes = 0;
-  bool HasNodesWithoutField = false; // that was reported
+  bool HasNodesWithoutField = false; // whether this was reported
   std::map<std::string, std::map<std::string, ProtoField, std::less<>>, std::less<>> ProtoFields;
-  bool IsEvent = false;                                  // the word before the next type
-  std::size_t CommasEnd = 0;                             // of numbers with decimal commas
-  bool HasDecimalCommas = false, HasOtherCommas = false; // reported
+  bool IsEvent = false;                                  // the last word: eventIn or eventOut
+  std::size_t CommasEnd = 0;                             // end of the numbers with decimal commas
+  bool HasDecimalCommas = false, HasOtherCommas = false; // whether they were reported
 };
 
 }

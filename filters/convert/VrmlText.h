@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Checks the text of a VRML file and makes it harmless, before a library parses it. Part of step
+// Checks the text of a VRML file, and makes it harmless before a library parses it. Part of step
 // "convert" of the pipeline picture.
 #pragma once
 
@@ -17,58 +17,57 @@
 namespace kdstream
 {
 
-// A file that an Inline names.
+// A file that an Inline node names.
 struct VrmlUrl
 {
   std::string url;
   std::uint64_t line = 0;
 };
 
-// The nodes of one kind that are left out: which and why ("'Knob', which VRML does not have"), how
-// many, and the line of the first (0: unknown).
+// Nodes of one kind that are left out: which and why ("'Knob', which VRML does not have"), how
+// many, and the line of the first one (0 if unknown).
 struct VrmlLeftOut
 {
   std::uint64_t count = 0, line = 0;
 };
 using VrmlNodesLeftOut = std::map<std::string, VrmlLeftOut>;
 
-// Written in place of a number that is not finite, which the library would refuse: a float larger
-// than coordinates may be.
+// Replaces a number that is not finite, which the library would refuse. It is a float whose
+// magnitude is larger than coordinates may have.
 inline constexpr const char* vrmlNotFinite = "-3.4028230607370965e38";
 
-// The beginning of names that no file can have.
+// The beginning of file names that cannot exist.
 inline constexpr const char* vrmlUrlBegin = "/dev/null/";
 
 struct VrmlText
 {
   bool isFirst = false; // VRML 1.0, else 2.0
-  // The same scene for the library. Lines stay where they are.
+  // The same scene, rewritten for the library. Line numbers stay the same.
   // - Comments, ROUTEs (nothing is animated here), unknown fields and the content of textures
   //   become blanks; unknown nodes become empty groups.
   // - Strings become empty, so that none names a file. The URL of an Inline becomes vrmlUrlBegin
-  //   and a number of `urls`.
-  // - Numbers have points instead of decimal commas (VrmlCommas.h), and e instead of D in
-  //   exponents. Coordinates of points and heights that are not finite ("nan", "1.#IND") become
-  //   vrmlNotFinite.
+  //   followed by its number in `urls`.
+  // - Decimal commas become points (VrmlCommas.h), and D in exponents becomes e. If coordinates of
+  //   points, or heights, are not finite ("nan", "1.#IND"), they become vrmlNotFinite.
   // - Names are replaced by ones that the library accepts.
   std::string text;
   std::vector<VrmlUrl> urls;
-  bool floatsSuffice = true; // for the decimals of points and heights
-  bool hasPictures = false;  // nodes of textures
+  bool floatsSuffice = true; // floats keep the decimals of points and heights distinct
+  bool hasPictures = false;  // there are nodes of textures
   VrmlNodesLeftOut leftOut{};
-  // Zeros and Ctrl-Z at the end, and fields that are not known: both are left out.
+  // Counts zeros and Ctrl-Z at the end, and unknown fields: both are left out.
   Tolerance tolerance{};
 };
 
-// Reads the text once. library: the nodes and fields that it knows, of VRML 1 (isFirst) and 2.
-// Errors: InvalidInput naming the line, for:
+// Reads the text once. library: the nodes and fields that the library knows, of VRML 1 (isFirst)
+// and VRML 2. Errors: InvalidInput naming the line, for:
 // - another format or version;
-// - brackets that do not match, are nested deeper than 400, or deeper than 1000 where nodes are
-//   used again;
-// - a string without end; control characters;
+// - brackets that do not match, or are nested deeper than 400 levels, or deeper than 1000 through
+//   nodes that are used again;
+// - a string that does not end; control characters;
 // - a node that contains itself (USE within its DEF, a PROTO within its body).
 //
-// LimitExceeded for more than a million nodes that PROTOs make.
+// LimitExceeded if PROTOs make more than a million nodes.
 struct VrmlLibrary
 {
   std::function<bool(const std::string& type, bool isFirst)> isNode;
@@ -76,7 +75,8 @@ struct VrmlLibrary
   // How many floats a value of the field has; 0 for fields of other types.
   std::function<std::size_t(const std::string& type, const std::string& field, bool isFirst)>
     widthOf;
-  // In VRML 2: whether nodes of the type hold others without a field, as Inventor's do.
+  // In VRML 2: whether nodes of this type hold other nodes without naming a field, as Inventor's
+  // do.
   std::function<bool(const std::string& type)> holdsNodes;
 };
 Result<VrmlText> CheckVrmlText(std::string_view file, const VrmlLibrary& library);

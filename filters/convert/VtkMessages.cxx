@@ -16,8 +16,8 @@ namespace
 
 constexpr std::size_t mostMessages = 20; // of each kind; a damaged file can cause one for each line
 
-// Some readers only warn that data could not be read, and continue with uninitialized memory: such
-// a warning is an error. All other warnings stay warnings.
+// Some readers only warn if data could not be read, and continue with uninitialized memory. Such a
+// warning is an error; all other warnings stay warnings.
 bool TellsOfLostData(std::string text)
 {
   std::transform(text.begin(), text.end(), text.begin(),
@@ -72,7 +72,7 @@ Collector* Current()
 VtkMessages::VtkMessages()
   : Before(vtkOutputWindow::GetInstance())
 {
-  // Its second way to print.
+  // VTK's second way to print messages.
   vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_OFF);
   const auto collector = vtkSmartPointer<Collector>::New();
   vtkOutputWindow::SetInstance(collector);
@@ -103,7 +103,7 @@ std::vector<std::string> VtkMessages::TakeWarnings()
 
 std::string PlainVtkMessage(const std::string& text)
 {
-  // A pipeline's message: it prints the whole request.
+  // A message of the pipeline, which prints the whole request.
   if (text.find("returned failure for request") != std::string::npos)
   {
     return "VTK's reader of this format failed";

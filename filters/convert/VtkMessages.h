@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Catches the messages of VTK's readers, which report bad input only by messages and then go on
+// Catches the messages of VTK's readers. These report bad input only by messages, and then continue
 // with an empty mesh.
 #pragma once
 
@@ -16,7 +16,7 @@ namespace kdstream
 {
 
 // While an object of this class exists, all errors and warnings of VTK are collected instead of
-// printed. Not for two threads at once.
+// printed. Only one thread may use this at a time.
 class VtkMessages
 {
 public:
@@ -37,7 +37,7 @@ private:
   vtkSmartPointer<vtkOutputWindow> Before;
 };
 
-// VTK's message in one line, without source file, address and line ends: "vtkSTLReader: Premature
+// VTK's message on one line, without source file, address and line breaks: "vtkSTLReader: Premature
 // EOF".
 std::string PlainVtkMessage(const std::string& text);
 

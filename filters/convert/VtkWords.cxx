@@ -17,7 +17,7 @@ namespace kdstream
 namespace
 {
 
-// What the parser of XML says, and what it means.
+// Messages of the XML parser, and what they mean.
 constexpr std::pair<std::string_view, const char*> parserWords[] = {
   { "no element found", "the text ends inside an element" },
   { "unclosed token", "the text ends inside a tag" },
@@ -39,7 +39,8 @@ constexpr std::pair<std::string_view, const char*> parserWords[] = {
 
 constexpr std::size_t mostSearched = std::size_t{ 64 } << 20;
 
-// " (line 12)" for the element of a piece, or of its array of that name; empty if it is not found.
+// " (line 12)", the line of a piece's element, or of this element's array of that name; empty if it
+// is not found.
 std::string LineOfElement(const std::filesystem::path& file, const std::string& piece,
   const std::string& element, const std::string& array = {})
 {
@@ -83,14 +84,14 @@ std::string LineOfElement(const std::filesystem::path& file, const std::string& 
                ")";
 }
 
-// "Polys of piece 0 (line 12): ".
+// "Polys of piece 0 (line 12): ", to begin a message.
 std::string PlaceOfElement(const std::filesystem::path& file, const std::string& piece,
   const std::string& element, const std::string& array = {})
 {
   return "<" + element + "> of piece " + piece + LineOfElement(file, piece, element, array) + ": ";
 }
 
-// What is wrong with an array of cells, for the end of a sentence of VTK.
+// What is wrong with an array of cells, from the end of VTK's sentence.
 std::string WrongWithArray(std::string_view end)
 {
   const auto has = [&](std::string_view words) { return end.find(words) != end.npos; };
@@ -109,7 +110,7 @@ struct Phrase
   OurWords ours;
 };
 
-// In a form of std::match_results::format.
+// form: a format for std::match_results::format.
 OurWords Words(const char* form)
 {
   return [form](const std::smatch& match, const std::filesystem::path&)

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps:
-// 1. tag by tag: how lengths are written, and what each array is
-// 2. the base64 in an array
-// 3. what is appended: for each array its length, and the bytes up to the next one.
+// 1. read the tags: how lengths are written, and what each array is
+// 2. check base64 inside an array's element
+// 3. check appended data: for each array its length, and the bytes up to the next array.
 #include "filters/convert/VtpBlocks.h"
 
 #include "filters/convert/VtkWords.h"
@@ -24,21 +24,21 @@ namespace
 constexpr std::string_view xmlBlanks = " \t\r\n";
 constexpr std::size_t longestTag = std::size_t{ 1 } << 16;
 
-// Of the alphabet that XML files of VTK use (RFC 4648, section 4).
+// Whether a character is in the base64 alphabet of VTK's XML files (RFC 4648, section 4).
 bool IsBase64(char c)
 {
   return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '+' ||
          c == '/';
 }
 
-// The bytes of checked base64 up to the first '='.
+// Decodes checked base64 up to the first '='.
 std::string FromBase64(std::string_view text)
 {
   const auto bytes = Base64Decoded(text);
   return bytes ? std::string(bytes->begin(), bytes->end()) : std::string();
 }
 
-// The number of characters of base64 for this number of bytes.
+// The number of base64 characters for this number of bytes.
 std::uint64_t Base64Size(std::uint64_t bytes)
 {
   return (bytes + 2) / 3 * 4;
@@ -62,7 +62,7 @@ public:
       KDSTREAM_TRY(block);
       if (block->empty())
       {
-        return this->HasBlanks; // VTK says what is missing
+        return this->HasBlanks; // VTK reports what is missing
       }
       const Result<std::size_t> taken = this->Take(*block);
       KDSTREAM_TRY(taken);
@@ -92,7 +92,7 @@ private:
     std::int64_t offset = 0;
   };
 
-  // Takes bytes of the block in one state.
+  // Takes bytes from the beginning of the block, as the state requires.
   Result<std::size_t> Take(std::string_view block)
   {
     switch (this->Now)
@@ -118,7 +118,8 @@ private:
     return block.size();
   }
 
-  // Up to its end, which may not be in this block. Comments have other quotes, and other ends.
+  // Takes a tag up to its end, which may be in a later block. Comments have neither quotes nor the
+  // same end.
   Result<std::size_t> TakeTag(std::string_view block)
   {
     std::size_t taken = 0;
@@ -264,7 +265,7 @@ private:
     return number;
   }
 
-  // Whether the length is encoded by itself, before the bytes.
+  // Whether the length is encoded separately, before the bytes.
   bool IsApart(std::string_view first) const
   {
     return first.substr(0, Base64Size(this->LengthBytes)).find('=') != std::string_view::npos;
@@ -277,7 +278,8 @@ private:
                                                " bytes; it has " + std::to_string(held)));
   }
 
-  // Compressed bytes have their own checks.
+  // Checks the length of the base64 in an element. Compressed data is not checked here, except that
+  // its base64 is complete.
   Status CheckInline() const
   {
     const std::string bytes = FromBase64(this->First);
@@ -297,7 +299,7 @@ private:
     return CheckClaim(this->Inline, this->NumberAt(bytes, 0), all - std::min(all, length));
   }
 
-  // ---- what is appended, after '_'
+  // ---- appended data, after '_'
 
   Result<std::string_view> BytesAt(std::uint64_t at, std::uint64_t count)
   {
@@ -307,10 +309,10 @@ private:
     return bytes ? bytes->substr(0, static_cast<std::size_t>(count)) : bytes;
   }
 
-  // Where its end tag is.
+  // Finds the end tag of the appended data.
   Result<std::uint64_t> FindAppendedEnd(std::uint64_t begin)
   {
-    constexpr std::uint64_t most = std::uint64_t{ 1 } << 16; // of what may follow
+    constexpr std::uint64_t most = std::uint64_t{ 1 } << 16; // bytes that may follow
     const std::uint64_t from =
       std::max(begin, this->Source.Size() - std::min(this->Source.Size(), most));
     const Result<std::string_view> last = this->BytesAt(from, most);
@@ -356,7 +358,8 @@ private:
     return {};
   }
 
-  // The number of base64 characters. Offsets of arrays count them, so no blanks may lie between.
+  // Counts the base64 characters. The offsets of arrays count these, so there must be no blanks
+  // between them.
   Result<std::uint64_t> CheckCharacters(std::uint64_t end)
   {
     std::uint64_t count = 0;
@@ -387,7 +390,7 @@ private:
     return count;
   }
 
-  // room: where the next array begins.
+  // Checks an appended array. room: the offset of the next array.
   Status CheckArray(const Array& array, std::uint64_t room)
   {
     const auto offset = static_cast<std::uint64_t>(array.offset);
@@ -409,7 +412,7 @@ private:
       return DamagedVtk(
         array.name + " begins at " + std::to_string(offset) + ", where no length is");
     }
-    const std::uint64_t number = this->NumberAt(bytes, 0); // of bytes, or of blocks
+    const std::uint64_t number = this->NumberAt(bytes, 0); // of bytes, or of compressed blocks
     if (!this->IsCompressed)
     {
       const std::uint64_t together = isApart ? 0 : this->LengthBytes;
@@ -432,12 +435,12 @@ private:
     return CheckClaim(array.name, encoded(*sum), left - head);
   }
 
-  // The bytes of all compressed blocks, whose lengths follow three numbers.
+  // The sum of the lengths of all compressed blocks. These lengths follow three numbers.
   Result<std::uint64_t> SumOfBlocks(std::uint64_t at, std::uint64_t blocks, std::uint64_t head)
   {
     std::uint64_t sum = 0;
     const std::uint64_t most = ~std::uint64_t{ 0 } / 4;
-    constexpr std::uint64_t atOnce = 3 * std::uint64_t{ 4096 }; // numbers: whole groups of base64
+    constexpr std::uint64_t atOnce = 3 * std::uint64_t{ 4096 }; // whole groups of base64
     for (std::uint64_t done = 0; done < blocks + 3; done += atOnce)
     {
       const std::uint64_t numbers = std::min(atOnce, blocks + 3 - done);
@@ -475,20 +478,20 @@ private:
     return {};
   }
 
-  static constexpr std::size_t base64OfLength = 12; // of 8 bytes
+  static constexpr std::size_t base64OfLength = 12; // for a length of 8 bytes
 
   ByteSource& Source;
   const KeptBytes& Keep;
   State Now = State::Text;
   std::uint64_t Line = 1;
-  std::string Tag; // as far as it was read
-  char Quote = 0;  // in which it is
+  std::string Tag; // the part read so far
+  char Quote = 0;  // the quote that is open in Tag
   std::uint64_t LengthBytes = 4;
   bool IsBig = false, IsCompressed = false, IsRaw = false;
-  std::string Inline, First; // the array whose base64 is read, and how that begins
+  std::string Inline, First; // the current array, and how its base64 begins
   std::uint64_t Characters = 0, Padding = 0;
   bool IsAfterBlank = false, HasBlanks = false;
-  std::vector<Array> Arrays; // appended
+  std::vector<Array> Arrays; // the appended arrays
   std::uint64_t AppendedBegin = 0;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the columns of an .xyz are: see XyzColumns.h.
+// Finds out what the columns of an .xyz file mean: see XyzColumns.h.
 #include "filters/convert/XyzColumns.h"
 
 #include "filters/core/Texts.h"
@@ -20,7 +20,7 @@ namespace
 using Kind = XyzLayout::Kind;
 using Block = XyzLayout::Block;
 
-constexpr std::uint64_t manyPoints = 20; // from this number on, small values are significant
+constexpr std::uint64_t manyPoints = 20; // with this many points, small values are significant
 
 std::string_view NameWithoutQuotes(std::string_view word)
 {
@@ -38,7 +38,7 @@ bool IsNumberText(std::string_view word)
   return ParseNumber(Trimmed(NameWithoutQuotes(word), " "), value) != NumberTextError::NotANumber;
 }
 
-// "x" of "x (m)".
+// "x" for "x (m)".
 std::string_view WithoutUnit(std::string_view name)
 {
   const std::size_t unit = name.find_first_of("([");
@@ -46,7 +46,7 @@ std::string_view WithoutUnit(std::string_view name)
                                         : name.substr(0, name.find_last_not_of(' ', unit - 1) + 1);
 }
 
-// "x" of "x_m".
+// "x" for "x_m".
 std::string_view WithoutUnitAtEnd(std::string_view name)
 {
   constexpr std::array<std::string_view, 11> units{ "m", "km", "dm", "cm", "mm", "ft", "in", "feet",
@@ -58,7 +58,7 @@ std::string_view WithoutUnitAtEnd(std::string_view name)
   return isUnit ? name.substr(0, gap) : name;
 }
 
-// The short name of what is known by several.
+// The short name, if the name is one of several usual ones for the same thing.
 std::string PlainName(std::string_view name)
 {
   name = WithoutUnit(NameWithoutQuotes(name));
@@ -90,8 +90,8 @@ Error Bad(const std::string& what)
   return { ErrorCode::InvalidArgument, "--columns: " + what };
 }
 
-// "POINT_X", "x-coordinate" and "Points:0" are written "x", "x" and "0": letters and digits without
-// what programs put around the name of a coordinate.
+// The letters and digits of a name, without what programs add to the name of a coordinate:
+// "POINT_X", "x-coordinate" and "Points:0" become "x", "x" and "0".
 std::string BareName(std::string_view name)
 {
   std::string bare;
@@ -119,7 +119,7 @@ std::string BareName(std::string_view name)
   return bare;
 }
 
-// Names of the three coordinates, the surest first. In degrees are longitudes and latitudes.
+// The names of the three coordinates, the surest first. degrees: longitudes and latitudes.
 struct CoordinateName
 {
   std::string_view name;
@@ -143,7 +143,7 @@ constexpr std::array coordinateNames{ CoordinateName{ "x", 0 }, CoordinateName{ 
   CoordinateName{ "höhe", 2 }, CoordinateName{ "altura", 2 }, CoordinateName{ "cota", 2 },
   CoordinateName{ "quota", 2 }, CoordinateName{ "h", 2 } };
 
-// The place in coordinateNames of a name, without its unit; nothing for all others.
+// The index in coordinateNames of a name without its unit; nothing for all other names.
 std::optional<std::size_t> FindCoordinateName(std::string_view name)
 {
   const std::string bare = BareName(WithoutUnitAtEnd(WithoutUnit(NameWithoutQuotes(name))));
@@ -156,7 +156,8 @@ std::optional<std::size_t> FindCoordinateName(std::string_view name)
            : std::optional(static_cast<std::size_t>(found - coordinateNames.begin()));
 }
 
-// The names of all columns. Without x, y or z: other usual names of these become x, y and z.
+// Short names for all columns. If x, y or z is missing, a column with another usual name of this
+// coordinate becomes it.
 std::vector<std::string> PlainNames(const std::vector<std::string_view>& names)
 {
   std::vector<std::string> plain;
@@ -182,7 +183,7 @@ std::vector<std::string> PlainNames(const std::vector<std::string_view>& names)
   return plain;
 }
 
-// parts: none: all must be right.
+// parts: gets the names of incomplete groups; if null, incomplete groups are errors.
 Result<XyzLayout> LayoutOf(const std::vector<std::string_view>& names, std::string* parts)
 {
   if (names.size() > mostXyzColumns)
@@ -343,7 +344,8 @@ void XyzFirstColumn::Add(double value)
 XyzFirstColumn::Meaning XyzFirstColumn::Means() const
 {
   constexpr double leastTime = 1e8;
-  // Columns of a raster rise too, but seldom; points of one pulse have one time.
+  // The columns of a raster rise, too, but seldom in every line; points of one pulse have the same
+  // time.
   if (this->Counts && this->Points >= 3)
   {
     return Meaning::Counter;
@@ -374,7 +376,8 @@ XyzFirstColumn::Meaning XyzFirstColumn::MeansByAll(std::vector<double> values) c
   {
     return Meaning::X;
   }
-  // Numbers in no order jump by a third of their range; places along a way are near the one before.
+  // Numbers in random order jump by a third of their range on average. Coordinates along a path are
+  // near the previous one.
   constexpr double leastJump = 1. / 6;
   const double range = values.back() - values.front();
   const auto intervals = static_cast<double>(values.size() - 1);
@@ -456,7 +459,7 @@ bool XyzColumns::FitsColors(std::size_t first) const
   const bool range = std::all_of(begin, begin + 3,
     [](const Column& c) { return c.finite && c.least >= 0 && c.greatest <= 255; });
   const bool whole = std::all_of(begin, begin + 3, [](const Column& c) { return c.whole; });
-  // Numbers from 0 to 1 that are of length one are normals before they are colours.
+  // If numbers from 0 to 1 have length one, they are normals rather than colours.
   return range &&
          (whole || (this->BelowOne({ first, first + 1, first + 2 }) && !this->FitsNormals(first)));
 }
@@ -483,7 +486,7 @@ double XyzColumns::Greatest(const std::array<std::size_t, 3>& columns) const
   return greatest;
 }
 
-// The candidates that use the most columns.
+// The candidates that explain the most columns.
 std::vector<XyzColumns::Candidate> XyzColumns::Candidates() const
 {
   std::vector<std::optional<std::size_t>> colors, normals;
@@ -508,7 +511,7 @@ std::vector<XyzColumns::Candidate> XyzColumns::Candidates() const
     {
       const bool apart = !n || !c || *n + 3 <= *c || *c + 3 <= *n;
       const std::size_t known = (n ? 3U : 0U) + (c ? 3U : 0U);
-      // The remaining columns are one number, or three.
+      // The remaining columns must be one number, or three numbers side by side.
       const std::size_t before = std::min(n.value_or(this->Count), c.value_or(this->Count));
       const bool pieces = known == 0 || this->Count - known != 3 || before % 3 == 0;
       if (!apart || !pieces || known < most)
@@ -526,7 +529,7 @@ std::vector<XyzColumns::Candidate> XyzColumns::Candidates() const
   return candidates;
 }
 
-// The one column that is neither.
+// The only column that is neither a colour nor a normal; nothing if there are several.
 std::optional<std::size_t> XyzColumns::RestOf(const Candidate& candidate) const
 {
   std::optional<std::size_t> rest;
@@ -551,7 +554,7 @@ bool XyzColumns::Varies(std::size_t column) const
   return this->Columns[column].least != this->Columns[column].greatest;
 }
 
-// Between -1 and 1; 0 where one does not vary.
+// Between -1 and 1; 0 if one of the columns does not vary.
 double XyzColumns::Correlation(std::size_t a, std::size_t b) const
 {
   const auto n = double(this->Points);
@@ -564,22 +567,22 @@ double XyzColumns::Correlation(std::size_t a, std::size_t b) const
   return std::isfinite(correlation) ? std::clamp(correlation, -1.0, 1.0) : 0;
 }
 
-// How much a column goes with the two next to it.
+// How strongly a column correlates with the two next to it.
 double XyzColumns::Belongs(std::size_t column) const
 {
   const std::size_t a = column == 0 ? 1 : column - 1, b = column == 0 ? 2 : column - 2;
   return (std::abs(this->Correlation(column, a)) + std::abs(this->Correlation(column, b))) / 2;
 }
 
-// Below 32.
+// Whether all values are below 32.
 bool XyzColumns::LooksLikeClass(std::size_t column) const
 {
   constexpr double mostClass = 31;
   return this->Columns[column].greatest <= mostClass;
 }
 
-// Among candidates with these remaining columns, the one whose remaining column is the last, if
-// that is 255 for all points, or 1 beside colours from 0 to 1.
+// Looks for an opacity: among candidates with these remaining columns, the one whose remaining
+// column is the last, if this is 255 for all points, or 1 beside colours from 0 to 1.
 std::optional<std::size_t> XyzColumns::LookForOpacity(const std::vector<std::size_t>& rests) const
 {
   const auto found = std::find(rests.begin(), rests.end(), this->Count - 1);
@@ -628,7 +631,8 @@ std::size_t XyzColumns::Choose(const std::vector<Candidate>& candidates) const
       return *alone;
     }
   }
-  // A column at an end, and not a colour that is 0 everywhere.
+  // A constant column. If it is not the first one, it must be above 0, else it could be a colour
+  // channel that is 0 for all points.
   if (varying + 1 == this->Count)
   {
     if (const auto alone = only([this](std::size_t k)
@@ -641,7 +645,8 @@ std::size_t XyzColumns::Choose(const std::vector<Candidate>& candidates) const
   {
     return *alone;
   }
-  // The one that is clearly the odd one out; else "intensity r g b", which is read so since long.
+  // The column that is clearly the odd one out; else "intensity r g b", which has always been read
+  // in this way.
   constexpr double clearly = 0.2;
   std::vector<std::size_t> order(candidates.size());
   for (std::size_t i = 0; i < order.size(); ++i)

@@ -48,7 +48,7 @@ decltype(auto) WithType(AttributeType type, Function&& function)
   return function.template operator()<double>();
 }
 
-// Rounds half away from zero; beyond the range of T its nearest end.
+// Rounds half away from zero; clamps to the range of T.
 template <class T>
 T RoundTo(double value)
 {
@@ -62,7 +62,8 @@ T RoundTo(double value)
     {
       return 0;
     }
-    // The ends as doubles may lie just outside of T, so they are compared, not converted.
+    // The limits of T, as doubles, may lie just outside of T. So compare with them instead of
+    // converting the clamped value.
     if (value <= double(std::numeric_limits<T>::lowest()))
     {
       return std::numeric_limits<T>::lowest();

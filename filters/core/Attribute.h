@@ -29,7 +29,7 @@ enum class AttributeType : std::uint8_t
   Float64
 };
 std::size_t SizeOf(AttributeType type);
-// "int8", "uint8", … "float32", "float64": as stores, servers and messages name them.
+// The type's name in stores, servers and messages: "int8", "uint8", … "float32", "float64".
 std::string_view NameOf(AttributeType type);
 
 enum class AttributeAssociation : std::uint8_t
@@ -38,7 +38,7 @@ enum class AttributeAssociation : std::uint8_t
   Cell = 1   // a tuple for each triangle
 };
 
-// What an attribute is, without its values.
+// Describes an attribute: everything except its values.
 struct AttributeInfo
 {
   std::string name;
@@ -50,7 +50,8 @@ struct AttributeInfo
   std::size_t TupleSize() const { return this->components * SizeOf(this->type); } // bytes
 };
 
-// What an attribute means to us. By its name, type and components, as VTK's readers name them.
+// What KdStream uses an attribute for. It is recognised by name, type and number of components; the
+// names are those that VTK's readers give.
 enum class AttributeRole
 {
   Other,
@@ -60,27 +61,28 @@ enum class AttributeRole
 };
 AttributeRole RoleOf(const AttributeInfo& attribute);
 
-// Whether viewers may colour by the array: a point array of one component that is not VTK's own
-// (whose names begin with "vtk").
+// Whether viewers can colour by the array. True for a point array of one component, unless it holds
+// ids (HoldsIds) or is VTK's own (its name begins with "vtk").
 bool IsScalar(const AttributeInfo& attribute);
-// Whether the values are classes, which have no mean: integers of one byte, and all arrays whose
-// name contains "class" or "label" (classification, scalar_Classification, …). Arrays called
-// intensity, reflectance, quality, confidence, grey or alpha never are.
+// Whether the values are classes, of which a mean makes no sense: integers of one byte, and all
+// arrays whose name contains "class" or "label" (classification, scalar_Classification, …). Arrays
+// called intensity, reflectance, quality, confidence, grey or alpha never are.
 bool HoldsClasses(const AttributeInfo& scalar);
 
-// The most arrays that are numbers (IsScalar) which levels carry: the first ones.
+// Levels carry at most this number of scalar arrays (IsScalar): the first ones.
 inline constexpr std::size_t mostScalars = 16;
-// The arrays that levels have too, in their order: normals, colours and numbers, as means, and
-// classes, as the most frequent (LevelAttributes.h). O(attributes).
+// Those of the mesh's arrays that its levels have too, in the same order. Levels hold means of
+// normals, colours and numbers, and the most frequent class (LevelAttributes.h). O(attributes).
 std::vector<AttributeInfo> ArraysOfLevels(std::span<const AttributeInfo> attributes);
 
-// Texture coordinates and material of triangles, on their way through a build: for a triangle's
-// three corners six floats, and a uint32 for the material. Stores do not have them: they become
-// textures of partitions (filters/build/PieceTextures.h).
+// Two arrays that carry the texture coordinates and the material of each triangle through a build:
+// six floats for the three corners, and a uint32 for the material. Stores do not have these arrays:
+// the build turns them into textures of partitions (filters/build/PieceTextures.h).
 inline constexpr std::string_view textureCornersName = "kdstream.corners";
 inline constexpr std::string_view textureMaterialName = "kdstream.material";
 bool IsTextureArray(const AttributeInfo& attribute);
-// Whether the values of a tuple are of the triangle's corners, in their order: they turn with them.
+// Whether a tuple holds values for the triangle's three corners, in their order. Code that rotates
+// the corners must rotate these values too.
 bool IsOfCorners(const AttributeInfo& attribute);
 
 // One array, as little-endian values, tuple after tuple.
@@ -103,19 +105,20 @@ struct Attribute : AttributeInfo
   void Append(const Attribute& from, std::size_t tuple);
 };
 
-// The most that meshes and pieces hold, and the longest name in bytes.
+// The most attributes of a mesh or a piece, and the longest name of an attribute in bytes.
 inline constexpr std::size_t mostAttributes = 255;
 inline constexpr std::size_t longestAttributeName = 255;
 
 // The first array with this role, or null.
 const Attribute* FindRole(std::span<const Attribute> attributes, AttributeRole role);
-// The array of that description, or null.
+// The first array with this description, or null.
 const Attribute* FindAttribute(
   std::span<const Attribute> attributes, const AttributeInfo& description);
 
-// Errors: InvalidInput, naming the array: more than mostAttributes; an empty name, or one of more
-// than longestAttributeName bytes; two point arrays, or two cell arrays, of one name; no
-// components; bytes that are not one tuple for each of `points` or `cells`.
+// Checks the arrays of a mesh with this number of points and cells. Errors: InvalidInput, naming
+// the array, if there are more than mostAttributes; if a name is empty or longer than
+// longestAttributeName bytes; if two point arrays, or two cell arrays, have the same name; if an
+// array has no components, or its bytes are not one tuple for each point or cell.
 Status CheckAttributes(
   std::span<const Attribute> attributes, std::size_t points, std::size_t cells);
 
@@ -123,9 +126,9 @@ Status CheckAttributes(
 // without control characters, because metadata and messages are texts.
 bool IsAttributeName(std::string_view name);
 
-// Whether the values are ids, as VTK's attributes GlobalIds and PedigreeIds: integers of one
-// component, and named so. Levels do not have them, because they merge what ids tell apart. Not for
-// colouring (IsScalar).
+// Whether the values are ids: integers of one component, in an array with the name of VTK's
+// attribute GlobalIds or PedigreeIds. Levels do not have ids, because they merge vertices that have
+// different ids. Viewers do not colour by ids (IsScalar).
 bool HoldsIds(const AttributeInfo& attribute);
 
 }

@@ -62,7 +62,7 @@ Vec3 CentreOf(std::span<const Vec3> points, const Triangle& t)
   return centre;
 }
 
-// Which triangles of a coarser mesh have a point.
+// For each point of a coarser mesh, the triangles around it.
 class TrianglesAround
 {
 public:
@@ -89,7 +89,8 @@ public:
     }
   }
 
-  // Whom a triangle belongs to, given its points' clusters and its centre.
+  // The coarser triangle to which a finer one belongs. image: the clusters of the finer triangle's
+  // points; centre: its centre.
   VertexId OwnerOf(Triangle image, const Vec3& centre) const
   {
     std::rotate(image.begin(), std::min_element(image.begin(), image.end()), image.end());
@@ -99,7 +100,7 @@ public:
     {
       return static_cast<VertexId>(found - all.begin());
     }
-    // Most corners in common, then nearest, then first: the least tuple is the best.
+    // Most common corners first, then the nearest, then the first: the smallest tuple is the best.
     auto best = std::tuple(0, std::numeric_limits<double>::infinity(), noVertex);
     for (const VertexId cluster : image)
     {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Turns exceptions into errors. Our code does not throw, but memory runs out, and libraries throw:
-// a program, or a rank for which others wait, catches everything and reports it.
+// Turns exceptions into errors. Our own code does not throw, but memory can run out, and libraries
+// throw. So programs, and ranks on which other ranks wait, catch every exception and report it.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -15,8 +15,9 @@
 namespace kdstream
 {
 
-// The exception that is being handled, in one line: LimitExceeded where memory ran out, InputOutput
-// for everything else. REQUIRES: a catch clause is being executed.
+// The exception that is being handled as an error with a message of one line. The code is
+// LimitExceeded if memory ran out, InputOutput for everything else. REQUIRES: a catch clause is
+// being executed.
 inline Error CaughtError()
 {
   std::string message;
@@ -34,7 +35,7 @@ inline Error CaughtError()
   }
   catch (const std::system_error& failure)
   {
-    // Only the start of a thread throws this: the system has no room for one more.
+    // Only starting a thread throws this code: the system has no resources for another thread.
     const bool isThread = failure.code() == std::errc::resource_unavailable_try_again;
     message = (isThread ? "a thread cannot be started: " : "") + std::string(failure.what());
   }

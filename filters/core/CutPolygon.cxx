@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Ear clipping (G. H. Meisters, "Polygons have ears", 1975). Steps:
-// 1. A fan, if that is enough.
+// 1. Make a fan, if that is good enough.
 // 2. Project the corners onto a plane.
 // 3. Put the corners that turn against the polygon (dents) into a k-d tree.
 // 4. Cut ears, in rounds: a corner whose triangle holds a dent waits until the dent is gone. Only
-//    dents need to be tested: if anything reaches into a convex corner's triangle, its corner
-//    farthest from the cut is a dent.
+//    dents need to be tested: if a part of the polygon reaches into the triangle of a convex
+//    corner, the corner of this part that is farthest from the cut is a dent.
 #include "filters/core/CutPolygon.h"
 
 #include "filters/core/VectorMath.h"
@@ -38,7 +38,8 @@ Vec3 NewellNormal(std::span<const Vec3> corners)
   return normal;
 }
 
-// Whether the fan's triangles all look the polygon's way, or nothing does.
+// Whether a fan is good enough: its triangles all face the way that the polygon does, up to
+// smallestDent; or the polygon has no normal.
 bool FanServes(std::span<const Vec3> corners, const Vec3& normal)
 {
   const double area = Dot(normal, normal);
@@ -79,8 +80,8 @@ void PolygonCutter::AddFan(std::size_t count)
   }
 }
 
-// Projects along the normal onto a plane of two axes, which keeps the orientation, and is exact for
-// polygons in such a plane. False: a fan is enough.
+// Projects the corners onto a plane of two axes, which keeps the orientation, and is exact for
+// polygons in a plane of this kind. Returns false if a fan is good enough.
 bool PolygonCutter::Project(std::span<const Vec3> corners)
 {
   const Vec3 normal = NewellNormal(corners);
@@ -249,7 +250,7 @@ void PolygonCutter::CutOff(std::uint32_t corner)
   }
 }
 
-// The rest, which no rule cuts: three corners, or no area.
+// Makes a fan of the rest, which no rule cuts: three corners, or a polygon without area.
 void PolygonCutter::FanRest()
 {
   std::uint32_t second = this->Next[this->Some];
@@ -321,7 +322,7 @@ void PolygonCutter::BuildNode(std::size_t node, std::size_t begin, std::size_t e
   this->BuildNode(2 * node + 1, middle, end);
 }
 
-// Whom it kept from being ears are looked at again.
+// The corners that this dent kept from being ears are examined again.
 void PolygonCutter::RemoveDent(std::uint32_t corner)
 {
   const std::uint32_t place = this->PlaceOf[corner];
@@ -349,7 +350,7 @@ void PolygonCutter::RemoveDent(std::uint32_t corner)
   this->FirstWaiting[corner] = none;
 }
 
-// Whether the node's box and the triangle may have a point in common.
+// Whether the node's box and the triangle can have a point in common.
 bool PolygonCutter::IsOver(const Node& node, const std::array<Point, 3>& triangle) const
 {
   if (node.dents == 0)
@@ -386,7 +387,7 @@ std::uint32_t PolygonCutter::FindDent(
     if (this->PlaceOf[dent] == none ||
         std::find(corners.begin(), corners.end(), p) != corners.end())
     {
-      return false; // in the same place: where a bridge to a hole ends, say
+      return false; // in the same place, for example where a bridge to a hole ends
     }
     const double least = std::min({ AreaOf(corners[0], corners[1], p),
       AreaOf(corners[1], corners[2], p), AreaOf(corners[2], corners[0], p) });

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Cuts polygons into triangles: every reader uses this, in chunks or whole, in memory or out of
-// core. Part of step "read" of the pipeline picture.
+// Cuts polygons into triangles. Every reader uses this, whether it reads a file whole or in chunks,
+// in memory or out of core. Part of step "read" of the pipeline picture.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -14,16 +14,18 @@
 namespace kdstream
 {
 
-// Keeps its memory from one polygon to the next. Not for use by two threads at once.
+// Reuses its memory from one polygon to the next. Not for use by two threads at once.
 class PolygonCutter
 {
 public:
-  // The count - 2 triangles of a polygon, by the numbers of its corners (0 to count - 1), with its
-  // orientation; none for fewer than three corners. A fan around corner 0 if the polygon is convex,
-  // or its dents are below a millionth of its area. Else ears of the polygon's projection along its
-  // normal (Newell's), which fill a concave polygon exactly. The triangles of a polygon that
-  // crosses itself, lies in a line, or has corners that are not finite are unspecified. Valid until
-  // the next call. O(count) for a fan, else expected O(count log count), 100 bytes a corner.
+  // Cuts a polygon into count - 2 triangles, which have its orientation and name its corners by
+  // number (0 to count - 1). A polygon of fewer than three corners gives no triangles. If the
+  // polygon is convex, or its dents are below a millionth of its area, the triangles are a fan
+  // around corner 0. Otherwise they are ears of the polygon's projection along its normal
+  // (Newell's), which fill a concave polygon exactly. The triangles are unspecified if the polygon
+  // crosses itself, lies in a line, or has corners that are not finite. The result is valid until
+  // the next call. Time: O(count) for a fan, otherwise expected O(count log count). Memory: 100
+  // bytes a corner.
   std::span<const Triangle> Cut(std::span<const Vec3> corners);
   // Whether the last polygon became a fan around corner 0.
   bool IsFan() const { return this->Fan; }
@@ -34,13 +36,13 @@ private:
     double u = 0, v = 0;
     bool operator==(const Point&) const = default;
   };
-  // A node of the tree of dents: the box of its corners, and how many of them still are dents.
+  // A node of the tree of dents: the box of its corners, and how many of these are still dents.
   struct Node
   {
     Point lo, hi;
     std::uint32_t dents = 0;
   };
-  // A corner that is not an ear while a dent is in its triangle.
+  // A corner that cannot be cut off as an ear while a dent is in its triangle.
   struct Waiting
   {
     std::uint32_t corner = 0, next = 0;
@@ -63,7 +65,7 @@ private:
   void FanRest();
 
   double Turn(std::uint32_t corner) const;
-  // The number of a dent that forbids the triangle, or none.
+  // A dent that forbids cutting off the triangle, or `none`.
   std::uint32_t FindDent(const std::array<std::uint32_t, 3>& triangle, bool onBorder) const;
   bool IsOver(const Node& node, const std::array<Point, 3>& triangle) const;
   void BuildTree();
@@ -78,7 +80,7 @@ private:
   std::uint32_t Some = 0; // one of the corners inside
 
   std::vector<std::uint32_t> Dents;   // corners, in the order of the tree's leaves
-  std::vector<std::uint32_t> PlaceOf; // of a corner in Dents; 'none' for other corners
+  std::vector<std::uint32_t> PlaceOf; // index of a corner in Dents, or `none`
   std::vector<Node> Nodes;            // a heap: 1 is the root, 2 i and 2 i + 1 are children
 
   std::vector<std::uint32_t> Batch, NextBatch;

@@ -17,8 +17,9 @@ namespace
 
 using Counts = std::function<bool(VertexId)>;
 
-// A measure of how unevenly the edges around a vertex are used: hashes of the other ends' numbers,
-// with the sign of the direction. 0 if every edge is used equally often in both directions.
+// For each vertex, the hashes of the numbers at the other ends of its edges are added up, with the
+// sign of the edge's direction. The sum is 0 if every edge is used equally often in both
+// directions.
 std::uint64_t Hash(VertexId v)
 {
   return MixBits(v + std::uint64_t{ 1 }); // 0 would count as no edge
@@ -30,8 +31,8 @@ struct DirectedEdge
   int direction;
 };
 
-// Collects the edges whose lower end is one of the vertices [first, first + sums.size()), counts,
-// and whose edges are not all balanced. `triangles`: all that touch these vertices.
+// Collects the edges whose lower end is a vertex of [first, first + sums.size()) that counts and
+// has unbalanced edges. touching: the numbers of all triangles that touch these vertices.
 void CollectUnbalanced(std::span<const Triangle> triangles, std::span<const std::uint32_t> touching,
   VertexId first, std::vector<std::uint64_t>& sums, std::vector<DirectedEdge>& edges,
   const Counts& counts)
@@ -78,7 +79,7 @@ void CollectUnbalanced(std::span<const Triangle> triangles, std::span<const std:
   }
 }
 
-// Edges that are used more than once, and not equally often in both directions.
+// Counts the edges that are used more than once, but not equally often in both directions.
 std::size_t CountUneven(std::vector<DirectedEdge>& edges)
 {
   std::sort(edges.begin(), edges.end(),

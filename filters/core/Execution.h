@@ -20,7 +20,7 @@ struct Execution
   using Body = std::function<void(std::size_t begin, std::size_t end)>;
 
   // Calls body on disjoint ranges that cover [0, count), on any threads, and returns when all are
-  // done. Each range has at least `grain` items, if there are as many.
+  // done. Each range has at least `grain` items, if there are that many.
   std::function<void(std::size_t count, std::size_t grain, const Body& body)> parallelFor =
     [](std::size_t count, std::size_t, const Body& body)
   {

@@ -32,7 +32,7 @@ public:
     SortByUpperHalf(this->Corners);
   }
 
-  // Their vertices, ascending, none twice.
+  // The vertices at these corners, ascending, without duplicates.
   std::vector<VertexId> Vertices() const
   {
     std::vector<VertexId> vertices;
@@ -47,8 +47,8 @@ public:
     return vertices;
   }
 
-  // Replaces each such corner in `triangles`, which are as many as before, by replace(place of its
-  // vertex in Vertices()).
+  // Replaces each of these corners in `triangles` by replace(index of the corner's vertex in
+  // Vertices()). REQUIRES: the same number of triangles as before.
   template <class Replace>
   void ReplaceIn(std::span<Triangle> triangles, const Replace& replace) const
   {
@@ -62,7 +62,7 @@ public:
   }
 
 private:
-  std::vector<std::uint64_t> Corners; // sorted; the vertex, and 3 × triangle + corner
+  std::vector<std::uint64_t> Corners; // sorted: vertex << 32 | (3 × triangle + corner)
 };
 
 }

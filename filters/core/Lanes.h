@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Two doubles side by side: computes the same for two things at once. Each lane holds what a double
-// would, bit for bit: nothing is fused (-ffp-contract=off) or reordered. Uses the vector types of
-// GCC and Clang; on machines without vector units they are two doubles. For inner loops.
+// Two doubles side by side, to compute the same thing for both at once. Each lane holds what a
+// double would, bit for bit: nothing is fused (-ffp-contract=off) or reordered. Uses the vector
+// types of GCC and Clang; on machines without vector units they are two doubles. For inner loops.
 #pragma once
 
 #include "filters/core/BitCast.h"
@@ -12,7 +12,7 @@
 namespace kdstream
 {
 
-// What a comparison of lanes gives: all bits of a lane are set, or none.
+// The result of comparing lanes: in each lane all bits are set, or none.
 struct LaneMask
 {
   typedef long long Vector __attribute__((vector_size(16)));
@@ -65,7 +65,7 @@ private:
   friend Lanes Select(LaneMask, Lanes, Lanes);
 };
 
-// In each lane yes where the mask is set, else no.
+// Takes each lane from `yes` where the mask is set, otherwise from `no`.
 inline Lanes Select(LaneMask mask, Lanes yes, Lanes no)
 {
   const auto bitsOfYes = BitCast<LaneMask::Vector>(yes.values);
@@ -83,7 +83,7 @@ inline Lanes SquareRoot(Lanes a)
   return Lanes(std::sqrt(a[0]), std::sqrt(a[1]));
 }
 
-// The same of one double.
+// The same for one double.
 inline double Select(bool mask, double yes, double no)
 {
   return mask ? yes : no;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Distances of meshes by samples: see MeshDistance.h.
-//   1. Sample both meshes: a triangle by its area, a place in it uniformly.
+//   1. Sample both meshes: choose triangles in proportion to their areas, and places in a triangle
+//      uniformly.
 //   2. Make a tree of boxes over each mesh's triangles (Boost.Geometry's R-tree).
 //   3. For each sample visit the nearest boxes, until the next box is farther than the nearest
 //      point found.
@@ -36,7 +37,7 @@ using Entry = std::pair<TreeBox, std::uint32_t>; // of a triangle, or of a verte
 
 constexpr std::size_t sampleGrain = 1024; // samples
 
-// The box of what is measured: of a surface, only the points that its triangles use.
+// The box of a mesh; for a surface, only of points that its triangles use.
 Box BoxOf(const Mesh& mesh)
 {
   Box box;
@@ -51,7 +52,7 @@ Box BoxOf(const Mesh& mesh)
   return box;
 }
 
-// Numbers that look random: splitmix64 (Steele, Lea and Flood, 2014).
+// Pseudorandom numbers: splitmix64 (Steele, Lea and Flood, 2014).
 class Random
 {
 public:
@@ -202,7 +203,7 @@ Status CheckMesh(const Mesh& mesh, const std::string& which)
   return {};
 }
 
-// The mean squared and the largest distance of samples of `from` to `to`.
+// Computes the mean squared and the largest distance from samples of `from` to the mesh `to`.
 Status MeasureOneWay(const Mesh& from, const Mesh& to, const MeshDistanceOptions& options,
   const Execution& execution, double progress, double& meanSquare, double& largest)
 {

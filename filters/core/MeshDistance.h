@@ -25,7 +25,7 @@ struct MeshDistance
   double rmsForward = 0;  // from samples of the reference to the other mesh
   double rmsBackward = 0; // from samples of the other mesh to the reference
   double hausdorff = 0;   // the largest distance of any sample, both ways
-  double diagonal = 0;    // of the reference's box: what the others are usually divided by
+  double diagonal = 0;    // of the reference's box: distances are usually divided by it
 };
 
 // Measures the distance of `other` from `reference`.
@@ -33,7 +33,7 @@ struct MeshDistance
 // Samples are uniform over the area of a mesh's triangles, or over its vertices if it has no
 // triangle with an area. For each sample finds the exact closest point of the other mesh: on its
 // triangles (degenerate ones are segments or points), or its vertices if it has no triangles. The
-// figures do not depend on the number of threads. Because of the sampling a Hausdorff distance is a
+// results do not depend on the number of threads. Because of the sampling a Hausdorff distance is a
 // lower bound. Complexity: O(t log t + samples log t) on average; memory about 100 bytes a
 // triangle. Errors: InvalidArgument for a mesh without vertices, a coordinate that is not finite, a
 // triangle with an index out of range, or 0 samples; Cancelled (step "distance").

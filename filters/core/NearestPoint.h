@@ -11,14 +11,15 @@
 namespace kdstream
 {
 
-// Built in O(k log k), asked in O(log k) on the average, exact. Any number of threads may ask.
+// The search is exact. Building takes O(k log k) for k points, a query O(log k) on average. Any
+// number of threads may search at once.
 class NearestPoint
 {
 public:
   explicit NearestPoint(std::span<const Vec3> points);
 
-  // The number of the nearest point; of several as near, the lowest. REQUIRES: at least one point,
-  // and differences whose squares do not overflow.
+  // The number of the nearest point; of equally near ones, the lowest number. REQUIRES: at least
+  // one point, and differences whose squares do not overflow.
   std::uint32_t Find(const Vec3& place) const;
 
 private:
@@ -32,7 +33,7 @@ private:
 
   std::span<const Vec3> Points;
   std::vector<std::uint32_t> Order; // the middle of every range splits it
-  std::vector<std::uint8_t> Axis;   // of each middle
+  std::vector<std::uint8_t> Axis;   // the axis that each middle splits along
 };
 
 }

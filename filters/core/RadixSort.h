@@ -13,8 +13,8 @@ namespace kdstream
 {
 
 // Sorts entries by their upper 32 bits; entries with equal upper bits keep their order. So the
-// result is sorted by all 64 bits if the upper halves are all different, or the lower halves
-// ascended before. O(entries); memory as much as the entries.
+// result is sorted by all 64 bits if the upper halves are all different, or if the lower halves
+// were in ascending order before. Time: O(entries). Memory: a copy of the entries.
 inline void SortByUpperHalf(std::vector<std::uint64_t>& entries)
 {
   constexpr std::size_t fewest = 256;

@@ -22,11 +22,11 @@ enum class ErrorCode
   InvalidArgument, // an option outside its documented range
   Unsupported,     // well-formed, but this version does not support it
   NotFound,        // no such file, model, piece
-  Damaged,         // a checksum or a structure inside a store does not hold
+  Damaged,         // a checksum or a structure inside a store is wrong
   Changed,         // a file is no longer what it was when it was opened
   LimitExceeded,   // a memory or size limit forbids the work
   InputOutput,     // the operating system refused
-  DiskFull,        // no room for what is written: on the disk, in a quota, in the longest file
+  DiskFull,        // no room to write: the disk or a quota is full, or the file would be too long
   Cancelled        // the caller's progress function asked to stop
 };
 
@@ -40,22 +40,22 @@ enum class Remedy
   CopyAgain,     // the file is cut off
   Rename,        // the file is not of the format that its name has
   Retry,         // another program writes to it
-  SaveOtherwise, // well-formed, but not read
-  Divide         // more than can be read
+  SaveOtherwise, // well-formed, but not supported: save it in another way
+  Divide         // too large to be read: divide it
 };
 
 struct Error
 {
   ErrorCode code = ErrorCode::InvalidInput;
   std::string message;
-  // The file that it is about; empty where only the caller knows which.
+  // The file that the error is about; empty if only the caller knows it.
   std::string file = {};
   // The place in the file ("byte 4096"), if it is not in the message.
   std::string place = {};
   Remedy remedy = Remedy::Unknown;
 };
 
-// The error of an input, with the remedy of its code unless it has one.
+// For an error about an input: adds the remedy of its error code, unless it has a remedy already.
 inline Error OfInput(Error error)
 {
   if (error.remedy == Remedy::Unknown)
@@ -68,13 +68,13 @@ inline Error OfInput(Error error)
   return error;
 }
 
-// An error of a wrong input whose remedy is not that of the error code.
+// An error InvalidInput with another remedy than that of the error code.
 inline Error BadInput(std::string message, Remedy remedy)
 {
   return { ErrorCode::InvalidInput, std::move(message), {}, {}, remedy };
 }
 
-// A value of T, or why there is none.
+// A value of type T, or the error that prevented it.
 template <class T>
 class [[nodiscard]] Result
 {
@@ -118,7 +118,7 @@ private:
   std::variant<T, Error> Content;
 };
 
-// Success, or why not.
+// Success, or the error that prevented it.
 template <>
 class [[nodiscard]] Result<void>
 {
@@ -143,7 +143,8 @@ private:
   std::optional<Error> Content;
 };
 
-// The result; its error gets the name of the file if it has none: for the function that opened it.
+// Adds the file's name to the result's error, unless that names a file already. For the function
+// that opened the file.
 template <class T>
 Result<T> OfFile(const std::string& file, Result<T> result)
 {
@@ -156,7 +157,7 @@ Result<T> OfFile(const std::string& file, Result<T> result)
   return result;
 }
 
-// The same of a result.
+// The same for the error of a result.
 template <class T>
 Result<T> OfInput(Result<T> result)
 {

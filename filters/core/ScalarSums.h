@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The sums from which levels get their numbers and classes: the sum of a cluster's values, and the
-// votes for its class. Trivially copyable records of AttributeSums. Only for LevelAttributes.cxx
-// and CarriedArrays.cxx.
+// votes for its class. Trivially copyable, because AttributeSums keeps them as bytes in records.
+// Only for LevelAttributes.cxx and CarriedArrays.cxx.
 #pragma once
 
 #include "filters/core/Attribute.h"
@@ -60,12 +60,13 @@ private:
 };
 
 // The most frequent value of an array that holds classes (HoldsClasses). Counts votes for four
-// values at a time. If a cluster has at most four values, the winner is the most frequent one; if
-// it has more, the most frequent one has at most a fifth of all votes more than the winner. If all
-// votes cancel each other, the value of the lowest original vertex wins.
+// values at a time. If a cluster has at most four different values, the winner is the most frequent
+// one. If it has more, the most frequent value can have more votes than the winner, but at most by
+// a fifth of all votes. If all votes cancel each other, the value of the lowest original vertex
+// wins.
 //
-// Source: Misra, Gries, "Finding repeated elements", 1982; how two summaries become one: Agarwal et
-// al., "Mergeable summaries", 2012.
+// Source: Misra, Gries, "Finding repeated elements", 1982; merging two summaries: Agarwal et al.,
+// "Mergeable summaries", 2012.
 class ClassVotes
 {
 public:
@@ -116,8 +117,8 @@ public:
     }
     return this->All < noVertex && counted <= this->All;
   }
-  // The winner; of several, the one with the lowest value. Without votes 0, or NaN in arrays of
-  // floating-point numbers.
+  // Appends the winner; of several with the same votes, the lowest value. If there are no votes,
+  // appends 0, or NaN to an array of floating-point numbers.
   void AppendMean(Attribute& winners) const
   {
     std::size_t best = 0;
@@ -146,7 +147,8 @@ public:
 private:
   static constexpr std::size_t places = 4;
 
-  // Keeps the best four of up to eight: what the fifth has is taken off all.
+  // Keeps the four of up to eight values that have the most votes, and subtracts the votes of the
+  // fifth from each.
   void Take(const std::array<std::uint64_t, 2 * places>& values,
     const std::array<std::uint32_t, 2 * places>& counts)
   {
@@ -167,8 +169,8 @@ private:
   }
 
   std::array<std::uint64_t, places> Values{}; // their bytes, then zeros
-  std::array<std::uint32_t, places> Counts{}; // those that count first
-  std::uint64_t First = 0;                    // as in Values: of the lowest original vertex
+  std::array<std::uint32_t, places> Counts{}; // votes; zeros last
+  std::uint64_t First = 0;                    // value of the lowest original vertex, as in Values
   std::uint64_t All = 0;                      // votes
 };
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Hashes for tables whose keys come from a file. The author of the file may have chosen keys that
-// collide, and each insertion would compare all of them. With a secret random seed for each run
-// such keys cannot be prepared.
+// Hashes for tables whose keys come from a file. An attacker could choose keys that collide, so
+// that each insertion compares all of them. A secret random seed for each run makes it impossible
+// to prepare such keys.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -13,7 +13,7 @@
 namespace kdstream
 {
 
-// Another one for each call and each process. No result may depend on it.
+// A different seed for each call and each process. No result may depend on it.
 std::uint64_t RandomSeed();
 
 // The seed of hashes on which several passes, or all ranks of a job, must agree. They only assign

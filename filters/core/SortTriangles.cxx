@@ -7,8 +7,8 @@ namespace kdstream
 void SortTriangles(
   std::vector<Triangle>& triangles, std::size_t vertices, bool unique, const Execution& execution)
 {
-  // Blocks of first vertices, each small enough for the cache; chunks of triangles are counted
-  // separately, and the counts before a chunk say where its triangles go.
+  // First vertices are sorted into blocks that are small enough for the cache. Each chunk of
+  // triangles is counted separately; the counts of the chunks before it say where its triangles go.
   constexpr std::size_t block = 1 << 10, chunk = std::size_t{ 1 } << 16;
   const std::size_t blocks = vertices / block + 1;
   const std::size_t step = std::max(chunk, 2 * blocks);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Sorts triangles by their vertices: by counting if the first vertices are close to each other. For
-// images of levels and for pieces.
+// Sorts triangles by their vertices. If the numbers of the first vertices are close to each other,
+// sorts by counting. For images of levels and for pieces.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -41,8 +41,8 @@ inline Triangle RotateLowestFirst(const Triangle& t)
 }
 
 // Sorts items (triangles, or triangles with a number) into `sorted`, a range of the same length.
-// Their first vertices are in [first, first + vertices). next: scratch. O(items + vertices), and
-// the time to sort items with the same first vertex.
+// Their first vertices are in [first, first + vertices). next: scratch memory. O(items + vertices),
+// plus the time to sort items with the same first vertex.
 template <class Item>
 void SortByTriangle(std::span<const Item> items, VertexId first, std::size_t vertices,
   std::span<Item> sorted, std::vector<std::uint32_t>& next)
@@ -60,7 +60,7 @@ void SortByTriangle(std::span<const Item> items, VertexId first, std::size_t ver
   {
     sorted[next[TriangleOf(item)[0] - first]++] = item;
   }
-  // next[v] is now where those of v end.
+  // next[v] is now the end of v's items.
   for (std::size_t v = 0, begin = 0; v < vertices; begin = next[v++])
   {
     if (next[v] - begin > 1)
@@ -71,9 +71,9 @@ void SortByTriangle(std::span<const Item> items, VertexId first, std::size_t ver
   }
 }
 
-// Sorts triangles in place; each already has its lowest vertex first, and all vertices are <
-// vertices. unique: keeps one of equal ones. The same for any number of threads. Time as above;
-// memory as much as the triangles.
+// Sorts triangles in place. unique: keeps only one of equal triangles. The result does not depend
+// on the number of threads. Time as above; memory: a copy of the triangles. REQUIRES: each triangle
+// has its lowest vertex first; all vertices are below `vertices`.
 void SortTriangles(std::vector<Triangle>& triangles, std::size_t vertices, bool unique,
   const Execution& execution = {});
 

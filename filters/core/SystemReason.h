@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the operating system says of a call that failed: one way to put it for the whole project.
+// The operating system's reason why a call failed, worded in the same way in the whole project.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -11,26 +11,27 @@
 namespace kdstream
 {
 
-// The text of an errno. Not by strerror, which threads share.
+// The text for an errno. Does not use strerror, whose buffer is shared by all threads.
 inline std::string SystemReason(int reason)
 {
   return std::generic_category().message(reason);
 }
 
-// Whether a write failed for lack of room: on the disk, in a quota, or because a file may not
-// become longer.
+// Whether a write failed for lack of room: on the disk, in a quota, or because the file has reached
+// the length limit.
 inline bool IsDiskFull(int reason)
 {
   return reason == ENOSPC || reason == EDQUOT || reason == EFBIG;
 }
 
-// Whether the same may succeed later.
+// Whether the same operation may succeed later.
 inline bool IsTransient(const Error& error)
 {
   return error.code == ErrorCode::InputOutput || error.code == ErrorCode::LimitExceeded;
 }
 
-// "WHAT: reason": DiskFull or InputOutput. file: that it is about, if the caller does not name it.
+// An error DiskFull or InputOutput with the message "WHAT: reason". file: the file concerned; empty
+// if the caller adds it.
 inline Error SystemError(const std::string& what, int reason, const std::string& file = {})
 {
   return { IsDiskFull(reason) ? ErrorCode::DiskFull : ErrorCode::InputOutput,

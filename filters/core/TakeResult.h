@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// For functions that go on as long as all is well: a result's value goes to where it is kept.
+// Moves the value of a result into a variable, for functions that return at the first error.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -9,7 +9,7 @@
 namespace kdstream
 {
 
-// The value to `to`, or why there is none.
+// Moves the value into `to`, or returns the error.
 template <class T>
 Status Take(Result<T>&& from, T& to)
 {

@@ -8,7 +8,7 @@ namespace kdstream
 namespace
 {
 
-// -1: none.
+// The value of a hexadecimal digit; -1 if c is not one.
 int HexValue(char c)
 {
   if (c >= '0' && c <= '9')
@@ -27,7 +27,7 @@ bool IsLetterOrDigit(char c)
 constexpr std::string_view base64Digits =
   "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
 
-// The bytes of the UTF-8 character that the text begins with; 0 where there is none.
+// The number of bytes of the UTF-8 character at the start of the text; 0 if there is no valid one.
 std::size_t CharacterBytes(std::string_view text)
 {
   const auto at = [text](std::size_t i) -> unsigned

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Finds which triangles touch which cell: step "faces" of the pipeline picture, the start of later
-// steps.
+// Finds which triangles touch which cell: step "faces" of the pipeline picture, from which later
+// steps start.
 #pragma once
 
 #include "filters/core/Execution.h"

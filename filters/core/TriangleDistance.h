@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Distances of a point to a segment and to a triangle, and the nearest points of these.
+// Distances of a point to a segment and to a triangle, and the nearest points on them.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -20,8 +20,8 @@ inline double SquaredToSegment(const Vec3& p, const Vec3& a, const Vec3& b)
   return Dot(d, d);
 }
 
-// If the point's projection is inside the triangle, the distance from its plane; else that from an
-// edge. A triangle without area is treated as its edges.
+// If p's projection is inside the triangle, the squared distance from the triangle's plane,
+// otherwise from the nearest edge. For a triangle without area only the edges count.
 inline double SquaredToTriangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c)
 {
   const Vec3 u = Minus(b, a), v = Minus(c, a), w = Minus(p, a);
@@ -50,8 +50,8 @@ inline Vec3 NearestOnSegment(const Vec3& p, const Vec3& a, const Vec3& b)
   return { a[0] + t * edge[0], a[1] + t * edge[1], a[2] + t * edge[2] };
 }
 
-// The projection on the triangle's plane, if it is between the edges; else, and for a triangle
-// without area, the nearest point of an edge.
+// The projection of p on the triangle's plane if it is inside the triangle. Otherwise, and for a
+// triangle without area, the nearest point on an edge.
 inline Vec3 NearestOnTriangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c)
 {
   const Vec3 normal = Cross(Minus(b, a), Minus(c, a));

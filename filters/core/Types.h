@@ -14,7 +14,7 @@
 namespace kdstream
 {
 
-// Number of a vertex inside one mesh held in memory. 2^32 - 2 vertices are the most that fit.
+// Number of a vertex inside one mesh held in memory. A mesh has at most 2^32 - 2 vertices.
 using VertexId = std::uint32_t;
 inline constexpr VertexId noVertex = std::numeric_limits<VertexId>::max();
 
@@ -70,7 +70,7 @@ struct Box
   bool operator==(const Box&) const = default;
 };
 
-// How the input stored its coordinates; lossless pieces keep this type.
+// The type in which the input stores its coordinates; lossless pieces keep it.
 enum class ScalarType : std::uint8_t
 {
   Float32 = 0,

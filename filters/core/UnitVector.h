@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Directions: vectors of length 1. Rounded as it is written here, as VectorMath.h.
+// Directions: vectors of length 1. Do not reorder operations: as in VectorMath.h, results are
+// rounded as written here.
 #pragma once
 
 #include "filters/core/VectorMath.h"
@@ -9,8 +10,8 @@
 namespace kdstream
 {
 
-// The vector of length 1 in the same direction. Zero for a zero vector, and for one so long or
-// short that its square is not finite, or is 0.
+// The vector of length 1 in the same direction. Zero for a zero vector, and for one so long or so
+// short that its squared length is infinite or 0.
 inline Vec3 UnitVector(const Vec3& v)
 {
   const double length = Length(v);

@@ -9,8 +9,8 @@ namespace kdstream
 namespace
 {
 
-// Moves the unused elements of `all` to the end of `unused`, and the others together. size: values
-// of an element.
+// Moves the unused elements of `all` to the end of `unused`, and closes the gaps in `all`. size:
+// the number of values in an element.
 template <class Value>
 void PartElements(const std::vector<bool>& isUsed, std::size_t unusedCount, std::size_t size,
   std::vector<Value>& all, std::vector<Value>& unused)

@@ -10,14 +10,14 @@
 namespace kdstream
 {
 
-// For each vertex whether a triangle, also a degenerate one, uses it. In a mesh without triangles,
-// a cloud, all count as used. A bit a vertex. O(size).
+// For each vertex, whether a triangle uses it, even a degenerate one. In a point cloud, which has
+// no triangles, all vertices count as used. Memory: one bit a vertex. Time: O(size).
 std::vector<bool> FindUsedVertices(const Mesh& mesh);
 
 // Takes the unused vertices out of the mesh, and renumbers the rest in the same order. Returns the
 // unused ones in their order, with their tuples, as a mesh without triangles. O(size); memory: 4
-// bytes a vertex and the result. REQUIRES: isUsed is that of this mesh (FindUsedVertices), or has
-// more vertices set.
+// bytes a vertex and the result. REQUIRES: isUsed is FindUsedVertices(mesh), possibly with further
+// vertices marked as used.
 Mesh TakeUnusedVertices(Mesh& mesh, const std::vector<bool>& isUsed);
 
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Times as readable text, for logs, tokens and quotas. A header of its own, because the C library's
-// calendar functions need the environment, which the page does not have.
+// calendar functions need environment variables, which the web page does not have.
 #pragma once
 
 #include <cstdint>

@@ -64,7 +64,7 @@ inline bool HasNegativeZero(const Vec3& p)
   return std::any_of(p.begin(), p.end(), [](double x) { return x == 0 && std::signbit(x); });
 }
 
-// The same place, its zeros positive: equal places have equal bits.
+// The same place with -0.0 replaced by 0.0, so that equal places have equal bits.
 constexpr Vec3 WithPositiveZeros(const Vec3& p)
 {
   return { p[0] + 0.0, p[1] + 0.0, p[2] + 0.0 };

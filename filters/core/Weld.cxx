@@ -16,7 +16,7 @@ namespace kdstream
 namespace
 {
 
-// Coordinates whose bits are equal where the places are.
+// Coordinates that have equal bits if the places are equal.
 Vec3 KeyOf(const Vec3& p, Coincidence coincidence)
 {
   return coincidence == Coincidence::ValueEqual ? WithPositiveZeros(p) : p;
@@ -27,15 +27,16 @@ bool HaveEqualBits(const Vec3& p, const Vec3& q)
   return BitCast<std::array<std::uint64_t, 3>>(p) == BitCast<std::array<std::uint64_t, 3>>(q);
 }
 
-// A thing, and its hash: the upper bits have chosen its block.
+// The hash of an element, and its id. The upper bits of the hash select the block.
 struct Hashed
 {
   std::uint32_t hash;
   VertexId id;
 };
 
-// Things sorted into blocks by their hashes, so that equal things are in one block, and a block
-// fits the cache. Ids ascend within a block. The same for any number of threads.
+// Elements sorted into blocks by their hashes, so that equal elements are in the same block, and a
+// block fits in the cache. Ids ascend within a block. The result does not depend on the number of
+// threads.
 struct HashBlocks
 {
   std::vector<std::size_t> begin; // one entry a block, and the end
@@ -93,9 +94,9 @@ struct HashBlocks
   }
 };
 
-// Calls visit(block, id, lowest equal id) for each of `count` things, on any threads. Each block
-// has a hash table with open addressing, half empty. Ids are inserted in ascending order, so that
-// the first of equal things is the lowest.
+// Calls visit(block, id, lowest equal id) for each element, on any threads. Each block has a hash
+// table with open addressing, half empty. Ids are inserted in ascending order, so that the first of
+// equal elements has the lowest id.
 template <class Equal, class Visit>
 void ForEachEqual(
   const HashBlocks& blocks, const Equal& equal, const Visit& visit, const Execution& execution)
@@ -129,7 +130,7 @@ void ForEachEqual(
     });
 }
 
-// For each of `count` things the lowest that equals it.
+// For each of `count` elements the lowest element that equals it.
 template <class HashOf, class Equal>
 std::vector<VertexId> FirstEqual(
   std::size_t count, const HashOf& hashOf, const Equal& equal, const Execution& execution)
@@ -255,7 +256,7 @@ std::size_t WeldVertices(Mesh& mesh, const Execution& execution, std::vector<Ver
   }
   const std::size_t welded = mesh.points.size() - kept;
   mesh.points.resize(kept);
-  mesh.points.shrink_to_fit(); // of an STL, five sixths are gone
+  mesh.points.shrink_to_fit(); // welding an STL file removes five sixths
   for (Attribute& array : mesh.attributes)
   {
     if (array.association == AttributeAssociation::Point)

@@ -23,15 +23,17 @@ enum class Coincidence
 std::vector<VertexId> FirstCoincident(
   std::span<const Vec3> points, Coincidence coincidence, const Execution& execution = {});
 
-// The number of different places of points; placeOf(v) is the place of point v < count, and several
-// threads may call it. Compares as ValueEqual. Expected O(count); memory 12 bytes a point.
+// The number of different places among `count` points. placeOf(v): the place of point v; several
+// threads may call it. Places are compared as ValueEqual. Expected O(count); memory 12 bytes a
+// point.
 std::size_t CountPlaces(
   std::size_t count, const std::function<Vec3(VertexId)>& placeOf, const Execution& execution = {});
 
-// Merges vertices with bit-equal coordinates and bit-equal tuples of every point array into the one
-// of the lowest id (doc/design.md#welding), and renumbers the rest in the same order. Triangles
-// keep their order and orientation; those that become degenerate stay. Returns the number of
-// vertices removed. newIds, if not null: the new id of each vertex. Expected O(n).
+// Merges vertices whose coordinates and tuples of every point array are equal bit for bit; the
+// vertex with the lowest id stays (doc/design.md#welding). The remaining vertices are renumbered in
+// the same order. Triangles keep their order and orientation; those that become degenerate stay.
+// Returns the number of vertices removed. newIds, if not null: the new id of each vertex. Expected
+// O(n).
 std::size_t WeldVertices(
   Mesh& mesh, const Execution& execution = {}, std::vector<VertexId>* newIds = nullptr);
 

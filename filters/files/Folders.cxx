@@ -27,14 +27,14 @@ Status Sync(const fs::path& path, int flags)
     return errno == EACCES ? Status{}
                            : Status{ SystemError("cannot be opened", errno, path.string()) };
   }
-  // Some file systems cannot do it with folders.
+  // Some file systems cannot synchronize folders.
   const bool failed = ::fsync(descriptor) != 0 && errno != EINVAL && errno != EROFS;
   const int reason = errno;
   ::close(descriptor);
   return failed ? Status{ SystemError("cannot be written", reason, path.string()) } : Status{};
 }
 
-// Reads the names of an open folder, which it closes in the end.
+// Reads the names in an open folder, and finally closes it.
 class Entries
 {
 public:
@@ -57,7 +57,7 @@ public:
   Entries(const Entries&) = delete;
   Entries& operator=(const Entries&) = delete;
 
-  // Null after the last one, and after a failure.
+  // The next name; null after the last one, and after a failure.
   const char* Next()
   {
     for (;;)
@@ -84,7 +84,7 @@ private:
   int Reason;
 };
 
-// Closes the folder.
+// Synchronizes everything in an open folder, and the folder itself; closes it.
 Status SyncBelow(int folder, const fs::path& path)
 {
   Entries entries(folder);
@@ -113,7 +113,7 @@ Status SyncBelow(int folder, const fs::path& path)
            : Status{ SystemError("cannot be read", entries.Failure(), path.string()) };
 }
 
-// Closes the folder.
+// Removes everything in an open folder, as far as possible; closes the folder.
 void RemoveBelow(int folder) noexcept
 {
   Entries entries(folder);
@@ -169,8 +169,8 @@ Status SyncTree(const fs::path& folder)
   const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor >= 0)
   {
-    // All files at once, so that the disk writes them in its own order; then each fsync has nothing
-    // left to do.
+    // Synchronizes all files at once, so that the disk writes them in its own order; after that
+    // each fsync has nothing left to do.
     (void)::syncfs(descriptor);
     KDSTREAM_TRY(SyncBelow(descriptor, folder));
   }
@@ -198,7 +198,7 @@ int OpenNameless(const fs::path& folder)
 #ifdef O_TMPFILE
   descriptor = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
 #endif
-  if (descriptor < 0) // not every file system has them
+  if (descriptor < 0) // not every file system has files without a name
   {
     std::string name = (folder / ".kdstream-scratch-XXXXXX").string();
     descriptor = ::mkostemp(name.data(), O_CLOEXEC);

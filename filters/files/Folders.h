@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Makes folders that are private to one user, and folders whose content outlasts a power cut; opens
-// a file without a name. Uses the system's own calls, because the iterators of std::filesystem end
-// the process when memory runs out.
+// files without a name. Uses system calls, because the iterators of std::filesystem end the process
+// when memory runs out.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -13,8 +13,9 @@
 namespace kdstream
 {
 
-// Makes the folder for its owner only, and missing parent folders by the umask. An existing folder
-// keeps its permissions, which somebody may have chosen. Errors: InputOutput.
+// Makes a folder that only its owner can access; missing parent folders get permissions by the
+// umask. An existing folder keeps its permissions, which somebody may have chosen. Errors:
+// InputOutput.
 Status MakePrivateFolder(const std::filesystem::path& folder);
 
 // Waits until the disk has the folder's entries. Skips a folder that this user may not read.
@@ -25,15 +26,15 @@ Status SyncFolder(const std::filesystem::path& folder);
 // not followed. Errors: InputOutput.
 Status SyncTree(const std::filesystem::path& folder);
 
-// What is in a folder, in no order. Errors: InputOutput.
+// The names in a folder, in no particular order. Errors: InputOutput.
 Result<std::vector<std::string>> NamesIn(const std::filesystem::path& folder);
 
 // Opens a file without a name in the folder: nobody else can open it, and it disappears when the
-// caller closes the descriptor. -1: see errno.
+// caller closes the descriptor. Returns -1 on failure, with errno set.
 int OpenNameless(const std::filesystem::path& folder);
 
-// Removes the folder and everything below it, as far as possible. For destructors: does not throw
-// when memory runs out, but tries again.
+// Removes the folder and everything below it, as far as possible. For destructors: when memory runs
+// out, it does not throw, but tries again.
 void RemoveTree(const std::filesystem::path& folder) noexcept;
 
 }

@@ -53,7 +53,7 @@ HeldFolder::~HeldFolder()
 
 Result<HeldFolder> HeldFolder::Open(const fs::path& folder)
 {
-  // Also holds a folder that may be entered but not listed.
+  // O_PATH: also holds a folder that may be entered but not listed.
   const int descriptor = ::open(folder.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0)
   {

@@ -21,8 +21,8 @@ namespace kdstream
 namespace
 {
 
-// A file's name until it is complete: ".NAME.", letters of a name that does not exist yet, and
-// this.
+// The end of a file's name until it is complete. The name is ".NAME.", then random letters so that
+// the name is not used yet, then this.
 constexpr std::string_view unfinished = ".unfinished";
 
 constexpr std::size_t randomLetters = 6;
@@ -58,8 +58,8 @@ Result<bool> IsLinked(int descriptor)
   return state.st_nlink > 0;
 }
 
-// The permissions with which a new file begins: who opens it then could read all that is written
-// later. The umask is applied.
+// The permissions with which a new file is created. They matter because whoever opens the file at
+// this time can read everything that is written later. The umask is applied.
 mode_t FirstMode(const std::filesystem::path& target, const struct stat* replaced)
 {
   constexpr mode_t ofAnybody = 0666, ofOwner = 0600;
@@ -76,11 +76,12 @@ mode_t FirstMode(const std::filesystem::path& target, const struct stat* replace
 Status TakeOverAccess(int file, const struct stat& replaced)
 {
   mode_t mode = replaced.st_mode & 0777;
-  // Only root gives files away, and others only to a group that they belong to.
+  // Only root can give files to other users; others can give them only to groups to which they
+  // belong.
   if (::fchown(file, replaced.st_uid, replaced.st_gid) != 0 &&
       ::fchown(file, static_cast<uid_t>(-1), replaced.st_gid) != 0)
   {
-    mode &= ~mode_t{ 070 } | (mode & 07) << 3; // another group may do what everybody may
+    mode &= ~mode_t{ 070 } | (mode & 07) << 3; // another group may only do what everybody may
   }
   return ::fchmod(file, mode) == 0 ? Status{}
                                    : Status{ SystemError("its permissions cannot be set", errno) };
@@ -111,7 +112,7 @@ void NewFile::RemoveLeftovers(const std::filesystem::path& target)
   }
   for (const std::filesystem::path& path : left)
   {
-    // Files of ended writers are not locked.
+    // Files of writers that have ended are not locked.
     int descriptor = ::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
     if (descriptor >= 0 && ::flock(descriptor, LOCK_EX | LOCK_NB) == 0)
     {
@@ -171,7 +172,7 @@ Status NewFile::Make()
 {
   struct stat replaced = {};
   const bool replaces = ::stat(this->Place.c_str(), &replaced) == 0;
-  if (!replaces && errno != ENOENT) // the permissions for the new file are then unknown
+  if (!replaces && errno != ENOENT) // then the new file's permissions are unknown
   {
     return SystemError("cannot be written", errno);
   }
@@ -179,8 +180,8 @@ Status NewFile::Make()
   {
     return Error{ ErrorCode::InputOutput, "cannot be written: it is not a regular file" };
   }
-  // Opened now, so that errors occur before the rename. A folder that this user may write but not
-  // read cannot be synced.
+  // Opened now, so that errors occur before the rename. A folder that this user may write to but
+  // not read cannot be synchronized.
   this->FolderFile = ::open(this->Folder().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (this->FolderFile < 0 && errno != EACCES && errno != EPERM)
   {
@@ -200,12 +201,12 @@ Status NewFile::Make()
     {
       return SystemError("cannot be written", errno);
     }
-    // Before it was locked another writer may have taken it for a leftover.
+    // Before the file was locked, another writer may have taken it for a leftover.
     const bool taken = ::flock(this->File, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
     const Result<bool> linked = IsLinked(this->File);
     if (!taken && linked && *linked)
     {
-      this->Temporary = std::move(name); // not copied: memory may have run out
+      this->Temporary = std::move(name); // moved, not copied, because memory may have run out
       return {};
     }
     ::unlink(name.c_str());
@@ -235,7 +236,8 @@ Status WriteAll(int descriptor, std::string_view bytes)
 
 int NewFile::WhyFull() const
 {
-  // Single pages may have room where a whole piece had none; the error after them gives the reason.
+  // Single pages may still fit where the failed write did not; the error after they are written
+  // gives the reason.
   const std::vector<char> block(std::size_t{ 1 } << 16);
   const off_t end = ::lseek(this->File, 0, SEEK_END);
   for (std::size_t done = 0; done < block.size();)
@@ -272,7 +274,7 @@ Status NewFile::Finish(Lasts lasts)
     return SystemError("cannot be renamed to its final name", errno);
   }
   this->Temporary.clear();
-  // Some file systems cannot do that with folders; the file itself is safe by now.
+  // Some file systems cannot synchronize folders; the file itself is safe by now.
   const bool isSafe = lasts == Lasts::Processes || this->FolderFile < 0 ||
                       ::fsync(this->FolderFile) == 0 || errno != EIO;
   return isSafe

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A file while it is written: under a random name beside its target, which it replaces when it is
-// complete. All files that this project writes whole are written so.
+// A file while it is written. It has a random name beside its target, and replaces the target when
+// it is complete. All files that this project writes as a whole are written in this way.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -11,54 +11,54 @@
 namespace kdstream
 {
 
-// Writes all of these bytes to an open file, also in several parts. Errors: InputOutput.
+// Writes all of these bytes to an open file, if necessary in several parts. Errors: InputOutput.
 Status WriteAll(int descriptor, std::string_view bytes);
 
 // A file appears whole or not at all: if the object is destroyed before Finish, the file is
-// removed. No other file is opened or truncated, whatever files and links others have put beside
-// the target (O_EXCL, O_NOFOLLOW, random letters).
+// removed. No other file is opened or truncated, whatever files and links other users have put
+// beside the target (O_EXCL, O_NOFOLLOW, random letters).
 //
-// A new file gets its permissions by the umask. A file that replaces another gets the owner, group
-// and permissions of the old one: a private file stays private. Before Finish only those who may
-// read the old file can read the new one. A symbolic link is replaced itself. Its target stays as
-// it is, and only decides the permissions of the new file. (Programs resolve links that users name
-// before they call this: CheckOutput.)
+// The umask decides the permissions of a new file. A file that replaces another gets the owner,
+// group and permissions of the old one: a private file stays private. Before Finish only those who
+// may read the old file can read the new one. A symbolic link is itself replaced; the file to which
+// it leads does not change, and only decides the permissions of the new file. (Programs resolve
+// links that users name before they call this: CheckOutput.)
 class NewFile
 {
 public:
-  // Errors: InputOutput, also where the target is there and is not a regular file.
+  // Errors: InputOutput, also if the target exists and is not a regular file.
   static Result<NewFile> Create(const std::filesystem::path& target);
 
-  // Removes what writers of this target that were killed have left. Reads the folder.
+  // Removes the temporary files that killed writers of this target have left. Reads the folder.
   static void RemoveLeftovers(const std::filesystem::path& target);
 
   NewFile(NewFile&& other) noexcept;
   NewFile& operator=(NewFile&& other) noexcept;
   ~NewFile();
 
-  // The path that the file gets in the end.
+  // The path that the file has after Finish.
   const std::filesystem::path& Target() const { return this->Place; }
   // The path of the temporary file.
   const std::filesystem::path& Path() const { return this->Temporary; }
-  // The folder of both.
+  // The folder that contains both.
   std::filesystem::path Folder() const;
-  // Open for reading and writing, as long as this is.
+  // A descriptor for reading and writing, open as long as this object exists.
   int Descriptor() const { return this->File; }
 
   // Appends bytes. Errors: InputOutput.
   Status Write(std::string_view bytes);
 
   // Call this after a failed write: returns the errno of a full disk or quota, or 0. It tries to
-  // write at the end of the file, which must not be used afterwards.
+  // write at the end of the file, so the file must not be used afterwards.
   int WhyFull() const;
 
   enum class Lasts
   {
-    PowerCuts, // file and folder wait for the disk
-    Processes  // a temporary file
+    PowerCuts, // waits until the disk has the file and its name
+    Processes  // does not wait: for temporary files
   };
-  // Puts the file in its target's place. Errors: InputOutput; the target is then unchanged, unless
-  // the message says that the file is in place.
+  // Puts the file in its target's place. lasts: what the file must outlast. Errors: InputOutput;
+  // the target is then unchanged, unless the message says that the file is in place.
   Status Finish(Lasts lasts = Lasts::PowerCuts);
 
 private:
@@ -70,8 +70,8 @@ private:
   void Discard();
 
   std::filesystem::path Place, Temporary;
-  int File = -1;       // locked, as long as this process writes it
-  int FolderFile = -1; // for fsync; -1: the folder cannot be read
+  int File = -1;       // locked while this process writes it
+  int FolderFile = -1; // for fsync; -1 if the folder cannot be read
 };
 
 }

@@ -43,7 +43,7 @@ Status WriteToOutput(const std::filesystem::path& file, std::string_view bytes)
   {
     return WriteNewFile(file, bytes);
   }
-  // Neither truncated nor made: appended to the output that a shell has redirected.
+  // Does not truncate or create: appends to the output to which a shell has redirected.
   const int descriptor = ::open(file.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC | O_NOCTTY);
   if (descriptor < 0)
   {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Files that are written at once: notes, pictures, reports, what is exported of a store.
+// Writes whole files at once: notes, pictures, reports, exports of a store.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -12,8 +12,8 @@
 namespace kdstream
 {
 
-// Writes these bytes to a file. Afterwards, also after a power cut, the file has either all of
-// these bytes or its old content. By NewFile, which describes permissions and links. Errors:
+// Writes these bytes to a file. Afterwards, even after a power cut, the file has either all of
+// these bytes or its old content. Uses NewFile; see there for permissions and links. Errors:
 // InputOutput, with the file's name.
 Status WriteWhole(const std::filesystem::path& file, std::string_view bytes);
 
@@ -21,24 +21,24 @@ Status WriteWhole(const std::filesystem::path& file, std::string_view bytes);
 // descriptor (/dev/stdout), the bytes are written to it directly. Errors: InputOutput.
 Status WriteToOutput(const std::filesystem::path& file, std::string_view bytes);
 
-// Writes a new file in a folder that nobody else writes to. Does not wait for the disk (SyncTree).
-// Errors: InputOutput, with the file's name.
+// Writes a new file in a folder to which nobody else writes. Does not wait for the disk (see
+// SyncTree). Errors: InputOutput, with the file's name.
 Status WriteAnew(const std::filesystem::path& file, std::string_view bytes);
 
-// Whether the name is that of a descriptor of this process, as /dev/stdout: a link to an open file,
-// not to a name.
+// Whether the name is that of a descriptor of this process, such as /dev/stdout: a link to an open
+// file instead of a name.
 bool NamesDescriptor(const std::filesystem::path& file);
 
-// Whether it is a regular file, and not a link to one, of exactly these bytes.
+// Whether it is a regular file, not a link to one, with exactly these bytes.
 bool HasBytes(const std::filesystem::path& file, std::string_view bytes);
 
 enum class Links
 {
   Follow,
-  Refuse // in a folder that others may write to
+  Refuse // for folders to which other users may write
 };
-// Reads a whole file. Errors: NotFound, InputOutput; LimitExceeded if it has more than mostBytes: it
-// may be a device without an end.
+// Reads a whole file. Errors: NotFound, InputOutput; LimitExceeded if it has more than mostBytes,
+// because it can be a device without an end.
 Result<std::string> ReadWholeFile(const std::filesystem::path& file, Links links = Links::Follow,
   std::size_t mostBytes = std::size_t{ 64 } << 20);
 

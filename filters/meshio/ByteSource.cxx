@@ -20,7 +20,7 @@ namespace kdstream
 
 Result<ByteSource> ByteSource::Open(const std::filesystem::path& file)
 {
-  // O_NONBLOCK: a named pipe must not keep us waiting before it is refused.
+  // O_NONBLOCK: otherwise opening a named pipe would wait, although it is then refused.
   const int descriptor = open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (descriptor < 0)
   {
@@ -46,7 +46,7 @@ Result<ByteSource> ByteSource::Open(const std::filesystem::path& file)
     return Error{ ErrorCode::InvalidInput, "is not a regular file" };
   }
   source.FileSize = static_cast<std::uint64_t>(status.st_size);
-  // Advice only: a system that does not take it reads as well.
+  // This is only advice: if the system ignores it, reading works as well.
   static_cast<void>(posix_fadvise(descriptor, 0, 0, POSIX_FADV_SEQUENTIAL));
   return source;
 }
@@ -101,7 +101,7 @@ Result<std::string_view> ByteSource::Peek(std::size_t wanted)
     this->BufferOffset += this->Begin;
     this->Begin = 0;
     this->End = kept;
-    // Never past the size at opening: a file that grows meanwhile is read as it was.
+    // Never reads past the size at opening: if the file grows meanwhile, it is read as it was.
     const std::size_t full = static_cast<std::size_t>(
       std::min<std::uint64_t>(this->Buffer.size(), this->FileSize - this->BufferOffset));
     while (this->End < full)
@@ -146,7 +146,7 @@ void ByteSource::Crop(std::uint64_t begin, std::uint64_t end)
   assert(begin >= this->First && begin <= end && end <= this->FileSize);
   this->First = begin;
   this->FileSize = end;
-  this->BufferOffset = begin; // what is in memory may lie after the end
+  this->BufferOffset = begin; // data in memory may lie after the end
   this->Begin = 0;
   this->End = 0;
 }

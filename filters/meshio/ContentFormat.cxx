@@ -26,14 +26,14 @@ struct Mark
 constexpr Mark marks[] = { { "ply\n", ".ply" }, { "ply\r", ".ply" }, { "glTF", ".glb" },
   { "LASF", ".las" }, { "# vtk DataFile", ".vtk" }, { "#VRML", ".wrl" }, { "# .PCD", ".pcd" },
   { "VERSION .7", ".pcd" }, { "solid ", ".stl" }, { "solid\n", ".stl" }, { "solid\r", ".stl" },
-  // Archives: people forget to unpack.
+  // Archives: people forget to unpack them.
   { "PK\x03\x04", ".zip" }, { "PK\x05\x06", ".zip" }, { "\x1f\x8b", ".gz" }, { "BZh", ".bz2" },
   { "\xFD"
     "7zXZ",
     ".xz" },
   { "\x28\xB5\x2F\xFD", ".zst" }, { "7z\xBC\xAF", ".7z" }, { "Rar!\x1A", ".rar" },
   { "\x1f\x9d", ".z" },
-  // Pictures and papers.
+  // Images and documents.
   { "\x89PNG", ".png" }, { "\xFF\xD8\xFF", ".jpg" }, { "II*\0"sv, ".tif" }, { "MM\0*"sv, ".tif" },
   { "%PDF", ".pdf" }, { "<!DOCTYPE", ".html" }, { "<!doctype", ".html" }, { "<html", ".html" },
   // Meshes, scenes and scans that are not read.
@@ -48,7 +48,7 @@ constexpr Mark marks[] = { { "ply\n", ".ply" }, { "ply\r", ".ply" }, { "glTF", "
   { "CCB2", ".cloudcompare" }, { "\0\0\x27\x0A"sv, ".shp" }, { "U3D\0"sv, ".u3d" },
   { "b3dm", ".b3dm" }, { "i3dm", ".b3dm" }, { "pnts", ".b3dm" }, { "cmpt", ".b3dm" } };
 
-// Formats of XML, each by a word near its beginning.
+// XML formats, each found by a word near its beginning.
 constexpr Mark elements[] = { { "\"PPolyData\"", ".pvtp" }, { "'PPolyData'", ".pvtp" },
   { "PolyData", ".vtp" }, { "<VTKFile", ".vtu" }, { "<COLLADA", ".dae" }, { "<X3D", ".x3d" },
   { "<amf", ".amf" }, { "<kml", ".kml" }, { "CityModel", ".gml" }, { "<LandXML", ".landxml" } };
@@ -124,7 +124,8 @@ constexpr Unread unread[] = { { ".3mf", "a 3MF file",
   { ".html", "a web page (HTML), as servers send instead of a missing file",
     "download the file itself" } };
 
-// Exactly the triangles that it counts after the header: no other file is so by chance.
+// Whether the file has exactly the size for the triangles that it counts after the header: this
+// does not happen by chance.
 bool IsBinaryStl(std::string_view begin, std::uint64_t size)
 {
   constexpr std::size_t header = 84;
@@ -150,8 +151,8 @@ std::uint64_t LittleEndian(std::string_view bytes, std::size_t at, std::size_t c
   return value;
 }
 
-// The format of a text without a mark: by the first word of its first line that is not a comment.
-// Too weak for files that may be binary.
+// The format of a text without a mark, from the first word of its first line that is not a comment.
+// This sign is too weak for files that may be binary.
 std::string_view FormatOfText(std::string_view begin)
 {
   begin.remove_prefix(begin.starts_with(utf8Mark) ? utf8Mark.size() : 0);
@@ -173,7 +174,8 @@ std::string_view FormatOfJson(std::string_view begin)
 {
   const auto has = [begin](std::string_view word)
   { return begin.find(word) != std::string_view::npos; };
-  // The metadata of a tileset may be long, too.
+  // A tileset has "asset", too, and if its metadata is long, "geometricError" comes after the first
+  // bytes. So glTF needs one more word.
   constexpr std::string_view ofGltf[] = { "\"accessors\"", "\"buffers\"", "\"bufferViews\"",
     "\"extensionsUsed\"", "\"images\"", "\"materials\"", "\"meshes\"", "\"nodes\"", "\"scene\"",
     "\"scenes\"" };
@@ -205,8 +207,8 @@ std::string TellUnread(const Unread& format)
 
 // --- ZIP archives --------------------------------------------------------------------------------
 
-// The names in the first MiB of a ZIP archive's directory, which is at its end (APPNOTE.TXT, 4.3.12
-// and 4.3.16). None if the archive is damaged, or has 2^32 bytes or more.
+// The file names in the first MiB of a ZIP archive's directory, which is at the archive's end
+// (APPNOTE.TXT, 4.3.12 and 4.3.16). Empty if the archive is damaged, or has 2^32 bytes or more.
 std::vector<std::string> NamesInZip(ByteSource& source)
 {
   constexpr std::uint64_t longestEnd = 22 + 0xFFFF;
@@ -242,8 +244,8 @@ std::vector<std::string> NamesInZip(ByteSource& source)
   return names;
 }
 
-// Names formats that are ZIP archives themselves: by the extension of a name in them, or of the
-// file. Otherwise names the files in the archive that could be read.
+// If the archive itself is a format (such as .3mf), names the format, by the extension of a name in
+// the archive or of the file. Otherwise names those files in the archive that could be read.
 std::string TellZip(const std::vector<std::string>& names, std::string_view itsEnding)
 {
   constexpr Mark inside[] = { { ".model", ".3mf" }, { ".usd", ".usdz" }, { ".usda", ".usdz" },
@@ -274,7 +276,7 @@ std::string TellZip(const std::vector<std::string>& names, std::string_view itsE
 
 // --- What is reported ----------------------------------------------------------------------------
 
-// What the user can do with an unsupported format, whatever the ending.
+// What the user can do with a file in an unsupported format, whatever its ending.
 std::string UnreadHint(
   ByteSource& source, std::string_view begin, std::string_view format, std::string_view ending)
 {
@@ -289,7 +291,7 @@ std::string UnreadHint(
   {
     return TellZip(NamesInZip(source), ending);
   }
-  if (format == ".gz" && ending == ".spz") // which gzip has packed
+  if (format == ".gz" && ending == ".spz") // a format that gzip has compressed
   {
     format = ending;
   }
@@ -310,7 +312,7 @@ std::string_view FormatOfContent(std::string_view begin, std::uint64_t size)
 {
   const bool isStl = IsBinaryStl(begin, size);
   begin = begin.substr(0, contentFormatBytes);
-  const std::string_view line = begin; // of a fixed width
+  const std::string_view line = begin; // text of a fixed width
   begin.remove_prefix(begin.starts_with(utf8Mark) ? utf8Mark.size() : 0);
   TakeBlanks(begin);
   for (const Mark& mark : marks)

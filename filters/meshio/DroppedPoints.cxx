@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Points that are not finite, and faces that name them, leave a mesh: see DroppedPoints.h.
+// Removes from a mesh points that are not finite, and faces that name them: see DroppedPoints.h.
 #include "filters/meshio/DroppedPoints.h"
 
 #include <algorithm>
@@ -18,7 +18,7 @@ namespace kdstream
 namespace
 {
 
-// No branch for each point: nearly always all are finite.
+// Tests without a branch for each point, because nearly always all points are finite.
 bool AreFinite(std::span<const Vec3> points)
 {
   constexpr double most = std::numeric_limits<double>::max();
@@ -33,7 +33,7 @@ bool AreFinite(std::span<const Vec3> points)
   return finite;
 }
 
-// In the other byte order.
+// The value with its bytes in the other order.
 template <class Number>
 double Swapped(Number value)
 {
@@ -42,7 +42,8 @@ double Swapped(Number value)
   return double(std::bit_cast<Number>(bytes));
 }
 
-// As a coordinate. Of whole numbers in the wrong order the last byte would be 0 or 255 in all.
+// Whether the value makes sense as a coordinate. Whole numbers up to 2^23 have a highest byte of 0
+// or 255; swapped, all of them would have this in their last byte.
 template <class Number>
 bool IsSensible(double value)
 {
@@ -59,7 +60,7 @@ std::string ShortText(double value)
   return text.data();
 }
 
-// Keeps, in arrays of an association, the tuples begin + i for which keeps(i) is true.
+// From the arrays of one association, keeps the tuples begin + i for which keeps(i) is true.
 template <class Keeps>
 void KeepTuples(Mesh& mesh, AttributeAssociation association, std::size_t begin, const Keeps& keeps)
 {

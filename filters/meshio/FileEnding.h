@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The ending that names a file's format: for readers and writers.
+// The ending that names a file's format, for readers and writers.
 #pragma once
 
 #include <algorithm>
@@ -22,15 +22,15 @@ inline std::string FileEnding(const std::filesystem::path& file)
   return ending;
 }
 
-// Points as lines of numbers, as .xyz files are, under the names that other programs give them.
+// Whether the ending is one that programs give to points written as lines of numbers, such as .xyz.
 inline bool IsPointText(const std::string& ending)
 {
   constexpr const char* endings[] = { ".xyz", ".txt", ".csv", ".pts", ".asc", ".xyzrgb", ".xyzn" };
   return std::find(std::begin(endings), std::end(endings), ending) != std::end(endings);
 }
 
-// Formats that only kdstream-convert reads. A .wrz is a .wrl that gzip has compressed, a .json a
-// tileset of 3D Tiles.
+// Whether only kdstream-convert reads the format. A .wrz file is a .wrl compressed with gzip; a
+// .json file is a tileset of 3D Tiles.
 inline bool IsConvertedFormat(const std::string& ending)
 {
   constexpr const char* endings[] = { ".vtp", ".vtk", ".wrl", ".wrz", ".glb", ".gltf", ".json",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Points that are not finite go, with their faces: see FiniteReader.h.
+// Drops points that are not finite, and the faces that use them: see FiniteReader.h.
 #include "filters/meshio/FiniteReader.h"
 
 #include "filters/meshio/DroppedPoints.h"
@@ -12,8 +12,8 @@ namespace kdstream
 namespace
 {
 
-// A reader whose errors name the file, and which drops points that are not finite: the readers of
-// the formats do not.
+// Wraps the reader of a format. Names the file in its errors, and drops points that are not finite;
+// the readers of the formats do neither.
 class FiniteReader : public MeshReader
 {
 public:
@@ -55,7 +55,7 @@ public:
   std::uint64_t Position() const override { return this->Reader->Position(); }
 
 private:
-  // What has become known by reading.
+  // Copies into Info() what the reader has found out while reading.
   template <class Number>
   Result<Number> Tell(Result<Number> result)
   {
@@ -70,7 +70,8 @@ private:
     const std::size_t begin = mesh.points.size();
     const Result<std::size_t> read = this->Reader->ReadVertices(mesh, limit);
     KDSTREAM_TRY(read);
-    // Some readers count dropped points themselves: they know which points are one in the file.
+    // Some readers count dropped points themselves, because they know which points are one in the
+    // file.
     if (!this->Reader->KnowsFinite())
     {
       KDSTREAM_TRY(DropPoints(mesh, begin, this->VerticesRead, this->Dropped,
@@ -80,7 +81,7 @@ private:
     return read;
   }
 
-  // Face by face: one that names a dropped point goes with all of its triangles.
+  // Goes face by face: a face that names a dropped point is dropped with all its triangles.
   Result<std::size_t> ReadFinitePart(Mesh& mesh, std::size_t limit)
   {
     for (std::size_t done = 0; done < limit; ++done)
@@ -97,7 +98,7 @@ private:
       const auto gone = static_cast<std::uint64_t>(std::count(kept->begin(), kept->end(), false));
       if (gone > 0)
       {
-        const bool whole = !this->FileInfo.strips; // of strips only triangles are dropped
+        const bool whole = !this->FileInfo.strips; // of strips, only triangles are dropped
         *kept = whole ? std::vector<bool>(kept->size(), false) : std::move(*kept);
         constexpr Lapse kind = Lapse::FaceOfDroppedPoint;
         this->Own.Count(kind, whole ? 1 : gone,
@@ -113,7 +114,7 @@ private:
 
   std::unique_ptr<MeshReader> Reader;
   std::string File;
-  MeshFileInfo FileInfo; // the reader's, and what is counted here
+  MeshFileInfo FileInfo; // the wrapped reader's, with our own counts
   Tolerance Own;
   DroppedPoints Dropped;
   std::uint64_t VerticesRead = 0, FacesRead = 0;

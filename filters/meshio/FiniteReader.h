@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A wrapper of the readers of all formats: drops points that are not finite, and their faces. Part
-// of step "read".
+// Wraps the readers of all formats: drops points that are not finite, and the faces that use them.
+// Part of step "read".
 #pragma once
 
 #include "filters/meshio/MeshReader.h"
@@ -13,7 +13,7 @@ namespace kdstream
 {
 
 // Reads from `reader`, which may give points that are not finite, and passes on only finite ones,
-// as MeshReader.h promises; errors name the file. scratch: as for MeshReader::Open. Memory: some 2
+// as MeshReader.h promises; errors name the file. scratch: as for MeshReader::Open. Memory: about 2
 // MiB, and only after a point was dropped (DroppedPoints.h).
 std::unique_ptr<MeshReader> WithFinitePoints(
   std::unique_ptr<MeshReader> reader, std::string file, const std::filesystem::path& scratch = {});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What readers do to a mesh before they append to it. Part of step "read".
+// Prepares a mesh before readers append to it. Part of step "read".
 #pragma once
 
 #include "filters/meshio/MeshReader.h"
@@ -11,7 +11,8 @@
 namespace kdstream
 {
 
-// Does not give up growth by doubling. REQUIRES: the file has bytes for `count` items.
+// Reserves room for `count` more items, and still grows by doubling. REQUIRES: the file has bytes
+// for `count` items.
 template <class T>
 void MakeRoom(std::vector<T>& items, std::uint64_t count)
 {
@@ -22,7 +23,7 @@ void MakeRoom(std::vector<T>& items, std::uint64_t count)
   }
 }
 
-// The scalar type, and the arrays if there are none.
+// Sets the mesh's scalar type, and creates the arrays if the mesh has none.
 inline void PrepareArrays(Mesh& mesh, const MeshFileInfo& info)
 {
   mesh.scalarType = info.scalarType;

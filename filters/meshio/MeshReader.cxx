@@ -69,7 +69,7 @@ Result<std::unique_ptr<MeshReader>> OpenFinite(const std::filesystem::path& file
     OfInput(OfFile(file.string(), OpenByEnding(ending, std::move(*source), execution, scratch)));
   const bool unreadable =
     reader ? (*reader)->Info().vertices == 0 : reader.GetError().code == ErrorCode::InvalidInput;
-  // An archive may hold a mesh that is not compressed, and be read as one.
+  // An archive may hold an uncompressed mesh, and could then be read as if it were that mesh.
   const bool isPacked = hint.starts_with("is compressed (.zip)");
   if (!hint.empty() && (unreadable || isPacked))
   {
@@ -87,11 +87,12 @@ Result<std::unique_ptr<MeshReader>> MeshReader::Open(const std::filesystem::path
   Result<std::unique_ptr<MeshReader>> reader = OpenFinite(file, execution, scratch);
   KDSTREAM_TRY(reader);
   std::optional<HiddenColors> colors = FindHiddenColors((*reader)->Info().attributes);
-  if (!colors || (colors->bytes && FileEnding(file) != ".ply")) // others make them of numbers
+  if (!colors || (colors->bytes && FileEnding(file) != ".ply")) // others convert numbers to bytes
   {
     return reader;
   }
-  // Which value is white is known only when all vertices have been read; for bytes mostly at once.
+  // Which value is white is known only after all vertices have been read; for bytes, mostly after
+  // the first chunk.
   ColorScale scale(std::move(*colors));
   for (std::size_t count = 1; count > 0 && !scale.AreUsual();)
   {
@@ -115,7 +116,7 @@ namespace
 
 constexpr std::uint64_t droppedAtOnce = std::uint64_t{ 1 } << 15; // elements
 
-// read(mesh, limit): as ReadVertices.
+// read(mesh, limit) has the contract of ReadVertices.
 template <class Read>
 Result<std::uint64_t> ReadAndDrop(std::uint64_t count, const Read& read)
 {
@@ -165,7 +166,7 @@ Status MeshReader::ReadRest(Mesh& mesh, const Execution& execution)
 Result<std::size_t> MeshReader::ReadFaces(Mesh& mesh, std::size_t mostTriangles)
 {
   const std::size_t begin = mesh.triangles.size();
-  std::size_t faces = 0, atOnce = 256, ofFace = 1; // ofFace: most triangles of a face so far
+  std::size_t faces = 0, atOnce = 256, ofFace = 1; // ofFace: most triangles of one face
   for (std::size_t made = 0; faces < mostTriangles && made < mostTriangles;
        made = mesh.triangles.size() - begin)
   {

@@ -62,7 +62,8 @@ void WriteTuple(OutputFile& file, const std::vector<const Attribute*>& arrays, s
   }
 }
 
-// The lines of the properties that hold the arrays, below those that `element` has already.
+// Writes the header's lines for the properties that hold the arrays. These come after the
+// properties that `element` has already.
 void WritePlyProperties(
   OutputFile& file, PlyElement element, const std::vector<const Attribute*>& arrays)
 {
@@ -121,7 +122,7 @@ void WritePly(OutputFile& file, const Mesh& mesh)
   }
 }
 
-// Unit normal of a triangle; zero if it has none.
+// The unit normal of a triangle; zero if the triangle has none.
 Vec3 NormalOf(const Vec3& a, const Vec3& b, const Vec3& c)
 {
   return UnitVector(Cross(Minus(b, a), Minus(c, a)));
@@ -151,7 +152,7 @@ void WriteStl(OutputFile& file, const Mesh& mesh)
   }
 }
 
-// "x y z", what `after(point)` writes, and the line's end for every point, with `before` in front.
+// Writes one line for each point: `before`, "x y z", and what `after(point)` writes.
 template <class After>
 void WritePointLines(
   OutputFile& file, const Mesh& mesh, std::string_view before, const After& after)
@@ -170,7 +171,7 @@ void WritePointLines(
     });
 }
 
-// Red, green and blue from 0 to 1, a blank before each.
+// Writes red, green and blue from 0 to 1, each after a blank.
 void WriteColor(OutputFile& file, const Attribute& colors, std::size_t tuple)
 {
   for (std::size_t k = 0; k < 3; ++k)
@@ -180,8 +181,8 @@ void WriteColor(OutputFile& file, const Attribute& colors, std::size_t tuple)
   }
 }
 
-// Writes the values of each tuple in a line. Tuples with a value that text formats cannot hold
-// become zeros.
+// Writes each tuple as a line of values. If text formats cannot hold a value of a tuple, the whole
+// tuple becomes zeros.
 void WriteTupleLines(OutputFile& file, const Attribute& array, std::string_view before)
 {
   for (std::size_t i = 0; i < array.TupleCount(); ++i)
@@ -208,7 +209,7 @@ void WriteTupleLines(OutputFile& file, const Attribute& array, std::string_view 
   }
 }
 
-// Colours after the coordinates, as most programs write and read them.
+// Writes colours after the coordinates, as most programs write and read them.
 void WriteObj(OutputFile& file, const Mesh& mesh)
 {
   const Attribute* const colors = FindRole(mesh.attributes, AttributeRole::Colors);
@@ -266,7 +267,7 @@ void WriteVrml(OutputFile& file, const Mesh& mesh)
     file.Write("\n] }\n");
   }
   const Attribute* const normals = FindRole(mesh.attributes, AttributeRole::Normals);
-  if (normals && !cloud) // a PointSet has none
+  if (normals && !cloud) // a PointSet has no normals
   {
     file.Write("normal Normal { vector [\n");
     WriteTupleLines(file, *normals, "");
@@ -303,7 +304,7 @@ std::string XmlText(std::string_view text)
   return escaped;
 }
 
-// The name that VTK's XML has for a type.
+// The name of a type in VTK's XML.
 std::string VtpTypeName(AttributeType type)
 {
   std::string name(NameOf(type)); // "uint8" is "UInt8"
@@ -315,11 +316,11 @@ std::string VtpTypeName(AttributeType type)
   return name;
 }
 
-// The arrays of a .vtp, whose bytes lie in the appended block, each array's after its length.
+// The arrays of a .vtp file. Their bytes lie in the appended block, each array's after its length.
 class VtpArrays
 {
 public:
-  // The XML of an array of `bytes` bytes.
+  // Returns the XML element for an array of `bytes` bytes.
   std::string Declare(
     const std::string& type, std::string_view name, int components, std::uint64_t bytes)
   {
@@ -334,7 +335,7 @@ private:
   std::uint64_t Offset = 0;
 };
 
-// PointData or CellData; the first array of each role is the active one.
+// Writes the elements PointData or CellData; the first array of each role is the active one.
 void DeclareAttributes(OutputFile& file, const Mesh& mesh, AttributeAssociation association,
   const std::string& section, VtpArrays& arrays)
 {
@@ -373,7 +374,7 @@ void WriteAttributes(OutputFile& file, const Mesh& mesh, AttributeAssociation as
   }
 }
 
-// VTK's XML with raw appended data: VTK and ParaView read it bit for bit.
+// Writes VTK's XML with raw appended data, which VTK and ParaView read bit for bit.
 void WriteVtp(OutputFile& file, const Mesh& mesh)
 {
   const bool cloud = mesh.triangles.empty();
@@ -402,7 +403,8 @@ void WriteVtp(OutputFile& file, const Mesh& mesh)
   file.Write("<Points>\n" +
              arrays.Declare(single ? "Float32" : "Float64", "Points", 3, pointBytes) +
              "</Points>\n");
-  // One statement each: every declaration takes the next place in the appended block.
+  // One declaration in each statement, because each declaration takes the next place in the
+  // appended block.
   file.Write("<" + section + ">\n");
   file.Write(arrays.Declare("Int64", "connectivity", 1, connectivityBytes));
   file.Write(arrays.Declare("Int64", "offsets", 1, offsetBytes));
@@ -490,7 +492,8 @@ Status CheckMesh(const Mesh& mesh, bool isStl)
   return {};
 }
 
-// Whether floats would be coarse: their step is more than a hundred thousandth of the longest side.
+// Whether floats would be coarse: the step between two floats is more than 1e-5 of the longest
+// side.
 bool IsFarFromZero(const Mesh& mesh)
 {
   constexpr double stepOfFloats = 1. / (1 << 23), coarse = 1e-5;

@@ -62,7 +62,7 @@ bool IsBelowOne(std::string_view word)
   {
     return true;
   }
-  // The power of ten of the first digit that counts, before the written exponent.
+  // The power of ten of the first digit that is not 0, before the written exponent is added.
   const auto point = static_cast<std::int64_t>(std::min(digits.find('.'), digits.size()));
   const auto place = static_cast<std::int64_t>(first);
   std::int64_t power = place < point ? point - place - 1 : point - place;
@@ -88,7 +88,7 @@ bool IsBelowOne(std::string_view word)
 namespace
 {
 
-// What ten to the power of `exponent` is; exact up to 10^22, then near enough to compare with.
+// Ten to the power of `exponent`: exact up to 10^22, and beyond this near enough for comparing.
 double PowerOfTen(int exponent)
 {
   if (std::abs(exponent) <= mostExactPower)
@@ -103,13 +103,13 @@ double PowerOfTen(int exponent)
   return exponent < 0 ? 1 / power : power;
 }
 
-// Whether `value`, of which the last decimal counts 10^power, comes back from a float.
+// Whether `value`, whose last decimal has the weight 10^power, can be recovered from a float.
 bool FloatTells(double value, int power, bool even)
 {
   const double halfDecimal = 0.5 * PowerOfTen(power);
   const double difference = std::abs(double(static_cast<float>(value)) - value);
-  // Halfway between two decimals the even one is written (1912017.75 as 1912017.8).
-  constexpr double blur = 1e-6; // of decimals as doubles
+  // A value halfway between two decimals is written as the even one (1912017.75 as 1912017.8).
+  constexpr double blur = 1e-6; // relative error of decimals as doubles
   return difference < halfDecimal * (even ? 1 + blur : 1 - blur);
 }
 
@@ -121,7 +121,7 @@ void DecimalPrecision::Add(std::string_view word)
   {
     return;
   }
-  // Floats keep all decimals of six digits distinct, except at the ends of their range.
+  // Floats keep all decimals of six digits distinct, except near the ends of the range of floats.
   constexpr std::uint64_t sureDigits = 1000000;
   constexpr int farPower = 25;
   PlainDecimal decimal;

@@ -17,12 +17,12 @@ namespace kdstream
 enum class NumberTextError
 {
   None,
-  NotANumber, // the word is not wholly a number of the kind
-  OutOfRange  // a number that is too large for its type
+  NotANumber, // the whole word is not a number of this type
+  OutOfRange  // the number is too large for its type
 };
 
 // True if the absolute value of the decimal number `word` is below one. REQUIRES: std::from_chars
-// took the whole word for a floating-point number.
+// reads the whole word as a floating-point number.
 bool IsBelowOne(std::string_view word);
 
 // A decimal number as it is written: digits × 10^power.
@@ -33,11 +33,11 @@ struct PlainDecimal
   bool negative = false;
 };
 
-// Reads words of the usual form, -12.5e-3, with at most 18 significant digits: nearly all numbers.
-// False for others, which std::from_chars must read.
+// Reads a word of the usual form, -12.5e-3, with at most 18 significant digits: nearly all numbers.
+// Returns false for other words, which std::from_chars must read.
 inline bool ScanDecimal(std::string_view word, PlainDecimal& decimal)
 {
-  constexpr std::uint64_t mostDigits = 100000000000000000U; // one more fits
+  constexpr std::uint64_t mostDigits = 100000000000000000U; // one more digit fits
   const char* at = word.data();
   const char* const end = at + word.size();
   decimal = {};
@@ -91,12 +91,12 @@ inline bool ScanDecimal(std::string_view word, PlainDecimal& decimal)
   return at == end && size > 0 && size <= mostExponent;
 }
 
-// "nan" or "inf", with its sign, for the forms of old Windows compilers: -1.#IND, 1.#QNAN00,
-// 1.#INF. Empty for all other words.
+// Returns "nan" or "inf", with its sign, for the forms that old Windows compilers write: -1.#IND,
+// 1.#QNAN00, 1.#INF. Empty for all other words.
 std::string_view SpecialNumber(std::string_view word);
 
-// The number with an e for the D or d of its exponent, as Fortran writes it (1.0D+00); empty for
-// all other words.
+// Returns the number with an e in place of the D or d that Fortran writes before the exponent
+// (1.0D+00); empty for all other words.
 std::string WithPlainExponent(std::string_view word);
 
 // Powers of ten that doubles hold exactly.
@@ -104,7 +104,8 @@ inline constexpr int mostExactPower = 22;
 inline constexpr double exactPowers[mostExactPower + 1] = { 1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7,
   1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22 };
 
-// The nearest double, where one rounding gives it: of exact digits and an exact power. Else false.
+// Finds the nearest double if one rounding gives it: the digits and the power of ten must be exact
+// doubles. Else returns false.
 inline bool NearestDouble(const PlainDecimal& decimal, double& value)
 {
   if (decimal.digits > (std::uint64_t{ 1 } << 53) || decimal.power < -mostExactPower ||
@@ -145,9 +146,9 @@ inline bool ReadPlain(std::string_view word, float& value)
   return true;
 }
 
-// Reads the whole of `word` as a T. Floating-point text is rounded once, to the nearest T; too
-// small numbers become zero. Also reads "nan", "inf", 1.#QNAN and similar words, and exponents of
-// Fortran. Integers have no fraction and no exponent. A leading '+' is allowed.
+// Reads the whole of `word` as a T. Floating-point text is rounded once, to the nearest T; numbers
+// that are too small become zero. Also reads "nan", "inf", 1.#QNAN and similar words, and Fortran's
+// exponents. Integers have no fraction and no exponent. A leading '+' is allowed.
 template <class T>
 NumberTextError ParseNumber(std::string_view word, T& value)
 {
@@ -198,8 +199,8 @@ NumberTextError ParseNumber(std::string_view word, T& value)
   return NumberTextError::OutOfRange;
 }
 
-// For coordinates that were written as decimals: whether floats, written with the same number of
-// decimals, would give the same text.
+// Tells whether coordinates that a file has as decimals can be floats: whether floats, written with
+// the same number of decimals, would give the same text.
 class DecimalPrecision
 {
 public:

@@ -9,7 +9,7 @@ namespace kdstream
 namespace
 {
 
-// "there are only 3", of what is counted from 1 on.
+// "there are only 3", for elements that are counted from 1.
 std::string ThereAre(std::uint64_t count)
 {
   return count == 0   ? "there are none"
@@ -50,7 +50,7 @@ Status ObjCorners::Read(const ObjStatements& statements, const ObjCounts& before
   const ObjCounts& all, std::uint64_t face, Tolerance& tolerance)
 {
   this->Corners.clear();
-  std::array<bool, 3> missing{}; // whether a corner names what does not exist
+  std::array<bool, 3> missing{}; // whether a corner names one that does not exist
   std::string_view text = statements.Rest();
   for (std::string_view word = TakeWord(text); !word.empty(); word = TakeWord(text))
   {

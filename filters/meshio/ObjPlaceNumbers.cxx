@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the numbers after the coordinates of an OBJ file's vertices are: see ObjPlaceNumbers.h.
+// Decides what the numbers after the coordinates of an OBJ file's vertices mean: see
+// ObjPlaceNumbers.h.
 #include "filters/meshio/ObjPlaceNumbers.h"
 
 #include "filters/meshio/NumberText.h"

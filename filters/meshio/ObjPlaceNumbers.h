@@ -22,8 +22,8 @@ struct ObjPlaceColumns
     Normals
   };
   What what = What::Nothing;
-  std::size_t at = 3;    // the number of a vertex, from 0, that is the first of three
-  double scale = 1;      // of a colour to 255
+  std::size_t at = 3;    // index of the first of the three numbers, from 0
+  double scale = 1;      // factor from a colour to 0 … 255
   std::string ignored{}; // the numbers that are not read; empty: all are read
 };
 
@@ -31,17 +31,18 @@ struct ObjPlaceColumns
 class ObjPlaceNumbers
 {
 public:
-  // text: what a vertex has after x y z. What is not a number is refused when it is read.
+  // text: the numbers that follow x y z of a vertex. Words that are not numbers are refused later,
+  // when they are read.
   void Add(std::string_view text);
-  // Three numbers are normals if most of them have length one and some are negative, else colours
-  // (ColorWhite). If a line has seven or more numbers, the first three after x y z count. But if
-  // the first of them is 1 for all vertices, and the last is not opaque for all, the first is a
-  // weight, and the next three count. Nothing if some vertices have no such numbers. normalsNamed:
-  // whether faces name other normals. Ambiguous cases are reported.
+  // Three numbers are normals if most of them have length one and some are negative; else they are
+  // colours (ColorWhite). If a line has seven or more numbers, the three after x y z count. There
+  // is one exception: if the first of them is 1 for all vertices and the last is not opaque for
+  // all, the first is a weight, and the next three count. If some vertices have no such numbers,
+  // nothing is read. normalsNamed: whether faces name other normals. Ambiguous cases are reported.
   ObjPlaceColumns Decide(std::uint64_t vertices, bool normalsNamed, Tolerance& tolerance) const;
 
 private:
-  // Of three numbers.
+  // What is known of three numbers, over all vertices.
   struct Triple
   {
     ColorWhite white;
@@ -49,11 +50,11 @@ private:
     bool negative = false;
   };
 
-  std::uint64_t Weights = 0;        // vertices of four numbers, the last of which is not 1
+  std::uint64_t Weights = 0;        // vertices of four numbers, if the last is not 1
   std::uint64_t Two = 0;            // vertices of five numbers
-  std::uint64_t Six = 0, Seven = 0; // vertices of as many numbers at least
+  std::uint64_t Six = 0, Seven = 0; // vertices of at least six, or seven
   bool WeightOne = true, LastOpaque = true;
-  // The three numbers after the coordinates, and the three after these.
+  // The three numbers after the coordinates, and the three that begin one number later.
   std::array<Triple, 2> Triples;
 };
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Reads Wavefront OBJ files in chunks: see ObjReader.h. Steps:
-// 1. all statements: counts, whether floats are enough, what corners name
-// 2. if corners name more than places: tables on disk
-// 3. vertices
-// 4. faces.
+// 1. look at all statements: count them, find out whether floats are enough and what corners name
+// 2. if corners name more than places: make tables on disk
+// 3. read the vertices
+// 4. read the faces.
 #include "filters/meshio/ObjReader.h"
 
 #include "filters/meshio/DroppedPoints.h"
@@ -26,7 +26,7 @@ namespace kdstream
 namespace
 {
 
-constexpr std::uint64_t mostPlaces = noVertex - 1; // of places, texture coordinates, normals
+constexpr std::uint64_t mostPlaces = noVertex - 1; // for places, texture coordinates, normals
 
 // What the first pass finds out.
 struct Survey
@@ -44,7 +44,7 @@ struct Survey
 class ObjReader : public MeshReader
 {
 public:
-  // again: the same file.
+  // again: a second source for the same file.
   ObjReader(ByteSource source, ByteSource again, std::filesystem::path scratch)
     : Statements(std::move(source))
     , Again(std::move(again))
@@ -83,11 +83,12 @@ private:
   void Count(ObjKeyword keyword);
 
   bool AsFloats() const { return this->FileInfo.scalarType == ScalarType::Float32; }
-  // Checks a vertex of the file. It becomes several where faces name several normals at it.
+  // Counts a vertex of the file that is not finite. Such a vertex becomes several vertices of the
+  // mesh if faces name several normals for it; it is counted once.
   void CheckFinite(const Vec3& point);
-  // " (line 5)", where it is known.
+  // Returns " (line 5)", or nothing if the line is not known.
   std::string LineHere() const;
-  // "face 0 (line 5)".
+  // Returns "face 0 (line 5)".
   std::string PlaceOf(const char* element, std::uint64_t index) const;
   Error At(const char* element, std::uint64_t index, const Error& error) const
   {
@@ -104,9 +105,9 @@ private:
   PolygonFaces Polygons;
   std::unique_ptr<ScratchTable<Vec3>> Places; // made for the first polygon
 
-  ObjCorners Corners; // of a face
+  ObjCorners Corners; // of the current face
 
-  ObjCounts SoFar{}; // statements of this pass
+  ObjCounts SoFar{}; // statements so far in this pass
   std::uint64_t VerticesRead = 0;
   std::uint64_t FacesRead = 0;
   bool AtFaces = false, Opened = false;
@@ -157,7 +158,7 @@ void ObjReader::Count(ObjKeyword keyword)
   }
 }
 
-// One pass over the whole text, which ends at its beginning.
+// One pass over the whole text; afterwards the source stands at the beginning again.
 template <class Visit>
 Status ObjReader::ForEachStatement(const Execution& execution, Visit&& visit)
 {
@@ -183,7 +184,7 @@ void ObjReader::LookAtPlace(std::string_view text)
   this->Found.places.Add(text);
 }
 
-// How many triangles the face has at most, and whether corners name more than places.
+// Adds how many triangles the face can have, and whether its corners name more than places.
 void ObjReader::LookAtFace(std::string_view text)
 {
   bool isBlank = true;
@@ -253,8 +254,8 @@ Status ObjReader::Start(const Execution& execution)
     return BadInput("is not an OBJ file: no line says v, vt, vn or f", Remedy::Rename);
   }
   this->FileInfo.tolerance.Count(Lapse::PaddedEnd, this->Statements.GetLines().Padding());
-  // Coordinates or normals that no corner names become no attribute. Each point of a cloud has its
-  // own.
+  // Texture coordinates or normals that no corner names do not become an attribute. In a cloud,
+  // each point uses the ones of its own number.
   for (const std::size_t part : { 1, 2 })
   {
     found.named[part] &= found.counts[part] > 0;
@@ -311,7 +312,8 @@ void ObjReader::Describe()
   }
 }
 
-// Two passes: what corners name must be there before they are looked at.
+// Makes two passes, because the elements that corners name must be in the tables before the corners
+// are read.
 Status ObjReader::MakeTables(const Execution& execution)
 {
   this->Tables = std::make_unique<ObjVertices>(this->Scratch);
@@ -325,7 +327,7 @@ Status ObjReader::MakeTables(const Execution& execution)
         const auto number = static_cast<std::uint32_t>(this->SoFar[0] + 1);
         const ObjVertices::Corner corner{ number, this->Found.named[1] ? number : 0,
           this->Found.named[2] ? number : 0 };
-        return this->Tables->AddFace(std::span(&corner, 1)); // which is not read
+        return this->Tables->AddFace(std::span(&corner, 1)); // the face is not read
       }
       if (this->Statements.Keyword() != ObjKeyword::Face)
       {
@@ -333,7 +335,7 @@ Status ObjReader::MakeTables(const Execution& execution)
       }
       KDSTREAM_TRY(this->ReadCorners());
       ++this->FacesRead;
-      // A face that is too small is counted when it is read.
+      // A face with too few corners is counted later, when it is read.
       const auto corners = this->Corners.Get();
       return this->Tables->AddFace(
         corners.size() < 3 ? std::span<const ObjVertices::Corner>() : corners);
@@ -390,7 +392,7 @@ Result<std::size_t> ObjReader::ReadVertices(Mesh& mesh, std::size_t limit)
   }
   const auto number = static_cast<std::size_t>(
     std::min<std::uint64_t>(limit, this->FileInfo.vertices - this->VerticesRead));
-  MakeRoom(mesh.points, number); // all was counted
+  MakeRoom(mesh.points, number); // all places were counted
   if (Status read =
         this->Tables ? this->ReadVerticesOfTables(mesh, number) : this->ReadPlaces(mesh, number);
       !read)
@@ -419,7 +421,7 @@ Result<std::size_t> ObjReader::ReadTriangles(Mesh& mesh, std::size_t limit)
   return number;
 }
 
-// Goes to the next statement of the kind, which was there when the file was opened.
+// Goes to the next statement of this kind, which existed when the file was opened.
 Status ObjReader::NextOf(ObjKeyword wanted)
 {
   for (;;)
@@ -461,7 +463,7 @@ Status ObjReader::ReadPlaces(Mesh& mesh, std::size_t number)
   return {};
 }
 
-// A colour, or a normal that stands after the coordinates.
+// Appends a colour, or a normal that follows the coordinates.
 void ObjReader::AppendColor(const ObjPlace& place, Attribute& attribute) const
 {
   const std::size_t tuple = attribute.TupleCount();
@@ -535,7 +537,7 @@ Status ObjReader::ReadFaces(Mesh& mesh, std::size_t number)
   return this->CutPolygons(mesh);
 }
 
-// Takes places from the mesh's points if it has all of them, else from a table.
+// Takes the positions from the mesh's points if the mesh has all of them, else from a table.
 Status ObjReader::CutPolygons(Mesh& mesh)
 {
   if (this->Polygons.Empty())
@@ -560,7 +562,7 @@ Status ObjReader::CutPolygons(Mesh& mesh)
     mesh.triangles, [&](VertexId vertex) { return this->Places->Get(vertex); });
 }
 
-// Goes through the text once more, which the first passes have found right.
+// Reads all places into a table. The text has no errors: the first passes have checked it.
 Status ObjReader::KeepPlaces()
 {
   this->Places = std::make_unique<ScratchTable<Vec3>>(this->Scratch);

@@ -32,7 +32,7 @@ Status ParseReal(std::string_view word, T& value)
                                         : std::string(" is too large a number")));
 }
 
-// A number from 1 on, without a sign: nearly all corners are just this.
+// Reads a number from 1 on, without a sign: nearly all corners are just this.
 bool ParseSmall(std::string_view word, std::int64_t& number)
 {
   constexpr std::size_t most = 10; // digits
@@ -62,7 +62,8 @@ void MakeLower(std::string_view text, std::string& lower)
   }
 }
 
-// Whether a name follows, in which # is a character like any other. keyword: in small letters.
+// Whether a name follows the keyword; in a name, # is an ordinary character. keyword: in lower
+// case.
 bool TakesName(std::string_view keyword)
 {
   static constexpr std::array<std::string_view, 10> keywords{ "usemtl", "mtllib", "newmtl", "g",
@@ -91,8 +92,8 @@ bool EndsInBackslash(std::string_view text)
   return text.ends_with('\\');
 }
 
-// Whether a statement that ends in a backslash continues in the next line. isName: it is a
-// statement that takes a name. begin: of its last line.
+// Whether a statement that ends in a backslash continues on the next line. isName: the statement
+// takes a name. begin: where its last line begins.
 bool GoesOn(std::string_view text, bool isName, std::size_t begin)
 {
   const std::size_t backslash = text.rfind('\\');
@@ -122,7 +123,7 @@ ObjKeyword KeywordOf(std::string_view word)
     { "call", ObjKeyword::Call },
     { "csh", ObjKeyword::Call },
   } };
-  // The rest of the format, old statements too.
+  // The other keywords of the format, old ones too.
   static constexpr std::array<std::string_view, 33> others{ "g", "o", "s", "p", "mg", "vp", "deg",
     "bmat", "step", "cstype", "parm", "trim", "hole", "scrv", "sp", "end", "con", "bevel",
     "c_interp", "d_interp", "lod", "shadow_obj", "trace_obj", "ctech", "stech", "maplib", "res",
@@ -176,7 +177,7 @@ Result<bool> ObjStatements::Next()
   }
 }
 
-// Appends the next lines as long as the last one ends with a backslash.
+// Appends the following lines as long as the last line ends with a backslash.
 Status ObjStatements::Join()
 {
   this->Joined = this->Text;
@@ -399,7 +400,7 @@ Status ParseObjCorner(std::string_view word, ObjCorner& corner)
       {
         return Bad(QuotedText(number) + " is not the number of a " + objPartNames[part]);
       }
-      corner[part] = none ? 0 : corner[part]; // there are not as many
+      corner[part] = none ? 0 : corner[part]; // no element has this number
     }
     if (slash == word.size())
     {

@@ -26,18 +26,18 @@ enum class ObjKeyword
   Normal,            // vn
   Face,              // f, fo
   Material,          // usemtl, mtllib
-  Curve,             // curv, curv2, surf, l, bsp …: what has a shape of its own
-  Picture,           // usemap: a picture of the faces after it, without a material
-  Call,              // call, csh: takes in another file, or runs a program
-  VertexColors,      // #MRGB: colours of vertices, in comments of ZBrush
-  Other,             // a statement that has no part in a mesh
+  Curve,             // curv, curv2, surf, l, bsp …: curves and surfaces
+  Picture,           // usemap: a texture, without a material, of the faces that follow
+  Call,              // call, csh: includes another file, or runs a program
+  VertexColors,      // #MRGB: vertex colours that ZBrush writes in comments
+  Other,             // a statement that does not matter for a mesh
   Unknown
 };
 
 class ObjStatements
 {
 public:
-  // With the lines that it goes on in. A polygon of 200,000 corners takes some 4 MiB.
+  // In bytes, with continuation lines. A polygon of 200,000 corners takes about 4 MiB.
   static constexpr std::size_t longestStatement = std::size_t{ 1 } << 24;
 
   explicit ObjStatements(ByteSource source)
@@ -46,22 +46,23 @@ public:
   }
 
   // Goes to the next statement; false at the end. A line that ends with a backslash continues on
-  // the next line, except comments, and names whose last character is the backslash. A comment
-  // begins a line, or follows numbers; in a name # is an ordinary character. Errors: InputOutput; a
-  // statement longer than longestStatement; text in UTF-16.
+  // the next line. Comments do not, nor do names whose last character is the backslash. A comment
+  // begins a line, or follows numbers; in a name, # is an ordinary character. Errors: InputOutput;
+  // a statement longer than longestStatement; text in UTF-16.
   Result<bool> Next();
   ObjKeyword Keyword() const { return this->Word; }
-  // The keyword in lower case, because case does not matter; and as it is written. Valid until the
-  // next call of Next.
+  // The keyword in lower case, because case does not matter, and the keyword as the file has it.
+  // Valid until the next call of Next.
   std::string_view Name() const { return this->Folded; }
   std::string_view Written() const { return this->AsWritten; }
-  // What follows the keyword. Valid until the next call of Next.
+  // The text after the keyword. Valid until the next call of Next.
   std::string_view Rest() const { return this->Text; }
   const TextLines& GetLines() const { return this->Lines; }
   void Restart() { this->Lines.Restart(); }
 
-  // Calls visit() at each statement of the whole text. Reports this pass as the part of step "read"
-  // that begins at `before`. Errors: those of Next, of `visit` and of `execution`.
+  // Calls visit() at each statement of the whole text. For progress, this pass is the part of step
+  // "read" that begins at the fraction `before` and has the length `share`. Errors: those of Next,
+  // of `visit` and of `execution`.
   template <class Visit>
   Status ForEach(const Execution& execution, double before, double share, const Visit& visit)
   {
@@ -93,13 +94,13 @@ private:
   ObjKeyword Word = ObjKeyword::Other;
 };
 
-// Statements that are not read: curves and surfaces, other files, and what is not known.
+// Collects the statements that are not read: curves and surfaces, other files, unknown statements.
 class ObjPassedOver
 {
 public:
-  // The current one of `statements`.
+  // Adds the current statement of `statements`.
   void Add(const ObjStatements& statements);
-  // Adds names for what is not carried: a count each.
+  // Adds the names of what was skipped, each with its count.
   void Name(std::vector<std::string>& notCarried) const;
 
 private:
@@ -108,7 +109,7 @@ private:
   std::string FirstUnknown, FirstPicture, FirstCall;
 };
 
-// A vertex as a line has it.
+// A vertex as its line has it.
 struct ObjPlace
 {
   Vec3 point{};
@@ -116,30 +117,30 @@ struct ObjPlace
   bool colored = false;
 };
 
-// "x y z [w]" or "x y z r g b [a]"; asFloats: coordinates are rounded once, to floats; they may be
+// Reads "x y z [w]" or "x y z r g b [a]". asFloats: round coordinates once, to floats. They may be
 // NaN or infinite. colorsAt: the index of red, from 0; 4 means "x y z w r g b". Errors say what is
 // wrong, without the place.
 Status ParseObjPlace(
   std::string_view text, bool asFloats, ObjPlace& place, std::size_t colorsAt = 3);
 
-// "u [v …]"; a number that is too large becomes NaN, which is not a place in a picture.
+// Reads "u [v …]". A number that is too large becomes NaN, which is not a position in a texture.
 Status ParseObjTextureCoordinate(std::string_view text, std::array<float, 2>& values);
-// "x y z", and at most one number more, which is not read.
+// Reads "x y z"; one more number is allowed, but is not read.
 Status ParseObjNormal(std::string_view text, std::array<float, 3>& values);
 
-// The numbers of a corner's place, texture coordinate and normal, as in the file: counted from one,
-// or (negative) back from the last one before the face; noCorner for a missing one.
+// The numbers of a corner's place, texture coordinate and normal, as the file has them: counted
+// from 1, or, if negative, back from the last element before the face. noCorner: not given.
 using ObjCorner = std::array<std::int64_t, 3>;
 inline constexpr std::int64_t noCorner = std::numeric_limits<std::int64_t>::max();
 inline constexpr std::array<const char*, 3> objPartNames{ "vertex", "texture coordinate",
   "normal" };
 
-// Errors as ParseObjPlace.
+// Errors: as ParseObjPlace.
 Status ParseObjCorner(std::string_view word, ObjCorner& corner);
 
 // The element that a corner's number refers to. `before` elements of its kind come before the face,
-// and `all` are in the file. The result is its number, from one on, or 0; and whether it exists, or
-// is not named at all.
+// and the file has `all`. number: counted from 1; 0 if there is none. exists: true also if the
+// corner names no element.
 struct ObjPart
 {
   std::uint32_t number = 0;

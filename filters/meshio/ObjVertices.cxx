@@ -10,10 +10,10 @@ namespace kdstream
 namespace
 {
 
-// Marks a place that no corner has named yet.
+// Marks a place that no corner has named so far.
 constexpr std::uint32_t unset = noVertex;
-// The number of combinations of one place that are searched: a place with very many would take too
-// long.
+// How many combinations of one place are searched. Searching all of them would take too long for a
+// place with very many.
 constexpr unsigned longestSearch = 64;
 
 }
@@ -32,7 +32,7 @@ Status ObjVertices::AddPlace(const ObjPlace& place)
   return this->Places.Append({ place.point, place.color, { unset, unset, 0 } });
 }
 
-// A further vertex, which becomes the first one searched for its place.
+// Adds a further vertex, which becomes the first to be searched for its place.
 Result<VertexId> ObjVertices::AddFurther(const Corner& corner, PlaceRecord owner)
 {
   const std::uint64_t number = this->Size();
@@ -51,7 +51,7 @@ Result<VertexId> ObjVertices::AddFurther(const Corner& corner, PlaceRecord owner
   return added ? Result<VertexId>(static_cast<VertexId>(number)) : added.GetError();
 }
 
-// The vertex of a corner: looks through the combinations of its place.
+// Finds the vertex of a corner among the combinations of its place, or adds it.
 Result<VertexId> ObjVertices::VertexOf(const Corner& corner)
 {
   const std::uint32_t place = corner[0] - 1;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Vertices and faces of an OBJ file whose corners name texture coordinates or normals: a vertex for
-// each combination of place, texture coordinate and normal. Part of step "read".
+// The vertices and faces of an OBJ file whose corners name texture coordinates or normals. Each
+// combination of place, texture coordinate and normal is a vertex. Part of step "read".
 #pragma once
 
 #include "filters/core/Result.h"
@@ -13,17 +13,18 @@
 namespace kdstream
 {
 
-// Any corner may name any element, so look-ups need tables, which are on disk. Memory: some 10 MiB,
-// whatever the file. Disk: 48 bytes a place, 8 a texture coordinate, 12 a normal, 4 a corner and 4
-// a face, 16 a further vertex.
+// Any corner may name any element, so look-ups need tables, which are on disk. Memory: about 10
+// MiB, whatever the file. Disk: 48 bytes for each place, 8 for a texture coordinate, 12 for a
+// normal, 4 for a corner, 4 for a face, and 16 for each further vertex.
 //
-// Vertex i is place i with the first combination that a corner makes of it; further combinations
-// become further vertices, by first appearance. Each combination is one vertex, unless a place has
-// more than 64: welding joins the duplicates.
+// Vertex i is place i with the first combination in which a corner uses this place. Further
+// combinations become further vertices, in order of first appearance. Each combination is one
+// vertex, unless a place has more than 64 combinations: then there are duplicates, which welding
+// joins.
 class ObjVertices
 {
 public:
-  // folder: of the tables; empty: the system's for temporary files.
+  // folder: for the tables; if empty, the system's folder for temporary files.
   explicit ObjVertices(const std::filesystem::path& folder);
 
   // First all places, texture coordinates and normals, in the order of the file …
@@ -33,9 +34,9 @@ public:
     return this->TextureCoordinates.Append(values);
   }
   Status AddNormal(const std::array<float, 3>& values) { return this->Normals.Append(values); }
-  // … then all faces. Corners are numbers of vertices, texture coordinates and normals, from 1; 0
-  // for no texture coordinate or normal. No corners: a face without triangles. Errors: InputOutput;
-  // LimitExceeded for too many vertices.
+  // … then all faces. A corner has the numbers of a place, a texture coordinate and a normal,
+  // counted from 1; 0 if it has no texture coordinate or normal. A face without corners has no
+  // triangles. Errors: InputOutput; LimitExceeded for too many vertices.
   using Corner = std::array<std::uint32_t, 3>;
   Status AddFace(std::span<const Corner> corners);
 
@@ -56,7 +57,7 @@ public:
   Status ReadFace(std::vector<Triangle>& triangles);
 
 private:
-  // A combination, and where the next one of the same place is.
+  // A combination, and a link to the next combination of the same place.
   struct Combination
   {
     std::uint32_t textureCoordinate = 0;
@@ -83,7 +84,7 @@ private:
   ScratchTable<std::array<float, 2>> TextureCoordinates;
   ScratchTable<std::array<float, 3>> Normals;
   ScratchTable<FurtherRecord> Further;
-  ScratchTable<std::uint32_t> Faces; // of each: the number of its corners, and their vertices
+  ScratchTable<std::uint32_t> Faces; // for each face: the number of corners, then their vertices
   std::uint64_t NextFace = 0;
 };
 

@@ -30,9 +30,9 @@ public:
   OutputFile& operator=(const OutputFile&) = delete;
   ~OutputFile() = default;
 
-  // Files that killed programs have left of this one are removed. `execution` is asked before each
-  // block, as step "write". Errors: InputOutput with the system's reason, or for a name of
-  // something other than a regular file; Cancelled from Finish.
+  // Removes temporary files of the same name that killed programs have left. `execution` is asked
+  // for cancellation before each block, as step "write". Errors: InputOutput with the system's
+  // reason, or for a name of something other than a regular file; Cancelled from Finish.
   Status Open(const std::filesystem::path& file, const Execution& execution = {});
 
   void Write(std::string_view bytes)
@@ -44,7 +44,7 @@ public:
     }
   }
 
-  // The bytes of a number, the lowest first.
+  // Writes the bytes of a number, the lowest first.
   template <class T>
   void WriteLittleEndian(T value)
   {
@@ -57,7 +57,7 @@ public:
     this->Write(std::string_view(bytes, sizeof(T)));
   }
 
-  // The shortest decimals that read back to the same value.
+  // Writes the shortest decimals that read back to the same value.
   template <class T>
   void WriteText(T value)
   {
@@ -66,7 +66,7 @@ public:
     this->Write(std::string_view(text, static_cast<std::size_t>(written.ptr - text)));
   }
 
-  // Writes what is left, makes it durable, and gives the file its name.
+  // Writes what is still in memory, makes the file durable, and gives it its name.
   Status Finish();
 
 private:

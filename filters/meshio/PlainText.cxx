@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What editors and copying put around a text: see PlainText.h.
+// Removes what editors and copying add before and after a text: see PlainText.h.
 #include "filters/meshio/PlainText.h"
 
 #include <algorithm>
@@ -16,7 +16,7 @@ bool IsWideText(std::string_view begin)
   {
     return true;
   }
-  // ASCII in UTF-16 has a zero in each pair of bytes, always in the same place.
+  // In UTF-16, ASCII characters have a zero in each pair of bytes, always at the same position.
   constexpr std::size_t enough = 8;
   std::array<std::size_t, 2> zeros{};
   const std::size_t size = std::min<std::size_t>(begin.size(), 64) / 2 * 2;
@@ -46,7 +46,7 @@ Result<std::uint64_t> CropToText(ByteSource& source)
   }
   const std::uint64_t begin =
     source.Position() + (head->starts_with(utf8Mark) ? utf8Mark.size() : 0);
-  // A block from the end, without what is in front of the text.
+  // The last block of the file, without bytes before the text.
   const std::uint64_t from =
     std::max(begin, source.Size() - std::min<std::uint64_t>(source.Size(), ByteSource::blockSize));
   source.Seek(from);

@@ -12,12 +12,13 @@
 namespace kdstream
 {
 
-// The mark that some editors put in front of UTF-8.
+// The byte order mark that some editors put before UTF-8 text.
 inline constexpr std::string_view utf8Mark = "\xEF\xBB\xBF";
 
-// Crops the source to the text itself, and goes to its beginning: after the mark of UTF-8, and up
-// to Ctrl-Z and zeros at the end, which blanks may follow. Returns the number of these zeros, in
-// the last MiB only. Errors: InvalidInput for text in UTF-16 or UTF-32; InputOutput.
+// Crops the source to the text itself, and goes to its beginning. The text begins after a UTF-8
+// byte order mark. It ends before Ctrl-Z and zeros at the end, even if blanks follow these. Returns
+// the number of these zeros, counting only the last MiB. Errors: InvalidInput for text in UTF-16 or
+// UTF-32; InputOutput.
 Result<std::uint64_t> CropToText(ByteSource& source);
 
 // Whether the first bytes of a file are text in UTF-16 or UTF-32, with or without a mark.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Readers append each polygon as a fan, which needs no positions of vertices. This code cuts again
-// the polygons for which a fan is wrong. Part of step "read".
+// Cuts polygons again where a fan of triangles is wrong. Readers first append each polygon as a
+// fan, because this needs no positions of vertices. Part of step "read".
 #pragma once
 
 #include "filters/core/CutPolygon.h"
@@ -14,8 +14,8 @@
 namespace kdstream
 {
 
-// Replaces a fan of n - 2 triangles by the triangles of `cut`, of the same number. `fan` has the
-// values of its corners, in the order of a fan around corner 0.
+// Replaces the n - 2 triangles of a fan by the same number of triangles `cut`. `fan` has the values
+// of its corners, in the order of a fan around corner 0.
 template <class Value>
 void ScatterToTriangles(std::span<std::array<Value, 3>> fan, std::span<const Triangle> cut)
 {
@@ -33,12 +33,12 @@ void ScatterToTriangles(std::span<std::array<Value, 3>> fan, std::span<const Tri
   }
 }
 
-// Collects the polygons among triangles. Memory: 16 bytes for each polygon of more than three
-// corners added since the last cut.
+// Remembers which triangles belong to polygons. Memory: 16 bytes for each polygon of more than
+// three corners added since the last cut.
 class PolygonFaces
 {
 public:
-  // The `count` triangles from the first on are the fan of one polygon.
+  // Adds a polygon whose fan is the `count` triangles from number `first` on.
   void Add(std::size_t first, std::size_t count)
   {
     if (count > 1)
@@ -48,8 +48,9 @@ public:
   }
   bool Empty() const { return this->Fans.empty(); }
 
-  // Cuts the polygons that were added, and forgets them: calls changed(first, cut) for each that is
-  // not a fan. placeOf(vertex): a Result<Vec3>. Errors: those of placeOf.
+  // Cuts the polygons that were added, and forgets them. Calls changed(first, cut) for each polygon
+  // that needs another cut than a fan. placeOf(vertex) returns a Result<Vec3>. Errors: those of
+  // placeOf.
   template <class PlaceOf, class Changed>
   Status Cut(std::span<const Triangle> triangles, const PlaceOf& placeOf, const Changed& changed)
   {
@@ -72,7 +73,7 @@ public:
     this->Fans.clear();
     return {};
   }
-  // The same for only triangles.
+  // The same for a list that has only triangles and no further values of corners.
   template <class PlaceOf>
   Status Cut(std::vector<Triangle>& triangles, const PlaceOf& placeOf)
   {

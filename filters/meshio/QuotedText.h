@@ -10,14 +10,14 @@
 namespace kdstream
 {
 
-// The word in quotes for a message: without control characters, at most 40 bytes; nothing of a text
-// that is not UTF-8.
+// The word in quotes, for a message: at most 40 bytes, without control characters; empty if the
+// text is not UTF-8.
 inline std::string QuotedText(std::string_view word)
 {
   std::string_view begin = word.substr(0, 40);
   while (begin.size() < word.size() && !begin.empty() && (word[begin.size()] & 0xC0) == 0x80)
   {
-    begin.remove_suffix(1); // of a character that does not fit
+    begin.remove_suffix(1); // removes the beginning of a character that does not fit
   }
   std::string text = "'";
   if (IsUtf8(begin))
@@ -35,7 +35,7 @@ inline std::string QuotedText(std::string_view word)
   return text;
 }
 
-// The sentence for a word that is not a number because it has a decimal comma; else empty.
+// The sentence to add if a word is not a number because it has a decimal comma; else empty.
 inline std::string DecimalCommaHint(std::string_view word)
 {
   constexpr std::string_view digits = "0123456789";

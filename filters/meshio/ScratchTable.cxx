@@ -42,7 +42,7 @@ Error ScratchFile::Failure(const char* what) const
     this->Folder.string() };
 }
 
-// Called when a block must leave memory: small tables need no file.
+// Makes the file. Called only when a block must leave memory: small tables need no file.
 Status ScratchFile::Open()
 {
   if (this->Folder.empty())
@@ -74,7 +74,7 @@ Status ScratchFile::Write(const Slot& slot)
   return {};
 }
 
-// Writes what is in the slot, if it must, and reads the block that is wanted.
+// Writes the slot's block if it has changed, and reads the wanted block.
 Status ScratchFile::Load(Slot& slot, std::uint64_t block)
 {
   if (slot.changed)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A table of records on disk, in a file without a name: for readers of step "read" that must look
-// up more than memory may hold.
+// up more data than fits into memory.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -16,21 +16,21 @@
 namespace kdstream
 {
 
-// The file below the table: blocks, some of which are in memory. Memory: at most 2 MiB. The file
-// disappears with the object, however the process ends.
+// The file under the table. It consists of blocks, some of which are in memory. Memory: at most 2
+// MiB. The file disappears with the object, however the process ends.
 class ScratchFile
 {
 public:
-  // folder: where the file is made; empty: the system's folder for temporary files. recordSize: in
-  // bytes, at most a block.
+  // folder: where the file is made; if empty, the system's folder for temporary files. recordSize:
+  // in bytes, at most one block.
   ScratchFile(std::filesystem::path folder, std::size_t recordSize);
   ScratchFile(const ScratchFile&) = delete;
   ScratchFile& operator=(const ScratchFile&) = delete;
   ~ScratchFile();
 
-  // The bytes of a record, zeros if it was never changed. `change`: whether the caller will write
-  // to them. Valid until the next call. Expected O(1). Errors: InputOutput, with the folder and its
-  // purpose.
+  // The bytes of a record; zeros if it was never changed. `change`: whether the caller will write
+  // to these bytes. Valid until the next call. Expected O(1). Errors: InputOutput, naming the
+  // folder and what it is for.
   Result<char*> At(std::uint64_t record, bool change)
   {
     const std::uint64_t block = record / this->RecordsPerBlock;

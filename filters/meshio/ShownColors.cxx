@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Colours made into the array that viewers show: see ShownColors.h.
+// Converts colours to the array that viewers show: see ShownColors.h.
 #include "filters/meshio/ShownColors.h"
 
 #include "filters/core/BitCast.h"
@@ -21,7 +21,7 @@ bool IsReal(AttributeType type)
   return type == AttributeType::Float32 || type == AttributeType::Float64;
 }
 
-// The name that the new array can have; none where both are taken.
+// A name that the new array can have; nothing if both are taken.
 std::optional<AttributeInfo> FreeName(std::span<const AttributeInfo> attributes)
 {
   for (const auto& [name, components] :
@@ -38,7 +38,7 @@ std::optional<AttributeInfo> FreeName(std::span<const AttributeInfo> attributes)
   return std::nullopt;
 }
 
-// Three arrays of a number each.
+// Finds three arrays of one number each.
 std::optional<HiddenColors> FindTriple(std::span<const AttributeInfo> attributes)
 {
   constexpr std::array<std::array<std::string_view, 3>, 7> triples{ { { "red", "green", "blue" },
@@ -76,7 +76,8 @@ bool IsPackedName(const AttributeInfo& array)
          (name == "rgb" || name == "rgba");
 }
 
-// Names such as "PaintedColor" say it of bytes.
+// Whether the name says that an array has colours. In arrays of bytes, parts of names count too,
+// such as "PaintedColor".
 bool IsColorName(const AttributeInfo& array, bool isPart)
 {
   constexpr std::array<std::string_view, 7> names{ "rgb", "rgba", "color", "colour", "colors",
@@ -90,7 +91,7 @@ bool IsColorName(const AttributeInfo& array, bool isPart)
     });
 }
 
-// One array of three or four components, or of spherical harmonics.
+// Finds one array of three or four components, or of spherical harmonics.
 std::optional<HiddenColors> FindArray(
   std::span<const AttributeInfo> attributes, bool harmonics, bool isPart = false)
 {
@@ -210,7 +211,7 @@ private:
 
   std::unique_ptr<MeshReader> Reader;
   ColorScale Scale;
-  std::size_t Arrays; // of the file
+  std::size_t Arrays; // number of arrays in the file
   std::string Reported;
   MeshFileInfo FileInfo;
 };
@@ -286,7 +287,7 @@ std::string ColorWhite::Doubt() const
   {
     doubt = "as most of their values are: " + tell(over, "above it", "white");
   }
-  // Dark shades of a finer scale, or values of a coarser one.
+  // Values that may be dark shades on this scale, or belong to a scale with a smaller white.
   else if (const std::uint64_t under = white == 65535                 ? this->ToOne + this->ToByte
                                        : white == 255 && !this->Whole ? this->Fractions
                                                                       : 0;
@@ -306,7 +307,7 @@ void PackedColors::Add(float value)
 {
   constexpr float most = 16777215; // 0xFFFFFF
   const auto bits = BitCast<std::uint32_t>(value);
-  // The NaN that marks a missing value.
+  // A NaN that marks a missing value does not count.
   const bool isMissing = bits == 0x7FC00000 || bits == 0xFFC00000;
   if (isMissing || value == 0)
   {

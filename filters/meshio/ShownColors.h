@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Converts colours that files have as floats, as 16-bit integers, or as the spherical harmonics of
-// Gaussian splats, into the array that viewers show. Part of step "read".
+// Converts colours into the array that viewers show. Files may have them as floats, as 16-bit
+// integers, or as the spherical harmonics of Gaussian splats. Part of step "read".
 #pragma once
 
 #include "filters/core/Types.h"
@@ -18,47 +18,53 @@
 namespace kdstream
 {
 
-// Where a mesh's arrays have colours that are not shown as they are, or that may be nearly black.
+// Which arrays of a mesh have colours that viewers cannot show directly, or that may be nearly
+// black.
 struct HiddenColors
 {
-  // For red, green and blue: the array, and the component in it.
+  // For red, green and blue: the number of the array, and the component in it.
   std::array<std::size_t, 3> arrays{}, components{};
   bool harmonics = false; // f_dc: colour is 0.5 + 0.2820948 f
   bool packed = false;    // 0xRRGGBB in one number
-  bool maybe = false;     // packed, if the values say so (ColorScale)
-  bool bytes = false;     // shown as they are: only their values are looked at
-  AttributeInfo shown{};  // the array to make: "RGB", or "RGBA" where that name is taken
+  bool maybe = false;     // packed if the values say so (ColorScale)
+  bool bytes = false;     // shown without conversion: only the values are checked
+  AttributeInfo shown{};  // the array to make: "RGB", or "RGBA" if "RGB" is taken
 };
 
-// The arrays that may be colours; nothing if there are none. If viewers already show colours
-// (RoleOf), these. Certain colours, in lower or upper case: red green blue, r g b, diffuse_red …,
-// ambient_red …, as three arrays of numbers of one type; one array of three or four components
-// named rgb, rgba, color, colour, colors, diffuse, or of bytes with color or colour in its name;
-// rgb or rgba of one whole number of 32 bits; f_dc of three floats. Possible colours: rgb or rgba
-// of one number of another type.
+// Finds arrays that may be colours; nothing if there are none. If viewers already show colours
+// (RoleOf), returns these arrays.
+//
+// Certainly colours, in lower or upper case:
+// - three arrays of numbers of one type: red green blue, r g b, diffuse_red …, ambient_red …;
+// - one array of three or four components that is named rgb, rgba, color, colour, colors or
+//   diffuse, or that has bytes and color or colour in its name;
+// - rgb or rgba of one whole number of 32 bits;
+// - f_dc of three floats.
+//
+// Possibly colours: rgb or rgba of one number of another type.
 std::optional<HiddenColors> FindHiddenColors(std::span<const AttributeInfo> attributes);
 
-// Finds the value of white in colours that are numbers, for every format: 1, 255 or 65535, by the
-// majority of values. Zeros, and values that are not finite, do not count. O(1) a value.
+// Finds which value means white in colours that are numbers, for every format: 1, 255 or 65535, by
+// the majority of values. Zeros, and values that are not finite, do not count. O(1) a value.
 class ColorWhite
 {
 public:
-  // whole: values of a type of whole numbers, which are from 0 to 1 only if all are.
+  // whole: the values have an integer type. These are taken as 0 to 1 only if all are.
   void Add(double value, bool whole = false);
   double White() const;
   bool IsBlack() const { return this->ToOne + this->ToByte + this->Above == 0; }
-  // A sentence part if not all values agree: "as most of their values are: 1 of 24 is above it and
-  // counts as white"; else empty.
+  // If not all values agree, part of a sentence: "as most of their values are: 1 of 24 is above it
+  // and counts as white"; else empty.
   std::string Doubt() const;
 
 private:
-  std::uint64_t Negative = 0, ToOne = 0, ToByte = 0, Above = 0; // in (0, 1], (1, 255], above
+  std::uint64_t Negative = 0, ToOne = 0, ToByte = 0, Above = 0; // below 0, to 1, to 255, above
   std::uint64_t Fractions = 0;                                  // in (0, 1)
   bool Whole = false;
 };
 
 // Finds out what the numbers of an array rgb are: floats whose bits are 0x00RRGGBB or 0xFFRRGGBB,
-// as in PCL, whole numbers 0xRRGGBB, or not colours. O(1) a value.
+// as PCL writes them; whole numbers 0xRRGGBB; or not colours. O(1) a value.
 class PackedColors
 {
 public:
@@ -70,7 +76,7 @@ private:
   bool Bits = true, Whole = true, Any = false, AnyRed = false;
 };
 
-// Makes colours into the array that is shown.
+// Converts colours to the array that is shown.
 class ColorScale
 {
 public:
@@ -79,21 +85,22 @@ public:
   {
   }
 
-  // Looks at the tuples from `begin` on.
+  // Learns from the values of the tuples from `begin` on.
   void LookAt(std::span<const Attribute> attributes, std::size_t begin);
-  // Appends the shown tuples for those from `begin` to `end` of the others.
+  // Appends to `shown` the colours of the tuples from `begin` to `end`.
   void Append(std::span<const Attribute> attributes, std::size_t begin, std::size_t end,
     Attribute& shown) const;
-  // "red, green and blue of type float32 are shown as RGB: 1 is white". Empty: nothing to say.
+  // "red, green and blue of type float32 are shown as RGB: 1 is white". Empty if there is nothing
+  // to report.
   std::string Tell(std::span<const AttributeInfo> attributes) const;
   const AttributeInfo& Shown() const { return this->Colors.shown; }
-  // False if the values are not colours, or are shown as they are: nothing is appended.
+  // False if the values are not colours, or are shown without conversion: nothing is appended.
   bool AreColors() const
   {
     return !this->Colors.bytes &&
            (!this->Colors.maybe || this->Packed.AreBits() || this->Packed.AreNumbers());
   }
-  // Whether no further values can change the colours, and nothing about them has to be reported.
+  // Whether further values cannot change the colours, and there is nothing to report about them.
   bool AreUsual() const { return this->Colors.bytes && this->White.White() > 1; }
 
 private:
@@ -102,10 +109,10 @@ private:
   PackedColors Packed;
 };
 
-// Adds the colours of a whole mesh, if it has such arrays, and reports it.
+// Finds colours in a whole mesh, adds the array that is shown, and reports it.
 void AddShownColors(Mesh& mesh, Tolerance& tolerance);
 
-// Wraps the reader of a file and adds the array, after all others. scale: after it has seen all
+// Wraps the reader of a file and adds the array, after all others. scale: must have seen all
 // vertices.
 std::unique_ptr<MeshReader> WithShownColors(std::unique_ptr<MeshReader> reader, ColorScale scale);
 

@@ -26,10 +26,10 @@ namespace
 {
 
 constexpr std::uint64_t mostStlVertices = noVertex - 1;
-constexpr std::size_t headerBytes = 84;  // 80 of any kind, the number of triangles
+constexpr std::size_t headerBytes = 84;  // 80 bytes of anything, then the number of triangles
 constexpr std::size_t facetBytes = 50;   // normal, three places, two bytes
-constexpr std::size_t placeBytes = 12;   // or the normal's, which comes first
-constexpr std::size_t facetBatch = 1024; // facets decoded together, in the nearest caches
+constexpr std::size_t placeBytes = 12;   // also of the normal, which comes first
+constexpr std::size_t facetBatch = 1024; // facets decoded together, to stay in caches
 constexpr std::uint64_t facetsPerReport = 1 << 16;
 
 Error AtFacet(std::uint64_t facet, const std::string& what)
@@ -37,7 +37,8 @@ Error AtFacet(std::uint64_t facet, const std::string& what)
   return Error{ ErrorCode::InvalidInput, "facet " + std::to_string(facet) + ": " + what };
 }
 
-// What both encodings have in common: the triangles, which are but numbers, and the first error.
+// The common part of both encodings: the triangles, whose corners are consecutive numbers, and the
+// first error.
 class StlReader : public MeshReader
 {
 public:
@@ -57,7 +58,7 @@ public:
       this->Failure = read.GetError();
       return *this->Failure;
     }
-    // -0.0 is where 0.0 is: corners are joined whose numbers are alike.
+    // Replaces -0.0 by 0.0, because welding joins only corners with equal bits.
     for (Vec3& point : std::span(mesh.points).last(number))
     {
       point = { point[0] + 0.0, point[1] + 0.0, point[2] + 0.0 };
@@ -75,7 +76,7 @@ public:
     }
     const auto number = static_cast<std::size_t>(
       std::min<std::uint64_t>(limit, this->FileInfo.faces - this->TrianglesRead));
-    MakeRoom(mesh.triangles, number); // facets that were counted, or that the file has room for
+    MakeRoom(mesh.triangles, number); // facets were counted, or the file has room for them
     for (std::size_t i = 0; i < number; ++i)
     {
       const auto first = static_cast<VertexId>(3 * this->TrianglesRead++);
@@ -137,7 +138,7 @@ protected:
   MeshFileInfo FileInfo;
   std::uint64_t VerticesRead = 0;
   std::uint64_t TrianglesRead = 0;
-  bool Finite = true; // whether all vertices that were read are
+  bool Finite = true; // whether all vertices read so far are
   std::optional<Error> Failure;
 };
 
@@ -158,7 +159,7 @@ bool LooksLikeFacet(std::string_view bytes)
   {
     return false;
   }
-  for (std::size_t k = 3; k < 12; ++k) // the normal can be anything
+  for (std::size_t k = 3; k < 12; ++k) // the normal may be anything
   {
     constexpr double least = 1e-30, most = 1e30;
     const double value =
@@ -180,7 +181,7 @@ public:
   {
   }
 
-  // counted: by the header.
+  // counted: the number of facets that the header counts.
   Status Start(std::uint32_t counted)
   {
     if (counted != this->Facets)
@@ -208,26 +209,26 @@ private:
   Status ReadPoints(std::vector<Vec3>& points, std::size_t number) override;
   Status LookAtHeader();
   Status CheckBytesAfterEnd();
-  // The two bytes after each facet, which some programs put a colour into.
+  // Reports the two bytes after each facet, which some programs use for a colour.
   void LookAtAttributes(const char* bytes, std::size_t count);
   // Puts the vertices of `count` facets into Batch; false if one is not finite.
   bool Decode(const char* bytes, std::size_t count);
-  // Finds what is not finite in Batch: counts the vertices [first, last), of which those of the
-  // first facet have the numbers from 3 * facet on in the file, and makes all values of a facet
-  // NaN.
+  // Finds facets in Batch with a vertex that is not finite, and sets all values of such a facet to
+  // NaN. Counts only the vertices [first, last) of Batch. facet: the number in the file of the
+  // first facet in Batch.
   void SpreadNotFinite(std::uint64_t facet, std::size_t first, std::size_t last);
 
   std::uint64_t Facets;
-  bool HasAttributes = false; // attribute bytes were reported
+  bool HasAttributes = false; // whether attribute bytes were reported
   std::array<Vec3, 3 * facetBatch> Batch;
 };
 
 Status BinaryStlReader::ReadPoints(std::vector<Vec3>& points, std::size_t number)
 {
-  MakeRoom(points, number); // the file was as large as it claims when it was opened
+  MakeRoom(points, number); // the file had the bytes when it was opened
   for (std::uint64_t vertex = this->VerticesRead, end = vertex + number; vertex < end;)
   {
-    // The source stands at the facet of this vertex.
+    // The source stands at the facet that has this vertex.
     const Result<std::string_view> ahead = this->Source.Peek(facetBytes);
     KDSTREAM_TRY(ahead);
     if (ahead->size() < facetBytes)
@@ -253,7 +254,7 @@ Status BinaryStlReader::ReadPoints(std::vector<Vec3>& points, std::size_t number
   return {};
 }
 
-// Materialise's programs write the colour of the whole into it.
+// Looks for the colour of the whole object, which Materialise's programs write into the header.
 Status BinaryStlReader::LookAtHeader()
 {
   this->Source.Seek(0);
@@ -315,11 +316,11 @@ void BinaryStlReader::SpreadNotFinite(std::uint64_t facet, std::size_t first, st
       }
     }
     std::fill(corners, corners + 3, notFinite);
-    this->Finite = false; // also where another read gives the vertex that is not
+    this->Finite = false; // also if the bad vertex is in another read
   }
 }
 
-// Bytes after the last facet that the header counts.
+// Counts the bytes after the last facet that the header counts.
 Status BinaryStlReader::CheckBytesAfterEnd()
 {
   constexpr std::uint64_t mostPadding = 4096;
@@ -352,7 +353,7 @@ bool IsWord(std::string_view word, std::string_view small)
            { return (c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c) == expected; });
 }
 
-// Whether words after "facet" are those of a facet's beginning.
+// Whether the words after "facet" are those with which a facet begins.
 bool GoesOnAsFacet(std::string_view rest)
 {
   const std::string_view first = TakeWord(rest);
@@ -377,8 +378,8 @@ bool GoesOnAsFacet(std::string_view rest)
   return IsWord(outer, "outer") || IsWord(outer, "outerloop");
 }
 
-// The name of a solid ends with its line, or before the next facet or solid in the same line. npos:
-// the end of the line.
+// Where the name of a solid ends: at the end of its line (npos), or before the next facet or solid
+// in the same line.
 std::size_t EndOfName(std::string_view line, bool isEnd)
 {
   std::size_t solid = std::string_view::npos;
@@ -408,8 +409,8 @@ bool AreThreeNumbers(std::string_view rest)
   return true;
 }
 
-// The first word of the skipped text that belongs to a facet whose beginning is damaged; empty if
-// no word does. A solid may be called "outer", or "vertex".
+// The first word of skipped text that belongs to a facet, whose beginning is then damaged; empty if
+// there is none. A single "outer" or "vertex" does not count, because a solid may have this name.
 std::string_view WordOfFacet(std::string_view text)
 {
   for (std::string_view word = TakeWord(text); !word.empty(); word = TakeWord(text))
@@ -426,7 +427,7 @@ std::string_view WordOfFacet(std::string_view text)
   return {};
 }
 
-// A word where a facet could begin that does not belong to the format, such as "color".
+// Whether a word that stands where a facet could begin is not part of the format, such as "color".
 bool IsForeignWord(std::string_view word)
 {
   constexpr std::size_t most = 40;
@@ -439,15 +440,15 @@ bool IsForeignWord(std::string_view word)
                      [&](std::string_view each) { return IsWord(word, each); });
 }
 
-// Where the text continues: which vertex of which facet is next.
+// Where reading the text continues: the next vertex, and its facet.
 struct TextState
 {
   bool inSolid = false;
   bool inFacet = false;
-  std::size_t corner = 0; // of the facet: what comes next
+  std::size_t corner = 0; // the next corner of the facet
   std::uint64_t facet = 0;
-  // Counts so far: solids without end, unknown words, facets of fewer than three vertices, and
-  // triangles of all others.
+  // Counts so far: solids without an end, unknown words, facets of fewer than three vertices, and
+  // the triangles of all other facets.
   std::uint64_t endless = 0, foreign = 0, small = 0, triangles = 0;
   std::string firstForeign{}, firstSmall{};
   std::uint64_t after = 0; // bytes from a Ctrl-Z on, after the last solid
@@ -462,26 +463,27 @@ public:
   {
   }
 
-  // The first pass: what Info says, and whether the text is well formed.
+  // The first pass: collects what Info returns, and checks that the text is well formed.
   Status Start(const Execution& execution);
 
 private:
   Status ReadPoints(std::vector<Vec3>& points, std::size_t number) override;
   // Goes to the next facet; false at the end of the text.
   Result<bool> NextFacet();
-  // Goes to the coordinates of its next vertex; false after its end.
+  // Goes to the coordinates of the facet's next vertex; false after the facet's end.
   Result<bool> NextVertex();
   // Skips the text between facets: true at the end of the text, or where a facet begins.
   Result<bool> PassBetween();
-  // Skips a name or a remark, up to the facet that follows it, or the end of the line. word: named
-  // in the error if this would skip a facet; empty: a word of the facet.
+  // Skips a name or a remark, up to the facet that follows it, or to the end of the line. It is an
+  // error if this would skip a facet: the error then names `word`, or if that is empty the word of
+  // the facet.
   Status SkipName(bool isEnd, const std::string& word = {});
   Status BeginFacet();
   Status ReadFacet();
-  // The next word; "endsolid" too where it is written "end solid".
+  // The next word; "end solid" is returned as "endsolid".
   Result<std::string_view> NextWord();
   Status Expect(std::string_view expected);
-  // What is expected between facets.
+  // The words that may stand between facets.
   const char* Between() const { return this->At.inSolid ? "'facet' or 'endsolid'" : "'solid'"; }
   Error Unexpected(std::string_view word, const std::string& expected) const;
   template <class T>
@@ -489,9 +491,9 @@ private:
 
   TextWords Words;
   TextState At;
-  std::vector<Vec3> Facet;   // the corners of the last that was read
+  std::vector<Vec3> Facet;   // the corners of the last facet that was read
   PolygonCutter Cutter;      // cuts the facet's polygon
-  std::vector<Vec3> Corners; // of its triangles: what ReadPoints gives
+  std::vector<Vec3> Corners; // of the facet's triangles, for ReadPoints
   std::size_t Given = 0;     // corners given so far
 };
 
@@ -557,12 +559,12 @@ Result<bool> TextStlReader::PassBetween()
   Result<std::string_view> word = this->NextWord();
   KDSTREAM_TRY(word);
   const bool isBetween = !this->At.inSolid && this->At.facet > 0;
-  if (isBetween && word->starts_with('\x1A')) // where a text ends for DOS
+  if (isBetween && word->starts_with('\x1A')) // the end of a DOS text file
   {
     this->At.after = this->Source.Size() - (this->Words.Position() - word->size());
     return true;
   }
-  if (isBetween && word->starts_with(utf8Mark)) // of a file that was joined with another
+  if (isBetween && word->starts_with(utf8Mark)) // from joining two files
   {
     word->remove_prefix(utf8Mark.size());
   }
@@ -599,7 +601,7 @@ Result<bool> TextStlReader::PassBetween()
   return false;
 }
 
-// After "facet". The normal is ignored, so it need not be a number.
+// Reads what follows "facet". The normal is ignored, so it need not be numbers.
 Status TextStlReader::BeginFacet()
 {
   static constexpr std::array<std::string_view, 6> begin{ "normal", "", "", "", "outer", "loop" };
@@ -608,7 +610,7 @@ Status TextStlReader::BeginFacet()
   {
     if (isOuter && expected != "loop")
     {
-      continue; // without a normal
+      continue; // there is no normal
     }
     const Result<std::string_view> next = this->Words.Next();
     KDSTREAM_TRY(next);
@@ -643,7 +645,7 @@ Result<bool> TextStlReader::NextFacet()
   return this->At.inFacet;
 }
 
-// A loop may have any number of vertices.
+// Goes to the next vertex of the loop, which may have any number of vertices.
 Result<bool> TextStlReader::NextVertex()
 {
   const Result<std::string_view> word = this->NextWord();
@@ -740,7 +742,7 @@ Status TextStlReader::ReadPoint(Vec3& point)
   return {};
 }
 
-// Reads the next facet of three corners or more; its triangles become Corners.
+// Reads the next facet of three corners or more, and puts its triangles into Corners.
 Status TextStlReader::ReadFacet()
 {
   bool finite = true;
@@ -811,8 +813,8 @@ bool HasNoControls(std::string_view text)
     [](char c) { return (c >= '\0' && c < ' ' && !IsBlank(c)) || c == 0x7F; });
 }
 
-// Whether the bytes where a binary file has its header and first triangle could be text. Bytes that
-// copying adds after a text (PlainText.h) are ignored.
+// Whether the file could be text: looks at the bytes where a binary file has its header and first
+// triangle. Ignores bytes that copying adds after a text (PlainText.h).
 bool LooksLikeText(std::string_view head)
 {
   head = head.substr(0, headerBytes + facetBytes);
@@ -824,8 +826,8 @@ bool LooksLikeText(std::string_view head)
   return IsWord(head.substr(0, 5), "solid") && HasNoControls(head);
 }
 
-// Whether there is a triangle after the header of a binary file: if there are more bytes than the
-// count in the header says, the count by itself does not prove that the file is binary.
+// Whether a plausible triangle follows the header. A file with more bytes than its count requires
+// needs this as further evidence that it is binary.
 bool HasFacet(std::string_view head)
 {
   const std::string_view format = FormatOfContent(head);
@@ -842,9 +844,10 @@ Result<std::unique_ptr<MeshReader>> OpenStlReader(ByteSource source, const Execu
   const bool hasHeader = head->size() >= headerBytes;
   const std::uint32_t facets = hasHeader ? LoadLittle(head->data() + headerBytes - 4) : 0;
   const std::uint64_t size = headerBytes + std::uint64_t{ facetBytes } * facets;
-  // Decides by the content: a size that fits; a text; facets with more bytes after them.
+  // Decides by the content: the size fits exactly; it is text; or there are more bytes than the
+  // facets need.
   const bool more = hasHeader && facets > 0 && source.Size() > size;
-  // Programs that do not know the number when they begin write one of these.
+  // Programs that do not know the number of facets when they begin write 0 or 2^32 - 1.
   const bool streamed = hasHeader && (facets == 0 || facets == 0xFFFFFFFF) &&
                         source.Size() > headerBytes &&
                         (source.Size() - headerBytes) % facetBytes == 0 &&

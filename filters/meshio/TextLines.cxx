@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A text file line by line, in bounded memory: see TextLines.h.
+// Reads a text file line by line, in bounded memory: see TextLines.h.
 #include "filters/meshio/TextLines.h"
 
 namespace kdstream
@@ -8,7 +8,7 @@ namespace kdstream
 namespace
 {
 
-// Whether a \r ends a line by itself.
+// Whether the text has a \r without \n after it, which then ends a line.
 bool HasLoneReturn(std::string_view text)
 {
   for (std::size_t at = text.find('\r'); at != std::string_view::npos; at = text.find('\r', at + 1))
@@ -35,7 +35,7 @@ Status TextLines::Open()
   return {};
 }
 
-// Makes a block of what is at Cursor and after it; false at the end of the text.
+// Loads a block that begins at Cursor; false at the end of the text.
 Result<bool> TextLines::Load()
 {
   this->Source.Consume(static_cast<std::size_t>(this->Cursor - this->Begin));
@@ -46,7 +46,7 @@ Result<bool> TextLines::Load()
   return !ahead->empty();
 }
 
-// The line does not end in what is in memory.
+// Handles a line that does not end in the part that is in memory.
 Result<bool> TextLines::NextAcrossBlocks()
 {
   if (!this->Opened)
@@ -73,7 +73,7 @@ Result<bool> TextLines::NextAcrossBlocks()
   return true;
 }
 
-// The line is longer than a block.
+// Handles a line that is longer than a block.
 Result<bool> TextLines::NextLong()
 {
   this->Gathered.clear();

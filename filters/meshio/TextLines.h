@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A text file line by line, in bounded memory: for the readers of text formats.
+// Reads a text file line by line, in bounded memory: for the readers of text formats.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -19,17 +19,18 @@ namespace kdstream
 class TextLines
 {
 public:
-  // longest: of a line, in bytes.
+  // longest: the longest line that is accepted, in bytes.
   explicit TextLines(ByteSource source, std::size_t longest = ByteSource::blockSize)
     : Source(std::move(source))
     , Longest(longest)
   {
   }
 
-  // Goes to the next line; false at the end. Lines end with \n or \r\n; and also with \r, if the
-  // first MiB of the text has a \r without \n. The text, and each line, begins after a byte order
-  // mark; the text ends before Ctrl-Z and zeros (PlainText.h). Memory: a block, and a line that is
-  // longer than one. Errors: InputOutput; a line that is longer than the longest; text in UTF-16.
+  // Goes to the next line; false at the end. Lines end with \n or \r\n, and also with a single \r
+  // if the first MiB of the text has a \r without \n. A byte order mark at the beginning of the
+  // text or of a line is skipped. The text ends before Ctrl-Z and zeros (PlainText.h). Memory: one
+  // block, and a line that is longer than a block. Errors: InputOutput; a line longer than
+  // `longest`; text in UTF-16.
   Result<bool> Next()
   {
     const char* const end = this->FindEnd();
@@ -43,19 +44,19 @@ public:
   }
   // Valid until the next call of Next.
   std::string_view Line() const { return this->Text; }
-  std::uint64_t Number() const { return this->Count; } // of the line, from 1
-  // Byte after it, and after what ends it.
+  std::uint64_t Number() const { return this->Count; } // of the current line, from 1
+  // The offset in the file of the first byte after the line and its line break.
   std::uint64_t End() const
   {
     return this->Source.Position() + static_cast<std::uint64_t>(this->Cursor - this->Begin);
   }
   std::uint64_t Size() const { return this->Source.Size(); } // of the file
-  double Fraction() const;                                   // of the file that is read
+  double Fraction() const;                                   // share of the file read so far
   // Begins again with the first line.
   void Restart();
   // Whether lines end with only \r, known once a line has been read.
   bool EndWithReturns() const { return this->ReturnsEnd; }
-  // Zeros after the text, known once a line has been read.
+  // The number of zeros after the text, known once a line has been read.
   std::uint64_t Padding() const { return this->Zeros; }
 
   // "line 17: message".
@@ -66,7 +67,7 @@ private:
   Result<bool> Load();
   Result<bool> NextAcrossBlocks();
   Result<bool> NextLong();
-  // Where the line that begins at Cursor ends, if that is in memory.
+  // The end of the line that begins at Cursor; null if it is not in memory.
   const char* FindEnd() const
   {
     if (this->Cursor == this->Limit)
@@ -82,7 +83,7 @@ private:
     return static_cast<const char*>(
       std::memchr(this->Cursor, '\n', static_cast<std::size_t>(this->Limit - this->Cursor)));
   }
-  // Goes past the end of a line, at which Cursor stands.
+  // Moves Cursor past the line break at which it stands.
   void PassEnd()
   {
     const bool both = this->ReturnsEnd && *this->Cursor == '\r' && this->Limit - this->Cursor > 1 &&
@@ -96,7 +97,7 @@ private:
   }
   void TakeText(std::string_view text)
   {
-    // A byte order mark inside the text: the file was joined with another.
+    // A byte order mark inside the text comes from joining two files.
     if (text.starts_with(utf8Mark))
     {
       text.remove_prefix(utf8Mark.size());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A text file word by word, in bounded memory: see TextWords.h.
+// Reads a text file word by word, in bounded memory: see TextWords.h.
 #include "filters/meshio/TextWords.h"
 
 #include <algorithm>
@@ -7,7 +7,8 @@
 namespace kdstream
 {
 
-// Keeps what is ahead and reads on after it. Nothing is added at the end of the file.
+// Keeps the bytes ahead of Cursor, and reads more after them. At the end of the file nothing is
+// added.
 Status TextWords::Refill(std::size_t more)
 {
   this->Source.Consume(static_cast<std::size_t>(this->Cursor - this->Begin));
@@ -29,9 +30,9 @@ Result<std::string_view> TextWords::NextAcrossBlocks()
     {
       return std::string_view();
     }
-    this->Cursor = std::find_if_not(this->Cursor, this->End, IsBlank); // a block can be only blanks
+    this->Cursor = std::find_if_not(this->Cursor, this->End, IsBlank); // a block may be all blanks
   }
-  // All of a word that can be one comes into memory.
+  // Brings a whole word of the permitted length into memory.
   if (static_cast<std::size_t>(this->End - this->Cursor) <= longestWord)
   {
     KDSTREAM_TRY(this->Refill());

@@ -60,7 +60,7 @@ inline std::string_view TakeWord(std::string_view& text)
 class TextWords
 {
 public:
-  // Longer ones are cut: no number and no name that means anything is as long.
+  // Longer words are cut: no number and no meaningful name is this long.
   static constexpr std::size_t longestWord = 4096;
 
   // `source` must outlive this object, and must have been cropped by CropToText (PlainText.h). It
@@ -70,9 +70,9 @@ public:
   {
   }
 
-  // Goes to the next word, across blanks and the ends of lines; empty at the end of the file. Valid
-  // until the next call. A longer word is returned in parts: its first longestWord + 1 bytes, then
-  // the rest as further words. Errors: InputOutput.
+  // Returns the next word, skipping blanks and line breaks; empty at the end of the file. Valid
+  // until the next call. A word longer than longestWord is returned in parts: its first longestWord
+  // + 1 bytes, then the rest as further words. Errors: InputOutput.
   Result<std::string_view> Next()
   {
     const char* begin = this->Cursor;
@@ -81,7 +81,7 @@ public:
       ++begin;
     }
     this->Cursor = begin;
-    // The word and the blank after it are mostly in memory.
+    // Usually the word and the blank after it are already in memory.
     if (this->End - begin <= static_cast<std::ptrdiff_t>(longestWord))
     {
       return this->NextAcrossBlocks();
@@ -98,15 +98,16 @@ public:
   // The rest of the line after the last word, up to longestWord bytes. Valid until the next call.
   // Errors: InputOutput.
   Result<std::string_view> RestOfLine();
-  // Goes on by `count` bytes of it. REQUIRES: no call since RestOfLine.
+  // Moves `count` bytes further in this rest. REQUIRES: no other call since RestOfLine.
   void Skip(std::size_t count) { this->Cursor += count; }
 
-  // The byte after the last word. Source's position may be further, where the word's end was found.
+  // The offset of the byte after the last word. The source may stand further on, because the end of
+  // the word had to be found.
   std::uint64_t Position() const
   {
     return this->Source.Position() + static_cast<std::uint64_t>(this->Cursor - this->Begin);
   }
-  // Reads from that byte on. REQUIRES: position <= the file's size.
+  // Continues at this offset. REQUIRES: position <= the file's size.
   void Seek(std::uint64_t position);
 
 private:
@@ -117,7 +118,7 @@ private:
     this->Cursor = end;
     return word;
   }
-  // more: bytes after those that are in memory.
+  // more: how many bytes are needed after those that are in memory.
   Status Refill(std::size_t more = 1);
 
   ByteSource& Source;

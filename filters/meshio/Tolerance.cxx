@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Counts what of a damaged file was dropped or repaired, and describes it: see Tolerance.h.
+// Counts data of a damaged file that was dropped or repaired, and describes it: see Tolerance.h.
 #include "filters/meshio/Tolerance.h"
 
 #include <algorithm>
@@ -10,7 +10,8 @@ namespace kdstream
 namespace
 {
 
-// What a kind is called. A sentence is "3" and `one` or `many`; the summary takes `noun`.
+// The texts for one kind. A warning is the number and `one` or `many`; the summary takes `shortOne`
+// or `shortMany`.
 struct LapseText
 {
   std::string_view key, one, many;
@@ -55,7 +56,7 @@ constexpr std::array<LapseText, lapseKinds> texts{ {
 
 constexpr std::string_view forgivenMark = "forgiven ", readingMark = "reading ";
 
-// One line of text, whatever it was.
+// Makes any text a single line.
 std::string OneLine(std::string_view text)
 {
   std::string line(text.substr(0, 1000));

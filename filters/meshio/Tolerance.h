@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How tolerant the readers of all formats are: what of a damaged file is dropped or repaired is
-// counted by kind, and reported. For users: doc/cli.md#tolerance.
+// How tolerant the readers of all formats are. Data that is dropped or repaired because a file is
+// damaged is counted by kind, and reported. For users: doc/cli.md#tolerance.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -15,8 +15,8 @@
 namespace kdstream
 {
 
-// What is tolerated. The readers always refuse, whatever the options say: indices of elements that
-// do not exist, truncated files, counts beyond the file.
+// What is tolerated. Whatever the options say, the readers refuse indices of elements that do not
+// exist, truncated files, and counts that the file is too short for.
 enum class Lapse : std::uint8_t
 {
   // Dropped:
@@ -24,48 +24,50 @@ enum class Lapse : std::uint8_t
   FaceOfDroppedPoint, // a face that names such a point
   FaceTooSmall,       // a face of fewer than three corners
   PointWithheld,      // a point that the file itself marks as not to be used
-  AttributeMissing,   // a face names a texture coordinate, normal or colour that does not exist: it
-                      // is read without it
+  AttributeMissing,   // a texture coordinate, normal or colour that a face names but that does not
+                      // exist: the face is read without it
 
   // Read:
-  BytesAfterEnd,  // bytes after the end of what the file says it holds
+  BytesAfterEnd,  // bytes after the end of the data that the file declares
   PaddedEnd,      // zeros after the end, which fill up a block
-  NotCounted,     // points or faces that the file holds and its header does not count
-  ValuesNotNamed, // a line of a text with more values than its header names, which are not read
-  ColumnsGuessed, // the first column of points as text may be a coordinate, a number or a time
+  NotCounted,     // points or faces in the file that its header does not count
+  ValuesNotNamed, // a line with more values than the text's header names: they are not read
+  ColumnsGuessed, // points as text: what the first columns are was guessed
   EndMissing,     // the word that ends a text is missing: the file may be truncated
-  FieldNotKnown,  // a field of a scene that its format does not have, which is not read
-  NodeLeftOut,    // a node of a scene that its format does not have, or that lies in a file that is
-                  // not there, or whose sizes make no shape
+  FieldNotKnown,  // a field of a scene that the format does not have: it is not read
+  NodeLeftOut,    // a node of a scene that the format does not have, that lies in a missing file,
+                  // or whose sizes make no shape
 };
 inline constexpr std::size_t lapseKinds = 13;
 
-// Counts of a file, and which of two readings were taken. Without memory to speak of.
+// Counts what was tolerated in a file, and notes how ambiguous data was read. Needs almost no
+// memory.
 class Tolerance
 {
 public:
-  // Counts `number` more cases. first: the place of the first of them ("vertex 17 (line 20)", "byte
-  // 684"); only that of the first call is kept.
+  // Counts `number` more cases. first: where the first of them is ("vertex 17 (line 20)", "byte
+  // 684"); kept only from the first call for each kind.
   void Count(Lapse kind, std::uint64_t number, std::string_view first = {});
   std::uint64_t Of(Lapse kind) const { return this->Numbers[static_cast<std::size_t>(kind)]; }
   bool Any() const;
 
-  // Adds a sentence about something ambiguous, and how it was read, unless it has it. --strict does
-  // not refuse it.
+  // Adds a sentence that says what was ambiguous and how it was read. A sentence is kept only once.
+  // --strict does not refuse these.
   void Tell(const std::string& reading);
 
   // Adds the counts of another part of the same file.
   void Add(const Tolerance& other);
-  // The difference to `before`, an earlier state of this.
+  // The difference between this and `before`, an earlier state of it.
   Tolerance Since(const Tolerance& before) const;
 
-  // A sentence for each kind that was counted, then the readings: warnings without the file's name.
+  // One sentence for each kind that was counted, then the sentences of Tell: warnings, without the
+  // file's name.
   std::vector<std::string> Warnings() const;
   // A short summary for the end of a line: "3 points and 2 faces dropped"; empty if there is
   // nothing.
   std::string Summary() const;
   // For builds and conversions with --strict. Errors: InvalidInput if `strict` is set and something
-  // was counted: the first kind, with its place.
+  // was counted; the message names the first kind and its place.
   Status Check(bool strict) const;
 
   // Converts to lines of text, for files and other processes, and back. Other lines are skipped.

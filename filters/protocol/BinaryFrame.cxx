@@ -34,7 +34,7 @@ Error Bad(const std::string& what)
   return Error{ ErrorCode::InvalidInput, "frame: " + what };
 }
 
-// What is out of range in header or payload; empty if nothing is.
+// Describes what is out of range in the header or the payload; empty if nothing is.
 std::string Fault(const FrameHeader& header, std::size_t payload)
 {
   if (header.request == 0)

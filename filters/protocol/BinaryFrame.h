@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Binary messages of the stream: splits blobs into frames of at most 64 KiB, and joins frames to
+// Binary messages of the stream: splits blobs into frames of at most 64 KiB, and joins frames into
 // blobs.
 //
 // Layout (little-endian): request u32, kind u8, level u8, zero u16, number u32, offset u32, total
-// u32, then the payload: the blob's bytes [offset, offset + payload) of `total`. A frame is small
-// so that a cancel never waits for a large blob.
+// u32, then the payload: the blob's bytes [offset, offset + payload) of `total`. Frames are small,
+// so that a cancellation never waits for a large blob.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -39,17 +39,18 @@ struct FrameView
   std::span<const std::uint8_t> payload;
 };
 
-// REQUIRES: a header in its ranges; 1 … maximumPayloadBytes of payload, offset + payload <= total.
+// REQUIRES: the header's members are in their ranges; the payload has 1 … maximumPayloadBytes
+// bytes; offset + payload <= total.
 std::vector<std::uint8_t> EncodeFrame(
   const FrameHeader& header, std::span<const std::uint8_t> payload);
 
-// Errors: InvalidInput naming the field that is out of range.
+// Errors: InvalidInput, naming the field that is out of range.
 Result<FrameView> ParseFrame(std::span<const std::uint8_t> message);
 
-// Joins frames to blobs again.
-// The frames of one blob come in order, without gaps; those of different requests may alternate.
-// It allocates memory only for bytes that have arrived, at most maximumBlobBytes for all unfinished
-// blobs together.
+// Joins frames into blobs.
+// The frames of one blob must come in order, without gaps; frames of different requests may
+// alternate. Memory is allocated only for bytes that have arrived, and at most maximumBlobBytes for
+// all unfinished blobs together.
 class FrameAssembler
 {
 public:
@@ -60,12 +61,13 @@ public:
     std::vector<std::uint8_t> bytes;
   };
 
-  // Takes the next frame; gives the blob that it completes, if any. Errors: InvalidInput for a gap,
-  // an overlap, or another blob or total before a blob is complete; LimitExceeded. After an error,
-  // the unfinished blob of the frame's request is forgotten.
+  // Takes the next frame; returns the blob that it completes, if any. Errors: InvalidInput for a
+  // gap, an overlap, or another blob or total before the blob is complete; LimitExceeded for too
+  // many unfinished bytes. After an error, the unfinished blob of the frame's request is dropped.
   Result<std::optional<Blob>> Accept(const FrameView& frame);
 
-  // Drops the unfinished blob of a request: call it when its `end` or `error` has come.
+  // Drops the unfinished blob of a request: call it when the request's `end` or `error` has
+  // arrived.
   void Forget(std::uint32_t request);
 
 private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which blob of a model: a page of the tree, boxes of partitions, a piece of a level, a
-// partition of the original, or the texture of one of these two.
+// Names a blob of a model: a page of the tree, boxes of partitions, a piece of a level, a partition
+// of the original, or the texture of a piece or a partition.
 //
 // Blobs are the only data of the protocol: everything else names or describes them. The names below
 // are the same in URLs ("/api/models/dragon/DIGEST/levels/7/1"), error messages and logs.
@@ -17,7 +17,7 @@
 namespace kdstream::protocol
 {
 
-// The largest blob that a server sends and a client takes.
+// The largest blob that a server sends and a client accepts, in bytes.
 inline constexpr std::uint32_t maximumBlobBytes = 64u << 20;
 
 enum class BlobKind : std::uint8_t
@@ -33,9 +33,10 @@ enum class BlobKind : std::uint8_t
 struct BlobId
 {
   BlobKind kind = BlobKind::Tree;
-  std::uint8_t level = 0;   // for Level and LevelTexture; 0 for other kinds
-  std::uint32_t number = 1; // node of a tree page, of boxes or of a level's piece, also of its
-                            // texture (from 1); number of a partition, also of its texture (from 0)
+  std::uint8_t level = 0; // for Level and LevelTexture; 0 for other kinds
+  // For a tree page, boxes, a level's piece and its texture: the node, from 1. For a partition and
+  // its texture: the partition's number, from 0.
+  std::uint32_t number = 1;
   auto operator<=>(const BlobId&) const = default;
 
   static constexpr BlobId TreePage(std::uint32_t node) { return { BlobKind::Tree, 0, node }; }
@@ -65,25 +66,25 @@ struct BlobId
 // model has the blob).
 bool IsValid(const BlobId& blob);
 
-// Whether it has some of the original's surface: a partition or its texture.
+// Whether the blob is a part of the original: a partition or its texture.
 constexpr bool IsOfOriginal(const BlobId& blob)
 {
   return blob.kind == BlobKind::Partition || blob.kind == BlobKind::Texture;
 }
 
-// Whether it is the texture of a piece.
+// Whether the blob is a texture, of a partition or of a piece of a level.
 constexpr bool IsOfTexture(const BlobId& blob)
 {
   return blob.kind == BlobKind::Texture || blob.kind == BlobKind::LevelTexture;
 }
 
-// "tree/1", "boxes/1", "levels/7/1", "partitions/12", "textures/12", "level-textures/7/1".
-// REQUIRES: IsValid(blob).
+// The blob's name: "tree/1", "boxes/1", "levels/7/1", "partitions/12", "textures/12" or
+// "level-textures/7/1". REQUIRES: IsValid(blob).
 std::string BlobName(const BlobId& blob);
 
-// The inverse, strict: decimal numbers without sign, leading zeros or surrounding characters, in
-// range. Errors: NotFound if the name has none of these forms; InvalidArgument naming the wrong
-// number.
+// The inverse of BlobName. Strict: decimal numbers in range, without sign, leading zeros or
+// surrounding characters. Errors: NotFound if the name has none of these forms; InvalidArgument,
+// naming the wrong number.
 Result<BlobId> ParseBlobName(std::string_view name);
 
 }
@@ -91,9 +92,9 @@ Result<BlobId> ParseBlobName(std::string_view name);
 namespace kdstream
 {
 
-// "levels/12/3", "partitions/7": a piece as the protocol names it, and back. REQUIRES
-// (PieceOfBlob): IsOfPiece(blob), or a texture, which gives the textured piece; the partition is
-// one of the tree.
+// Converts a piece's id to the protocol's ("levels/12/3", "partitions/7"), and back. PieceOfBlob of
+// a texture gives the textured piece. REQUIRES (PieceOfBlob): IsOfPiece(blob) or a texture; the
+// partition exists in the tree.
 protocol::BlobId BlobOfPiece(PieceId piece, const TreeDepths& depths);
 protocol::BlobId TextureOfPiece(
   PieceId piece, const TreeDepths& depths);   // even if the piece has no texture

@@ -22,9 +22,9 @@ constexpr std::uint32_t mostId = std::numeric_limits<std::uint32_t>::max();
 constexpr std::uint32_t highestNode = (std::uint32_t{ 1 } << (maximumDepth + 1)) - 1;
 constexpr std::uint32_t highestPartition = (std::uint32_t{ 1 } << maximumDepth) - 1;
 constexpr std::uint64_t mostCount = std::uint64_t{ 1 } << 53;
-constexpr std::size_t mostMessageBytes = 4096; // of the text of an error
+constexpr std::size_t mostMessageBytes = 4096; // in the text of an error
 
-// The members of each message but its request.
+// Writes the members of each message except its request.
 void PutBody(JsonWriter& writer, const OpenRequest& body)
 {
   writer.Member("type", "open");
@@ -261,7 +261,7 @@ void ReadServerBody(JsonReader& reader, const JsonValue& json, ServerMessage& me
   }
 }
 
-// The JSON object in a text of at most `most` bytes.
+// Parses a text of at most `most` bytes that must be a JSON object.
 Result<JsonDocument> ParseObject(std::string_view text, std::size_t most)
 {
   if (text.size() > most)

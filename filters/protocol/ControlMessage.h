@@ -2,9 +2,9 @@
 // The JSON messages of the stream: a client's requests, and a server's answers, except the blobs
 // themselves.
 //
-// Every request has an id that the client chooses (1 … 2^32 - 1, not one of an unfinished request
-// of its own). A request is answered by `opened`, or by `begin`, frames and `progress`, `end`; or
-// only by `error`.
+// Every request has an id that the client chooses (1 … 2^32 - 1, but not the id of one of its
+// unfinished requests). The answer to a request is `opened`; or `begin`, then frames and
+// `progress`, then `end`; or only `error`.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -23,20 +23,20 @@ namespace kdstream::protocol
 {
 
 inline constexpr std::size_t maximumClientMessageBytes = 4096;
-// What a server takes of a client's message; viewers send no more than this.
+// Limits on a client's message that a server accepts; viewers stay below them.
 struct MessageLimits
 {
   std::size_t bytes = maximumClientMessageBytes;
-  std::size_t listed = maximumClientMessageBytes / 2; // in a list: more do not fit in
+  std::size_t listed = maximumClientMessageBytes / 2; // items in a list; more would not fit
 };
 inline constexpr std::size_t maximumServerMessageBytes = maximumModelBytes + 4096;
 inline constexpr std::uint8_t maximumRings = 3;
-// `begin` lists the partitions of a region if they are at most this many.
+// `begin` lists the partitions of a region if there are at most this number.
 inline constexpr std::size_t maximumListedPartitions = 4096;
 
-// ---- from the client
+// ---- From the client
 
-// Chooses the model that the following requests are about.
+// Chooses the model to which the following requests refer.
 struct OpenRequest
 {
   std::string model;
@@ -60,7 +60,7 @@ struct BlobsRequest
   bool operator==(const BlobsRequest&) const = default;
 };
 
-// Ends the request of this id. Has no answer of its own: the ended request gets its `end`.
+// Ends the request with this id. Has no answer of its own: the ended request gets its `end`.
 struct CancelRequest
 {
   bool operator==(const CancelRequest&) const = default;
@@ -76,15 +76,15 @@ struct ClientMessage
 // A long list can make the text longer than maximumClientMessageBytes: the caller must check.
 std::string WriteClientMessage(const ClientMessage& message);
 
-// Errors: LimitExceeded for too many bytes; InvalidInput for anything except a JSON object (both
-// end the conversation); InvalidArgument naming the wrong member (an error of only this request).
+// Errors: LimitExceeded for too many bytes; InvalidInput if the text is not a JSON object (both end
+// the conversation); InvalidArgument, naming the wrong member (an error of this request only).
 Result<ClientMessage> ParseClientMessage(std::string_view text, const MessageLimits& limits = {});
 
-// The request id in a message that ParseClientMessage refused with InvalidArgument; 0 if there is
+// The request id in a message that ParseClientMessage refused with InvalidArgument; 0 if it has
 // none.
 std::uint32_t FindRequestId(std::string_view text, const MessageLimits& limits = {});
 
-// ---- from the server
+// ---- From the server
 
 struct OpenedAnswer
 {
@@ -94,15 +94,15 @@ struct OpenedAnswer
 
 struct BeginAnswer
 {
-  std::uint64_t blobs = 0; // that will be sent
-  std::uint64_t bytes = 0; // about how many, from the averages of the model: for a progress bar
+  std::uint64_t blobs = 0; // the number that will be sent
+  std::uint64_t bytes = 0; // estimated from the model's averages, for a progress bar
   // For a region: its partitions, nearest first, including those of `except`; absent if more than
   // maximumListedPartitions (the client can compute them).
   std::optional<std::vector<std::uint32_t>> partitions;
   bool operator==(const BeginAnswer&) const = default;
 };
 
-// What has been sent so far, about once a mebibyte.
+// The amount sent so far. Sent about once for each mebibyte.
 struct ProgressAnswer
 {
   std::uint64_t blobs = 0;
@@ -114,16 +114,16 @@ struct EndAnswer
 {
   std::uint64_t blobs = 0;  // sent whole
   std::uint64_t bytes = 0;  // of payload
-  std::uint64_t failed = 0; // blobs that could not be sent: each has had an `error`
+  std::uint64_t failed = 0; // blobs that could not be sent; each has got an `error`
   bool cancelled = false;
   bool operator==(const EndAnswer&) const = default;
 };
 
-// With a blob: the server cannot send this blob, and the request goes on. Without: the request has
-// ended.
+// With a blob: the server cannot send this blob, and the request goes on. Without a blob: the
+// request has ended.
 struct ErrorAnswer
 {
-  std::uint16_t code = 500; // as in HTTP
+  std::uint16_t code = 500; // a status code of HTTP
   std::string message;
   std::optional<BlobId> blob;
   bool operator==(const ErrorAnswer&) const = default;
@@ -131,14 +131,14 @@ struct ErrorAnswer
 
 struct ServerMessage
 {
-  std::uint32_t request = 0; // 0: an error that belongs to no request
+  std::uint32_t request = 0; // 0: an error that does not belong to a request
   std::variant<OpenedAnswer, BeginAnswer, ProgressAnswer, EndAnswer, ErrorAnswer> body;
   bool operator==(const ServerMessage&) const = default;
 };
 
 std::string WriteServerMessage(const ServerMessage& message);
 
-// Errors: LimitExceeded for too many bytes; InvalidInput naming what is wrong.
+// Errors: LimitExceeded for too many bytes; InvalidInput, saying what is wrong.
 Result<ServerMessage> ParseServerMessage(std::string_view text);
 
 }

@@ -20,7 +20,7 @@ Error NothingAt(std::string_view path)
   return { ErrorCode::NotFound, "there is nothing at " + Quoted(path) };
 }
 
-// below: what of the path is below the folder of a model's tiles.
+// below: the part of the path after the folder of a model's tiles.
 Result<ResourcePath> ParseTilePath(
   ResourcePath resource, std::string_view below, std::string_view path)
 {

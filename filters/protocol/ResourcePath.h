@@ -3,17 +3,17 @@
 //
 //   /api/models.json (alias /api/models)            the models
 //   /api/models/{id}/model.json                     one model's description
-//   /api/models/{id}/notes.json                     the notes on it
-//   /api/models/{id}/{digest}/tree/{node}           a page of its tree
+//   /api/models/{id}/notes.json                     the notes on a model
+//   /api/models/{id}/{digest}/tree/{node}           a page of a model's tree
 //   /api/models/{id}/{digest}/levels/{d}/{node}     a piece of level d
 //   /api/models/{id}/{digest}/partitions/{p}        a partition of the original
-//   /api/models/{id}/{digest}/textures/{p}          its texture
-//   /api/models/{id}/{digest}/level-textures/{d}/{node}  that of a piece of level d
-//   /api/models/{id}/3dtiles/tileset.json           its tileset of 3D Tiles
+//   /api/models/{id}/{digest}/textures/{p}          the texture of a partition
+//   /api/models/{id}/{digest}/level-textures/{d}/{node}  the texture of a piece of level d
+//   /api/models/{id}/3dtiles/tileset.json           a model's tileset of 3D Tiles
 //   /api/models/{id}/3dtiles/{version}/{tile}       a file that the tileset names (TileName.h)
 //
-// The content of a blob's path never changes: another build of the model has another digest. So has
-// a tile's: the version covers what is said of the model, too.
+// The content at a blob's path never changes: another build of the model has another digest. The
+// content at a tile's path does not change either: its version also covers the model's description.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -48,10 +48,10 @@ struct ResourcePath
     Tile
   };
   Kind kind = Kind::ModelList;
-  std::string model;  // of all but the list
-  std::string digest; // of Blob; of Tile the version, empty of the root
-  BlobId blob;        // of Blob
-  TileName tile;      // of Tile
+  std::string model;  // for all except the list of models
+  std::string digest; // for Blob; for Tile the version (empty for the root)
+  BlobId blob;        // for Blob
+  TileName tile;      // for Tile
 };
 
 inline constexpr std::string_view modelListPath = "/api/models.json";
@@ -60,9 +60,9 @@ std::string ModelPath(std::string_view model);
 std::string NotesPath(std::string_view model);
 std::string BlobPath(std::string_view model, std::string_view digest, const BlobId& blob);
 
-// Parses the path of a URL, without query and fragment. Percent-encoding is not decoded: no path of
-// ours needs it. Errors: NotFound for a path of no known form; InvalidArgument for a known form
-// with a wrong id, digest or number.
+// Parses the path of a URL, without query and fragment. Percent-encoding is not decoded, because
+// none of our paths needs it. Errors: NotFound if the path has no known form; InvalidArgument if it
+// has a known form with a wrong id, digest or number.
 Result<ResourcePath> ParseResourcePath(std::string_view path);
 
 }

@@ -11,7 +11,8 @@
 namespace kdstream::protocol
 {
 
-// "a/b/c" as its parts; empty parts are kept, so that "a//b" is none of the known forms.
+// Splits "a/b/c" into its parts. Empty parts are kept, so that "a//b" does not match any known
+// form.
 std::vector<std::string_view> SplitPath(std::string_view path);
 
 // A decimal number in [lowest, highest]: digits only, no sign, no leading zero except "0" itself.

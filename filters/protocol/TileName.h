@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which file of a model's tileset: "tileset.json", "11/0.glb", "original/12.glb", "15/3.json", the
-// tileset below a tile, and "original/131.json", that of the partitions below node 131. The names
-// that kdstream-store export --format 3dtiles gives its files.
+// Names a file of a model's tileset: "tileset.json", "11/0.glb", "original/12.glb", "15/3.json"
+// (the tileset below a tile), or "original/131.json" (the tileset of the partitions below node
+// 131). kdstream-store export --format 3dtiles gives its files these names.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -16,17 +16,17 @@ namespace kdstream::protocol
 struct TileName
 {
   bool isTileset = false;  // a .json, not a .glb
-  bool isRoot = false;     // tileset.json; the rest says nothing then
-  bool isOriginal = false; // else of a level
+  bool isRoot = false;     // tileset.json; the other members are then unused
+  bool isOriginal = false; // otherwise of a level
   std::uint8_t level = 0;
   std::uint32_t number =
-    0; // among the pieces of its resolution, from 0; a node of a group's tileset
+    0; // piece number in its resolution, from 0; for a group's tileset the node
   bool operator==(const TileName&) const = default;
 };
 
 std::string NameOfTile(const TileName& tile);
 
-// The inverse, strict as ParseBlobName. Errors: NotFound if the name has none of these forms;
+// The inverse, as strict as ParseBlobName. Errors: NotFound if the name has none of these forms;
 // InvalidArgument naming the wrong number.
 Result<TileName> ParseTileName(std::string_view name);
 

@@ -35,7 +35,7 @@ Error RankGroup::NameRank(Error error) const
   return error;
 }
 
-// The lowest rank with an error sends it to all.
+// If ranks have failed, the lowest of them sends its error to all.
 Status RankGroup::AgreeOn(std::span<const std::uint64_t> numbers, const Error* own)
 {
   if (this->Failed)
@@ -62,7 +62,7 @@ Status RankGroup::AgreeOn(std::span<const std::uint64_t> numbers, const Error* o
   return {};
 }
 
-// The error of a rank, sent to all. own: on this rank, if it has any.
+// Sends the error of a rank to all, and returns it. own: this rank's error, if it has one.
 Error RankGroup::ErrorOf(std::size_t rank, const Error* own)
 {
   Error error = rank == this->Rank() ? this->NameRank(*own) : Error{};
@@ -96,7 +96,7 @@ Status RankGroup::Sum(std::span<std::uint64_t> numbers)
     Collective([&] { this->Messages.Combine(numbers, std::span(others), std::plus<>()); });
     return {};
   }
-  // The number of values exchanged while the ranks agree.
+  // The values are exchanged in the same call in which the ranks agree.
   KDSTREAM_TRY(this->AgreeOn(numbers));
   for (std::size_t i = 0; i < numbers.size(); ++i)
   {
@@ -111,7 +111,7 @@ Status RankGroup::Sum(std::span<std::uint64_t> numbers)
 
 Status RankGroup::JoinBoxes(std::span<Box> boxes)
 {
-  std::vector<double> mine, others; // upper ends are negated, so that one minimum serves both ends
+  std::vector<double> mine, others; // upper ends negated: then minima serve both ends
   KDSTREAM_TRY(this->AgreeOnRoom(
     [&]
     {
@@ -200,7 +200,7 @@ Result<bool> RankGroup::ExchangeBytes(
   return anyMore;
 }
 
-// The data that each rank sends to each other rank.
+// Exchanges data between all pairs of ranks.
 void RankGroup::Swap(
   const std::vector<std::span<const std::byte>>& out, const std::vector<std::span<std::byte>>& in)
 {

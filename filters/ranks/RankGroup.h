@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The ranks that make something together: how they communicate, and how an error of one becomes an
-// error of all. For kdstream-build-mpi and the filters that have a Controller.
+// A group of ranks that work together: how they communicate, and how an error of one rank becomes
+// an error of all. For kdstream-build-mpi and the filters that have a Controller.
 //
 // A rank is a process of an MPI job, or of a vtkMultiProcessController; RankMessages transports the
-// bytes. If a step fails on one rank, by an error or an exception, this rank leaves the step, up to
-// the caller of Run or Fail. The others learn of it in their next collective call: every call first
-// agrees that no rank has failed. Before bytes are sent, all ranks agree once more that they have
-// memory for what they receive. If there is no memory even for a few numbers, a rank cannot report
-// its failure any more: that is a BrokenGroup.
+// bytes. If a step fails on one rank, by an error or an exception, this rank returns from the step
+// up to the caller of Run or Fail. The other ranks learn of it in their next collective call,
+// because every call first agrees that no rank has failed. Before bytes are sent, all ranks agree
+// once more that they have memory for the bytes that they will receive. If a rank does not even
+// have memory for a few numbers, it cannot report its failure any more: then it throws BrokenGroup.
 #pragma once
 
 #include "filters/core/CaughtError.h"
@@ -34,12 +34,12 @@ class vtkMultiProcessController;
 namespace kdstream
 {
 
-// One list for each rank: what goes to it, or what has come from it.
+// One list for each rank: the elements sent to it, or received from it.
 template <class T>
 using RankLists = std::vector<std::vector<T>>;
 
-// About the bytes that a rank sends in one round of an exchange in rounds; and the number of
-// elements of a given size that fit.
+// About how many bytes a rank sends in one round of an exchange in rounds; and how many elements of
+// a given size this is.
 inline constexpr std::size_t roundBytes = std::size_t{ 1 } << 22;
 constexpr std::size_t ElementsOfRound(std::size_t elementBytes)
 {
@@ -51,43 +51,45 @@ constexpr std::uint64_t RoundsOf(std::uint64_t elements, std::size_t ofRound)
   return (elements + ofRound - 1) / ofRound;
 }
 
-// Thrown on a rank that cannot reach the others any more. The others would wait forever; the end of
-// this process ends them, too.
+// Thrown on a rank that cannot reach the others any more. The others would wait forever, but the
+// end of this process ends them too.
 struct BrokenGroup
 {
   Error error;
 };
 
-// All calls but Rank, Count, Where and NameRank are made by all ranks, in the same order.
+// All functions except Rank, Count, Where and NameRank must be called by all ranks, in the same
+// order.
 class RankGroup
 {
 public:
-  // REQUIRES: messages, or a controller, that outlive the group.
+  // REQUIRES: the messages, or the controller, outlive the group.
   explicit RankGroup(RankMessages& messages);
   explicit RankGroup(vtkMultiProcessController& controller);
 
   std::size_t Rank() const { return this->Messages.Rank(); }
   std::size_t Count() const { return this->Messages.Count(); }
 
-  // This rank for messages: "rank 1 on node7".
+  // The name of this rank for messages: "rank 1 on node7".
   std::string Where() const;
-  // An error of this rank, which names it then, unless it is the only one or was interrupted.
+  // Adds the name of this rank to one of its errors, unless it is the only rank or was interrupted.
   Error NameRank(Error error) const;
 
-  // The common result of all ranks: the error of the lowest rank that failed, with its number.
+  // The common result of all ranks: success, or the error of the lowest rank that failed, with its
+  // number.
   Status Agree(const Status& own);
-  // Adds over the ranks, element by element.
+  // Adds the numbers of all ranks, element by element.
   Status Sum(std::span<std::uint64_t> numbers);
-  // The smallest lower and greatest upper ends of all ranks' boxes, one by one.
+  // Replaces each box by the smallest box that contains this box of all ranks.
   Status JoinBoxes(std::span<Box> boxes);
-  // One number of each rank, by rank.
+  // The numbers of all ranks, by rank.
   Result<std::vector<std::uint64_t>> Gather(std::uint64_t number);
-  // Whether all ranks say so.
+  // Whether `has` is true on all ranks.
   Result<bool> AllHave(bool has);
-  // The sum over the ranks before this one, and over all.
+  // The sum of the counts of the ranks before this one, and the sum over all ranks.
   Result<std::pair<std::uint64_t, std::uint64_t>> CountBefore(std::uint64_t count);
 
-  // Sends a list to each rank and gets one of each; those to the rank itself are copied.
+  // Sends a list to each rank, and receives one from each. The list to the rank itself is copied.
   template <class T>
   Result<RankLists<T>> Exchange(const RankLists<T>& lists)
   {
@@ -108,7 +110,8 @@ public:
 
   // The same in rounds, so that the bytes in flight do not grow with the total. make(round, lists)
   // -> Status fills the empty lists of one of this rank's rounds; take(from, span) -> Status gets
-  // what was received. All ranks do as many rounds as the rank that needs the most.
+  // the elements received from a rank. All ranks make the same number of rounds, that of the rank
+  // that needs the most.
   template <class T, class Make, class TakeList>
   Status ExchangeInRounds(std::uint64_t rounds, const Make& make, const TakeList& take)
   {
@@ -136,8 +139,9 @@ public:
     return {};
   }
 
-  // One round of an exchange, the base of those above: sends the lists to the other ranks, and
-  // replaces the content of `in` by the lists received. Returns whether any rank has more to send.
+  // One round of an exchange, on which the functions above are based: sends the lists to the other
+  // ranks, and replaces the content of `in` by the lists received. Returns whether any rank has
+  // more to send.
   template <class T>
   Result<bool> ExchangeOthers(const RankLists<T>& lists, RankLists<T>& in, bool more)
   {
@@ -157,17 +161,17 @@ public:
       more);
   }
 
-  // Finds the keys at which the sorted keys of all ranks are divided into one share for each rank:
-  // a key goes to the rank given by ShareOf. A share has at most a quarter more keys than the
-  // average; equal keys stay together. sorted: this rank's keys. About 4 * Count()^2 keys are on
-  // all ranks for a moment.
+  // Finds keys that divide the sorted keys of all ranks into one share for each rank; ShareOf gives
+  // the rank to which a key goes. A share has at most a quarter more keys than the average; equal
+  // keys stay together. sorted: this rank's keys. About 4 * Count()^2 keys are on all ranks for a
+  // moment.
   template <class Key>
   Result<std::vector<Key>> PartInOrder(std::span<const Key> sorted)
   {
     std::uint64_t all = sorted.size();
     KDSTREAM_TRY(this->Sum(std::span(&all, 1)));
-    // Each key of the sample stands for this number of keys of its rank, those up to it. So between
-    // two keys of the sample each rank has at most this number of keys.
+    // Each key of the sample stands for this number of its rank's keys: itself and those before it.
+    // So between two keys of the sample each rank has at most this number of keys.
     const auto stride = static_cast<std::size_t>(
       std::max<std::uint64_t>(1, all / (4 * this->Count() * this->Count())));
     std::vector<Key> sample;
@@ -183,7 +187,7 @@ public:
       sample.insert(sample.end(), theirs.begin(), theirs.end());
     }
     std::sort(sample.begin(), sample.end());
-    std::vector<Key> ends; // of all shares but the last
+    std::vector<Key> ends; // of all shares except the last
     for (std::size_t rank = 1; rank < this->Count() && !sample.empty(); ++rank)
     {
       ends.push_back(sample[(rank * sample.size() + this->Count() - 1) / this->Count() - 1]);
@@ -196,21 +200,21 @@ public:
     return static_cast<std::size_t>(std::lower_bound(ends.begin(), ends.end(), key) - ends.begin());
   }
 
-  // Reports to all others that this rank cannot continue. Returns the error with which all ranks
-  // end; it names the failed rank: this one, or a lower one that failed at the same time. After one
-  // of the calls above has returned this error, all ranks know it.
+  // Reports to all other ranks that this rank cannot continue. Returns the error with which all
+  // ranks end. It names the failed rank, which is this one, or a lower one that failed at the same
+  // time. After one of the calls above has returned this error, all ranks know it.
   Error Fail(const Error& error);
-  // The same with an error that all ranks have found at the same time, with the same message.
+  // The same for an error that all ranks have found at the same time, with the same message.
   Error FailCollectively(const Error& error)
   {
     this->Failed = error;
     return error;
   }
-  // All are done: the error of a rank that is not.
+  // Called when this rank is done. Returns the error of a rank that has failed, if any.
   Status Finish() { return this->AgreeOn(); }
 
-  // Runs what all ranks do together: work() -> Result or Status. An exception becomes an error of
-  // all ranks, too, except BrokenGroup, which is passed on.
+  // Runs work() -> Result or Status on all ranks together. An exception becomes an error of all
+  // ranks too, except BrokenGroup, which is passed on.
   template <class Work>
   auto Run(const Work& work) -> decltype(work())
   {
@@ -232,14 +236,15 @@ public:
   }
 
 protected:
-  // Begins every call: agrees that no rank has failed. Each rank sends the others a few numbers
-  // with it, Count() + 1 at most. REQUIRES: own, or the same count of numbers on all ranks.
+  // Begins every call: agrees that no rank has failed. In the same exchange each rank sends the
+  // others a few numbers, at most Count() + 1. REQUIRES: `own` is not null, or all ranks give the
+  // same count of numbers.
   Status AgreeOn(std::span<const std::uint64_t> numbers = {}, const Error* own = nullptr);
   std::uint64_t Received(std::size_t rank, std::size_t number) const
   {
     return this->AllReceived[rank * (this->Count() + 2) + 1 + number];
   }
-  // Agrees on what make() has come to, which takes memory.
+  // Calls make(), which allocates memory, and agrees whether it has succeeded on all ranks.
   template <class Make>
   Status AgreeOnRoom(const Make& make)
   {
@@ -254,7 +259,7 @@ protected:
     }
     return this->AgreeOn({}, error ? &*error : nullptr);
   }
-  // A step that the other ranks do at the same time.
+  // Runs a step that the other ranks run at the same time.
   template <class Step>
   static auto Collective(const Step& step)
   {
@@ -277,15 +282,15 @@ private:
     const std::vector<std::span<std::byte>>& in);
   Error ErrorOf(std::size_t rank, const Error* own);
 
-  std::unique_ptr<RankMessages> Own; // of a controller
+  std::unique_ptr<RankMessages> Own; // if made from a controller
   std::optional<Error> Failed;
-  std::vector<std::uint64_t> AllReceived; // for each rank: whether it has failed, and its numbers
+  std::vector<std::uint64_t> AllReceived; // of each rank: whether it has failed, and its numbers
 
 protected:
   RankMessages& Messages;
 };
 
-// Lists, one after the other, each after its length.
+// A message of several lists, one after the other, each preceded by its length.
 class RankMessage
 {
 public:

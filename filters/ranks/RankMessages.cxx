@@ -31,8 +31,8 @@ RankMessages::RankMessages(vtkMultiProcessController& controller)
 
 RankMessages::~RankMessages() = default;
 
-// The pairs in ascending order, and in a pair the lower rank sends first: so of all messages that
-// are waited for, that of the first pair can proceed.
+// Serves pairs of ranks in ascending order; in a pair the lower rank sends first. So there is no
+// deadlock: of all pairs that wait, the first one can proceed.
 void RankMessages::Move(std::span<const Outgoing> out, std::span<const Incoming> in)
 {
   struct Step
@@ -93,11 +93,11 @@ void RankMessages::Receive(std::size_t rank, std::span<std::byte> bytes)
   this->Move({}, in);
 }
 
-// Each rank passes on what it knows, twice as much from step to step (Bruck's gathering).
+// Each rank passes on the numbers that it knows; they double from step to step (Bruck's algorithm).
 std::vector<std::uint64_t> RankMessages::TellAll(std::span<const std::uint64_t> mine)
 {
   const std::size_t each = mine.size();
-  // Numbers of this rank and of following ranks.
+  // The numbers of this rank and of the ranks after it.
   std::vector<std::uint64_t> known(mine.begin(), mine.end());
   known.resize(each * this->Ranks);
   for (std::size_t distance = 1; distance < this->Ranks; distance *= 2)
@@ -114,7 +114,8 @@ std::vector<std::uint64_t> RankMessages::TellAll(std::span<const std::uint64_t> 
   return known;
 }
 
-// A rank gets it from the one whose number has its lowest bit less, and passes it on.
+// A rank receives the bytes from the rank whose number lacks the lowest set bit of its own number,
+// and passes them on.
 void RankMessages::PassDown(std::span<std::byte> bytes)
 {
   std::size_t step = std::bit_ceil(this->Ranks);

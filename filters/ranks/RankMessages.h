@@ -2,7 +2,8 @@
 // Transports bytes between the processes of a vtkMultiProcessController, the ranks: the base of
 // RankGroup.
 //
-// The functions report no errors: a rank calls them only when it knows that the others do, too.
+// The functions do not report errors: a rank calls them only when it knows that the other ranks
+// call them too.
 #pragma once
 
 #include <algorithm>
@@ -41,24 +42,26 @@ public:
   std::size_t Count() const { return this->Ranks; }
 
   // Sends and receives, at most one message to and one from each other rank. The other ranks make
-  // their matching calls in the same order. This implementation sends between one pair of ranks
-  // after the other, in an order that all ranks share, which any controller can do.
+  // their matching calls in the same order. This implementation serves one pair of ranks after the
+  // other, in an order that is the same on all ranks, so that it works with any controller.
   virtual void Move(std::span<const Outgoing> out, std::span<const Incoming> in);
   void Send(std::size_t rank, std::span<const std::byte> bytes);
   void Receive(std::size_t rank, std::span<std::byte> bytes);
 
-  // By all ranks, in log R steps. The same numbers of each rank, one rank after the other.
+  // Gathers the numbers of all ranks on every rank, one rank after the other, in log R steps. All
+  // ranks call it, with the same count of numbers.
   std::vector<std::uint64_t> TellAll(std::span<const std::uint64_t> mine);
-  // From rank 0 to all.
+  // Sends bytes from rank 0 to all ranks.
   void PassDown(std::span<std::byte> bytes);
-  // From one rank to all.
+  // Sends from one rank to all ranks.
   void Broadcast(std::size_t from, std::span<int> numbers);
   void Broadcast(std::size_t from, std::string& text);
-  // Values of all ranks, one by one; `operation` may be used in any order. other: room for as many.
+  // Combines the values of all ranks, element by element; `operation` can be applied in any order.
+  // other: scratch memory for the same number of values.
   template <class T, class Operation>
   void Combine(std::span<T> values, std::span<T> other, const Operation& operation)
   {
-    // Up the same way that it then comes down.
+    // Values go up to rank 0 on the same way on which PassDown sends the result down.
     for (std::size_t step = 1; step < this->Ranks; step *= 2)
     {
       if ((this->Mine & step) != 0)
@@ -95,7 +98,7 @@ void ForEachMessage(std::span<Byte> bytes, const Visit& visit)
   }
 }
 
-// The tag of all these messages.
+// The tag of all messages of a group.
 inline constexpr int messageTagOfGroup = 8108;
 static_assert(messageTagOfGroup <= 32767, "MPI promises no greater tags (MPI_TAG_UB)");
 

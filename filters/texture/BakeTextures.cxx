@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pictures as colours of vertices: see BakeTextures.h.
+// Bakes pictures into colours of vertices: see BakeTextures.h.
 //   1. Find vertices in the same place.
-//   2. Triangles without a picture, or without coordinates, have their material's colour.
+//   2. Add the material's colour for triangles without a picture, or without coordinates.
 //   3. For each picture: decode it; decide how finely its triangles are sampled; sum their texels
 //      for their corners.
 //   4. Compute the means, as bytes, and the loss, from sums that were made on the way.
@@ -30,18 +30,19 @@ namespace kdstream
 namespace
 {
 
-constexpr std::size_t fewestCuts = 3;  // of a side
-constexpr double texelsOfCut = 1.4;    // of the longest side: a part or more for each texel
-constexpr double partsOfTexel = 8;     // of the picture, for all triangles together
-constexpr double partsOfTriangle = 64; // on top of that
+constexpr std::size_t fewestCuts = 3;  // of each side
+constexpr double texelsOfCut = 1.4;    // of the longest side, for each cut
+constexpr double partsOfTexel = 8;     // for each texel of the picture, over all triangles
+constexpr double partsOfTriangle = 64; // further parts for each triangle
 constexpr std::size_t trianglesAtOnce = 16384;
 constexpr std::size_t trianglesOfTask = 64;
-constexpr double readShare = 0.3;    // of the progress: pictures that are decoded
-constexpr double mostCuts = 1 << 15; // of a side; before the limit for all
-// Triangles without area have this weight, and none has more than the maximum: sums stay finite.
+constexpr double readShare = 0.3;    // of the progress: for decoding pictures
+constexpr double mostCuts = 1 << 15; // of a side; before the limit for all triangles
+// Triangles without area get the least weight, and no triangle has more than the maximum, so that
+// sums stay finite.
 constexpr double leastArea = 1e-250, mostArea = 1e250;
 
-// The place of each vertex: the number of the lowest one with its coordinates and its normal.
+// The place of each vertex: the lowest number of a vertex with the same coordinates and normal.
 std::vector<VertexId> PlacesOf(const Mesh& mesh, const Execution& execution)
 {
   std::vector<VertexId> places = FirstCoincident(mesh.points, Coincidence::BitEqual, execution);
@@ -72,7 +73,7 @@ std::vector<VertexId> PlacesOf(const Mesh& mesh, const Execution& execution)
   return refined;
 }
 
-// Σ of(i), the same with any threads: sums of blocks, in their order.
+// Σ of(i). The result does not depend on the threads: sums of blocks are added in order.
 template <class Of>
 auto SumInBlocks(std::size_t count, const Execution& execution, const Of& of)
 {
@@ -97,7 +98,7 @@ auto SumInBlocks(std::size_t count, const Execution& execution, const Of& of)
   return all;
 }
 
-// Three digits, or all before the point.
+// With three digits, or all digits before the decimal point.
 std::string NumberText(double value)
 {
   char text[64];
@@ -174,7 +175,7 @@ private:
       [](const PictureCoordinate& c) { return std::isfinite(c[0]) && std::isfinite(c[1]); });
   }
 
-  // The triangles that each picture paints. The others are painted at once.
+  // The triangles of each picture. Triangles without a picture get their colours at once.
   std::vector<std::vector<std::uint32_t>> SortTriangles()
   {
     std::vector<std::vector<std::uint32_t>> ofPicture(this->Textured.pictures.size());
@@ -208,10 +209,10 @@ private:
     const std::vector<Vec3>& points = this->Textured.mesh.points;
     const Vec3 normal = Cross(Minus(points[t[1]], points[t[0]]), Minus(points[t[2]], points[t[0]]));
     const double area = Length(normal) / 2;
-    return area >= leastArea ? std::min(area, mostArea) : leastArea; // NaN: the least
+    return area >= leastArea ? std::min(area, mostArea) : leastArea; // NaN gives leastArea
   }
 
-  // The whole triangle in one colour.
+  // Adds the whole triangle in one colour.
   void AddFlatColor(std::size_t triangle, const Color& light)
   {
     const Triangle& t = this->Textured.mesh.triangles[triangle];
@@ -244,8 +245,8 @@ private:
     ++this->Report.pictures;
     const PictureTexels texels((*picture)->Texels());
     const double thinning = this->FindThinning(texels, triangles, execution);
-    // Each triangle by itself, on any thread, while earlier ones are added in their order: so the
-    // sums do not depend on the threads.
+    // Triangles are sampled independently, on any thread, while the earlier ones are added in
+    // order. So the sums do not depend on the threads.
     std::array<std::vector<TriangleSum>, 2> sums;
     sums.fill(std::vector<TriangleSum>(std::min(triangles.size(), trianglesAtOnce)));
     const std::size_t blocks = (triangles.size() + trianglesAtOnce - 1) / trianglesAtOnce;
@@ -301,7 +302,7 @@ private:
     this->Cuts[triangle] = sum.cuts;
   }
 
-  // The corners' places in the picture, in pictures.
+  // The corners' places in the picture, in units of the picture.
   std::array<PlaceInPicture, 3> CornersOf(std::size_t triangle) const
   {
     std::array<PlaceInPicture, 3> places{};
@@ -315,7 +316,8 @@ private:
     return places;
   }
 
-  // How much fewer cuts there must be than would be right, and how many texels are covered.
+  // The factor by which cuts must be reduced to stay within the limits. Also counts the texels that
+  // are covered.
   double FindThinning(const PictureTexels& texels, const std::vector<std::uint32_t>& triangles,
     const Execution& execution)
   {
@@ -383,7 +385,7 @@ private:
     return color;
   }
 
-  // Replaces the colours that the mesh had.
+  // Stores the colours, in place of those that the mesh had.
   void Keep(const std::vector<std::array<std::uint8_t, 4>>& colors)
   {
     Mesh& mesh = this->Textured.mesh;
@@ -403,8 +405,9 @@ private:
     mesh.attributes.push_back(std::move(attribute));
   }
 
-  // Σ area (texel - Σ share × colour)², multiplied out: the texels' squares and their products with
-  // the shares were summed in the loop, and the products of the shares follow from the cuts.
+  // Σ area (texel - Σ share × colour)², multiplied out. The squares of texels, and their products
+  // with the shares, were summed in the loop; the products of the shares follow from the number of
+  // cuts.
   void MeasureLoss(
     const std::vector<std::array<std::uint8_t, 4>>& colors, const Execution& execution)
   {
@@ -427,13 +430,14 @@ private:
     this->Report.loss = all > 0 && std::isfinite(mean) ? std::sqrt(std::max(0.0, mean)) : 0;
   }
 
-  // The mean square of what a triangle's corners mix to, in the middles of its parts.
+  // The mean square of the colours that a triangle's corners interpolate at the centres of its
+  // parts.
   double SquaresOfColors(
     std::size_t triangle, const std::vector<std::array<std::uint8_t, 4>>& colors) const
   {
     const Triangle& t = this->Textured.mesh.triangles[triangle];
     const double cuts = this->Cuts[triangle];
-    const double within = cuts > 0 ? 1 / (cuts * cuts) : 0; // of the spread of shares in a part
+    const double within = cuts > 0 ? 1 / (cuts * cuts) : 0; // for the spread within a part
     double sum = 0;
     for (std::size_t a = 0; a < 3; ++a)
     {
@@ -455,10 +459,10 @@ private:
   TexturedMesh& Textured;
   PictureReader Reader;
   std::vector<VertexId> Places;
-  std::vector<PlaceSum> Sums;      // of each place, at its number
-  std::vector<std::uint16_t> Cuts; // how often each triangle's sides are cut; 0: one colour
+  std::vector<PlaceSum> Sums;      // for each place, at its number
+  std::vector<std::uint16_t> Cuts; // cuts of each triangle's sides; 0: one colour
   double Squares = 0;
-  std::uint64_t FarTriangles = 0; // TooFar in tiles
+  std::uint64_t FarTriangles = 0; // those that are TooFar in tiles
   BakeReport Report;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// libjpeg's way to make a JPEG in memory, for WritePicture and for the odd ones of tests.
+// Makes a JPEG in memory by libjpeg, for WritePicture and for the odd pictures of tests.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@ namespace kdstream
 {
 
 // prepare(codec): sets properties of the JPEG other than its size and colours; defaults are already
-// set. fill(number, row): fills in the samples of a row, `components` for each pixel.
+// set. fill(number, row): fills the samples of a row, `components` for each pixel.
 //
 // Errors end the process: our input is always valid, so the only cause is lack of memory.
 template <class Prepare, class Fill>
@@ -45,7 +45,7 @@ std::vector<std::uint8_t> CompressJpeg(std::size_t width, std::size_t height,
   jpeg_finish_compress(&codec);
   jpeg_destroy_compress(&codec);
   std::vector<std::uint8_t> bytes(begin, begin + size);
-  std::free(begin); // libjpeg took it so
+  std::free(begin); // libjpeg has allocated it by malloc
   return bytes;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// JPEG by libjpeg-turbo. Steps: 1. the header: how large, which colours  2. rows.
+// Decodes JPEG by libjpeg-turbo. Steps: 1. the header: size and kind of colours 2. the rows.
 #include "filters/texture/Picture.h"
 
 #include <array>
@@ -14,7 +14,7 @@ namespace kdstream
 namespace
 {
 
-// What libjpeg calls on an error, and must not return from.
+// libjpeg calls this on an error; it must not return.
 struct Escape
 {
   jpeg_error_mgr manager{};
@@ -39,8 +39,8 @@ void OnJpegError(j_common_ptr codec)
   std::longjmp(escape->place, 1);
 }
 
-// Only warnings of damaged data, after which libjpeg would continue with grey. Odd headers, and
-// bytes between the parts, are common in valid pictures.
+// Treats only warnings of damaged data as errors: after them, libjpeg would continue with grey. Odd
+// headers, and bytes between the parts, are common in valid pictures.
 void OnJpegMessage(j_common_ptr codec, int level)
 {
   const int code = codec->err->msg_code;
@@ -50,8 +50,8 @@ void OnJpegMessage(j_common_ptr codec, int level)
   }
 }
 
-// Each scan of a progressive JPEG is a pass over the whole picture, even if it has only a few
-// bytes: programs write about ten.
+// Each scan of a progressive JPEG is a pass over the whole picture, even if the scan has only a few
+// bytes. Programs write about ten scans.
 constexpr int mostScans = 200;
 
 void OnJpegProgress(j_common_ptr codec)
@@ -64,7 +64,7 @@ void OnJpegProgress(j_common_ptr codec)
   }
 }
 
-// Nothing with a destructor may live in the functions below, where longjmp can leave them.
+// No object with a destructor may live in the functions below, because longjmp can leave them.
 
 bool ReadJpegHeader(
   jpeg_decompress_struct& codec, Escape& escape, std::span<const std::uint8_t> bytes)
@@ -78,7 +78,7 @@ bool ReadJpegHeader(
   return jpeg_read_header(&codec, TRUE) == JPEG_HEADER_OK;
 }
 
-// row: room for one.
+// row: memory for one row.
 bool ReadJpegRows(
   jpeg_decompress_struct& codec, Escape& escape, std::uint8_t* row, PictureRows& rows)
 {

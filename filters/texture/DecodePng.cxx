@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// PNG by libpng. Steps: 1. the header: how large  2. rows, of whatever kind, as bytes.
+// Decodes PNG by libpng. Steps: 1. the header: the size 2. the rows, as bytes, whatever their
+// format.
 #include "filters/texture/Picture.h"
 
 #include <algorithm>
@@ -14,7 +15,7 @@ namespace kdstream
 namespace
 {
 
-// The bytes left to read, and the error if it is known.
+// The bytes that are left to read, and the error, if it is known.
 struct PngInput
 {
   std::span<const std::uint8_t> bytes;
@@ -44,7 +45,7 @@ void OnPngError(png_structp codec, png_const_charp message)
 
 void OnPngWarning(png_structp, png_const_charp) {}
 
-// Nothing with a destructor may live in the functions below, where longjmp can leave them.
+// No object with a destructor may live in the functions below, because longjmp can leave them.
 
 bool ReadPngHeader(png_structp codec, png_infop info)
 {
@@ -52,27 +53,27 @@ bool ReadPngHeader(png_structp codec, png_infop info)
   {
     return false;
   }
-  png_set_user_limits(codec, PNG_UINT_31_MAX, PNG_UINT_31_MAX); // ours counts
-  png_set_chunk_malloc_max(codec, 1 << 24);                     // profiles and texts
+  png_set_user_limits(codec, PNG_UINT_31_MAX, PNG_UINT_31_MAX); // our own limit applies
+  png_set_chunk_malloc_max(codec, 1 << 24);                     // for profiles and texts
   png_read_info(codec, info);
   return true;
 }
 
-// Takes memory for rows.
+// Reserves the memory for rows.
 bool AskForBytes(png_structp codec, png_infop info)
 {
   if (setjmp(png_jmpbuf(codec)) != 0)
   {
     return false;
   }
-  png_set_expand(codec); // palettes, fewer bits, transparent colours
+  png_set_expand(codec); // palettes, fewer than 8 bits, transparent colours
   png_set_scale_16(codec);
-  png_set_interlace_handling(codec); // each pass tells all rows
+  png_set_interlace_handling(codec); // each pass delivers all rows
   png_read_update_info(codec, info);
   return true;
 }
 
-// Decodes a picture that is not interlaced. row: room for one row.
+// Decodes a picture that is not interlaced. row: memory for one row.
 bool TellPngRows(png_structp codec, png_bytep row, std::size_t height, PictureRows& rows)
 {
   if (setjmp(png_jmpbuf(codec)) != 0)
@@ -168,7 +169,7 @@ private:
     return {};
   }
 
-  // Every pass needs all rows. Those that never come are not touched.
+  // Every pass needs all rows. Memory of rows that never come is not touched.
   Status DecodeInterlaced(const Picture& head, std::size_t rowBytes, PictureRows& rows)
   {
     constexpr int passesOfAdam7 = 7;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// WebP by libwebp, in bands: rows are handed on as their bytes are decoded, and their memory is
-// given back. Animations are refused.
+// Decodes WebP by libwebp, in bands: rows are delivered as their bytes are decoded, and their
+// memory is then released. Animations are refused.
 #include "filters/texture/Picture.h"
 
 #include <algorithm>
@@ -14,10 +14,10 @@ namespace kdstream
 namespace
 {
 
-constexpr std::size_t bytesOfStep = 1 << 14; // of the file, between two bands
+constexpr std::size_t bytesOfStep = 1 << 14; // of the file, for each band
 
-// libwebp writes rows into one buffer for all of them. Its pages are taken as they are written:
-// a header by itself costs nothing. Those of the first rows are given back.
+// libwebp writes all rows into one buffer. The system allocates its pages only when they are
+// written, so a mere header costs nothing. The pages of delivered rows are released.
 class WebpTexels
 {
 public:
@@ -40,10 +40,10 @@ public:
   bool AreThere() const { return this->Pages != MAP_FAILED; }
   std::uint8_t* Begin() const { return static_cast<std::uint8_t*>(this->Pages); }
 
-  // Gives back all bytes before `end`.
+  // Releases all bytes before `end`.
   void GiveBack(std::size_t end)
   {
-    constexpr std::size_t atOnce = 1 << 20; // a multiple of every size of pages
+    constexpr std::size_t atOnce = 1 << 20; // a multiple of every page size
     const std::size_t whole = end / atOnce * atOnce;
     if (whole > this->Given)
     {
@@ -90,7 +90,7 @@ Status DecodeWebp(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels,
   {
     return NoMemoryForPixels();
   }
-  // Its sides have 14 bits: a row fits an int.
+  // The sides have 14 bits, so a row fits into an int.
   const std::unique_ptr<WebPIDecoder, void (*)(WebPIDecoder*)> decoder(
     WebPINewRGB(features.has_alpha != 0 ? MODE_RGBA : MODE_RGB, texels.Begin(), row * height,
       static_cast<int>(row)),
@@ -103,7 +103,7 @@ Status DecodeWebp(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels,
   {
     return rows.Why();
   }
-  std::size_t handed = 0, end = 0; // rows, bytes
+  std::size_t handed = 0, end = 0; // delivered rows; bytes given to libwebp
   VP8StatusCode status = VP8_STATUS_SUSPENDED;
   while (status == VP8_STATUS_SUSPENDED && end < bytes.size())
   {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The files that a mesh names: see FilesBeside.h.
+// Finds the files that a mesh names: see FilesBeside.h.
 #include "filters/texture/FilesBeside.h"
 
 #include "filters/core/Texts.h"
@@ -29,7 +29,7 @@ bool IsFile(const std::filesystem::path& file)
   return std::filesystem::is_regular_file(file, failed);
 }
 
-// "a%20b" is "a b".
+// Decodes "a%20b" to "a b".
 std::string WithoutEscapes(std::string_view name)
 {
   std::string plain;
@@ -51,7 +51,7 @@ std::string WithoutEscapes(std::string_view name)
   return plain;
 }
 
-// Latin-1, whose letters are those of Windows' code page 1252, as UTF-8.
+// Reads the name as Latin-1, whose letters are those of Windows' code page 1252, and returns UTF-8.
 std::string FromLatin(std::string_view name)
 {
   std::string utf8;
@@ -152,7 +152,8 @@ std::string_view WithoutComment(std::string_view name)
   return name;
 }
 
-// The small letter of one of two bytes (Latin, Greek, Cyrillic), as UTF-8; else the same.
+// The lower-case letter of a two-byte letter (Latin, Greek, Cyrillic), as UTF-8; any other
+// character is returned unchanged.
 std::array<char, 2> SmallLetter(char lead, char next)
 {
   static const locale_t unicode = ::newlocale(LC_CTYPE_MASK, "C.UTF-8", nullptr);
@@ -166,7 +167,7 @@ std::array<char, 2> SmallLetter(char lead, char next)
 }
 
 // A combining mark changes the letter before it into another one. For each mark: the letters that
-// it changes, and what they become. Small letters only: Latin, Greek and Cyrillic.
+// it changes, and the results. Only lower-case letters: Latin, Greek and Cyrillic.
 struct MarkedLetters
 {
   char32_t mark;
@@ -193,7 +194,7 @@ constexpr std::array markedLetters{
   MarkedLetters{ 0x328, U"aeiu", U"\u0105\u0119\u012f\u0173" },
 };
 
-// The letter composed with a mark; 0 if there is none. Also kana with voiced marks.
+// The letter combined with a mark; 0 if there is none. Also handles kana with voiced marks.
 char32_t WithMark(char32_t letter, char32_t mark)
 {
   const bool isKana = letter > 0x3040 && letter < 0x3100;
@@ -212,7 +213,7 @@ char32_t WithMark(char32_t letter, char32_t mark)
   return 0;
 }
 
-// The character at `at`, of at most three bytes, and its length. 0 where there is none.
+// The character at `at`, of at most three bytes, and its length; 0 if there is none.
 std::pair<char32_t, std::size_t> CharacterAt(std::string_view text, std::size_t at)
 {
   const auto byte = [&](std::size_t i)
@@ -233,8 +234,8 @@ std::pair<char32_t, std::size_t> CharacterAt(std::string_view text, std::size_t 
            : std::pair<char32_t, std::size_t>(0, 1);
 }
 
-// A letter and a combining mark as one character (as Linux and Windows name files) where they are
-// two (as macOS does).
+// Combines a letter and a combining mark, as macOS writes names, into one character, as Linux and
+// Windows write them.
 std::string Composed(const std::string& name)
 {
   std::string composed;
@@ -319,7 +320,7 @@ const FilesBeside::Names& FilesBeside::NamesOf(const std::filesystem::path& fold
   return names;
 }
 
-// A file in base's folder, part by part.
+// Finds a file below base's folder, comparing one part of the path after the other.
 std::optional<std::filesystem::path> FilesBeside::FindFolded(const std::filesystem::path& relative)
 {
   std::filesystem::path at = this->Base.parent_path();

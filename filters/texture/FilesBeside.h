@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Finds the files that a mesh names: pictures and material libraries, whose names may be written by
-// other programs and other systems. Part of step "read" of the pipeline picture.
+// Finds the files that a mesh names, pictures and material libraries, even if other programs and
+// systems write their names differently. Part of step "read" of the pipeline picture.
 #pragma once
 
 #include "filters/texture/TexturedMesh.h"
@@ -14,35 +14,36 @@
 namespace kdstream
 {
 
-// The path of a file that `base` names: relative to base's folder. If the name is absolute, or
+// The path of a file that `base` names, relative to base's folder. If the name is absolute, or
 // leads out of that folder, as names from other machines do (C:\scans\a.png, ../../a.png), only its
-// last part is used, in the folder itself. So a mesh reads no file outside its folder, except
-// through links in it. Backslashes are slashes.
+// last part is used, in base's folder. So a mesh reads no file outside its folder, except through
+// links in it. Backslashes count as slashes.
 std::filesystem::path FileBeside(const std::filesystem::path& base, std::string_view written);
 
-// Whether a name is of this kind.
+// Whether a name is absolute or leads out of the folder.
 bool LeadsOutside(std::string_view written);
 
-// The end of a sentence on a file that is not found: "is not there"; or where it lies, if the name
-// leads outside the folder or into the web. isPlural: "are not there".
+// The end of a sentence about a file that is not found: "is not there"; or, if the name leads
+// outside the folder or into the web, where it leads. isPlural: "are not there".
 std::string WhyMissing(std::string_view written, bool isPlural = false);
 
-// The picture that a mesh names, whose file was found or is where it should be. Its name has
-// `before` and `after` around the file's, or around the whole name where that leads outside.
+// The source of a picture that a mesh names. file: where the picture was found, or should be. Its
+// name for messages has `before` and `after` around the file's name, or around the whole written
+// name if that leads outside.
 PictureSource PictureBeside(const std::filesystem::path& file, std::string_view written,
   const std::string& before, const std::string& after);
 
-// Blanks around names of files and materials in statements.
+// Blanks that are ignored around names of files and materials in statements.
 inline constexpr std::string_view blanksOfNames = " \t\r";
 
-// A name without blanks around it, and without quotes around that.
+// The name without blanks around it, and without quotes around the rest.
 std::string_view WithoutQuotes(std::string_view name);
 
-// A name up to a comment, " # …"; all of it where there is none.
+// The name up to a comment, " # …"; the whole name if there is no comment.
 std::string_view WithoutComment(std::string_view name);
 
-// Letters made small, and one character with their combining marks (macOS writes two); backslashes
-// made slashes, and a blank for several.
+// The name for comparing: in lower case, with characters and their combining marks as one character
+// (macOS writes two), slashes for backslashes, and one blank for several.
 std::string FoldedName(std::string_view name);
 
 class FilesBeside
@@ -53,16 +54,16 @@ public:
   {
   }
 
-  // The file that `written` means, or the path where it should be if there is none. The first of
-  // these that exists: the name as it is written; without quotes; up to a comment; percent-decoded
-  // (%20); with bytes that are not UTF-8 taken for Windows' Latin letters; in upper or lower case,
-  // if only one file fits; the same for its last part, in base's folder. The names of a folder are
-  // read once, at most the first 65,536. Time: O(log n) of them.
+  // The file that `written` means, or the path where it should be if it does not exist. Takes the
+  // first of these that exists: the name as written; without quotes; up to a comment;
+  // percent-decoded (%20); with bytes that are not UTF-8 read as Windows' Latin letters; in upper
+  // or lower case, if only one file fits. Then the same for its last part, in base's folder. The
+  // names of a folder are read once, at most the first 65,536. Time: O(log n) for n names.
   std::filesystem::path Find(std::string_view written);
   const std::filesystem::path& MeshFile() const { return this->Base; }
 
 private:
-  // By folded name; none where several names fold to it.
+  // File names by folded name; nothing if several names fold to it.
   using Names = std::map<std::string, std::optional<std::string>, std::less<>>;
 
   const Names& NamesOf(const std::filesystem::path& folder);

@@ -22,12 +22,12 @@ namespace
 
 bool IsThere(const std::filesystem::path& file)
 {
-  // The pictures of tiles (PictureTiles.h) have other names.
+  // Pictures that consist of tiles (PictureTiles.h) have files of other names.
   std::error_code failed;
   return HasTiles(file.string()) || std::filesystem::is_regular_file(file, failed);
 }
 
-// Whether the word, which is in small letters, is anywhere in the file, in any letters.
+// Whether the word is anywhere in the file, in any case. word: in lower case.
 Result<bool> HasWord(ByteSource& source, std::string_view word)
 {
   const auto same = [](char c, char small)
@@ -44,7 +44,7 @@ Result<bool> HasWord(ByteSource& source, std::string_view word)
     {
       return false;
     }
-    source.Consume(block->size() - (word.size() - 1)); // the word may continue in the next block
+    source.Consume(block->size() - (word.size() - 1)); // the word may cross the border of blocks
   }
 }
 
@@ -53,7 +53,7 @@ bool IsGrey(const Color& color)
   return color[0] == color[1] && color[0] == color[2];
 }
 
-// Colours of materials that are used, as far as is known.
+// The colours of materials in use, as far as they are known.
 class UsedColors
 {
 public:
@@ -63,7 +63,7 @@ public:
       this->Several || (this->First && *this->First != material.color) || !IsGrey(material.color);
     this->First = material.color;
   }
-  // Whether they are more than one shade of grey.
+  // Whether the colours count: they are more than one shade of grey.
   bool Count() const { return this->Several; }
 
 private:
@@ -94,17 +94,17 @@ MaterialNames NamesOfMaterials(const std::vector<ObjMaterial>& materials)
   return names;
 }
 
-// The textures of an .obj, reading only as many statements as needed to find out.
+// What is known of an .obj's textures. Reading stops as soon as this is certain.
 struct TexturesOfObj
 {
-  bool textured = false; // a face uses a picture that is there
-  bool colors = false;   // faces use colours of materials that count
+  bool textured = false; // a face uses an existing picture
+  bool colors = false;   // faces use material colours that count
   bool bare = false;     // a vertex has no colour
   bool places = false;
 };
 
-// Errors in the file are left to its reader. pictures: for each material whether it has an existing
-// picture. Errors: InputOutput.
+// Errors in the file are left to its reader. pictures: for each material, whether its picture
+// exists. Errors: InputOutput.
 Result<TexturesOfObj> FindTexturesOfObj(ObjStatements& statements,
   const std::vector<ObjMaterial>& materials, const std::vector<bool>& pictures)
 {
@@ -147,14 +147,14 @@ Result<TexturesOfObj> FindTexturesOfObj(ObjStatements& statements,
     }
     if (any && (textures.textured || textures.bare))
     {
-      break; // pictures paint
+      break; // the mesh is textured
     }
   }
   textures.colors = colors.Count();
   return textures;
 }
 
-// A sentence for each missing picture whose material has a colour in place of it.
+// Adds a sentence for each missing picture, whose material's vertex colours are used instead.
 void TellMissing(const std::vector<ObjMaterial>& materials, const std::vector<bool>& pictures,
   std::vector<std::string>& warnings)
 {
@@ -169,7 +169,7 @@ void TellMissing(const std::vector<ObjMaterial>& materials, const std::vector<bo
   }
 }
 
-// The names of usemtl, with the line of the first of each.
+// The names in usemtl statements, each with the line where it occurs first.
 class UsedMaterialNames
 {
 public:
@@ -182,7 +182,7 @@ public:
     }
   }
 
-  // A sentence for each of the first of those that are in no library.
+  // Adds a sentence for each of the first names that no library has.
   void TellUnknown(const std::vector<ObjMaterial>& materials, std::vector<std::string>& warnings)
   {
     constexpr std::size_t most = 10;
@@ -256,7 +256,7 @@ Result<FoundTextures> FindInObj(const std::filesystem::path& file)
   libraries.AddOwn();
   ObjMaterials found = libraries.Take();
   FilesBeside files(file);
-  std::vector<bool> pictures; // that are there
+  std::vector<bool> pictures; // for each material: its picture exists
   bool any = false;
   for (const ObjMaterial& material : found.materials)
   {
@@ -286,7 +286,7 @@ Result<FoundTextures> FindInObj(const std::filesystem::path& file)
   return FoundTextures{ false, false, std::move(found.warnings), !any && !textures->colors };
 }
 
-// Pictures of a .ply that are not there count as none where vertices have colours.
+// In a .ply, pictures that do not exist are ignored if vertices have colours.
 FoundTextures FindInPly(const std::filesystem::path& file, const PlyHeader& header)
 {
   if (!HasPictures(header))

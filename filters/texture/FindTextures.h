@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Finds out whether a mesh's file has textures, or colours of materials: then the readers of this
-// folder are used for step "read" of the pipeline picture.
+// Finds out whether a mesh's file has textures, or colours of materials. If so, step "read" of the
+// pipeline picture uses the readers of this folder.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -17,22 +17,23 @@ namespace kdstream
 struct FoundTextures
 {
   bool any = false;
-  bool colors = false; // materials without pictures, of several colours or of one that is not grey
-  // Warnings for the user if there are no textures: missing materials.
+  bool colors = false; // materials have colours: several, or one that is not grey
+  // Warnings for the user about missing materials, if there are no textures.
   std::vector<std::string> warnings{};
-  // There are no textures, and apart from the warnings nothing visible is lost: all materials in
-  // use have one shade of grey.
+  // There are no textures, and nothing visible is lost except what the warnings say: all materials
+  // in use have the same shade of grey.
   bool isPlain = false;
 };
 
-// For .obj, whose materials are read, and .ply (HasPictures); other formats have none here. Reads
-// an .obj's text once for the names of libraries, and again if there are any; and, if materials
-// have pictures or colours, until faces are found that use them. If all vertices of a file have
-// colours, it keeps these instead of colours of materials, and instead of pictures that are missing
-// or that no face uses. Errors: NotFound, InputOutput; errors in the mesh are left to its reader.
+// For .obj files, whose materials are read, and .ply files (HasPictures); other formats have no
+// textures here. Reads the text of an .obj once for the names of libraries, and again if there are
+// any. If materials have pictures or colours, goes on until faces are found that use them. If all
+// vertices of a file have colours, the file keeps these. They then replace colours of materials,
+// and pictures that are missing or that no face uses. Errors: NotFound, InputOutput; errors in the
+// mesh are left to its reader.
 Result<FoundTextures> FindTextures(const std::filesystem::path& file);
 
-// A file that has some: TexturedObj.h, TexturedPly.h.
+// Reads a file that has textures or material colours: TexturedObj.h, TexturedPly.h.
 Result<TexturedFile> ReadTextured(
   const std::filesystem::path& file, const Execution& execution = {});
 

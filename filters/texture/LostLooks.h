@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Warnings about values of materials that change how a surface looks but are not carried. Part of
-// step "read" of the pipeline picture.
+// Warns about values of materials that change how a surface looks but are not carried. Part of step
+// "read" of the pipeline picture.
 #pragma once
 
 #include <array>
@@ -20,11 +20,11 @@ enum class LostLook
   Transparency
 };
 
-// Counts the materials that have each. O(1) a material.
+// Counts the materials that have each of these values. O(1) a material.
 class LostLooks
 {
 public:
-  // material: its name for messages. REQUIRES: each once for a look.
+  // material: its name for messages. REQUIRES: each material only once for a look.
   void Add(LostLook look, const std::string& material)
   {
     auto& [first, count] = this->Of[static_cast<std::size_t>(look)];
@@ -56,7 +56,7 @@ public:
 
 private:
   static constexpr std::size_t looks = 4;
-  // The first material, and the number of materials.
+  // the first material's name, and the number of materials
   std::array<std::pair<std::string, std::size_t>, looks> Of;
 };
 

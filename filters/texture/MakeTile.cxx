@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps:
-// 1. charts
-// 2. a patch for each colour
-// 3. pack all, halved until it fits
+// 1. find the charts
+// 2. make a patch for each colour
+// 3. pack charts and patches, halved until they fit
 // 4. copy the texels of each chart into the picture
-// 5. the places of corners
+// 5. place the corners
 // 6. encode the picture.
 #include "filters/texture/MakeTile.h"
 
@@ -21,13 +21,13 @@ namespace kdstream
 namespace
 {
 
-constexpr std::int64_t gutter = 2; // of the tile's texels
-// Sides of square patches. Lossy WebP mixes colours within its blocks: a large patch contains a
-// whole block, wherever it is.
+constexpr std::int64_t gutter = 2; // in texels of the tile
+// Sides of square patches. Lossy WebP mixes colours within its blocks; a large patch contains a
+// whole block, wherever it lies.
 constexpr std::int64_t smallPatch = 4, largePatch = 32, blockSide = 16;
 constexpr std::size_t mostLargePatches = 64;
 constexpr unsigned mostHalvings = 14;
-constexpr std::int64_t texelsAtOnce = 1 << 20;  // of a picture in memory
+constexpr std::int64_t texelsAtOnce = 1 << 20;  // of a picture, read into memory
 constexpr std::int64_t texelsOfLarge = 1 << 21; // of a tile
 constexpr std::uint8_t emptyTexel = 128;
 
@@ -43,7 +43,7 @@ std::int64_t CeilHalved(std::int64_t value, unsigned halvings)
   return -(-value >> halvings);
 }
 
-// A texel's colour with its material.
+// Applies a material to the colours of texels.
 class MaterialLight
 {
 public:
@@ -92,7 +92,7 @@ private:
   const std::array<double, 256>& Linear;
 };
 
-// Means of 2^halvings × 2^halvings texels, in linear light. width: of the larger picture.
+// The means, in linear light, of 2^halvings × 2^halvings texels each. width: of the larger picture.
 std::vector<std::uint8_t> Halve(
   std::vector<std::uint8_t> texels, std::size_t width, unsigned halvings)
 {
@@ -183,7 +183,7 @@ private:
       ByteOfLinear(material.color[2]), static_cast<std::uint8_t>(255 * alpha + 0.5) };
   }
 
-  // The mean colour of a picture, by a few of its texels.
+  // The mean colour of a picture, from a few of its texels.
   Result<Rgba> MeanOf(const TexturedMaterial& material) const
   {
     constexpr std::int64_t samples = 16;
@@ -200,10 +200,10 @@ private:
     return MaterialLight(material).Of({ mean[0], mean[1], mean[2], mean[3] });
   }
 
-  // The patches' colours, and of each unpainted triangle its patch.
+  // Finds the colours of the patches, and the patch of each triangle that shows no picture.
   Status FindPatches()
   {
-    std::map<std::pair<std::uint32_t, bool>, Rgba> known; // of a material, whether it is a mean
+    std::map<std::pair<std::uint32_t, bool>, Rgba> known; // by material, and whether a mean
     std::map<Rgba, std::uint32_t> numbers;
     this->PatchOf.assign(this->Textured.triangles.size(), noChartBox);
     for (std::size_t t = 0; t < this->PatchOf.size(); ++t)
@@ -234,7 +234,7 @@ private:
     return {};
   }
 
-  // The chart's box with its gutter, in the tile's texels.
+  // The box of a chart with its gutter, in texels of the tile.
   TexelBox Halved(const TexelBox& box) const
   {
     const unsigned h = this->Halvings;
@@ -248,7 +248,8 @@ private:
     return lossy && this->Patches.size() <= mostLargePatches ? largePatch : smallPatch;
   }
 
-  // Where the corners lie that have this colour: in the middle of the patch, or of its whole block.
+  // Where corners lie that have this colour: at the centre of the patch, or of the whole block in
+  // it.
   std::array<std::int64_t, 2> MiddleOfPatch(std::size_t patch) const
   {
     std::array<std::int64_t, 2> place = this->Packed.places[this->Charts.boxes.size() + patch];
@@ -296,7 +297,7 @@ private:
     this->HasAlpha = this->HasAlpha || leastAlpha != 255;
   }
 
-  // In bands: a chart may be larger than what is left of it.
+  // Copies a chart in bands, because the chart may be much larger before it is halved.
   Status Crop(std::size_t number)
   {
     const TexelBox halved = this->Halved(this->Charts.boxes[number].box);
@@ -311,7 +312,7 @@ private:
     return {};
   }
 
-  // Some rows of a chart's; box: all of it, in the picture's texels.
+  // Copies some rows of a chart. box: the whole chart, in texels of the picture.
   Status CropRows(std::size_t number, std::int64_t first, std::int64_t rows, const TexelBox& box)
   {
     const TexturedMaterial& material =
@@ -348,7 +349,7 @@ private:
     }
   }
 
-  // Where a triangle's chart is, for an exact tile: by its material's source.
+  // The position of a triangle's chart, for an exact tile, with the source of its material.
   TileChart PlaceOfChart(std::size_t t)
   {
     const std::int64_t step = std::int64_t{ 1 } << this->Halvings;
@@ -386,7 +387,7 @@ private:
   {
     ExactTile& exact = this->Tile.exact;
     exact.halvings = static_cast<std::uint8_t>(this->Halvings);
-    std::map<std::array<std::int64_t, 3>, std::uint32_t> numbers; // of the charts
+    std::map<std::array<std::int64_t, 3>, std::uint32_t> numbers; // numbers of the charts
     for (std::size_t t = 0; t < this->Textured.triangles.size(); ++t)
     {
       const TileChart chart = this->PlaceOfChart(t);
@@ -432,12 +433,12 @@ private:
   const TileOptions& Options;
   const TileCharts Charts;
   std::vector<Rgba> Patches;
-  std::vector<std::uint32_t> PatchOf; // the patch of each triangle; noChartBox: none
+  std::vector<std::uint32_t> PatchOf; // noChartBox: no patch
   unsigned Halvings = 0;
-  PackedBoxes Packed;               // of boxes, then patches
-  std::vector<std::uint8_t> Texels; // RGBA, of the tile
+  PackedBoxes Packed;               // first boxes, then patches
+  std::vector<std::uint8_t> Texels; // RGBA, of the whole tile
   bool HasAlpha = false;
-  std::map<std::uint32_t, std::uint32_t> Sources; // of materials
+  std::map<std::uint32_t, std::uint32_t> Sources; // by material
   TextureTile Tile;
   TileCounts Counts;
 };

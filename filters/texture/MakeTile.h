@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Makes the texture tile of a partition: its triangles' charts are cropped, packed into a small
-// picture and encoded. Part of step "encode" of the pipeline picture.
+// Makes the texture tile of a partition: crops the charts of its triangles, packs them into a small
+// picture, and encodes it. Part of step "encode" of the pipeline picture.
 #pragma once
 
 #include "filters/codec/TextureTile.h"
@@ -14,23 +14,25 @@ namespace kdstream
 
 struct TileOptions
 {
-  // WebP's quality, 1-100. 0: lossless: texels bit for bit, and coordinates as the input has them.
+  // WebP's quality, 1-100. 0 means lossless: texels bit for bit, and coordinates as the input has
+  // them.
   unsigned quality = 90;
-  // The longest side of a tile in texels; a larger tile is halved until it fits. Lossless tiles may
-  // have longestTileSide.
+  // The longest side of a tile, in texels; a larger tile is halved until it fits. Lossless tiles
+  // can be as long as longestTileSide.
   std::int64_t mostSide = 4096;
-  // Locked while a tile of more than 2 million texels is made, so that only one at a time takes
-  // that memory. Null: no limit.
+  // Locked while a tile of more than 2 million texels is made, so that only one tile at a time
+  // takes this memory. Null: no limit.
   std::mutex* oneLarge = nullptr;
 };
 
-// Numbers of triangles by result; counts of several tiles can be added.
+// Numbers of tiles, texels and triangles; the counts of several tiles can be added.
 struct TileCounts
 {
-  std::uint64_t tiles = 0, halved = 0; // tiles that had to be made smaller
+  std::uint64_t tiles = 0, halved = 0; // halved: had to be made smaller
   std::uint64_t texels = 0;            // of all tiles
   std::uint64_t triangles = 0,
-                // All triangles; and those that show the mean of a picture that they repeat.
+                // All triangles; those that show a picture's mean, because they repeat it too
+                // often.
     repeating = 0;
   void Add(const TileCounts& more);
 };
@@ -41,18 +43,18 @@ struct MadeTile
   TileCounts counts;
 };
 
-// Packs the charts of FindTileCharts. Each chart has a gutter of two texels: its surroundings in
-// its picture, or, beyond the picture's edge, by the wrap modes. A material's factor is multiplied
-// in, in linear light; alpha is 1 where the material is opaque.
+// Packs the charts of FindTileCharts. Each chart has a gutter of two texels: the texels around it
+// in its picture, or, beyond the picture's edge, what the wrap modes give. The texels are
+// multiplied by the material's factor in linear light; alpha is 1 if the material is opaque.
 // - Triangles without a picture get a patch of their material's colour.
 // - Triangles that repeat their picture too often, or lie too far outside it, get a patch of its
-//   mean colour. In a lossy tile of up to 64 of these colours, patches are so large that no other
-//   colour reaches their corners.
+//   mean colour. In a lossy tile with at most 64 colours of patches, patches are so large that no
+//   other colour bleeds into the texels that triangles use.
 // - Texels that no chart covers are grey.
 //
-// Time: O(texels of the tile + triangles log triangles); memory: ten bytes a texel of the tile. The
-// same bytes for the same input and version of libwebp. Errors: those of the source; LimitExceeded
-// if libwebp refuses.
+// Time: O(texels of the tile + triangles log triangles); memory: ten bytes for each texel of the
+// tile. The same input and version of libwebp give the same bytes. Errors: those of the source;
+// LimitExceeded if libwebp refuses.
 Result<MadeTile> MakeTile(const TexturedTriangles& textured, const TextureSet& textures,
   const TexelSource& source, const TileOptions& options);
 

@@ -18,10 +18,10 @@ namespace kdstream
 namespace
 {
 
-constexpr std::size_t mostStatements = 1024; // mtllib, that differ
-constexpr std::size_t mostReported = 5;      // materials that are there in two ways
+constexpr std::size_t mostStatements = 1024; // different mtllib statements
+constexpr std::size_t mostReported = 5;      // names that several materials share
 
-// A map_… statement: options, then a name that may have blanks.
+// A map_… statement: options, then a name, which may contain blanks.
 class MapStatement
 {
 public:
@@ -30,7 +30,7 @@ public:
   {
   }
 
-  // False for NaN and infinity.
+  // False if a number is NaN or infinite.
   bool Understand(ObjMaterial& material)
   {
     for (std::string_view option; !(option = this->PeekWord()).empty() && option[0] == '-';)
@@ -69,7 +69,7 @@ private:
   }
   void Take() { TakeWord(this->Rest); }
 
-  // One to three numbers, while another word follows.
+  // Takes one to three numbers, as long as another word follows.
   bool TakeNumbers(std::array<double, 3>& values)
   {
     std::size_t count = 0;
@@ -96,7 +96,7 @@ private:
   std::string_view Rest;
 };
 
-// "r [g b]", sRGB.
+// Reads "r [g b]", which is sRGB.
 bool ReadKd(std::string_view text, ObjMaterial& material)
 {
   std::array<double, 3> values{};
@@ -113,7 +113,7 @@ bool ReadKd(std::string_view text, ObjMaterial& material)
   {
     values[1] = values[2] = values[0];
   }
-  // Some programs write bytes; light may be a little brighter than white.
+  // Some programs write bytes. Values a little above white are possible, too.
   constexpr double mostLight = 2, mostByte = 255;
   const double greatest = *std::max_element(values.begin(), values.end());
   const double white = greatest > mostLight && greatest <= mostByte ? mostByte : 1;
@@ -126,7 +126,7 @@ bool ReadKd(std::string_view text, ObjMaterial& material)
   return count == 1 || count == 3;
 }
 
-// The largest of the finite numbers that a text begins with; nothing where there is none.
+// The largest of the finite numbers with which a text begins; nothing if there are none.
 std::optional<double> LargestNumber(std::string_view text)
 {
   std::optional<double> largest;
@@ -142,7 +142,7 @@ std::optional<double> LargestNumber(std::string_view text)
   return largest;
 }
 
-// For values that are not carried; what is not a number counts as not given.
+// Reads values that are not carried. A word that is not a number counts as not given.
 void ReadLostLook(std::string_view name, std::string_view text, ObjMaterial& material)
 {
   const std::optional<double> value = LargestNumber(text);
@@ -172,7 +172,7 @@ void ReadLostLook(std::string_view name, std::string_view text, ObjMaterial& mat
   }
 }
 
-// Some programs write Tr 1 for opaque materials: by itself it is ignored, because the surface would
+// Some programs write Tr 1 for opaque materials. Without d it is ignored, because the surface would
 // be invisible.
 bool IsTransparent(const ObjMaterial& material)
 {
@@ -211,7 +211,7 @@ bool IsOtherMap(std::string_view name)
 namespace
 {
 
-// Names with blanks, one after the other: each ends in .mtl.
+// Splits names with blanks: each ends in .mtl.
 std::vector<std::string_view> CutAfterEndings(std::string_view names)
 {
   constexpr std::string_view ending = ".mtl ";
@@ -246,7 +246,7 @@ void ObjLibraries::Add(std::string_view names, std::uint64_t line)
   {
     words.push_back(word);
   }
-  // Each name is searched for in folders, which takes time.
+  // The limit exists because each name is searched for in folders, which takes time.
   if (this->Statements.size() == mostStatements || words.size() > mostObjLibraries)
   {
     this->TellTooMany("line " + std::to_string(line) + ": libraries of materials");
@@ -458,7 +458,7 @@ ObjMaterials ObjLibraries::Take()
     this->Found.warnings.push_back("left out: textures of materials: " + names);
   }
   this->Found.libraries = std::move(this->Seen);
-  // Of materials with one name the first stays.
+  // If several materials have the same name, the first one stays.
   std::vector<ObjMaterial>& all = this->Found.materials;
   std::stable_sort(all.begin(), all.end(),
     [](const ObjMaterial& a, const ObjMaterial& b) { return a.name < b.name; });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Boxes packed into a picture. Part of step "encode" of the pipeline picture: texture tiles.
+// Packs boxes into a picture. Part of step "encode" of the pipeline picture: texture tiles.
 #pragma once
 
 #include <array>
@@ -14,14 +14,14 @@ namespace kdstream
 struct PackedBoxes
 {
   std::int64_t width = 1, height = 1;
-  std::vector<std::array<std::int64_t, 2>> places; // of each box, its left upper corner
+  std::vector<std::array<std::int64_t, 2>> places; // the upper left corner of each box
 };
 
-// Places boxes of these widths and heights (at least 1) beside each other without overlap, in
-// shelves: the highest first, from left to right and from top to bottom. Tries a few widths, and
-// takes the one of the least area whose sides are at most mostSide. Nothing: none fits. O(n log n).
-// Deterministic. Source: next fit with decreasing heights (E. G. Coffman et al., SIAM J. Comput.
-// 9(4), 1980).
+// Places boxes of these widths and heights (at least 1) side by side, without overlap, on shelves:
+// the highest first, from left to right and from top to bottom. Tries a few widths, and takes the
+// one with the smallest area whose sides are at most mostSide. Returns nothing if none fits. O(n
+// log n). Deterministic. Source: next fit with decreasing heights (E. G. Coffman et al., SIAM J.
+// Comput. 9(4), 1980).
 std::optional<PackedBoxes> PackBoxes(
   std::span<const std::array<std::int64_t, 2>> sizes, std::int64_t mostSide);
 

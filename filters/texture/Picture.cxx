@@ -26,7 +26,7 @@ PictureType TypeOfPicture(std::span<const std::uint8_t> bytes)
 
 bool IsDecodedByRows(std::span<const std::uint8_t> bytes)
 {
-  constexpr std::size_t interlacing = 28; // of the first chunk of a PNG
+  constexpr std::size_t interlacing = 28; // in the first chunk of a PNG
   constexpr std::uint8_t baseline = 0xC0, extended = 0xC1, scan = 0xDA;
   const PictureType type = TypeOfPicture(bytes);
   if (type == PictureType::Webp)
@@ -37,8 +37,8 @@ bool IsDecodedByRows(std::span<const std::uint8_t> bytes)
   {
     return type == PictureType::Png && bytes.size() > interlacing && bytes[interlacing] == 0;
   }
-  // Segments: 0xFF, a type, and a length that includes itself. Skips everything before the first
-  // frame.
+  // A segment is 0xFF, a type, and a length that includes itself. Skips all segments before the
+  // first frame.
   for (std::size_t at = 2; at + 4 <= bytes.size() && bytes[at] == 0xFF;)
   {
     const std::uint8_t segment = bytes[at + 1];
@@ -112,7 +112,7 @@ Status CheckPictureSize(std::uint64_t width, std::uint64_t height, std::uint64_t
 namespace
 {
 
-// Into memory.
+// Collects the rows in memory.
 class RowsOfPicture : public PictureRows
 {
 public:
@@ -123,7 +123,7 @@ public:
   bool Begin(std::size_t width, std::size_t height, std::size_t components) override
   {
     this->Into = { width, height, components, {} };
-    this->Into.texels.reserve(width * height * components); // memory is taken by rows that come
+    this->Into.texels.reserve(width * height * components); // pages are allocated only as rows come
     return true;
   }
   bool AddRow(const std::uint8_t* texels) override

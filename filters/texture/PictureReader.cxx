@@ -11,13 +11,13 @@ namespace kdstream
 namespace
 {
 
-constexpr std::size_t mostWarnings = 20;  // of pictures that cannot be read
-constexpr std::size_t picturesAtOnce = 8; // at most: between two reports of progress
-constexpr std::size_t typeBytes = 12;     // that TypeOfPicture looks at
-// Upper bounds for the largest picture: texels of four 16-bit channels, and profiles.
+constexpr std::size_t mostWarnings = 20;  // about pictures that cannot be read
+constexpr std::size_t picturesAtOnce = 8; // the maximum between two reports of progress
+constexpr std::size_t typeBytes = 12;     // bytes that TypeOfPicture needs
+// Upper bounds for the file of the largest picture: texels of four 16-bit channels, and profiles.
 constexpr std::uint64_t bytesPerPixel = 8, bytesBeside = std::uint64_t{ 1 } << 24;
 
-// The bytes; of a file that is not a picture only the beginning.
+// The bytes of the picture's file; if the file is not a picture, only the beginning.
 Result<std::vector<std::uint8_t>> BytesOf(const PictureSource& source, std::uint64_t mostPixels)
 {
   if (!source.wrong.empty())

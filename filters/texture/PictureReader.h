@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Reads a mesh's pictures, one after the other, into memory, or into the folder of a build's tiles.
-// Part of step "read" of the pipeline picture.
+// Reads a mesh's pictures, one after the other, into memory, or into the folder for the tiles of a
+// build. Part of step "read" of the pipeline picture.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -17,7 +17,7 @@
 namespace kdstream
 {
 
-// In memory, or in a file.
+// A decoded picture, in memory or in a file.
 struct ReadablePicture
 {
   Picture memory;
@@ -34,7 +34,7 @@ struct ReadablePicture
 class PictureReader
 {
 public:
-  // folder: where decoded pictures go; null: into memory. Keeps references.
+  // folder: where decoded pictures go; null: into memory. Keeps references to the arguments.
   PictureReader(const std::vector<PictureSource>& pictures, std::uint64_t mostPixels,
     TextureFolderWriter* folder)
     : Pictures(pictures)
@@ -43,34 +43,35 @@ public:
   {
   }
 
-  // Decodes pictures into the folder before Read asks for them, several at a time; only those that
-  // are decoded by rows. Read decodes all others, and all that go into memory, one at a time to
-  // limit the memory. share: of step "textures", for its progress. Errors: Cancelled.
+  // Decodes pictures into the folder, several at a time, before Read asks for them; only pictures
+  // that are decoded by rows. Read decodes all others, and all pictures that go into memory, one at
+  // a time to limit the memory. share: of step "textures", for its progress. Errors: Cancelled.
   Status ReadAhead(
     const std::vector<std::uint32_t>& numbers, double share, const Execution& execution);
-  // Nothing, and a warning, where it cannot be read. Errors: InputOutput of the folder.
+  // Returns nothing, and adds a warning, if the picture cannot be read. Errors: InputOutput of the
+  // folder.
   Result<std::optional<ReadablePicture>> Read(std::uint32_t number);
-  // The warnings so far: up to twenty pictures that could not be read, and the number of others;
-  // and pictures whose content differs from their names.
+  // The warnings so far: up to twenty pictures that could not be read, and how many others; and
+  // pictures whose content does not fit their names.
   std::vector<std::string> Warnings() const;
 
 private:
   struct Outcome
   {
     Result<ReadablePicture> picture = Error{};
-    bool missing = false; // the file
-    bool wasRead = false; // its bytes were
+    bool missing = false; // the file is missing
+    bool wasRead = false; // the file's bytes were read
     PictureType type = PictureType::Unknown;
   };
 
-  // Nothing if the picture must be decoded by rows but cannot be.
+  // Returns nothing if the picture must be decoded by rows, but this is not possible.
   std::optional<Outcome> Load(std::uint32_t number, bool byRows) const;
   Result<ReadablePicture> Decode(std::uint32_t number, std::span<const std::uint8_t> bytes) const;
 
   const std::vector<PictureSource>& Pictures;
   const std::uint64_t MostPixels;
   TextureFolderWriter* const Folder;
-  std::vector<std::optional<Outcome>> Ahead; // of each picture; removed when it was read
+  std::vector<std::optional<Outcome>> Ahead; // for each picture; removed by Read
   std::vector<std::string> Reported;
   std::size_t Unread = 0;
 };

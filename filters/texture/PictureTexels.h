@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The texels of a picture at texture coordinates. Part of step "read" of the pipeline picture.
+// Looks up the texels of a picture at texture coordinates. Part of step "read" of the pipeline
+// picture.
 #pragma once
 
 #include "filters/texture/Picture.h"
@@ -15,10 +16,10 @@
 namespace kdstream
 {
 
-using PlaceInPicture = std::array<double, 2>; // 0-1 from the left and from above; any number
+using PlaceInPicture = std::array<double, 2>; // from the left and from above; 0-1 is the picture
 using Texel = std::array<std::uint8_t, 4>;    // RGBA, sRGB
 
-// How texels lie: row by row, or in squares (TextureFolder.h).
+// How texels are stored: row by row, or in squares (TextureFolder.h).
 struct TexelLayout
 {
   static constexpr std::size_t squareSide = 64;
@@ -26,7 +27,7 @@ struct TexelLayout
 
   std::size_t width = 0, height = 0, components = 0;
   const std::uint8_t* texels = nullptr;
-  bool squares = false; // of RGBA
+  bool squares = false; // in squares of RGBA
 
   const std::uint8_t* At(std::size_t column, std::size_t row) const
   {
@@ -41,7 +42,7 @@ struct TexelLayout
   }
 };
 
-// The nearest texels, without interpolation. The picture must outlive it.
+// Looks up the nearest texel, without interpolation. The picture must outlive it.
 class PictureTexels
 {
 public:
@@ -64,9 +65,9 @@ public:
     return this->InCell(Cell(place[0], p.width, wrapU), Cell(place[1], p.height, wrapV));
   }
 
-  // The corners of a triangle in texels (columns and rows), from the upper left corner of the copy
-  // of the picture in which the triangle lies. Nothing if it is not within a single copy of the
-  // unmirrored picture.
+  // The corners of a triangle as columns and rows of texels. They count from the upper left corner
+  // of that copy of the picture in which the triangle lies. Nothing if the triangle does not lie
+  // within a single copy of the unmirrored picture.
   std::optional<std::array<PlaceInPicture, 3>> CellsOf(
     const std::array<PlaceInPicture, 3>& at, TextureWrap wrapU, TextureWrap wrapV) const
   {
@@ -87,7 +88,7 @@ public:
     }
     return cells;
   }
-  // A place from CellsOf, or between such places.
+  // The texel at a place that CellsOf returned, or between such places.
   Texel AtCell(double column, double row) const
   {
     const auto inside = [](double at, std::size_t size)
@@ -96,7 +97,7 @@ public:
   }
 
   bool InSquares() const { return this->Source.squares; }
-  // The same, quicker. REQUIRES: InSquares().
+  // The same, but faster. REQUIRES: InSquares().
   Texel AtSquareCell(double column, double row) const
   {
     const auto inside = [](double at, std::size_t size)
@@ -111,14 +112,14 @@ public:
     return texel;
   }
 
-  // In linear light.
+  // The texel's colour in linear light.
   Color LightOf(const Texel& texel) const
   {
     return { this->Linear[texel[0]], this->Linear[texel[1]], this->Linear[texel[2]],
       texel[3] == 255 ? 1 : texel[3] / 255.0 };
   }
 
-  // In texels, of a triangle between these places.
+  // The longest side, in texels, of a triangle between these places.
   double LongestSide(const std::array<PlaceInPicture, 3>& at) const
   {
     double longest = 0;
@@ -130,7 +131,7 @@ public:
     }
     return std::sqrt(longest);
   }
-  // The farthest of these coordinates from 0, in texels.
+  // The largest distance of these coordinates from 0, in texels.
   double Farthest(const std::array<PlaceInPicture, 3>& at) const
   {
     double farthest = 0;
@@ -141,7 +142,7 @@ public:
     }
     return farthest;
   }
-  // How many texels it covers: each once at most.
+  // How many texels the triangle covers; each counts at most once.
   double Covered(const std::array<PlaceInPicture, 3>& at) const
   {
     const double cross =
@@ -151,7 +152,7 @@ public:
   }
 
 private:
-  // Both within the picture.
+  // REQUIRES: column and row lie within the picture.
   Texel InCell(std::size_t column, std::size_t row) const
   {
     const TexelLayout& p = this->Source;
@@ -173,7 +174,7 @@ private:
       const double twice = t / 2 - std::floor(t / 2);
       inside = 1 - std::abs(1 - 2 * twice);
     }
-    // NaN (from a transform of huge numbers) gives the first texel.
+    // NaN, from a transform of huge numbers, gives the first texel.
     return inside > 0 ? static_cast<std::size_t>(std::min(inside * double(size), double(size - 1)))
                       : 0;
   }

@@ -15,7 +15,7 @@ namespace
 
 constexpr std::string_view mark = "<udim>";
 
-// npos where it has none.
+// The position of the mark in the name; npos if there is none.
 std::size_t MarkIn(const std::string& name)
 {
   const auto at = std::search(name.begin(), name.end(), mark.begin(), mark.end(),
@@ -29,7 +29,7 @@ std::string Numbered(std::string name, int tile)
   return at == std::string::npos ? name : name.replace(at, mark.size(), std::to_string(tile));
 }
 
-// The column and the row, from below, of the tile of a triangle; -1 if it has no tile.
+// The column, and the row from below, of a triangle's tile; -1 if it has no tile.
 std::array<int, 2> TileOf(
   const TextureTransform& m, const std::array<PictureCoordinate, 3>& corners)
 {
@@ -53,7 +53,7 @@ bool HasTiles(const std::string& name)
 
 void SplitTiles(TexturedMesh& textured)
 {
-  std::map<std::pair<std::uint32_t, int>, std::uint32_t> materials, pictures; // with the tile
+  std::map<std::pair<std::uint32_t, int>, std::uint32_t> materials, pictures; // by number and tile
   const std::size_t given = textured.materials.size();
   std::vector<bool> tiled(given);
   for (std::size_t i = 0; i < given; ++i)

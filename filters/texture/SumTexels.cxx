@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the texels of a triangle add up to for its corners: see SumTexels.h.
+// Sums the texels of a triangle for its corners: see SumTexels.h.
 #include "filters/texture/SumTexels.h"
 
 #include <algorithm>
@@ -9,32 +9,34 @@ namespace kdstream
 namespace
 {
 
-typedef float Four __attribute__((vector_size(16))); // of GCC and Clang
+typedef float Four __attribute__((vector_size(16))); // a vector type of GCC and Clang
 
-// The summed values of a texel. The shown value of a byte, and its square, are whole numbers.
+// The values of a texel that are summed. `shown` has whole numbers, and so have their squares.
 struct TexelValues
 {
-  Four light; // linear, and alpha
-  Four shown; // sRGB, 0-255, and the square of all three
+  Four light; // linear light, and alpha
+  Four shown; // sRGB, 0-255, and the sum of their squares
 };
 
-// Sums of parts that are all upright, or all upside down: in floats, and so few that sums of whole
-// numbers stay exact, except rows and columns.
+// Sums over parts that are all upright, or all upside down. They are floats; because the parts are
+// few, sums of whole numbers stay exact, except the products with rows and columns.
 struct FewSums
 {
-  static constexpr std::size_t most = 64;   // parts, times the square of a white texel: 0.7 × 2^24
-  TexelValues whole{}, byColumn{}, byRow{}; // the values, and the values times their column and row
+  static constexpr std::size_t most = 64;   // parts; squares of white texels: 0.7 × 2^24
+  TexelValues whole{}, byColumn{}, byRow{}; // values; values times column; values times row
   std::size_t parts = 0;
 };
 
 // Sums over the parts of a triangle, which all have the same size.
 struct PartSums
 {
-  using Values = std::array<double, 8>; // light, what is shown, its square
-  // The value, and the value times the second and the last corner's weights.
+  using Values = std::array<double, 8>; // light, sRGB values, their square
+  // The sum of the values, and sums of the values times the weights of the second and the last
+  // corner.
   Values whole{}, second{}, last{};
 
-  // A part's second corner has a share of (its column + third) / cuts, its last one so by rows.
+  // The weight of the second corner in a part is (its column + third) / cuts; that of the last
+  // corner is the same with its row.
   void Add(const FewSums& few, double third, double cuts)
   {
     for (std::size_t k = 0; k < 8; ++k)
@@ -62,14 +64,14 @@ struct PartSums
       {
         PlaceSum& place = sum.corners[corner];
         (k < 4 ? place.light[k] : place.shown[k - 4]) = part * values[corner];
-        place.weight = area / 3; // its shares of all parts
+        place.weight = area / 3; // the sum of its shares in all parts
       }
     }
     return sum;
   }
 };
 
-// The parts of a row from column `first` to `end`, whose middles lie at `at` and steps from it.
+// Sums the parts of a row from column `first` to `end`. Their centres begin at `at`, `step` apart.
 template <class ValueOf>
 void SumRow(FewSums& few, std::size_t row, std::size_t first, std::size_t end,
   const PlaceInPicture& at, const PlaceInPicture& step, const ValueOf& valueOf)
@@ -93,7 +95,7 @@ void SumRow(FewSums& few, std::size_t row, std::size_t first, std::size_t end,
   few.parts += end - first;
 }
 
-// Sums over the upright parts, or over the inverted ones; each row has one inverted part less.
+// Sums over the upright parts, or over the inverted ones; each row has one inverted part fewer.
 template <class ValueOf>
 void SumAlike(PartSums& sums, const std::array<PlaceInPicture, 3>& at, std::size_t cuts,
   bool upright, const ValueOf& valueOf)
@@ -123,7 +125,7 @@ void SumAlike(PartSums& sums, const std::array<PlaceInPicture, 3>& at, std::size
   sums.Add(few, third, sides);
 }
 
-// valueOf(x, y): of places between `at`.
+// valueOf(x, y): the values at a place in the triangle `at`.
 template <class ValueOf>
 PartSums SumParts(const std::array<PlaceInPicture, 3>& at, std::size_t cuts, const ValueOf& valueOf)
 {
@@ -154,7 +156,7 @@ const std::array<float, 256>& LightOfBytes()
   return lights;
 }
 
-// Under the material's factor.
+// The values of a texel, multiplied by the material's factor.
 TexelValues Tinted(
   const TexturedMaterial& material, const PictureTexels& texels, const Texel& texel)
 {

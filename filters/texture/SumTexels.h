@@ -13,10 +13,10 @@
 namespace kdstream
 {
 
-// The sums of texels at a place.
+// The sums of texels for a place.
 struct PlaceSum
 {
-  Color light{}; // × weight
+  Color light{}; // colour × weight
   double weight = 0;
   std::array<double, 3> shown{}; // sRGB, 0-255, × weight: for the loss
 
@@ -46,11 +46,11 @@ struct PlaceSum
   }
 };
 
-// The same of a triangle's texels, for each of its corners.
+// The same sums for the texels of a triangle, for each of its corners.
 struct TriangleSum
 {
   std::array<PlaceSum, 3> corners{};
-  double squares = 0; // of what is shown, × area
+  double squares = 0; // squared sRGB values × area
   std::uint16_t cuts = 0;
 };
 
@@ -59,9 +59,9 @@ inline double SquareOf(const std::array<double, 3>& shown)
   return shown[0] * shown[0] + shown[1] * shown[1] + shown[2] * shown[2];
 }
 
-// Cuts each side into `cuts` parts: rows of small triangles, alternately upright and upside down,
-// which are sampled in their centres and multiplied by the material's factor. at: the corners'
-// places in the picture; area: of the triangle. REQUIRES: 0 < cuts < 65536. O(cuts^2).
+// Cuts each side into `cuts` parts. This gives rows of small triangles, alternately upright and
+// upside down, which are sampled at their centres and multiplied by the material's factor. at: the
+// corners' places in the picture. area: of the triangle. REQUIRES: 0 < cuts < 65536. O(cuts^2).
 TriangleSum SumTexels(const TexturedMaterial& material, const PictureTexels& texels,
   const std::array<PlaceInPicture, 3>& at, double area, std::size_t cuts);
 

@@ -8,11 +8,11 @@ namespace kdstream
 namespace
 {
 
-// A run of columns (or rows) of a box that lie beside each other in the picture.
+// A run of columns (or rows) of a box that are consecutive in the picture.
 struct Run
 {
-  std::int64_t from = 0;  // lowest of the picture's
-  std::int64_t count = 0; // of the box; if step is 0, all of them are one texel of the picture
+  std::int64_t from = 0;  // the lowest column or row in the picture
+  std::int64_t count = 0; // in the box; if step is 0, all are one texel
   int step = 1;           // -1: mirrored
 };
 
@@ -49,13 +49,13 @@ std::vector<Run> RunsOf(std::int64_t begin, std::int64_t end, std::int64_t size,
   return runs;
 }
 
-// Which of the `count` that were read comes i-th.
+// The index, among the `count` texels that were read, of the run's i-th texel.
 std::int64_t Place(const Run& run, std::int64_t i)
 {
   return run.step == 0 ? 0 : run.step > 0 ? i : run.count - 1 - i;
 }
 
-// Copies the part of a row that was read into the box. RGBA.
+// Copies the part of an RGBA row that was read into the box.
 void CopyRun(const Run& columns, const std::uint8_t* line, std::uint8_t* to)
 {
   if (columns.step > 0)

@@ -12,11 +12,11 @@
 namespace kdstream
 {
 
-// Adds the arrays to textured.mesh, in place of any of their names.
+// Adds the arrays to textured.mesh, replacing arrays with the same names.
 void AddTextureArrays(TexturedMesh& textured);
 
-// Removes the arrays from a piece. Nothing if it does not have both, or if one names a material
-// that does not exist. The result refers to the piece's triangles.
+// Removes the arrays from a piece. Returns nothing if it does not have both, or if one of them
+// names a material that does not exist. The result refers to the piece's triangles.
 std::optional<TexturedTriangles> TakeTextureArrays(Piece& piece, std::size_t materials);
 
 }

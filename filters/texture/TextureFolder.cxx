@@ -26,7 +26,7 @@ constexpr auto squareSide = static_cast<std::int64_t>(TexelLayout::squareSide);
 constexpr std::size_t squareBytes = TexelLayout::squareBytes;
 constexpr std::uint64_t mostIndexBytes = std::uint64_t{ 1 } << 26;
 constexpr std::uint64_t mostSide = std::uint64_t{ 1 } << 31;
-// Pictures that stay open: a tileset may have more of them than a process may have open files.
+// How many pictures stay open: a tileset may have more pictures than a process may have open files.
 constexpr std::size_t mostOpenPictures = 512;
 
 std::int64_t SquaresAlong(std::uint64_t texels)
@@ -63,7 +63,7 @@ double TakeDouble(ByteReader& reader)
   return BitCast<double>(bits);
 }
 
-// The numbers of a material, in the order of the index.
+// Visits the numbers of a material in the order of the index.
 template <class Visit, class Material>
 void ForEachNumber(Material& material, const Visit& visit)
 {
@@ -73,7 +73,7 @@ void ForEachNumber(Material& material, const Visit& visit)
   std::for_each(material.transform.v.begin(), material.transform.v.end(), visit);
 }
 
-// Rows on their way into the file: a row of squares is in memory.
+// Writes rows into the file; a row of squares is in memory.
 class SquareRows : public PictureRows
 {
 public:

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A folder with the decoded pictures of a textured mesh, and its materials: how kdstream-convert
-// passes them to the build, which holds no picture in memory. Between steps "read" and "encode" of
-// the pipeline picture.
+// A folder with the decoded pictures of a textured mesh, and its materials. Through it,
+// kdstream-convert passes them to the build, which holds no picture in memory. Between steps "read"
+// and "encode" of the pipeline picture.
 //
-// `paint` is an index: materials and sizes of pictures. `picture-N` has the texels of picture N as
-// squares of 64 × 64, RGBA, row by row of squares, those at the right and lower edge filled up with
-// zeros. Both programs have the same version, and the folder is removed with the build.
+// `paint` is an index: the materials, and the sizes of the pictures. `picture-N` has the RGBA
+// texels of picture N, in squares of 64 × 64, row by row of squares. Squares at the right and lower
+// edge are filled up with zeros. Both programs have the same version, and the folder is removed
+// with the build's temporary files.
 #pragma once
 
 #include "filters/texture/PictureTexels.h"
@@ -23,11 +24,11 @@
 namespace kdstream
 {
 
-// The texels of a picture's file.
+// The texels in a picture's file.
 class MappedPicture
 {
 public:
-  // Errors: InputOutput. REQUIRES: a file of that size.
+  // Errors: InputOutput. REQUIRES: the file has this size.
   static Result<MappedPicture> Open(
     const std::filesystem::path& file, std::size_t width, std::size_t height);
   MappedPicture(MappedPicture&& other) noexcept
@@ -58,11 +59,11 @@ public:
 
   // Decodes a picture into its file, row by row (DecodePictureRows). Extra memory: 256 bytes for
   // each column of the picture. The result maps the file, which the system keeps in memory as far
-  // as there is some. Errors: InputOutput if the file cannot be written; else those of decoding,
-  // and the picture is not added. Several threads may add different pictures at a time.
+  // as memory is free. Errors: InputOutput if the file cannot be written; else those of decoding,
+  // and the picture is then not added. Several threads may add different pictures at the same time.
   Result<MappedPicture> AddPicture(
     std::uint32_t number, std::span<const std::uint8_t> bytes, std::uint64_t mostPixels);
-  // Pictures that were not added count as those that could not be read. Errors: InputOutput.
+  // Pictures that were not added count as unreadable. Errors: InputOutput.
   Status Finish(const std::vector<TexturedMaterial>& materials);
 
 private:
@@ -73,11 +74,11 @@ private:
   }
 
   std::filesystem::path Folder;
-  std::vector<std::array<std::uint32_t, 2>> Sizes; // of each picture; 0 if there is no picture
+  std::vector<std::array<std::uint32_t, 2>> Sizes; // of each picture; 0 if there is none
 };
 
-// Reads such a folder. A read takes 16 KiB, whatever the picture's size; repeated reads come from
-// the system's cache.
+// Reads a folder of this kind. A read takes 16 KiB, whatever the picture's size; the system's cache
+// serves repeated reads.
 class TextureFolder : public TexelSource
 {
 public:

@@ -24,13 +24,14 @@ enum class TextureWrap
   Clamp
 };
 
-// u to the right, v down from the picture's upper edge, as in glTF: 0-1 is the picture. Any
-// numbers; NaN for a corner without coordinates.
+// u goes to the right and v down from the picture's upper edge, as in glTF; 0-1 is the picture. Any
+// number is allowed; NaN for a corner without coordinates.
 using PictureCoordinate = std::array<float, 2>;
 inline constexpr PictureCoordinate noPictureCoordinate{ std::numeric_limits<float>::quiet_NaN(),
   std::numeric_limits<float>::quiet_NaN() };
 
-// From the coordinates of corners to those in the picture: u' = u[0] u + u[1] v + u[2], v' alike.
+// Maps the coordinates of corners to those in the picture: u' = u[0] u + u[1] v + u[2], and v'
+// likewise.
 struct TextureTransform
 {
   std::array<double, 3> u{ 1, 0, 0 }, v{ 0, 1, 0 };
@@ -41,12 +42,12 @@ inline constexpr TextureTransform upsideDown{ { 1, 0, 0 }, { 0, -1, 1 } };
 // Where a picture's bytes are: in `bytes`, or else in a file, or a part of it.
 struct PictureSource
 {
-  std::string name; // for messages, with the line that names the picture, if there is one
+  std::string name; // for messages; with the line that names it, if known
   std::filesystem::path file;
   std::uint64_t offset = 0;
-  std::uint64_t size = std::numeric_limits<std::uint64_t>::max(); // to the end
+  std::uint64_t size = std::numeric_limits<std::uint64_t>::max(); // up to the end
   std::vector<std::uint8_t> bytes{};
-  std::string wrong{}; // why there is no picture; empty: look
+  std::string wrong{}; // why there is no picture; empty: try to read
 };
 
 inline constexpr std::uint32_t noPicture = std::numeric_limits<std::uint32_t>::max();
@@ -54,8 +55,8 @@ inline constexpr std::uint32_t noPicture = std::numeric_limits<std::uint32_t>::m
 struct TexturedMaterial
 {
   std::string name;
-  Color color{ 1, 1, 1, 1 };  // in linear light; where no picture paints
-  Color factor{ 1, 1, 1, 1 }; // of the picture's light
+  Color color{ 1, 1, 1, 1 };  // linear light; used if there is no picture
+  Color factor{ 1, 1, 1, 1 }; // multiplies the picture's light
   std::uint32_t picture = noPicture;
   TextureWrap wrapU = TextureWrap::Repeat, wrapV = TextureWrap::Repeat;
   TextureTransform transform{};

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Reads OBJ files with their materials: see TexturedObj.h. Steps:
-// 1. all statements: counts, whether floats are enough, the libraries
-// 2. places, texture coordinates, normals; faces, whose corners may name later elements
-// 3. vertices: one for each combination of place and normal
-// 4. tiles.
+// 1. look at all statements: counts, whether floats are enough, the libraries
+// 2. read places, texture coordinates and normals; and faces, whose corners may name later elements
+// 3. make vertices: one for each combination of place and normal
+// 4. split into tiles.
 #include "filters/texture/TexturedObj.h"
 
 #include "filters/core/Texts.h"
@@ -29,7 +29,7 @@ namespace kdstream
 namespace
 {
 
-constexpr std::size_t mostUnknown = 20; // materials that are warned of
+constexpr std::size_t mostUnknown = 20; // materials that warnings name
 
 class TexturedObjReader
 {
@@ -71,7 +71,7 @@ public:
   }
 
 private:
-  // One of the two passes; before: of "read" when it begins.
+  // One of the two passes. before: the progress of "read" when the pass begins.
   template <class Visit>
   Status ForEachStatement(const Execution& execution, double before, const Visit& visit)
   {
@@ -116,7 +116,7 @@ private:
     return {};
   }
 
-  // For what the statements hold: nothing is moved as it grows.
+  // Reserves memory for all statements, so that nothing is moved as it grows.
   void Reserve()
   {
     TexturedMesh& textured = this->Out.textured;
@@ -170,7 +170,7 @@ private:
     }
   }
 
-  // A tile's picture may be written in other letters than its file.
+  // A tile's picture may have a name in another case than its file.
   void SplitIntoTiles()
   {
     std::vector<PictureSource>& pictures = this->Out.textured.pictures;
@@ -237,7 +237,7 @@ private:
     const std::string name(Trimmed(text, blanksOfNames));
     const std::optional<std::uint32_t> found = this->Materials.Find(name);
     this->Material = found.value_or(0);
-    // Names without end are not kept.
+    // The number of unknown names that are kept is limited.
     const bool added = !found && (this->UnknownNames.size() >= mostObjMaterials
                                      ? !this->UnknownNames.contains(name)
                                      : this->UnknownNames.insert(name).second);
@@ -291,7 +291,8 @@ private:
       });
   }
 
-  // A vertex for each normal that corners name at a place: the place itself for the first of them.
+  // Makes a vertex for each normal that corners name at a place. The first is the place's own
+  // vertex.
   void MakeNormals()
   {
     TexturedMesh& textured = this->Out.textured;
@@ -312,8 +313,8 @@ private:
     }
     std::vector<Vec3>& points = textured.mesh.points;
     constexpr std::uint32_t unset = noVertex;
-    std::vector<std::uint32_t> normalOf(points.size(), unset); // of each vertex
-    std::unordered_map<std::uint64_t, VertexId> others;        // place and normal: the vertex
+    std::vector<std::uint32_t> normalOf(points.size(), unset); // for each vertex
+    std::unordered_map<std::uint64_t, VertexId> others;        // vertices by place and normal
     for (std::size_t t = 0; t < textured.mesh.triangles.size(); ++t)
     {
       for (std::size_t k = 0; k < 3; ++k)
@@ -370,8 +371,8 @@ private:
   std::vector<std::array<float, 3>> NormalsRead;
   std::vector<std::array<std::uint32_t, 3>> CornerCoordinates, CornerNormals; // from 1; 0: none
   PolygonFaces Polygons;
-  std::vector<bool> BeginsFace; // of each triangle
-  ObjCorners Corners;           // of a face
+  std::vector<bool> BeginsFace; // for each triangle
+  ObjCorners Corners;           // of the current face
   TexturedFile Out;
 };
 

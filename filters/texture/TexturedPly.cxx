@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Reads PLY files with pictures: see TexturedPly.h. Steps:
-// 1. the mesh, by the reader of all PLY files, which checks everything except
-// 2. the texture coordinates of its faces' corners, for which the faces are read again.
+// 1. read the mesh with the reader of all PLY files, which checks everything except
+// 2. the texture coordinates of the faces' corners, for which the faces are read again.
 #include "filters/texture/TexturedPly.h"
 
 #include "filters/core/CutPolygon.h"
@@ -35,7 +35,7 @@ const PlyElement* FindElement(const PlyHeader& header, std::string_view name)
   return found == header.elements.end() ? nullptr : &*found;
 }
 
-// The property's number, if it is a list, or not, as wanted.
+// The number of the property of this name, if isList fits.
 std::optional<std::size_t> FindProperty(
   const PlyElement& element, std::string_view name, bool isList)
 {
@@ -63,8 +63,8 @@ bool HasCoordinatesOfFaces(const PlyHeader& header)
   return faces && FindProperty(*faces, "texcoord", true);
 }
 
-// Reads the values of a body's records, one after the other. They were checked when the mesh was
-// read.
+// Reads the values of a body's records, one after the other. Reading the mesh has already checked
+// them.
 class PlyValues
 {
 public:
@@ -75,7 +75,7 @@ public:
   {
   }
 
-  // Goes to the next line of a text; a line may have values after those that the header names.
+  // Goes to the next line of a text; a line may have more values than the header names.
   Status EndLine()
   {
     return this->Encoding == PlyEncoding::Ascii ? this->Words.SkipLine() : Status();
@@ -223,7 +223,7 @@ private:
     textured.materials.push_back({});
   }
 
-  // The corners of each face, for each of its triangles.
+  // Reads the corners of each face, and repeats them for each of its triangles.
   Status ReadCorners(ByteSource& source, const PlyHeader& header)
   {
     const std::unique_ptr<PlyBody> body = PlyBody::Make(header, source);
@@ -247,7 +247,7 @@ private:
           KDSTREAM_TRY(values.EndLine());
         }
       }
-      break; // what follows is not read here, and words may be read ahead
+      break; // the rest is not read; words may be read ahead
     }
     if (this->Out.textured.corners.size() != this->TheMesh().triangles.size())
     {
@@ -308,7 +308,7 @@ private:
     return {};
   }
 
-  // Cut as the mesh's reader did.
+  // Cuts the face as the mesh's reader did.
   void AddFace(double number, std::uint64_t face)
   {
     TexturedMesh& textured = this->Out.textured;
@@ -334,7 +334,7 @@ private:
     }
   }
 
-  // Whether a face, or triangle, names a picture that there is.
+  // Whether a face, or triangle, names an existing picture.
   bool CheckNumber(double number, std::uint64_t element)
   {
     const bool known = number >= 0 && number < double(this->Out.textured.pictures.size());
@@ -375,7 +375,7 @@ private:
     this->Warn(this->Strange, this->FirstStrange, "triangle", strangeNumber);
   }
 
-  // The arrays that pictures replace.
+  // Drops the arrays that pictures replace.
   void DropTextures()
   {
     std::vector<Attribute>& arrays = this->TheMesh().attributes;
@@ -395,11 +395,11 @@ private:
 
   std::filesystem::path File;
   TexturedFile Out;
-  std::vector<float> Coordinates; // of a face
-  std::vector<Vec3> Corners;      // corners of the face
+  std::vector<float> Coordinates; // of the current face
+  std::vector<Vec3> Corners;      // of the current face
   PolygonCutter Cutter;
-  std::vector<bool> BeginsFace; // of each triangle
-  bool NoneHas = true;          // no face has a texcoord
+  std::vector<bool> BeginsFace; // for each triangle
+  bool NoneHas = true;          // no face so far has a texcoord
   std::uint64_t Odd = 0, FirstOdd = 0, Strange = 0, FirstStrange = 0;
 };
 

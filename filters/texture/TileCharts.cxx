@@ -16,11 +16,11 @@ namespace kdstream
 namespace
 {
 
-constexpr std::int64_t mostRepeats = 2; // of a picture along a side of a chart
+constexpr std::int64_t mostRepeats = 2; // of a picture, along a side of a chart
 constexpr std::size_t neighboursOfBox = 64, mostRounds = 8;
 
-// A side of a triangle: its vertices, the lower one in the upper half, and the corner of the
-// triangle at which it begins.
+// A side of a triangle: its two vertices, the lower one in the upper half of the number, and the
+// corner of the triangle at which it begins.
 struct Side
 {
   std::uint64_t vertices;
@@ -29,11 +29,12 @@ struct Side
   bool operator<(const Side& other) const { return this->vertices < other.vertices; }
 };
 
-// What two sides of the same vertices must agree in to be in one chart.
+// The values that must agree for two sides of the same vertices, so that their triangles are in one
+// chart.
 struct SideTexture
 {
   std::uint32_t material;
-  std::array<std::uint64_t, 2> corners; // bits of the coordinates at the lower and the other vertex
+  std::array<std::uint64_t, 2> corners; // coordinates' bits at both vertices
   std::uint32_t triangle;
   auto Key() const { return std::tie(this->material, this->corners); }
 };
@@ -71,7 +72,7 @@ private:
                                                       : std::array<std::uint32_t, 2>{};
   }
 
-  // Where corners are, and which triangles have no place.
+  // Computes where corners are, and which triangles show no picture.
   void PlaceTriangles()
   {
     const std::size_t count = this->Textured.triangles.size();
@@ -145,7 +146,7 @@ private:
       { BitCast<std::uint64_t>(corners[a]), BitCast<std::uint64_t>(corners[b]) }, t };
   }
 
-  // Joins sides of the same vertices.
+  // Joins triangles whose sides have the same vertices and the same texture.
   void JoinAlike(std::vector<SideTexture>& sides)
   {
     std::sort(sides.begin(), sides.end(),
@@ -184,11 +185,11 @@ private:
     return box.Width() > mostRepeats * size[0] + 1 || box.Height() > mostRepeats * size[1] + 1;
   }
 
-  // A box for each chart, in the order of their first triangles.
+  // Makes a box for each chart, in the order of their first triangles.
   void MakeBoxes()
   {
     const std::size_t count = this->ChartOf.size();
-    std::vector<TexelBox> charts(count); // by the chart's number; empty: no texel yet
+    std::vector<TexelBox> charts(count); // by the chart's number; empty: no texel so far
     for (std::size_t t = 0; t < count; ++t)
     {
       if (this->IsTextured(t))
@@ -197,7 +198,7 @@ private:
         chart = chart.Width() == 0 ? this->BoxOf(t) : Union(chart, this->BoxOf(t));
       }
     }
-    std::vector<std::uint32_t> boxOf(count, noChartBox); // of each chart
+    std::vector<std::uint32_t> boxOf(count, noChartBox); // the box of each chart
     for (std::size_t t = 0; t < count; ++t)
     {
       if (!this->IsTextured(t))
@@ -219,7 +220,7 @@ private:
     }
   }
 
-  // Adds a triangle of a chart that is cut up.
+  // Adds a triangle of a chart that is split.
   void AddTriangle(std::size_t t)
   {
     const TexelBox box = this->BoxOf(t);
@@ -242,7 +243,7 @@ private:
     return static_cast<std::uint32_t>(this->Charts.boxes.size() - 1);
   }
 
-  // Whole periods, so that the box begins in the first.
+  // The shift by whole periods that moves the beginning of the box into the first period.
   std::array<std::int64_t, 2> ShiftOf(const TexelBox& box, const TexturedMaterial& material) const
   {
     const auto size = this->SizeOf(material);
@@ -266,7 +267,7 @@ private:
   void MergeBoxes()
   {
     std::vector<ChartBox>& boxes = this->Charts.boxes;
-    std::vector<std::uint32_t> into(boxes.size()); // the box that each went into
+    std::vector<std::uint32_t> into(boxes.size()); // the box into which each was merged
     std::iota(into.begin(), into.end(), 0U);
     std::vector<std::uint32_t> order = into; // boxes that are left
     bool merged = true;
@@ -293,7 +294,8 @@ private:
     boxes = std::move(left);
   }
 
-  // Compares each box with those that begin after it along an axis. False: nothing was merged.
+  // Compares each box with a few boxes that begin after it along an axis. False if nothing was
+  // merged.
   bool MergeRound(
     std::vector<std::uint32_t>& order, std::vector<std::uint32_t>& into, std::size_t axis)
   {
@@ -332,7 +334,7 @@ private:
   const TexelSource& Source;
   const std::int64_t Gutter;
   TileCharts Charts;
-  std::vector<VertexId> ChartOf; // of each triangle, before boxes: the lowest of its chart
+  std::vector<VertexId> ChartOf; // of each triangle, before boxes: lowest triangle of its chart
 };
 
 }
@@ -341,7 +343,7 @@ std::vector<std::uint32_t> NumberShownPictures(const TextureSet& textures)
 {
   std::vector<std::uint32_t> numbers;
   std::map<std::tuple<std::uint32_t, Color, bool>, std::uint32_t> known;
-  std::vector<bool> taken(textures.pictures); // a picture's own number
+  std::vector<bool> taken(textures.pictures); // a material has the picture's own number
   auto next = static_cast<std::uint32_t>(textures.pictures);
   for (const TexturedMaterial& material : textures.materials)
   {

@@ -15,21 +15,22 @@
 namespace kdstream
 {
 
-// How a mesh is painted, without the mesh.
+// The materials and pictures of a mesh, without the mesh.
 struct TextureSet
 {
   std::vector<TexturedMaterial> materials;
   std::size_t pictures = 0;
-  // NumberShownPictures, for lossless tiles; empty: each as the input numbers it.
+  // The result of NumberShownPictures, for lossless tiles; empty: pictures have the input's
+  // numbers.
   std::vector<std::uint32_t> shown{};
 };
 
-// For each material the number of its picture as the material shows it: the picture's own number
-// for the first material that has it; for another factor or alpha mode, a number from
-// textures.pictures on, the same for equal ones. Without a picture: noPicture.
+// For each material, a number for its picture as the material shows it. The first material that
+// uses a picture gets the picture's own number. A material with another factor or alpha mode gets a
+// number from textures.pictures on; equal ones get the same number. Without a picture: noPicture.
 std::vector<std::uint32_t> NumberShownPictures(const TextureSet& textures);
 
-// Triangles of a partition's piece.
+// The triangles of a partition's piece.
 struct TexturedTriangles
 {
   std::span<const Triangle> triangles;
@@ -37,23 +38,23 @@ struct TexturedTriangles
   std::vector<std::uint32_t> materialOf;
 };
 
-// The most of a coordinate, in texels of its picture.
+// The largest coordinate, in texels of its picture.
 inline constexpr double mostChartTexels = 1 << 30;
 
 inline constexpr std::uint32_t noChartBox = std::numeric_limits<std::uint32_t>::max();
 
-// Texels of all charts that lie near each other in one picture.
+// The texels of all charts that lie near each other in one picture.
 struct ChartBox
 {
   std::uint32_t material = 0;
-  TexelBox box; // all that corners lie in; may be outside the picture, which repeats there
+  TexelBox box; // contains all corners; may reach beyond the picture
 };
 
-// Why a triangle has no part of a picture.
+// Why a triangle shows no part of a picture.
 enum class Untextured : std::uint8_t
 {
   No,
-  NoPicture, // the material has no picture, or one that cannot be read
+  NoPicture, // the material has no picture, or an unreadable one
   NoCoordinates,
   TooFar, // coordinates of mostChartTexels or more
   Repeats // repeats the picture more than four times
@@ -62,7 +63,7 @@ enum class Untextured : std::uint8_t
 struct TriangleChart
 {
   std::uint32_t box = noChartBox;
-  std::array<std::int64_t, 2> shift{}; // texels; corners less this lie in the box
+  std::array<std::int64_t, 2> shift{}; // texels; corners minus this lie in the box
   Untextured why = Untextured::NoPicture;
 };
 
@@ -70,20 +71,20 @@ struct TileCharts
 {
   std::vector<ChartBox> boxes;
   std::vector<TriangleChart> ofTriangle;
-  // Where corners are, in texels of the picture, not shifted; of unpainted triangles anything.
+  // Where corners are, in texels of the picture, not shifted; undefined for untextured triangles.
   std::vector<std::array<std::array<double, 2>, 3>> texels;
 };
 
 // Steps:
-// 1. Triangles of one material that share an edge, with the same coordinates there, form one chart.
-// 2. A chart that spans more than two periods of its picture in a direction is cut into its
+// 1. Triangles of one material that share an edge, with equal coordinates there, form one chart.
+// 2. A chart that spans more than two periods of its picture in a direction is split into its
 //    triangles.
 // 3. Each chart is moved by whole periods of its picture, so that it begins in the first one.
-// 4. Charts of a material whose common box is not larger than their own boxes together share one
-//    box. gutter: texels around each box, included in its size.
+// 4. Charts of a material share a box if this box is not larger than their own boxes together.
+//    gutter: texels around each box, which count for its size.
 //
-// O(n log n), but for the last step, which looks at no more than a few neighbours of each box.
-//  Deterministic. REQUIRES: corners and materials of each triangle, materials that are there.
+// O(n log n), except for the last step, which compares each box with only a few neighbours.
+// Deterministic. REQUIRES: corners and existing materials for each triangle.
 TileCharts FindTileCharts(const TexturedTriangles& textured, const TextureSet& textures,
   const TexelSource& source, std::int64_t gutter);
 

@@ -82,7 +82,7 @@ Result<std::vector<std::uint8_t>> EncodeWebp(Picture picture, unsigned quality, 
   {
     return failed;
   }
-  // For lossless pictures this is the effort.
+  // For lossless pictures, `quality` is the effort.
   config.quality = quality == 0 ? 30.0F : float(quality);
   config.lossless = quality == 0;
   config.exact = 1;
@@ -97,7 +97,7 @@ Result<std::vector<std::uint8_t>> EncodeWebp(Picture picture, unsigned quality, 
   const int stride = 4 * input.width;
   const bool taken =
     (alpha ? WebPPictureImportRGBA : WebPPictureImportRGBX)(&input, picture.texels.data(), stride);
-  std::vector<std::uint8_t>().swap(picture.texels); // libwebp has its own
+  std::vector<std::uint8_t>().swap(picture.texels); // libwebp has a copy
   const bool encoded = taken && WebPEncode(&config, &input);
   WebPPictureFree(&input);
   Result<std::vector<std::uint8_t>> bytes = failed;

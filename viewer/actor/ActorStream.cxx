@@ -23,7 +23,7 @@ SessionOptions OptionsOfActor(double tolerance, std::uint64_t triangles)
 {
   SessionOptions options;
   options.refinement.tolerance = tolerance;
-  options.refinement.smallModel = triangles / 8; // as kdstream-view
+  options.refinement.smallModel = triangles / 8; // as in kdstream-view
   options.turning = Turning::Free;
   options.mostStatistics = 0;
   return options;

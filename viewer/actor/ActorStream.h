@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The stream of a vtkKdStreamActor: its session, the source of its model, and the actors that draw
-// it. Runs the steps "receive" to "render" of the pipeline picture for a host with a camera of its
-// own.
+// the model. It does the steps "receive" to "render" of the pipeline picture for a host program
+// that has its own camera.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -20,30 +20,30 @@
 namespace kdstream
 {
 
-// Threads: that of the window.
+// Threads: only the window's thread.
 class ActorStream
 {
 public:
-  // tolerance, and triangles for the smallest models: RefinementOptions.
+  // tolerance: RefinementOptions. Models with at most triangles / 8 triangles count as small there.
   ActorStream(std::unique_ptr<ModelSource> source, double tolerance, std::uint64_t triangles,
     SurfaceActors::Callback add, SurfaceActors::Callback remove);
 
-  // Waits until the model is open and its preview has arrived. model: its name, empty for the only
-  // one. Errors: NotFound; InputOutput if nothing arrives for this time.
+  // Waits until the model is open and its preview has arrived. model: its name; empty if the source
+  // has only one. Errors: NotFound; InputOutput if nothing arrives for `timeout`.
   Status Open(const std::string& model, std::chrono::seconds timeout);
 
   void SetBudgets(std::uint64_t triangles, std::size_t bytes);
   void SetColors(const ColorChoice& colors);
-  // Asks for what is needed there. Errors: those of CheckCamera.
+  // Requests the pieces that this camera needs. Errors: those of CheckCamera.
   Status FollowCamera(const SceneCamera& camera, int width, int height);
-  // Takes and draws what has arrived, for at most this number of seconds, but at least one piece.
-  // Errors: those of SurfaceActors.
+  // Takes and draws what has arrived. Takes at least one piece, and stops after this number of
+  // seconds. Errors: those of SurfaceActors.
   Status TakeIn(double seconds);
-  // Waits until something more has arrived.
+  // Waits until more has arrived.
   bool Wait(std::chrono::milliseconds atMost) { return this->Source->Wait(atMost); }
-  // Whether there is something to take in.
+  // Whether something has arrived that is not drawn yet.
   bool HasNews();
-  // Whether all that is needed where one looks is drawn.
+  // Whether everything that the camera needs is drawn.
   bool IsComplete() const;
 
   const Box& ModelBox() const { return this->Extent; }
@@ -58,7 +58,7 @@ private:
   std::unique_ptr<ModelSource> Source;
   ViewerSession Session;
   SurfaceActors Drawn;
-  std::deque<ClientEvent> Events; // that have come, and wait for their turn
+  std::deque<ClientEvent> Events; // that have arrived, and have not been taken in
   bool IsOpened = false;
   Box Extent; // of the whole model
   Viewport Window;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a renderer sees, from its camera's matrices. Steps:
-// 1. which part of the picture the window draws now (all of it, or a tile)
-// 2. rays through the whole picture's corners, in the model's coordinates
-// 3. the symmetric view that contains them.
+// How a renderer sees a model, from its camera's matrices. Steps:
+// 1. find which part of the picture the window draws now (all of it, or a tile)
+// 2. find the rays through the corners of the whole picture, in the model's coordinates
+// 3. make the symmetric view that contains these rays.
 #include "viewer/actor/RendererView.h"
 
 #include "viewer/session/Geometry.h"
@@ -23,13 +23,14 @@ namespace kdstream
 namespace
 {
 
-// A parallel projection has a distant eye: this number of heights of the picture away.
+// For a parallel projection, the eye is put at this number of picture heights from the model.
 constexpr double farAway = 1e4;
 
-// The size of a window without a size.
+// The side of a window without a size, in pixels.
 constexpr int defaultSide = 300;
 
-// The picture in pixels, and what part of it is drawn now: from 0 to 1.
+// The size of the picture in pixels, and which part of it is drawn now, in fractions of the
+// picture.
 struct PictureShare
 {
   std::array<double, 2> size{};
@@ -61,7 +62,7 @@ Vec3 Transformed(vtkMatrix4x4& matrix, const std::array<double, 4>& point)
   return Vec3{ out[0], out[1], out[2] } * (1 / out[3]);
 }
 
-// How long the model's unit is for the eye: along the axis where that is least.
+// The length of the model's unit in eye coordinates, along the axis where it is shortest.
 double LeastScale(vtkMatrix4x4& eyeFromModel)
 {
   double least = 0;
@@ -82,8 +83,8 @@ SurfaceActors::Sight SightOf(
   sight.tangent = 1 / std::hypot(projection.GetElement(1, 0), projection.GetElement(1, 1));
   sight.height = static_cast<int>(height);
   sight.scale = scale;
-  // The depths that the matrix maps to -1 and 1: a camera's clipping range has no meaning if the
-  // projection is explicit.
+  // The planes are the depths that the matrix maps to -1 and 1, because a camera's clipping range
+  // has no meaning if the projection is explicit.
   const double a = projection.GetElement(2, 2);
   const double b = projection.GetElement(2, 3);
   sight.planes = sight.isParallel ? ClippingPlanes{ (b + 1) / a, (b - 1) / a }
@@ -121,7 +122,7 @@ std::optional<RendererView> ViewOf(vtkRenderer& renderer, vtkMatrix4x4& placed)
 
   RendererView view;
   view.sight = SightOf(*projection, camera, height, LeastScale(*eyeFromModel));
-  // A ray through the whole picture, from (0, 0) to (1, 1): where it begins, and whither.
+  // The ray through a place in the whole picture, (0, 0) to (1, 1): its first point and direction.
   const auto ray = [&](double x, double y)
   {
     const double inTileX = 2 * (x - share.lo[0]) / (share.hi[0] - share.lo[0]) - 1;
@@ -131,8 +132,9 @@ std::optional<RendererView> ViewOf(vtkRenderer& renderer, vtkMatrix4x4& placed)
     return std::pair(begin, Normalized(end - begin));
   };
   const auto [middle, sight] = ray(0.5, 0.5);
-  // The point where it meets a plane across the line of sight: at distance 1; anywhere for parallel
-  // projections.
+  // The point where the ray meets a plane at right angles to the line of sight. In perspective the
+  // plane is at distance 1 from the eye, which is the origin; in a parallel projection it is
+  // anywhere.
   const auto place = [&, sight = sight](double x, double y)
   {
     const auto [begin, direction] = ray(x, y);
@@ -149,7 +151,7 @@ std::optional<RendererView> ViewOf(vtkRenderer& renderer, vtkMatrix4x4& placed)
     halfWidth = std::max(halfWidth, std::abs(Dot(corner, right)));
     halfHeight = std::max(halfHeight, std::abs(Dot(corner, up)));
   }
-  const double pixels = share.size[1] / Dot(upwards, up); // of a length of 1
+  const double pixels = share.size[1] / Dot(upwards, up); // per unit of length
   constexpr double most = 1e6;
   view.width = static_cast<int>(std::clamp(std::round(2 * halfWidth * pixels), 1.0, most));
   view.height = static_cast<int>(std::clamp(std::round(2 * halfHeight * pixels), 1.0, most));

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A model in any renderer of VTK's. Step "render" of the pipeline picture. How a picture is taken:
+// A model in any VTK renderer. Step "render" of the pipeline picture. How a picture is drawn:
 //
 // 1. request what the renderer's camera needs
 // 2. take in what has arrived
-// 3. draw the parts that have changed anew
+// 3. draw again the parts that have changed
 // 4. set a timer if more is to arrive.
 #include "vtkKdStreamActor.h"
 
@@ -154,7 +154,7 @@ bool vtkKdStreamActor::Open()
   return this->Stream != nullptr;
 }
 
-// A source that could not be opened is tried again only after a property was set.
+// If a source could not be opened, it is tried again only after a property was changed.
 bool vtkKdStreamActor::IsOpen()
 {
   const bool isTried = this->Tried && *this->Tried == this->Address();
@@ -181,7 +181,7 @@ void vtkKdStreamActor::FollowCamera(vtkRenderer& renderer)
     static_cast<std::size_t>(this->MemoryLimit));
   this->Stream->SetColors(ChoiceOf(this->ColorBy));
   this->Stream->Actors().SetMaterial(*this->Property);
-  // A camera that sees nothing needs nothing.
+  // A camera that sees nothing needs no pieces.
   if (const auto view = ViewOf(renderer, *this->GetMatrix()))
   {
     (void)this->Stream->FollowCamera(view->camera, view->width, view->height);
@@ -203,7 +203,7 @@ void vtkKdStreamActor::TakeIn(double seconds)
   this->LastWarning = warning;
 }
 
-// While the user moves the camera an interactor sets the update rate of its style.
+// While the user moves the camera, the interactor sets the desired update rate of its style.
 double vtkKdStreamActor::SecondsFor(vtkRenderer& renderer)
 {
   constexpr double part = 0.1;
@@ -285,14 +285,14 @@ double* vtkKdStreamActor::GetBounds()
   return this->Bounds;
 }
 
-// Follows the camera once in each picture of a renderer, when the camera is the one that the user
-// set. Passes may draw the actor several times, also for cameras of their own, such as those of
-// lights.
+// Follows the camera once in each picture of a renderer, at a moment when the active camera is the
+// user's. Passes may draw the actor several times in a picture, for cameras of their own, too, such
+// as those of lights.
 void vtkKdStreamActor::SetAllocatedRenderTime(double seconds, vtkViewport* viewport)
 {
   this->Superclass::SetAllocatedRenderTime(seconds, viewport);
   vtkRenderer* const renderer = vtkRenderer::SafeDownCast(viewport);
-  // A pick uses the surface that was shown.
+  // A pick must use the surface that is on the screen.
   if (renderer && !renderer->GetSelector() && this->IsOpen() &&
       this->BeginsPicture(*renderer->GetRenderWindow()))
   {
@@ -302,8 +302,8 @@ void vtkKdStreamActor::SetAllocatedRenderTime(double seconds, vtkViewport* viewp
   }
 }
 
-// False: the window draws another tile of the picture that it began with an earlier tile. Tiles
-// come row by row; tiles without the model do not come at all.
+// Returns false if the window draws another tile of a picture in which an earlier tile was drawn.
+// Tiles come row by row; tiles that do not show the model are left out.
 bool vtkKdStreamActor::BeginsPicture(vtkRenderWindow& window)
 {
   const double* const tile = window.GetTileViewport();
@@ -332,7 +332,7 @@ int vtkKdStreamActor::RenderOpaqueGeometry(vtkViewport* viewport)
   return this->Superclass::RenderOpaqueGeometry(viewport);
 }
 
-// Parts are never shared: the copy opens the model itself.
+// Parts are never shared: the copy will open the model itself.
 void vtkKdStreamActor::ShallowCopy(vtkProp* prop)
 {
   if (auto* const other = vtkKdStreamActor::SafeDownCast(prop); other && other != this)
@@ -355,7 +355,7 @@ void vtkKdStreamActor::ShallowCopy(vtkProp* prop)
   this->vtkProp3D::ShallowCopy(prop);
 }
 
-// VTK asks for these only where it is a part of another assembly.
+// VTK calls this only if the actor is a part of another assembly.
 void vtkKdStreamActor::BuildPaths(vtkAssemblyPaths* paths, vtkAssemblyPath* path)
 {
   if (!std::exchange(this->HasReportedAssembly, true))
@@ -366,8 +366,8 @@ void vtkKdStreamActor::BuildPaths(vtkAssemblyPaths* paths, vtkAssemblyPath* path
   this->Superclass::BuildPaths(paths, path);
 }
 
-// Makes a new timer that fires once: VTK 9.1's X11 interactor must not lose a timer that is firing.
-// So the old timer is removed when the next one fires.
+// Makes a new timer that fires once. The old timer is removed only when the new one fires, because
+// VTK 9.1's X11 interactor fails if a timer is removed while it fires.
 void vtkKdStreamActor::WaitForIdle(vtkRenderer& renderer)
 {
   vtkRenderWindowInteractor* const interactor = renderer.GetRenderWindow()->GetInteractor();

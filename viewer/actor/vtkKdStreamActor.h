@@ -1,48 +1,51 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkKdStreamActor
- * @brief   a model of a server or a store in any renderer, refined for its camera as data arrive
+ * @brief   shows a model of a server or a store in any renderer, refined for the renderer's camera
  *
- * Added to a renderer it makes a plain vtkRenderWindow a viewer of models of any size:
+ * Added to a renderer, it makes a plain vtkRenderWindow a viewer for models of any size:
  *
  *   vtkNew<vtkKdStreamActor> actor;
  *   actor->SetSource("http://127.0.0.1:8700"); // or "statue.kds"
  *   renderer->AddActor(actor);
  *
- * When its bounds are first asked for, or a picture is first taken, it connects and waits for the
- * preview (about 4,000 triangles), as a mapper waits for its pipeline. Each picture then follows
- * the renderer's active camera: what the camera needs is requested, and what has arrived is drawn,
- * most urgent first, for at most SecondsPerFrame. While the window is idle, a timer of its
- * interactor renders again as data arrive, until all have arrived. Without an interactor call
- * Refine, or render again. At any time one surface without holes is drawn, within NumberOfTriangles
- * and MemoryLimit; it is coarser if a view needs more.
+ * When its bounds or a picture are first needed, it connects, and waits for the preview (about
+ * 4,000 triangles), as a mapper waits for its pipeline. Then each picture follows the renderer's
+ * active camera. The pieces that the camera needs are requested. Pieces that have arrived are
+ * drawn, the most urgent first, for at most SecondsPerFrame. While the window is idle, a timer of
+ * its interactor renders again until all pieces have arrived. Without an interactor, call Refine,
+ * or render again. At any time, the actor draws one surface without holes, within NumberOfTriangles
+ * and MemoryLimit; if a view needs more, the surface is coarser.
  *
- * As a prop it is an assembly of actors in the model's coordinates, and can be moved, turned and
- * scaled (of scales that differ along axes the least counts; what is scaled to nothing along an
- * axis is not drawn). GetBounds is the box of the whole model from the first time on. Pickers
- * (vtkCellPicker, vtkPropPicker, vtkHardwareSelector) pick what is drawn. Do not change its parts.
- * Add it to a renderer: as a part of another vtkAssembly, which draws only leaves, it is not
- * refined. Textures are drawn if the model has them. Lights are the renderer's.
+ * The actor is a prop: an assembly of actors in the model's coordinates, which can be moved, turned
+ * and scaled. If it is scaled differently along the axes, the smallest scale determines how fine it
+ * is; if it is scaled to nothing along an axis, it is not drawn. GetBounds returns the box of the
+ * whole model, even while only the preview has arrived. Pickers (vtkCellPicker, vtkPropPicker,
+ * vtkHardwareSelector) pick what is drawn. Do not change its parts. Add it directly to a renderer:
+ * within another vtkAssembly it is not refined, because vtkAssembly draws only leaves. Textures are
+ * drawn if the model has them. Lights are those of the renderer.
  *
- * One renderer at a time draws an actor: it follows the camera of the last one, with any
- * projection: parallel, off axis, explicit matrices, a window centre, transforms. A picture in
- * tiles (vtkWindowToImageFilter::SetScale) is followed as a whole, as fine as its pixels need, and
- * all its tiles show the same: take it again until IsComplete. Passes that draw for cameras of
- * their own (shadow maps) draw what the picture shows. Not supported: volumes, time steps,
- * sections.
+ * Only one renderer at a time can draw an actor: the actor follows the camera of the last one, with
+ * any projection (parallel, off axis, explicit matrices, a window centre, transforms). A picture in
+ * tiles (vtkWindowToImageFilter::SetScale) is refined as a whole, for the size of its pixels, and
+ * all its tiles show the same surface: take it again until IsComplete. Passes that draw for cameras
+ * of their own (shadow maps) draw the surface that the picture shows. Not supported: volumes, time
+ * steps, sections.
  *
- * Errors: vtkErrorMacro names the server or file; GetErrorMessage and GetErrorCode have the last
- * error. Then there are no bounds, and nothing is drawn. vtkWarningMacro names, once, a part of a
- * model that cannot be fetched; that part stays coarser. Open connects anew: after an error, or
- * where the model was replaced.
+ * Errors: vtkErrorMacro names the server or file; GetErrorMessage and GetErrorCode return the last
+ * error. After an error there are no bounds, and nothing is drawn. If a part of a model cannot be
+ * fetched, vtkWarningMacro names it once, and that part stays coarser. To connect again, after an
+ * error or when the model was replaced, call Open.
  *
- * Numbers below that are out of their range are clamped. A negative number where none is allowed,
- * or NaN, is an error, and the old value stays.
+ * A number outside the range that is given below is clamped. NaN, or a negative number where none
+ * is allowed, is an error, and the old value stays.
  *
- * Complexity: a picture costs what its triangles cost, and SecondsPerFrame. Memory: MemoryLimit.
- * Threads: that of the window; a thread of its own only reads from the line or file.
+ * Complexity: a picture costs the time to draw its triangles, and SecondsPerFrame. Memory:
+ * MemoryLimit.
+ * Threads: only the window's thread; the actor has one thread, which only reads from the connection
+ * or file.
  *
- * Source: section 5 of the paper named in the README; doc/viewing.md says what is refined first.
+ * Source: section 5 of the paper that the README cites; doc/viewing.md says what is refined first.
  *
  * @sa vtkKdStreamSource vtkKdStoreReader
  */
@@ -52,10 +55,10 @@
 #include "vtkAssembly.h"
 #include "vtkKdStreamViewerActorModule.h" // for the export macro
 #include "vtkNew.h"                       // for the property
-#include "vtkWeakPointer.h"               // for who draws it
+#include "vtkWeakPointer.h"               // for the renderer and the interactor
 
 #include <array>  // for tiles
-#include <memory> // for what is open
+#include <memory> // for the stream
 #include <string> // for names
 
 class vtkProperty;
@@ -78,8 +81,8 @@ public:
 
   ///@{
   /**
-   * Where the model is: a server, http://HOST:PORT or https://HOST:PORT; a store, NAME.kds; or a
-   * folder of stores.
+   * The source of the model: a server, http://HOST:PORT or https://HOST:PORT; a store, NAME.kds; or
+   * a folder of stores.
    */
   vtkSetMacro(Source, std::string);
   vtkGetMacro(Source, std::string);
@@ -87,7 +90,7 @@ public:
 
   ///@{
   /**
-   * The name of the model; empty, the default: the server's or folder's only one.
+   * The name of the model. Empty, the default, means the only model of the server or folder.
    */
   vtkSetMacro(ModelId, std::string);
   vtkGetMacro(ModelId, std::string);
@@ -95,9 +98,9 @@ public:
 
   ///@{
   /**
-   * As in vtkKdStreamSource, for a server: its token, a file of certificate authorities to trust,
-   * and a folder for a cache of at most CacheSize bytes. Default none, the system's, none, and 10
-   * GiB.
+   * As in vtkKdStreamSource, for a server: its token (default: none), a file of certificate
+   * authorities to trust (default: the system's), and a folder for a cache (default: none) of at
+   * most CacheSize bytes (default: 10 GiB).
    */
   vtkSetMacro(Token, std::string);
   vtkGetMacro(Token, std::string);
@@ -111,8 +114,8 @@ public:
 
   ///@{
   /**
-   * Opening fails if nothing arrives for this number of seconds, 1 to 3600 (of connecting at most
-   * 30). Default 60.
+   * Opening fails if nothing arrives for this number of seconds, 1 to 3600; connecting fails after
+   * at most 30. Default 60.
    */
   virtual void SetTimeout(int value);
   vtkGetMacro(Timeout, int);
@@ -120,8 +123,8 @@ public:
 
   ///@{
   /**
-   * About the maximum number of triangles (of a cloud, points) that are drawn, 1000 or more.
-   * Default 2000000.
+   * Approximately the maximum number of triangles (for a cloud: points) that are drawn, 1000 or
+   * more. Default 2000000.
    */
   virtual void SetNumberOfTriangles(vtkIdType value);
   vtkGetMacro(NumberOfTriangles, vtkIdType);
@@ -129,7 +132,8 @@ public:
 
   ///@{
   /**
-   * About the maximum memory of what is drawn, decoded, in bytes, 16 MiB or more. Default 512 MiB.
+   * Approximately the maximum memory of the decoded pieces that are drawn, in bytes, 16 MiB or
+   * more. Default 512 MiB.
    */
   virtual void SetMemoryLimit(vtkTypeUInt64 value);
   vtkGetMacro(MemoryLimit, vtkTypeUInt64);
@@ -146,9 +150,9 @@ public:
 
   ///@{
   /**
-   * About how long one picture may process what has arrived, in seconds, 0 to 10; at least one
-   * piece is processed. Default 0.02. If the window desires an update rate, as during an
-   * interaction, at most a tenth of the frame's time.
+   * Approximately how long one picture may process pieces that have arrived, in seconds, 0 to 10;
+   * at least one piece is processed. Default 0.02. If the window has a desired update rate, as
+   * during an interaction, at most a tenth of the frame's time is used.
    */
   virtual void SetSecondsPerFrame(double value);
   vtkGetMacro(SecondsPerFrame, double);
@@ -156,7 +160,7 @@ public:
 
   ///@{
   /**
-   * Whether the window's interactor renders again as data arrive. Default on.
+   * Whether the window's interactor renders again when more pieces have arrived. Default on.
    */
   vtkSetMacro(RefineWhenIdle, bool);
   vtkGetMacro(RefineWhenIdle, bool);
@@ -165,7 +169,7 @@ public:
 
   ///@{
   /**
-   * What is coloured: "own" (the model's colours or textures, else the property's colour), "none",
+   * The colours: "own" (the model's colours or textures, or else the property's colour), "none",
    * "partition", "resolution", or the name of an array of numbers that the model's levels have.
    * Default "own".
    */
@@ -174,31 +178,31 @@ public:
   ///@}
 
   /**
-   * Colour (of parts without one of their own), opacity, representation, edges, shininess. Default:
-   * the stone of kdstream-view.
+   * The colour of parts without a colour of their own, and opacity, representation, edges,
+   * shininess of all parts. Default: the stone of kdstream-view.
    */
   vtkProperty* GetProperty() { return this->Property; }
 
   /**
-   * Connects anew, and waits for the preview. False: see GetErrorMessage. Only needed to learn of
-   * errors early, or to try again after one.
+   * Connects again, and waits for the preview. Returns false after an error: see GetErrorMessage.
+   * Call this only to learn of errors early, or to try again after an error.
    */
   bool Open();
 
   ///@{
   /**
-   * The last error, a line, and its kind (vtkErrorCode.h; NoFileNameError if no Source is set);
-   * empty and NoError if there was none since the source was opened.
+   * The last error, in one line, and its kind (vtkErrorCode.h; NoFileNameError if no Source is
+   * set); empty and NoError if there was no error since the source was opened.
    */
   std::string GetErrorMessage() const;
   vtkGetMacro(ErrorCode, unsigned long);
   ///@}
 
   /**
-   * Takes in what the renderer's camera needs for at most this number of seconds, 0 or more,
-   * without rendering. True: all of it has arrived; the next picture draws it. A window without a
-   * size before its first picture counts as 300 x 300 pixels, VTK's default. Errors: a renderer
-   * without a window; a negative number, or NaN.
+   * Takes in what the renderer's camera needs, for at most this number of seconds, 0 or more,
+   * without rendering. Returns true if all of it has arrived; the next picture draws it. A window
+   * without a size before its first picture counts as 300 x 300 pixels, VTK's default. Errors: a
+   * renderer without a window; a negative number, or NaN.
    */
   bool Refine(vtkRenderer* renderer, double seconds);
 
@@ -209,7 +213,8 @@ public:
 
   ///@{
   /**
-   * The number of triangles drawn, and the bytes received for them: 0 before it is open.
+   * The number of triangles and points that are drawn, and the bytes that were received for them; 0
+   * before the model is open.
    */
   vtkIdType GetNumberOfDrawnTriangles() const;
   vtkIdType GetNumberOfDrawnPoints() const;
@@ -220,14 +225,14 @@ public:
   double* GetBounds() VTK_SIZEHINT(6) override;
 
   /**
-   * Copies the settings of a vtkKdStreamActor, its place and a copy of its property; of other props
-   * what vtkProp3D copies. Each actor keeps its own parts.
+   * Copies the settings of another vtkKdStreamActor, its position and a copy of its property; of
+   * any other prop, only what vtkProp3D copies. Each actor keeps its own parts.
    */
   void ShallowCopy(vtkProp* prop) override;
 
   ///@{
   /**
-   * For renderers and assemblies.
+   * These are called by renderers and assemblies.
    */
   void SetAllocatedRenderTime(double seconds, vtkViewport* viewport) override;
   int RenderOpaqueGeometry(vtkViewport* viewport) override;

@@ -24,7 +24,7 @@ std::vector<std::uint8_t> BytesOfText(std::string_view text)
   return { text.begin(), text.end() };
 }
 
-constexpr const char* listName = "models"; // of no digest
+constexpr const char* listName = "models"; // with no digest
 std::string DescriptionName(const std::string& model)
 {
   return "model/" + model;
@@ -114,7 +114,7 @@ void CachedSource::Open(const SessionRequest& request)
   this->Found.push_back(std::move(event));
 }
 
-// Notes may change while the model does not: cached ones are for when there is no server.
+// Notes may change while the model does not, so cached notes are used only without a server.
 void CachedSource::AskForNotes(const std::string& model)
 {
   if (this->Server)
@@ -132,7 +132,7 @@ void CachedSource::AskForNotes(const std::string& model)
   }
 }
 
-// Cached blobs are answered at once, the others are requested from the server.
+// Answers with cached blobs at once, and requests the others from the server.
 void CachedSource::SendBlobs(const SessionRequest& request)
 {
   std::vector<protocol::BlobId> here;
@@ -193,7 +193,7 @@ void CachedSource::Keep(const ClientEvent& event)
     this->Cache->Put(this->KeyOf("", NotesName(event.model.id)), event.bytes);
   }
   const auto asked = this->Asked.find(event.request);
-  // Damaged entries are requested again.
+  // Damaged blobs are not kept, so they are requested again.
   if (event.kind == ClientEvent::Kind::Blob && asked != this->Asked.end() && IsSealed(event.bytes))
   {
     this->Cache->Put(this->KeyOf(asked->second, protocol::BlobName(event.blob)), event.bytes);

@@ -19,11 +19,12 @@ namespace kdstream
 class CachedSource final : public ModelSource
 {
 public:
-  // origin: of the server, without a slash at its end.
+  // origin: of the server, without a slash at the end.
   CachedSource(
     std::unique_ptr<ModelSource> server, std::shared_ptr<DiskCache> cache, std::string origin);
-  // Opens the source without the server: with the models that it had when they were last listed.
-  // Requests for what was never seen fail. Errors: NotFound if the server was never seen.
+  // Opens the source without the server, with the models that the server had when they were last
+  // listed. Requests for what is not in the cache fail. Errors: NotFound if the cache has nothing
+  // of this server.
   static Result<std::unique_ptr<CachedSource>> Offline(
     std::shared_ptr<DiskCache> cache, std::string origin);
 
@@ -43,8 +44,8 @@ private:
   std::shared_ptr<DiskCache> Cache;
   std::string Origin;
   std::vector<ModelSummary> ModelList;
-  std::string Digest;                         // of the model that was opened last
-  std::map<std::uint32_t, std::string> Asked; // the server, by request: the digest
+  std::string Digest;                         // the digest of the model that was opened last
+  std::map<std::uint32_t, std::string> Asked; // requests to the server, with the model's digest
   std::vector<ClientEvent> Found;
 };
 

@@ -24,7 +24,7 @@ BlobArrival Deliver(const ClientEvent& event, ViewerSession& session)
     case ClientEvent::Kind::RequestEnded:
       session.RequestEnded(event.request);
       break;
-    case ClientEvent::Kind::Notes: // no session knows of them
+    case ClientEvent::Kind::Notes: // sessions do not take notes
       break;
   }
   return BlobArrival::Unwanted;

@@ -21,11 +21,11 @@ struct ClientEvent
     Blob,          // `blob`, `bytes`
     BlobFailed,    // `blob`, `message`
     RequestFailed, // `message`
-    RequestEnded,  // but something is missing
-    Notes          // on the model `model.id`: `bytes`, as ParseNotes takes them
+    RequestEnded,  // although something is missing
+    Notes          // about the model `model.id`: `bytes`, for ParseNotes
   };
   Kind kind = Kind::RequestFailed;
-  std::uint32_t request = 0; // the session's
+  std::uint32_t request = 0; // the session's number of the request
   ModelDescription model;
   protocol::BlobId blob;
   std::vector<std::uint8_t> bytes;
@@ -36,7 +36,8 @@ struct ClientEvent
   std::string message;
 };
 
-// Gives the event to the session that asked; of a Blob, what became of it, else Unwanted.
+// Passes the event to the session. Returns what the session did with a Blob; Unwanted for other
+// events.
 BlobArrival Deliver(const ClientEvent& event, ViewerSession& session);
 
 }

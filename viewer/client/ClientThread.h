@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The thread of a ModelSource, and its events for the session. Part of step "receive" of the
-// pipeline picture. Only for sources of this folder, because this header includes Boost.
+// The thread of a ModelSource, and the source's events for the session. Part of step "receive" of
+// the pipeline picture. Only for sources of this folder, because this header includes Boost.
 #pragma once
 
 #include "viewer/client/ClientEvent.h"
@@ -21,13 +21,14 @@
 namespace kdstream
 {
 
-// Runs posted tasks one at a time, in order. Functions: from any thread, unless stated otherwise.
+// Runs posted tasks one at a time, in order. Functions may be called from any thread, unless stated
+// otherwise.
 class ClientThread
 {
 public:
   // onFailure: called on the thread, in the catch clause, when a task throws (mostly for lack of
-  // memory): that ends the task, not the program. If it throws itself, it is called again 0.1 s
-  // later.
+  // memory): this ends the task, but not the program. If onFailure itself throws, it is called
+  // again 0.1 s later.
   explicit ClientThread(std::function<void()> onFailure)
     : OnFailure(std::move(onFailure))
     , Thread([this] { this->Run(); })
@@ -38,8 +39,9 @@ public:
   ClientThread& operator=(const ClientThread&) = delete;
   ~ClientThread() { this->Stop(); }
 
-  // Ends the thread when the running task ends; the other tasks are not run. For an owner whose
-  // members, which tasks use, are destroyed before this object. Not on the thread.
+  // Ends the thread when the running task ends; the other tasks are not run. For an owner with
+  // members that tasks use and that are destroyed before this object. Do not call this on the
+  // thread.
   void Stop()
   {
     this->Loop.stop();
@@ -58,7 +60,7 @@ public:
     boost::asio::post(this->Loop, std::forward<Task>(task));
   }
 
-  // Hands over all of `events`, or none of them where it throws.
+  // Takes all of `events`; if it throws, it takes none of them.
   void Publish(std::vector<ClientEvent>& events)
   {
     if (events.empty())
@@ -72,7 +74,7 @@ public:
     this->Arrived.notify_all();
   }
 
-  // ModelSource's.
+  // As the functions of ModelSource.
   std::vector<ClientEvent> Take()
   {
     const std::lock_guard lock(this->Mutex);
@@ -95,7 +97,7 @@ private:
       }
       catch (...)
       {
-        while (!this->Recover() && !this->Loop.stopped()) // there was not even memory for that
+        while (!this->Recover() && !this->Loop.stopped()) // not enough memory even for that
         {
           std::this_thread::sleep_for(std::chrono::milliseconds(100));
         }
@@ -122,7 +124,7 @@ private:
     Loop.get_executor()
   };
 
-  std::mutex Mutex; // of the next two
+  std::mutex Mutex; // guards the next two
   std::condition_variable Arrived;
   std::vector<ClientEvent> Events;
 

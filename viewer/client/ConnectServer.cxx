@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A server as a session's source, with what is kept on the disk of it.
+// A server as a session's source, with a cache on the disk: see ConnectServer.h.
 #include "viewer/client/ConnectServer.h"
 
 #include "viewer/client/CachedSource.h"

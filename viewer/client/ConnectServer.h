@@ -21,16 +21,17 @@ namespace kdstream
 struct ConnectedServer
 {
   std::unique_ptr<ModelSource> source;
-  std::optional<Error> unreached; // why the server is away: the source has what was seen before
+  std::optional<Error> unreached; // why the server cannot be reached; the source is then the cache
 };
 
-// cache: where blobs are kept (CachedSource), and found if the server cannot be reached; null: no
-// cache. Else as ServerClient::Connect, also in its errors.
+// cache: keeps blobs (CachedSource), and answers if the server cannot be reached; null: no cache.
+// Otherwise this is as ServerClient::Connect, with the same errors.
 Result<ConnectedServer> ConnectServer(const std::string& url, const std::string& token,
   const std::string& authorities, std::shared_ptr<DiskCache> cache, const Execution& execution = {},
   std::optional<std::chrono::seconds> timeout = {});
 
-// All that makes another connection of a VTK class that has a server's model.
+// The settings of a VTK class that reads a server's model: if one changes, it needs another
+// connection.
 struct ServerAddress
 {
   std::string url;
@@ -38,12 +39,13 @@ struct ServerAddress
   std::string token, authorities;
   std::filesystem::path cache;        // a folder (DiskCache); empty: none
   std::uint64_t cacheBytes = 0;       // the cache's maximum size
-  std::chrono::seconds timeout{ 60 }; // of silence, after which the server counts as lost
+  std::chrono::seconds timeout{ 60 }; // after this time of silence the server counts as lost
 
   bool operator==(const ServerAddress&) const = default;
 };
 
-// The server at an address, or what its cache has of it. Errors: also those of DiskCache::Open.
+// The server at an address, or the cache if the server cannot be reached. Errors: as above, and
+// those of DiskCache::Open.
 Result<std::unique_ptr<ModelSource>> ConnectServer(
   const ServerAddress& address, const Execution& execution = {});
 
@@ -53,7 +55,8 @@ Error NothingArrived(std::chrono::seconds timeout);
 // The name of the wanted model, or of the only one. Errors: NotFound, naming the existing ones.
 Result<std::string> FindModel(const std::vector<ModelSummary>& models, const std::string& wanted);
 
-// A line each of all but the url, as PrintSelf has them. Of the token, whether there is one.
+// The lines for PrintSelf: one for each member except the url. For the token only whether there is
+// one.
 std::vector<std::string> LinesOf(const ServerAddress& address);
 
 }

@@ -30,18 +30,18 @@ namespace
 
 namespace fs = std::filesystem;
 
-constexpr int cacheVersion = 1; // of the layout
-// Limits while another program keeps the file busy: for each attempt, and in all when nobody waits;
-// then the file is not used for a while.
+constexpr int cacheVersion = 1; // of the tables' layout
+// Limits while another program keeps the file busy: the time of each attempt; the attempts to
+// write, for which nobody waits; and for how long the file is then not used.
 constexpr std::chrono::milliseconds patienceWithFile{ 200 };
 constexpr int mostTries = 5;
 constexpr std::chrono::seconds busyPause{ 10 };
 constexpr const char* isBusy = "another program is writing to it";
-constexpr std::size_t mostPut = 4096; // entries that wait to be written; further ones are not kept
+constexpr std::size_t mostPut = 4096; // entries waiting to be written; more are not kept
 constexpr const char* cacheFile = "blobs.sqlite";
 
-// `used`: milliseconds, of the last use; `sum`: HashOfBytes of the bytes. The one row of `total`
-// has the bytes of all entries, so that nobody has to count them.
+// `used`: the time of the last use, in milliseconds; `sum`: HashOfBytes of the bytes. The only row
+// of `total` has the bytes of all entries, so they need not be counted.
 constexpr std::array<std::string_view, 4> cacheLayout{
   "CREATE TABLE entries(origin TEXT, digest TEXT, name TEXT, used INTEGER, sum INTEGER, bytes "
   "BLOB)",
@@ -60,7 +60,8 @@ std::int64_t NowInMilliseconds()
   return duration_cast<milliseconds>(system_clock::now().time_since_epoch()).count();
 }
 
-// A table of a stranger's file could compute what it is asked for.
+// Checks that the tables are exactly ours. In a file made by somebody else, a view in place of a
+// table could compute without end when it is read.
 Status CheckLayout(sqlite3* database)
 {
   const auto same = HasSchema(database, cacheLayout);
@@ -94,7 +95,7 @@ Status MakeTables(sqlite3* database)
   KDSTREAM_TRY(Execute(database, "BEGIN IMMEDIATE"));
   const auto version = QueryInteger(database, "PRAGMA user_version");
   KDSTREAM_TRY(version);
-  if (*version != cacheVersion) // another program may have been quicker
+  if (*version != cacheVersion) // otherwise another program was quicker
   {
     KDSTREAM_TRY(Execute(
       database, "DROP TABLE IF EXISTS entries; DROP TABLE IF EXISTS total; PRAGMA user_version = " +
@@ -109,8 +110,8 @@ Status MakeTables(sqlite3* database)
   return Execute(database, "COMMIT");
 }
 
-// Makes the tables, and replaces those of another version. If they exist nothing is written, so
-// this does not wait for other writers.
+// Makes the tables, and replaces those of another version. If our tables exist, nothing is written,
+// so this does not wait for other writers.
 Status PrepareCache(sqlite3* database)
 {
   sqlite3_busy_timeout(database, int(patienceWithFile.count()));
@@ -127,15 +128,15 @@ Error IsNotOurs(const fs::path& file)
   return { ErrorCode::InputOutput, isNotOurs, file.string() };
 }
 
-// In a folder that others may write to, the name may lead to anything: files of others are neither
-// changed nor trusted.
+// Whether a file belongs to this user or to root. In a folder that others may write to, the name
+// may lead to any file: files of other users are neither changed nor trusted.
 bool IsOwn(const struct stat& found)
 {
   return S_ISREG(found.st_mode) && found.st_nlink == 1 &&
          (found.st_uid == ::geteuid() || found.st_uid == 0);
 }
 
-// Makes the file, only for its owner, unless it is there.
+// Makes the file, accessible only to its owner, unless it exists.
 Status MakeFile(const fs::path& file)
 {
   const int made =
@@ -171,7 +172,7 @@ Status CheckCompanions(const fs::path& file)
   return {};
 }
 
-// isDamaged: called with an error after which the file cannot be used.
+// isDamaged: is set if the file cannot be used any more.
 Result<Database> OpenTables(const fs::path& file, bool& isDamaged)
 {
   KDSTREAM_TRY(MakeFile(file));
@@ -179,7 +180,7 @@ Result<Database> OpenTables(const fs::path& file, bool& isDamaged)
   auto database = OpenForWriting(file);
   KDSTREAM_TRY(database);
   const Status prepared = PrepareCache(database->get());
-  KDSTREAM_TRY(CheckCompanions(file)); // put there meanwhile
+  KDSTREAM_TRY(CheckCompanions(file)); // another user may have put one there meanwhile
   if (prepared)
   {
     return database;
@@ -199,7 +200,7 @@ Result<Database> OpenToWrite(const fs::path& folder)
   {
     return database;
   }
-  // Errors are ignored: it is only a cache.
+  // Errors are ignored, because this is only a cache.
   std::error_code failure;
   for (const char* ending : { "", "-wal", "-shm" })
   {
@@ -208,7 +209,7 @@ Result<Database> OpenToWrite(const fs::path& folder)
   return OpenTables(file, isDamaged);
 }
 
-// A file that stays open as long as the database that reads it.
+// A database, and the open file that it reads, if it is read by a descriptor.
 struct ReadOnlyCache
 {
   Database database;
@@ -231,8 +232,8 @@ struct ReadOnlyCache
   }
 };
 
-// isWritten: whether this program writes the file; new entries are then found. Otherwise the file
-// is read as it is now.
+// isWritten: whether this program writes the file; then new entries are found, too. Otherwise the
+// file is read as it is now.
 Result<ReadOnlyCache> OpenToRead(const fs::path& folder, bool isWritten)
 {
   ReadOnlyCache opened;
@@ -271,7 +272,7 @@ void BindKey(Statement& statement, const CacheKey& key)
   statement.Bind(3, key.name);
 }
 
-// Rolled back where it is not committed.
+// Rolls back at its end, unless it was committed.
 class Transaction
 {
 public:
@@ -374,7 +375,8 @@ public:
 private:
   using Clock = std::chrono::steady_clock;
 
-  // After a read that failed: the next one would wait as long.
+  // Call after a failed read: if the file is busy, nothing is read for a while, because the next
+  // read would wait as long.
   void RestIfBusy()
   {
     if (IsBusy(this->Reading.database.get()))
@@ -407,7 +409,7 @@ private:
     }
   }
 
-  // All entries that have arrived since are written in one transaction.
+  // The writing thread. All tasks that have arrived in the meantime are done in one transaction.
   void Write()
   {
     std::unique_lock lock(this->Mutex);
@@ -429,8 +431,8 @@ private:
     }
   }
 
-  // REQUIRES: Mutex is locked. If another program has kept the file busy, later entries are still
-  // kept.
+  // REQUIRES: Mutex is locked. If the reason was that another program kept the file busy, later
+  // entries are kept again.
   void GiveUp(const std::string& why)
   {
     this->Tasks.clear();
@@ -442,7 +444,7 @@ private:
     }
   }
 
-  // At the end of the program, this waits for only one attempt.
+  // Repeats the tasks while the file is busy. At the end of the program, there is only one attempt.
   Status DoPatiently(const std::vector<Task>& tasks)
   {
     for (int tries = 1;; ++tries)
@@ -490,7 +492,7 @@ private:
     return {};
   }
 
-  // The entry that was there goes; where it is a Put, the new one comes.
+  // Deletes the old entry, if there is one; for a Put, inserts the new one.
   Status Replace(const Task& task)
   {
     auto erase = Statement::Prepare(this->Writing.get(),
@@ -503,7 +505,7 @@ private:
     if (*row)
     {
       growth -= erase->Integer(0);
-      KDSTREAM_TRY(erase->Step()); // to its end
+      KDSTREAM_TRY(erase->Step()); // finishes the statement
     }
     if (task.kind == Task::Kind::Put)
     {
@@ -556,14 +558,14 @@ private:
     return {};
   }
 
-  std::mutex ReadMutex; // of Reading
+  std::mutex ReadMutex; // guards the next two
   ReadOnlyCache Reading;
-  Clock::time_point NotReadBefore; // of ReadMutex
-  Database Writing;                // null where that cannot be done; only of the thread
-  bool WasBusy = false;            // only of the thread
+  Clock::time_point NotReadBefore;
+  Database Writing;     // null if the file cannot be written; used only by the thread
+  bool WasBusy = false; // used only by the thread
   const std::int64_t MostBytes;
   const std::function<void(const std::string& why)> OnTrouble;
-  mutable std::mutex Mutex; // of all below
+  mutable std::mutex Mutex; // guards all members below
   std::condition_variable Woken;
   std::vector<Task> Tasks;
   bool HasFailed = false, HasReported = false, Ended = false;
@@ -587,7 +589,7 @@ Result<std::shared_ptr<DiskCache>> DiskCache::Open(const fs::path& folder, std::
   {
     return writing ? reading.GetError() : writing.GetError();
   }
-  // A folder that can only be read is somebody's decision.
+  // A folder that cannot be written to is not reported: somebody has decided that.
   const bool isReported =
     !writing && (writing.GetError().message == isBusy || writing.GetError().message == isNotOurs);
   if (isReported && onTrouble)

@@ -78,7 +78,7 @@ void GetConversation::Receive(const Result<HttpReply>& reply, double now)
   event.transmissionSeconds = now - begin;
   if (!reply || reply->status != 200)
   {
-    const bool forbidden = reply && IsForbidden(reply->status); // all of the request
+    const bool forbidden = reply && IsForbidden(reply->status); // so the whole request fails
     event.kind = item.model.empty() && !forbidden ? ClientEvent::Kind::BlobFailed
                                                   : ClientEvent::Kind::RequestFailed;
     if (forbidden)

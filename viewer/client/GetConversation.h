@@ -15,7 +15,7 @@
 namespace kdstream
 {
 
-// The same answers as those of a StreamConversation, also from a static file server.
+// Gives the same answers as a StreamConversation, also from a static file server.
 class GetConversation
 {
 public:
@@ -24,7 +24,7 @@ public:
   std::optional<HttpFetch> Next();
   // The answer to the last Next. Errors of the connection are the errors of the request.
   void Receive(const Result<HttpReply>& reply, double now);
-  // Instead of an answer to the last Next: it will be asked for again.
+  // Call instead of Receive: Next will return the same request again.
   void PutBack();
   // Whether all is done.
   bool IsIdle() const { return !this->Current && this->Waiting.empty(); }
@@ -37,16 +37,16 @@ private:
   struct Item
   {
     std::uint32_t request = 0;
-    std::string model; // of an open; else empty
+    std::string model; // for an Open; otherwise empty
     protocol::BlobId blob;
     double asked = 0;
   };
 
   std::deque<Item> Waiting;
   std::optional<Item> Current;
-  bool Cancelled = false; // Current is
+  bool Cancelled = false; // whether Current is
   double LastBlob = 0;
-  std::string Model, Digest; // that is open
+  std::string Model, Digest; // of the open model
   std::vector<ClientEvent> Events;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A request to a server, and its answer, whatever code makes the request.
+// A GET request to a server, and its answer, independent of the code that sends it.
 #pragma once
 
 #include <algorithm>
@@ -20,11 +20,11 @@ struct HttpReply
 {
   unsigned status = 0;
   std::string body;
-  double retryAfter = 0; // s; what the server asks for with 429 and 503, 0 = nothing
+  double retryAfter = 0; // s; the pause that the server asks for with 429 and 503; 0: none
 };
 
-// Whether to ask again: 429 and 503, and 502 and 504 of a proxy that cannot reach its server, say
-// nothing about the requested thing.
+// Whether to ask again: 429 and 503, and 502 and 504 from a proxy that cannot reach its server, say
+// nothing about what was requested.
 constexpr bool IsBusy(unsigned status)
 {
   return status == 429 || (status >= 502 && status <= 504);
@@ -36,7 +36,7 @@ inline double RetryAfterIn(const std::string& field)
   return static_cast<double>(std::min(std::strtoul(field.c_str(), nullptr, 10), 3600ul));
 }
 
-// 401 and 403 are about the client: nothing of the model can be fetched.
+// 401 and 403 are about the client: it may fetch nothing of the model.
 constexpr bool IsForbidden(unsigned status)
 {
   return status == 401 || status == 403;

@@ -90,7 +90,7 @@ private:
       { error ? self->Lost(error) : self->Read(); });
   }
 
-  // Reads piece by piece, so that the timeout counts from the last bytes that came.
+  // Reads part by part, so that the timeout counts from the last bytes that arrived.
   void Read()
   {
     this->Stream.next_layer().expires_after(stallTimeout);
@@ -102,7 +102,7 @@ private:
       });
   }
 
-  // Continues with the answer in what has arrived so far; `error` is the socket's.
+  // Parses as much of the answer as has arrived; `error` is the socket's.
   void Parse(error_code error)
   {
     if (error == asio::error::eof && this->Parser->got_some())
@@ -143,7 +143,8 @@ private:
     this->Finish(std::move(reply));
   }
 
-  // A kept connection may have been closed in between: that is not an error yet.
+  // The connection was lost. A kept connection may have been closed in the meantime: that is not an
+  // error yet.
   void Lost(error_code error)
   {
     const bool untouched = !this->Parser || !this->Parser->got_some();
@@ -182,7 +183,7 @@ private:
   ServerUrl Server;
   ServerStream Stream;
   bool Open = false;
-  bool HasAnswered = false; // ever
+  bool HasAnswered = false; // on any connection so far
   int Retries = 0;
   HttpFetch What;
   Handler Done;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// GET over one connection that is kept open. Boost stays in the source.
+// GET over one connection that is kept open. This header hides Boost.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -21,9 +21,9 @@ class context;
 namespace kdstream
 {
 
-// Fetches one thing at a time. Connects when necessary, and once more if the server has closed the
-// kept connection. All calls and callbacks are on the context's thread. Gives up an answer that
-// makes no progress for 30 s.
+// Fetches one thing at a time. Connects when necessary, and again if the server has closed the kept
+// connection. All calls and callbacks are on the context's thread. Gives up if an answer makes no
+// progress for 30 s.
 class HttpFetcher
 {
 public:
@@ -34,8 +34,8 @@ public:
   ~HttpFetcher();
 
   // Errors given to the handler: InputOutput, with the server's address and the system's reason;
-  // InvalidInput if its certificate is not trusted; LimitExceeded. REQUIRES: the last fetch has
-  // been answered.
+  // InvalidInput if its certificate is not trusted; LimitExceeded if the answer is too large.
+  // REQUIRES: the last fetch has been answered.
   void Fetch(const HttpFetch& fetch, Handler handler);
 
 private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Stores of this machine as a session's source. Step "receive" of the pipeline picture.
+// Stores on this machine as a session's source. Step "receive" of the pipeline picture.
 #include "viewer/client/LocalClient.h"
 
 #include "filters/core/CaughtError.h"
@@ -17,7 +17,7 @@
 
 namespace kdstream
 {
-// Requests in, events out, in order.
+// Takes requests, and gives events, in order.
 class LocalClient::Reader
 {
 public:
@@ -73,7 +73,7 @@ private:
     protocol::BlobId blob;
   };
 
-  // REQUIRES: Mutex is held.
+  // REQUIRES: Mutex is locked.
   void Add(Job job)
   {
     this->Thread.Post([this] { this->DoNext(); });
@@ -84,7 +84,7 @@ private:
   {
     {
       const std::lock_guard lock(this->Mutex);
-      if (this->Jobs.empty()) // some were cancelled
+      if (this->Jobs.empty()) // its job was cancelled
       {
         return;
       }
@@ -189,9 +189,9 @@ private:
 
   const std::vector<std::shared_ptr<const ServedModel>> Models;
   const std::map<std::string, std::filesystem::path> Notes;
-  std::shared_ptr<const ServedModel> Opened; // the thread's own, as is the next
+  std::shared_ptr<const ServedModel> Opened; // this and the next are used only by the thread
   Job Current;
-  std::mutex Mutex; // of Jobs
+  std::mutex Mutex; // guards Jobs
   std::deque<Job> Jobs;
   ClientThread Thread; // the last member, because the thread uses all members above
 };
@@ -239,7 +239,7 @@ Result<std::unique_ptr<LocalClient>> LocalClient::Open(
   }
   else
   {
-    // No cache: repeated reads come from the operating system's cache.
+    // No cache of our own: repeated reads come from the operating system's cache.
     const auto model = OpenStoreModel(storeOrFolder, ModelIdLike(storeOrFolder.stem().string()),
       std::make_shared<BlobCache>(0), [](const std::string&) {});
     KDSTREAM_TRY(model);

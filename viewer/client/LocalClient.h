@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Stores of this machine as a session's source: reads from the file what a server would send, on a
+// Stores on this machine as a session's source: reads from the file what a server would send, on a
 // thread of its own. Step "receive" of the pipeline picture.
 #pragma once
 
@@ -20,13 +20,13 @@ class ServedModel;
 class LocalClient final : public ModelSource
 {
 public:
-  // Models by id. notes: the file of those on a model, by its id, if it is there.
+  // Models by id. notes: the files of notes, by the model's id, for models that have notes.
   explicit LocalClient(std::vector<std::shared_ptr<const ServedModel>> models,
     std::map<std::string, std::filesystem::path> notes = {});
-  // Opens a store, as the model of its file's name without extension (ModelIdLike), or all stores
+  // Opens a store as a model with the file's name, without extension (ModelIdLike); or all stores
   // of a folder. Errors: those of Store::Open and of StoreCatalog::Reload; NotFound for a folder
-  // without a readable store, naming the first one's error. held: an object that must live as long
-  // as the path is used.
+  // without a readable store, with the error of the first store. held: an object that must live as
+  // long as the path is used.
   static Result<std::unique_ptr<LocalClient>> Open(
     const std::filesystem::path& storeOrFolder, std::shared_ptr<const void> held = nullptr);
   // Ends the thread.
@@ -41,7 +41,7 @@ public:
 private:
   class Reader;
 
-  std::shared_ptr<const void> Held; // longer than Kept
+  std::shared_ptr<const void> Held; // outlives Kept
   std::vector<ModelSummary> ModelList;
   std::unique_ptr<Reader> Kept;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where a session's models come from: a server, or files of this machine. Step "receive" of the
+// Where a session's models come from: a server, or files on this machine. Step "receive" of the
 // pipeline picture.
 #pragma once
 
@@ -12,8 +12,8 @@
 namespace kdstream
 {
 
-// Every request is answered: by all its blobs, or by failures. Threads: Send, Take and Wait may be
-// called from any thread.
+// Every request is answered: for each blob, by the blob or by a failure. Threads: Send, Take and
+// Wait may be called from any thread.
 class ModelSource
 {
 public:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A session's line to a server: requests out, blobs in, on a thread of its own.
+// A session's connection to a server: see ServerClient.h.
 #include "viewer/client/ServerClient.h"
 
 #include "filters/model/ModelJson.h"
@@ -29,7 +29,8 @@ namespace kdstream
 
 namespace asio = boost::asio;
 
-// The host of a ServerLine on Asio. Everything lives on the one thread.
+// Runs a ServerLine on Asio. All members are used only on its one thread, except in functions that
+// say otherwise.
 class ServerClient::Line
 {
 public:
@@ -44,14 +45,15 @@ public:
 
   ClientThread& Events() { return this->Thread; }
 
-  // Called from another thread. After an error the connection cannot be used any more.
+  // Call from another thread. After an error the connection cannot be used any more.
   Result<HttpReply> FetchAndWait(
     const HttpFetch& fetch, const Execution& execution, std::optional<std::chrono::seconds> timeout)
   {
     const auto begin = std::chrono::steady_clock::now();
     auto reply = std::make_shared<std::promise<Result<HttpReply>>>();
     auto answered = reply->get_future();
-    // Shared, since Asio moves what is posted: nothing may need memory before Waiting is set.
+    // Shared, because Asio moves what is posted, and nothing may allocate memory before Waiting is
+    // set.
     auto asked = std::make_shared<const HttpFetch>(fetch);
     this->Thread.Post(
       [this, asked, reply]
@@ -76,8 +78,8 @@ public:
   // Whether FetchAndWait ended before there was an answer.
   bool HasGivenUp() const { return this->IsGivenUp; }
 
-  // The same, repeated a few times if the server is busy, as when it starts or ends. In between it
-  // waits as long as the server asks for, within limits.
+  // The same, but repeats the request a few times if the server is busy, as when it starts or ends.
+  // Between tries it waits as long as the server asks for, within limits.
   Result<HttpReply> FetchFromBusy(
     const HttpFetch& fetch, const Execution& execution, std::optional<std::chrono::seconds> timeout)
   {
@@ -112,8 +114,8 @@ public:
       });
   }
 
-  // Over a connection of its own, so that the view does not wait for it. Only the notes that were
-  // requested last arrive.
+  // Fetches notes over a separate connection, so that the view does not wait for them. Only the
+  // notes that were requested last arrive.
   void AskForNotes(const std::string& model)
   {
     this->Thread.Post(
@@ -134,7 +136,7 @@ public:
         {
           this->Protocol->Send(request, Now());
         }
-        catch (...) // otherwise nobody would answer the request
+        catch (...) // otherwise the request would never be answered
         {
           ClientEvent event;
           event.kind = ClientEvent::Kind::RequestFailed;
@@ -149,7 +151,7 @@ public:
 
 private:
   static constexpr const char* whyBroken = "this program ran out of memory or failed";
-  static constexpr std::chrono::milliseconds patience{ 20 }; // between two checks whether to stop
+  static constexpr std::chrono::milliseconds patience{ 20 }; // between two checks for an abort
 
   static double Now()
   {
@@ -162,7 +164,7 @@ private:
     return std::make_unique<HttpFetcher>(this->Thread.Context(), this->Server, this->Tls);
   }
 
-  // Whatever was in flight has failed: a step of it was not done.
+  // Call after a task has thrown: everything in flight has failed, because a step was not done.
   void Disconnect()
   {
     const Error error{ ErrorCode::InputOutput, whyBroken };
@@ -194,7 +196,7 @@ private:
     this->Act();
   }
 
-  // Passes it to the caller that waits in FetchAndWait.
+  // Passes the reply to the caller that waits in FetchAndWait.
   void Answer(Result<HttpReply> reply)
   {
     if (this->Waiting != nullptr)
@@ -215,14 +217,14 @@ private:
     this->Act();
   }
 
-  // Does what the line wants, and passes on what it has for the session.
+  // Does the actions of the ServerLine, and passes on its events for the session.
   void Act()
   {
     for (ServerLine::Action& action : this->Protocol->TakeActions())
     {
       switch (action.kind)
       {
-        // The socket whose callback this may be is in the middle of a message: it goes later.
+        // This may run in a callback of the old socket, so the socket is destroyed later.
         case ServerLine::Action::Kind::Connect:
           ++this->Connection;
           this->Thread.Post([this] { this->Connect(); });
@@ -239,7 +241,7 @@ private:
           break;
       }
     }
-    this->Thread.Publish(this->Unpublished); // what there was no memory for before
+    this->Thread.Publish(this->Unpublished); // left from before, for lack of memory
     this->Unpublished = this->Protocol->TakeEvents();
     this->Thread.Publish(this->Unpublished);
     this->WaitForTick();
@@ -332,7 +334,7 @@ private:
   {
     if (!reply || reply->status != 200)
     {
-      return; // the model is looked at without
+      return; // the model is shown without notes
     }
     ClientEvent event;
     event.kind = ClientEvent::Kind::Notes;
@@ -343,17 +345,17 @@ private:
   }
 
   ServerUrl Server;
-  std::shared_ptr<asio::ssl::context> Tls; // null: plain
-  bool IsGivenUp = false;                  // of the thread that waits in FetchAndWait
-  // Before what follows, which needs its context.
+  std::shared_ptr<asio::ssl::context> Tls; // null: no TLS
+  bool IsGivenUp = false;                  // used by the thread that calls FetchAndWait
+  // Before the members that need its context.
   ClientThread Thread{ [this] { this->Disconnect(); } };
   bool Started = false;
-  std::optional<ServerLine> Protocol; // from Begin
+  std::optional<ServerLine> Protocol; // since Begin
   std::uint64_t Connection = 0;       // the number of the current connection
   std::unique_ptr<StreamSocket> Socket;
   std::unique_ptr<HttpFetcher> Fetcher;
   std::unique_ptr<HttpFetcher> NotesFetcher;
-  std::shared_ptr<std::promise<Result<HttpReply>>> Waiting; // FetchAndWait's
+  std::shared_ptr<std::promise<Result<HttpReply>>> Waiting; // for FetchAndWait
   std::vector<ClientEvent> Unpublished;
   asio::steady_timer Ticks{ this->Thread.Context() };
   double TickAt = std::numeric_limits<double>::infinity(); // the time that Ticks waits for
@@ -366,7 +368,8 @@ ServerClient::ServerClient(std::unique_ptr<Line> line)
 
 ServerClient::~ServerClient() = default;
 
-// If a name server does not answer, a connection's end may take long: nothing waits for it.
+// Ends a connection on another thread, without waiting: if a name server does not answer, that may
+// take long.
 void ServerClient::LetGo(std::unique_ptr<Line> line)
 {
   std::thread([ending = std::move(line)]() mutable { ending.reset(); }).detach();

@@ -16,22 +16,22 @@
 namespace kdstream
 {
 
-// Communicates with one server, through its stream, or by GETs if it has none (a static file
-// server).
+// Communicates with one server, through the server's stream, or by GETs if it has none (a static
+// file server).
 //
 // When the connection is lost, the client connects again at once, and repeats requests for what has
-// not arrived. If nothing is outstanding, it connects with the next Send. If that fails too, every
-// outstanding request fails with a message, and the next Send connects anew.
+// not arrived. If nothing is outstanding, it connects with the next Send. If connecting fails,
+// every outstanding request fails with a message, and the next Send connects again.
 class ServerClient final : public ModelSource
 {
 public:
-  // Gets the list of models. Blocks until it arrives, at most about 50 s, or `timeout` if that is
-  // less; a busy server (429, 503) is asked five times, with pauses of up to 16 s. token: for
-  // servers that require one (kdstream-serve token); else empty. authorities: a PEM file of
-  // certificate authorities to trust; empty: those of the system. Reports the step "waiting" every
-  // 20 ms. Errors: those of ParseServerUrl and MakeTlsContext; InvalidArgument for a malformed
-  // token; InputOutput if the server cannot be reached; InvalidInput if its certificate is not
-  // trusted, or if it is not a KdStream server; Cancelled.
+  // Connects, and gets the list of models. Blocks until it arrives, at most about 50 s, or
+  // `timeout` if that is less. A busy server (429, 503) is asked five times, with pauses of up to
+  // 16 s. token: for servers that require one (kdstream-serve token); otherwise empty. authorities:
+  // a PEM file of certificate authorities to trust; empty: those of the system. Reports the step
+  // "waiting" every 20 ms. Errors: those of ParseServerUrl and MakeTlsContext; InvalidArgument for
+  // a malformed token; InputOutput if the server cannot be reached; InvalidInput if its certificate
+  // is not trusted, or if it is not a KdStream server; Cancelled.
   static Result<std::unique_ptr<ServerClient>> Connect(const std::string& url,
     const std::string& token = {}, const std::string& authorities = {},
     const Execution& execution = {}, std::optional<std::chrono::seconds> timeout = {});

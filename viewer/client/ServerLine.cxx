@@ -40,7 +40,7 @@ void ServerLine::Send(const SessionRequest& request, double now)
   }
   if (!this->Stream.IsWaiting())
   {
-    this->LastNews = now; // silence begins when there is something to say
+    this->LastNews = now; // counts silence only from a request on
   }
   this->Stream.Send(request, now);
   const bool waitsForUs = this->Resting || (!this->Options.patient && !this->Retrying);
@@ -66,7 +66,7 @@ void ServerLine::SocketOpened(double now)
 
 void ServerLine::SocketText(std::string_view text, double now)
 {
-  if (this->Current == State::Streaming) // else: the rest of a connection that was given up
+  if (this->Current == State::Streaming) // else: from a connection that was given up
   {
     this->Receive(this->Stream.ReceiveText(text, now), now);
   }
@@ -122,7 +122,7 @@ void ServerLine::SocketEnded(bool refused, const std::string& why, double now, d
   this->EndProbe(now);
 }
 
-// The server has no stream (yet).
+// The server has no stream (yet): goes on with GETs.
 void ServerLine::EndProbe(double now)
 {
   this->Probing = false;
@@ -137,7 +137,7 @@ void ServerLine::EndProbe(double now)
   this->FetchNext();
 }
 
-// Asks for a stream again, which continues with the open model.
+// Tries to open a stream again, to continue with the open model.
 void ServerLine::ProbeStream()
 {
   this->Probing = true;
@@ -190,7 +190,8 @@ void ServerLine::RetryLater(double now, double atLeast)
   this->Retrying = true;
 }
 
-// The finest digits of the time differ from one client to the next.
+// The pause, longer by chance. The lowest bits of the time serve as a random number, because they
+// differ from client to client.
 double ServerLine::Jittered(double pause, double now) const
 {
   const std::uint64_t bits = MixBits(BitCast<std::uint64_t>(now) + 0x9E3779B97F4A7C15U);
@@ -232,7 +233,7 @@ void ServerLine::Tick(double now)
   }
   if (this->Current == State::Getting && this->Options.streamRetry > 0 && now >= this->ProbeAt)
   {
-    // If something is in flight, this is checked again later.
+    // If something is in flight, tries again a second later.
     this->Gets.IsIdle() ? this->ProbeStream() : void(this->ProbeAt = now + 1);
   }
   const bool timedOut = this->Current == State::Streaming && this->Options.idleTimeout > 0 &&
@@ -291,7 +292,7 @@ void ServerLine::Flush()
 {
   for (std::string& message : this->Stream.TakeMessages())
   {
-    // Messages that were lost without a connection are sent again by Restart.
+    // Without a connection messages are dropped; Restart sends them again.
     if (this->Current == State::Streaming)
     {
       this->Actions.push_back({ Action::Kind::Send, std::move(message), {} });

@@ -26,33 +26,35 @@ struct ServerLineOptions
   std::string authority;
   // When the connection is lost while something is outstanding, the line connects again at once. If
   // nothing is outstanding, it connects with the next Send (a patient line also after idleRetry
-  // seconds), and reports no trouble: after a server's restart, not all clients should come back at
-  // the same time. If that fails too:
-  // - not patient: everything that is outstanding fails, and the next Send connects anew;
+  // seconds), and reports no trouble, so that not all clients come back at the same time after a
+  // server's restart. If connecting fails:
+  // - not patient: everything that is outstanding fails, and the next Send connects again;
   // - patient: nothing fails. The line tries again after firstRetry seconds, then after twice this
-  //   time, up to longestRetry, until it succeeds. The same for GETs that cannot reach a server.
+  //   time, and so on, up to longestRetry, until it succeeds. GETs that cannot reach a server are
+  //   repeated in the same way.
   bool patient = false;
   double firstRetry = 0.5; // s
   double longestRetry = 8; // s
   double idleRetry = 2;    // s
-  // Each pause lasts up to this many times longer, at random (by the time's last digits), so that
-  // after a server's restart its clients do not all come back at once.
+  // Each pause is made longer by up to this many times its length, at random (by the lowest bits of
+  // the time), so that the clients do not all come back at once after a server's restart.
   double jitter = 0;
   // A busy server (IsBusy) is asked again after the time that it names, or after firstRetry and so
-  // on (backoff). If not patient: at most this number of times for one request, which then fails.
+  // on (backoff). A line that is not patient asks at most this number of times for one request,
+  // which then fails.
   std::size_t mostTries = 6;
-  // s; a server that had no stream is asked for one again after this time, if GETs do not work
-  // either; 0 = never.
+  // s; a server that had no stream is asked for one again each time this has passed, as soon as no
+  // GET is outstanding; 0 = never.
   double streamRetry = 0;
-  double idleTimeout = 0; // s; if something is outstanding and nothing arrived for this time, the
-                          // connection is given up; 0 = never (the host's sockets do that)
-  // s; the stall timeout: after this time without progress of the longest outstanding request,
-  // though other things came (StreamConversation::StalledSince), that request has failed, and the
+  double idleTimeout = 0; // s; the connection is given up if something is outstanding and nothing
+                          // arrived for this time; 0 = never (the host's sockets do that)
+  // s; the stall timeout. If the oldest outstanding request makes no progress for this time,
+  // although other things arrive (StreamConversation::StalledSince), that request fails, and the
   // connection is given up; 0 = never
   double stallTimeout = 0;
 };
 
-// All times are seconds of any one steady clock.
+// All times are seconds of one steady clock, whichever.
 class ServerLine
 {
 public:
@@ -60,16 +62,16 @@ public:
   {
     Connecting, // to the stream, for the first time or again
     Streaming,
-    Lost,   // not patient: until the next request; patient: until the next try
+    Lost,   // until the next request, or, if patient, the next try
     Getting // the server has no stream: blob by blob, over GET
   };
   struct Action
   {
     enum class Kind
     {
-      Connect, // to the stream, in place of any connection before; answer with Socket…
+      Connect, // to the stream, in place of an earlier connection; answer with Socket…
       Send,    // `text` over the stream
-      Close,   // the stream; without an answer
+      Close,   // the stream; needs no answer
       Fetch    // `fetch`; answer with Fetched
     };
     Kind kind = Kind::Connect;
@@ -82,24 +84,25 @@ public:
 
   void Send(const SessionRequest& request, double now);
 
-  // ---- what the host reports. It may report nothing of a connection that was replaced or closed.
+  // ---- what the host reports. It must not report anything from a connection that was replaced or
+  // closed.
   void SocketOpened(double now);
   void SocketText(std::string_view text, double now);
   void SocketFrame(std::span<const std::uint8_t> message, double now);
-  // refused: the server answered that it has no stream (not that it is busy, or that this client
-  // may not have one). why: the reason, for the user. retryAfter: the seconds after which a busy
+  // refused: the server answered that it has no stream; false if it is busy, or if this client may
+  // not have a stream. why: the reason, for the user. retryAfter: the seconds after which a busy
   // server wants to be asked again; 0 if it does not say.
   void SocketEnded(bool refused, const std::string& why, double now, double retryAfter = 0);
   void Fetched(const Result<HttpReply>& reply, double now);
-  // Call now and then: retries, silences.
+  // Call now and then, for retries and timeouts.
   void Tick(double now);
-  // When the next Tick will have something to do, if no more happens before; infinite for never.
+  // When the next Tick will have something to do, if nothing else happens before; infinity if
+  // never.
   double NextTick() const;
   // Makes the next Tick try again, without waiting any longer.
   void RetryNow();
 
-  // ---- what comes out
-  // What to do since the last call, in order.
+  // ---- outputs. The actions since the last call, to be done in this order.
   std::vector<Action> TakeActions();
   // The events for the session since the last call, in order.
   std::vector<ClientEvent> TakeEvents();
@@ -131,15 +134,15 @@ private:
   // The last connection broke the protocol, and no outstanding blob has arrived since. Then other
   // messages do not allow an immediate retry: if every frame were garbled, retries would never end.
   bool Garbled = false;
-  std::vector<SessionRequest> Early; // requests before it is known whether the server has a stream
+  std::vector<SessionRequest> Early; // requests made before it is known whether there is a stream
   StreamConversation Stream;
   GetConversation Gets;
-  bool Retrying = false; // at RetryAt
-  bool Resting = false;  // lost, and nobody has asked for anything since
+  bool Retrying = false; // a retry is due at RetryAt
+  bool Resting = false;  // lost, and nothing has been requested since
   double RetryAt = 0, RetryAfter = 0;
   std::size_t Tries = 0; // attempts to fetch one thing from a busy server, or to open its stream
-  bool Probing = false;  // whether there is a stream by now
-  double ProbeAt = 0;    // the next time
+  bool Probing = false;  // finding out whether there is a stream by now
+  double ProbeAt = 0;    // the next time for that
   double LastNews = 0;
   std::string Why;
   std::vector<Action> Actions;

@@ -85,7 +85,7 @@ void ServerStream::Connect(std::chrono::seconds atMost, std::function<void(Statu
     });
 }
 
-// The server shows its certificate.
+// The TLS handshake, in which the server's certificate is checked.
 void ServerStream::Introduce(std::chrono::seconds atMost, std::function<void(Status)> done)
 {
   if (!this->Tls)

@@ -23,13 +23,13 @@
 namespace kdstream
 {
 
-// Sets the trusted certificates: those that a PEM file of certificate authorities has signed, if
-// one is named, else those that the system trusts. At least TLS 1.2. Errors: NotFound,
-// InvalidInput, naming the file.
+// Makes a TLS context with the trusted certificate authorities: those in a PEM file, if one is
+// named, otherwise those that the system trusts. At least TLS 1.2. Errors: NotFound, InvalidInput,
+// naming the file.
 Result<std::shared_ptr<boost::asio::ssl::context>> MakeTlsContext(const std::string& authorities);
 
-// A connection that is made anew when necessary. It is an AsyncStream of Boost.Beast, so that both
-// HTTP and WebSocket can use it. All calls and callbacks are on the context's thread.
+// A connection that can be made again when necessary. It is an AsyncStream of Boost.Beast, so that
+// both HTTP and WebSocket can use it. All calls and callbacks are on the context's thread.
 class ServerStream
 {
 public:
@@ -42,10 +42,10 @@ public:
 
   // Resolves the server's name, connects, and checks its certificate; each may take at most
   // `atMost`. The captures of `done` must keep this object alive. Errors given to `done`:
-  // InputOutput, with the system's reason; InvalidInput for a server whose certificate is not
-  // trusted or which does not speak TLS.
+  // InputOutput, with the system's reason; InvalidInput if the server's certificate is not trusted,
+  // or if it does not speak TLS.
   void Connect(std::chrono::seconds atMost, std::function<void(Status)> done);
-  // Ends what is in flight, with an error.
+  // Everything in flight ends with an error.
   void Close();
 
   executor_type get_executor() noexcept { return this->Plain.get_executor(); }
@@ -78,7 +78,7 @@ private:
   std::optional<boost::asio::ssl::stream<next_layer_type&>> Secure;
 };
 
-// Called by Boost.Beast's WebSocket at its end: nothing needs to be sent, because the socket is
+// Called by Boost.Beast's WebSocket when it ends. Nothing needs to be sent, because the socket is
 // closed.
 template <class Handler>
 void async_teardown(boost::beast::role_type role, ServerStream& stream, Handler&& handler)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The address of a server as a person writes it.
+// The address of a server as a user writes it: see ServerUrl.h.
 #include "viewer/client/ServerUrl.h"
 
 #include <algorithm>

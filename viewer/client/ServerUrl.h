@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The address of a server as a person writes it, and the token for it.
+// The address of a server as a user writes it, and the token for the server.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -12,10 +12,10 @@ namespace kdstream
 
 struct ServerUrl
 {
-  std::string host; // name or address, an IPv6 address without its brackets
+  std::string host; // name or address; an IPv6 address without brackets
   std::string port = "80";
   bool isSecure = false;  // https
-  std::string token = {}; // IsToken: the token for this server; empty: none
+  std::string token = {}; // for this server (IsToken); empty: none
 
   // "HOST:PORT" as in a Host header.
   std::string Authority() const;

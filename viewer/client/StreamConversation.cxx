@@ -16,8 +16,8 @@ namespace
 
 using protocol::BlobId;
 
-// Names of a list in one message: "partitions/1073741823", with quotes and comma, stays well below
-// maximumClientMessageBytes.
+// The most names in one message. This number of the longest names, "partitions/1073741823" with
+// quotes and comma, stays well below maximumClientMessageBytes.
 constexpr std::ptrdiff_t longestList = 150;
 
 }
@@ -74,7 +74,7 @@ void StreamConversation::Queue(std::uint32_t request, decltype(protocol::ClientM
   this->Waiting.push_back({ request, { 0, std::move(body) }, 0, {} });
 }
 
-// In as many messages as it takes.
+// Queues a list, as several messages if it is too long for one.
 void StreamConversation::QueueList(std::uint32_t request, const std::vector<BlobId>& blobs)
 {
   for (auto next = blobs.begin(); next != blobs.end();)
@@ -120,7 +120,8 @@ void StreamConversation::Flush(double now)
   }
 }
 
-// Finished requests must be reported: if there is no memory for the event, nothing is taken.
+// Reserves memory for one event before a message is taken: a finished request must be reported, so
+// without memory for that nothing is taken.
 void StreamConversation::MakeRoomForEvent()
 {
   if (this->Events.size() == this->Events.capacity())
@@ -139,7 +140,8 @@ Status StreamConversation::ReceiveText(std::string_view text, double now)
   const auto found = this->Unfinished.find(wire);
   if (const auto* error = std::get_if<protocol::ErrorAnswer>(&message->body))
   {
-    // If the open model cannot be opened again for the moment, connect again later.
+    // If the server is too busy to open the model again, this is an error, so that the line
+    // connects again later.
     const bool reopening = found != this->Unfinished.end() && found->second.request == 0;
     if (wire == 0 || (reopening && IsBusy(error->code)))
     {
@@ -181,12 +183,12 @@ void StreamConversation::Opened(std::uint32_t request, const ModelDescription& m
     event.request = request;
     event.model = model;
     this->Events.push_back(std::move(event));
-    // Last: if memory for the event is missing, the request stays outstanding.
+    // This comes last: if there is no memory for the event, the request stays outstanding.
     this->Outstanding.erase(pending);
   }
 }
 
-// An error: of one blob, or the end of a whole message.
+// The server reports an error: for one blob, or for a whole message, which then ends.
 void StreamConversation::Failed(std::uint32_t wire, const protocol::ErrorAnswer& answer, double now)
 {
   const auto message = this->Unfinished.find(wire);
@@ -232,7 +234,7 @@ void StreamConversation::Failed(std::uint32_t wire, const protocol::ErrorAnswer&
   else if (pending != this->Outstanding.end())
   {
     this->Events.push_back(std::move(event));
-    this->Cancel(request); // its other messages
+    this->Cancel(request); // also the request's other messages
   }
   this->Flush(now);
 }
@@ -270,14 +272,14 @@ Status StreamConversation::ReceiveFrame(std::span<const std::uint8_t> message, d
   if (found == this->Unfinished.end())
   {
     this->NoteMessage(frame->header.request, false, now);
-    return {}; // of a request that has ended
+    return {}; // its request has ended
   }
   auto blob = this->Frames.Accept(*frame);
   KDSTREAM_TRY(blob);
   const auto pending = this->Outstanding.find(found->second.request);
   const bool isOutstanding = pending != this->Outstanding.end() &&
                              pending->second.outstanding.count(frame->header.blob) != 0;
-  // The blob may have been in flight when it was cancelled.
+  // A cancelled blob may have been in flight already.
   std::set<BlobId>& cancelled = found->second.cancelled;
   const bool isMeant = isOutstanding || cancelled.count(frame->header.blob) != 0;
   this->NoteMessage(frame->header.request, isMeant, now);
@@ -285,7 +287,7 @@ Status StreamConversation::ReceiveFrame(std::span<const std::uint8_t> message, d
   {
     return {};
   }
-  cancelled.erase((*blob)->id); // once
+  cancelled.erase((*blob)->id); // it may arrive only once
   if (pending != this->Outstanding.end() && pending->second.outstanding.erase((*blob)->id) != 0)
   {
     ClientEvent event;
@@ -471,7 +473,8 @@ void StreamConversation::FailAll(const std::string& message)
   this->Longest = {};
 }
 
-// The open model was replaced: pieces of another build must not be mixed with its pieces.
+// The server has replaced the open model: pieces of another build must not be mixed with those of
+// the open one.
 void StreamConversation::RefuseModel(const std::string& message)
 {
   this->FailAll(message);

@@ -27,8 +27,8 @@ namespace websocket = beast::websocket;
 using boost::system::error_code;
 
 constexpr std::chrono::seconds socketConnectTimeout{ 10 };
-// After this time of silence the server is sent a ping; after this time again the connection is
-// given up.
+// After this time of silence a ping is sent to the server; after the same time again the connection
+// is given up.
 constexpr std::chrono::seconds socketIdleTimeout{ 20 };
 }
 
@@ -68,7 +68,7 @@ public:
 private:
   void Handshake()
   {
-    beast::get_lowest_layer(this->Socket).expires_never(); // the WebSocket has its own
+    beast::get_lowest_layer(this->Socket).expires_never(); // the WebSocket has timeouts of its own
     websocket::stream_base::timeout timeout;
     timeout.handshake_timeout = socketConnectTimeout;
     timeout.idle_timeout = socketIdleTimeout * 2;
@@ -102,7 +102,7 @@ private:
         !declined       ? error.message()
         : status == 401 ? "the server says 401: the token has expired or was revoked"
                         : "the server says " + std::to_string(status),
-        busy ? std::max(1.0, RetryAfterIn(pause)) : 0); // proxies do not say
+        busy ? std::max(1.0, RetryAfterIn(pause)) : 0); // at least 1 s: proxies name no time
     }
     else if (std::string(this->Answer[http::field::sec_websocket_protocol]) !=
              protocol::streamSubprotocol)
@@ -171,7 +171,7 @@ private:
   websocket::stream<ServerStream, false> Socket; // false: no code for compression
   websocket::response_type Answer;
   beast::flat_buffer Incoming;
-  std::deque<std::string> Outgoing; // the first is being written
+  std::deque<std::string> Outgoing; // the first one is being written
 };
 
 StreamSocket::StreamSocket(asio::io_context& context, const ServerUrl& server,

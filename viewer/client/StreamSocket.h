@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The WebSocket to a server. Boost stays in the source.
+// The WebSocket to a server. This header hides Boost.
 #pragma once
 
 #include "viewer/client/ServerUrl.h"
@@ -30,19 +30,19 @@ public:
   {
     std::function<void()> onOpen;
     std::function<void(std::span<const std::uint8_t> bytes, bool isText)> onMessage;
-    // The last call. refused: the server answers, but has no stream for this client. why: the
-    // system's or our reason. retryAfter: the seconds after which a busy server wants to be asked
-    // again; 0 if it does not say.
+    // The last callback. refused: the server answers, but has no stream for this client. why: the
+    // reason, by the system or by us. retryAfter: the seconds after which a busy server wants to be
+    // asked again; 0 if it does not say.
     std::function<void(bool refused, const std::string& why, double retryAfter)> onEnd;
   };
 
   // Starts to connect. tls: for https.
   StreamSocket(boost::asio::io_context& context, const ServerUrl& server,
     std::shared_ptr<boost::asio::ssl::context> tls, Handlers handlers);
-  // Closes; no callback comes any more.
+  // Closes the socket; there are no more callbacks.
   ~StreamSocket();
 
-  // After onOpen. Messages go out in order.
+  // REQUIRES: onOpen was called. Messages are sent in order.
   void Send(std::string text);
 
 private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whether a model can be coloured as a command line or a session file asks for.
+// Checks whether a model can be coloured as a command line or a session file asks for.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -8,9 +8,9 @@
 namespace kdstream
 {
 
-// scalars: of the model. Errors: NotFound if the colours are by an array that the model does not
-// have. The message lists the arrays, and suggests the nearest name, or says that arrays of faces,
-// which the model may have, are not shown.
+// scalars: the model's arrays. Errors: NotFound if the colours are those of an array that the model
+// does not have. The message lists the model's arrays. It suggests the nearest name or, if no name
+// is near, says that arrays of faces cannot be shown.
 Status CheckColors(const ColorChoice& colors, const ScalarDescriptions& scalars);
 
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Shows measured distances: where they are drawn, and their text; in the window and in pictures.
+// Shows measured distances, in the window and in pictures: where they are drawn, and their text.
 #pragma once
 
 #include "viewer/session/tools/Measurement.h"
@@ -14,8 +14,8 @@ namespace kdstream
 
 class ViewerSession;
 
-// A distance, and the pixels of its ends, from the window's upper left corner; nothing for an end
-// behind the eye.
+// A distance, and where its ends are seen: pixels from the window's upper left corner; nothing for
+// an end behind the eye.
 struct SeenMeasurement
 {
   Measurement measurement;
@@ -24,9 +24,9 @@ struct SeenMeasurement
 
 std::vector<SeenMeasurement> SeenMeasurementsOf(const ViewerSession& session);
 
-// As many digits as the error leaves, six where there is none.
+// Gives as many digits as are certain with this error; six digits if the error is 0.
 std::string LengthText(double value, double error);
-// "3.2 mm"; without a unit only the text.
+// Returns "3.2 mm"; without a unit, only the text.
 std::string WithUnit(const std::string& text, const std::string& unit);
 // The text beside a measurement's line.
 std::string DistanceText(const Measurement& measurement, const std::string& unit);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A look without a screen: see HeadlessView.h.
+// A view without a screen: see HeadlessView.h.
 #include "viewer/desktop/HeadlessView.h"
 
 #include "filters/core/SystemReason.h"
@@ -20,7 +20,8 @@ namespace kdstream
 namespace
 {
 
-// Whether the picture of a step, if it is one, can be written beside `replay`, which names it.
+// If the step takes a picture: checks that it can be written, and that it would not overwrite
+// `replay`, the session file.
 Status CheckStep(const SessionStep& step, const std::string& replay)
 {
   if (step.kind != SessionStep::Kind::Screenshot)
@@ -35,7 +36,7 @@ Status CheckStep(const SessionStep& step, const std::string& replay)
   return place ? Status{} : place.GetError();
 }
 
-// The first model: the one that is named, or the only one; empty if the replay selects one itself.
+// The first model: the one that the options name, or the only one; empty if the replay selects one.
 Result<std::string> FirstModel(const ViewOptions& line, const std::vector<SessionStep>& steps,
   const std::vector<ModelSummary>& models)
 {
@@ -71,7 +72,7 @@ Result<std::string> FirstModel(const ViewOptions& line, const std::vector<Sessio
     "there are several models; choose one with --model: " + names };
 }
 
-// What is played: the session file, or one model in full screen.
+// The steps to play: those of the session file, or those that show one model in full screen.
 std::vector<SessionStep> Script(
   const std::string& first, const std::vector<SessionStep>& replay, const ViewOptions& line)
 {
@@ -81,7 +82,7 @@ std::vector<SessionStep> Script(
   {
     steps = { { Kind::Link, {}, line.link }, { Kind::WaitForIdle, {}, {} } };
   }
-  else if (line.replay.empty()) // as in a window; what was recorded says so itself
+  else if (line.replay.empty()) // as in a window; recordings say it themselves
   {
     steps.push_back({ Kind::Turning, {}, "upright" });
   }
@@ -92,7 +93,7 @@ std::vector<SessionStep> Script(
   }
   if (line.replay.empty() && line.link.empty())
   {
-    steps.push_back({ Kind::Select, {}, first }); // again: full screen
+    steps.push_back({ Kind::Select, {}, first }); // the second selection: full screen
     steps.push_back({ Kind::WaitForIdle, {}, {} });
   }
   steps.insert(steps.end(), replay.begin(), replay.end());
@@ -103,7 +104,7 @@ std::vector<SessionStep> Script(
   return steps;
 }
 
-// For a view without outputs, which would print nothing: says that it has worked.
+// A view without outputs would print nothing: this reports that it worked.
 void TellIfNothingIsWritten(const std::string& program, const ViewOptions& line,
   const std::vector<SessionStep>& steps, const ViewerSession& session)
 {
@@ -116,7 +117,7 @@ void TellIfNothingIsWritten(const std::string& program, const ViewOptions& line,
   }
 }
 
-// Reports parts that cannot be fetched, and pictures that show nothing, or less than they should.
+// Reports parts that cannot be fetched, and pictures that show nothing or are incomplete.
 class ReportedFailures
 {
 public:
@@ -127,8 +128,8 @@ public:
   {
   }
 
-  // A part of the viewed model could not be loaded: returns the exit code. Only the first few are
-  // reported.
+  // Call this for each part of the viewed model that could not be loaded. Returns the exit code.
+  // Only the first few parts are reported.
   int Add(const std::string& sentence)
   {
     this->Incomplete.insert(this->Session.GetStatus().model);
@@ -147,7 +148,7 @@ public:
     }
   }
 
-  // The exit code after a played step. Errors: those of the step, except an empty picture.
+  // Returns the exit code after a played step. Errors: those of the step, except an empty picture.
   Result<int> Tell(const SessionStep& step, const Status& played) const
   {
     const bool picture = step.kind == SessionStep::Kind::Screenshot;
@@ -182,7 +183,7 @@ Result<std::vector<SessionStep>> ReadReplay(const std::string& file)
     return std::vector<SessionStep>();
   }
   std::error_code failure;
-  if (!NamesDescriptor(file) && std::filesystem::is_fifo(file, failure)) // might wait for ever
+  if (!NamesDescriptor(file) && std::filesystem::is_fifo(file, failure)) // could block for ever
   {
     return Error{ ErrorCode::InvalidInput, "is a named pipe, not a file" };
   }

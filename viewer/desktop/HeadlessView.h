@@ -17,9 +17,10 @@ namespace kdstream
 // file is named. Errors: NotFound; those of ParseSession.
 Result<std::vector<SessionStep>> ReadReplay(const std::string& file);
 
-// Plays the session, and writes the outputs. Returns the exit code: that of a failure if a part of
-// the model could not be loaded, but the session continues without that part. Errors: for what
-// cannot be played or written; InvalidArgument if a model must be chosen.
+// Plays the session, and writes the outputs. Returns the exit code. A part of the model that cannot
+// be loaded does not end the session, but the exit code is that of a failure. Errors: for steps
+// that cannot be played and outputs that cannot be written; InvalidArgument if a model must be
+// chosen.
 Result<int> ViewHeadless(const std::string& program, const ViewOptions& options,
   const std::vector<SessionStep>& replay, ModelSource& source);
 

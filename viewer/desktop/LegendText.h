@@ -9,9 +9,9 @@
 namespace kdstream
 {
 
-// Six digits at most.
+// Gives at most six digits.
 std::string NumberText(double value);
-// "2 ground, 1,800,000".
+// Returns "2 ground, 1,800,000": a class's value, its name and its number of vertices.
 std::string ClassText(const ColorLegend::Class& each);
 
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Stores of meshes for viewing: see MeshStore.h.
 //
-// A mesh's store is FOLDER/stores/KEY/NAME.kds, where KEY is a hash of its path, size and time of
-// change: a mesh that is written again gets another one. The time of the folder KEY is that of its
-// last use.
+// A mesh's store is FOLDER/stores/KEY/NAME.kds. KEY is a hash of the mesh's path, size and
+// modification time and of the program's version, so a mesh that has been written again gets
+// another store. The modification time of the folder KEY is the time when the store was last used.
 #include "viewer/desktop/MeshStore.h"
 
 #include "filters/core/SeededHash.h"
@@ -74,7 +74,8 @@ std::uint64_t BytesIn(const fs::path& folder)
   return sum;
 }
 
-// Deletes stores, never `kept`, until the rest has at most mostBytes.
+// Deletes the least recently used stores until the others have at most mostBytes. `kept` is neither
+// deleted nor counted.
 void MakeRoom(const fs::path& stores, const fs::path& kept, std::uint64_t mostBytes)
 {
   std::multimap<fs::file_time_type, fs::path> byUse;

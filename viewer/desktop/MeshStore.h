@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Stores of meshes that somebody looks at: made once, and kept in the user's cache.
+// Stores made from meshes for viewing: each is made once, and kept in the user's cache.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -15,7 +15,7 @@
 namespace kdstream
 {
 
-// Where the store of a mesh, as the mesh is now, is kept or will be written.
+// Where the store of a mesh, in the mesh's current state, is kept or will be written.
 struct MeshPlace
 {
   std::shared_ptr<const HeldFolder> stores; // of all meshes
@@ -23,39 +23,40 @@ struct MeshPlace
   std::string name;                         // of the store, in `folder`
   bool isThere = false;
 
-  // As it is opened, as long as `folder` is held.
+  // The path for opening the file; valid as long as `folder` is held.
   std::filesystem::path File() const { return this->folder->Path() / this->name; }
-  // The folder, by its name in `stores`.
+  // The path of the store's folder, by its name in `stores`.
   std::filesystem::path InStores() const
   {
     return this->stores->Path() / this->folder->Name().filename();
   }
-  // As it is called in messages.
+  // The path as messages show it.
   std::filesystem::path Called() const { return this->folder->Name() / this->name; }
 };
 
-// kdstream in XDG_CACHE_HOME, or in .cache of HOME. Errors: NotFound where neither is set.
+// Returns the folder kdstream in XDG_CACHE_HOME, or in .cache of HOME. Errors: NotFound if neither
+// is set.
 Result<std::filesystem::path> UserCacheFolder();
 
-// Whether the file is a store, by how it begins; false where it cannot be read.
+// Whether the file is a store, judged by its first bytes; false if it cannot be read.
 bool IsStore(const std::filesystem::path& file);
 
-// The place of this mesh's store in a cache. The cache is made if it does not exist; only this user
-// and root may write to it. Files of others in it are not touched. Errors: NotFound if there is no
-// such mesh; InputOutput if the cache, or something in it, cannot be used.
+// Finds the place of this mesh's store in a cache. The cache is made if it does not exist; only
+// this user and root may be able to write to it. Other users' files in it are not touched. Errors:
+// NotFound if there is no such mesh; InputOutput if the cache, or something in it, cannot be used.
 Result<MeshPlace> PlaceOfMesh(
   const std::filesystem::path& mesh, const std::filesystem::path& cache);
 
 // Makes the store, by kdstream-build. report: called ten times a second with the progress ("levels
-// 35 %, 42 s"), or with an empty text; false stops the build, and nothing is left behind. warn:
-// called with each warning of the build. Errors: Cancelled; those of the build, naming the file;
-// NotFound if the program does not exist.
+// 35 %, 42 s"), or with an empty text; if it returns false, the build stops, and nothing is left
+// behind. warn: called with each warning of the build. Errors: Cancelled; those of the build,
+// naming the file; NotFound if kdstream-build does not exist.
 Status BuildStore(const std::filesystem::path& mesh, const MeshPlace& place,
   const std::function<bool(std::string_view progress)>& report,
   const std::function<void(std::string_view sentence)>& warn);
 
-// Marks this store as used now. Removes the least recently used of the others, until they have at
-// most `mostBytes`.
+// Marks this store as used now. Removes the least recently used ones of the other stores until
+// those have at most `mostBytes`.
 void MakeRoomBeside(const MeshPlace& place, std::uint64_t mostBytes);
 
 }

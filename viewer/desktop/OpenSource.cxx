@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the command line names, as a source of models.
+// Opens what the command line names as a source of models: see OpenSource.h.
 #include "viewer/desktop/OpenSource.h"
 
 #include "viewer/client/ConnectServer.h"
@@ -26,8 +26,7 @@ Result<std::unique_ptr<ModelSource>> AsSource(Result<std::unique_ptr<Client>> cl
   return std::unique_ptr<ModelSource>(std::move(*client));
 }
 
-// The folder for fetched blobs and built stores; nothing for a view without a window that does not
-// ask for it.
+// The folder for fetched blobs and built stores: the one that the options name, or the user's.
 Result<std::filesystem::path> CacheFolder(const ViewOptions& options)
 {
   return options.cache.empty()
@@ -35,7 +34,8 @@ Result<std::filesystem::path> CacheFolder(const ViewOptions& options)
            : Result<std::filesystem::path>(std::filesystem::path(options.cache));
 }
 
-// Without a folder, or where it cannot be used, a server is asked each time.
+// Returns null, after a warning, if there is no folder or it cannot be used. Then everything is
+// requested from the server each time.
 std::shared_ptr<DiskCache> OpenCache(
   const ViewOptions& options, const std::function<void(std::string_view sentence)>& warn)
 {
@@ -54,7 +54,7 @@ std::shared_ptr<DiskCache> OpenCache(
   return *cache;
 }
 
-// A measurement wants the server: without a window, only a cache that is named is used.
+// Views without a window often measure a server. They use a cache only if the options name one.
 bool UsesCache(const ViewOptions& options)
 {
   return options.OpensWindow() || !options.cache.empty();
@@ -80,7 +80,7 @@ Result<std::unique_ptr<ModelSource>> OpenServer(
   return std::move(connected->source);
 }
 
-// A folder for one look.
+// A temporary folder, which is removed after one view.
 class BriefFolder
 {
 public:
@@ -101,8 +101,8 @@ public:
   std::filesystem::path Path; // empty: no folder could be made
 };
 
-// If the cached store cannot be used, that is reported, and it is built anew. If the cache cannot
-// be used at all, the store of this mesh is made only for this view.
+// If the cached store cannot be used, a warning is given, and the store is built again. If the
+// cache itself cannot be used, the store is built in a temporary folder, only for this view.
 Result<std::unique_ptr<ModelSource>> OpenMesh(const std::filesystem::path& mesh,
   const ViewOptions& options, const std::function<bool(std::string_view progress)>& report,
   const std::function<void(std::string_view sentence)>& warn)
@@ -139,7 +139,7 @@ Result<std::unique_ptr<ModelSource>> OpenMesh(const std::filesystem::path& mesh,
     brief.Path.empty() ? Result<MeshPlace>(place.GetError()) : PlaceOfMesh(mesh, brief.Path);
   KDSTREAM_TRY(briefPlace);
   warnOf(place.GetError(), "; the store made from the mesh is not cached");
-  return buildAndOpen(*briefPlace); // its file stays open when its name goes
+  return buildAndOpen(*briefPlace); // the open file outlives its name
 }
 
 }

@@ -14,12 +14,12 @@
 namespace kdstream
 {
 
-// Whether it is a server that `source` names, and not a file.
+// Whether `source` names a server, and not a file.
 bool NamesServer(const std::string& source);
 
-// Blocks until the models are known. report, warn: those of BuildStore; a copy of warn may be
-// called later, too, from any thread. Errors: those of ServerClient::Connect, LocalClient::Open and
-// BuildStore; NotFound for something that is neither a file nor a URL.
+// Blocks until the models are known. report, warn: as for BuildStore. A copy of warn is kept; it
+// may be called later, and from any thread. Errors: those of ServerClient::Connect,
+// LocalClient::Open and BuildStore; NotFound for something that is neither a file nor a URL.
 Result<std::unique_ptr<ModelSource>> OpenSource(const ViewOptions& options,
   const std::function<bool(std::string_view progress)>& report,
   const std::function<void(std::string_view sentence)>& warn);

@@ -18,7 +18,7 @@ constexpr Color figureColor{ 255, 209, 102 };
 constexpr PictureInk::Rgba lineInk{ 255, 209, 102, 255 }, shadowInk{ 10, 12, 15, 200 };
 constexpr double figureSize = 13, figureHeight = 16; // points
 constexpr int cornersOfDisc = 24;
-// Layers, below the texts.
+// Layers from the lowest to the highest. Texts are above all of them.
 constexpr std::size_t shadowLayer = 0, lineLayer = 1, groundLayer = 2;
 
 using Corners = std::vector<PictureInk::Corner>;
@@ -89,7 +89,7 @@ void PictureDistances::AddLine(Place from, Place to)
   }
 }
 
-// Above the middle of the line.
+// Writes the text above the middle of the line.
 void PictureDistances::AddFigure(Place from, Place to, const std::string& text)
 {
   vtkTextActor& words = this->Ink.AddText(text, figureSize * this->Ratio, figureColor);

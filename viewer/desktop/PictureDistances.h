@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The distances of a picture without a window: the window's lines and figures, drawn by VTK.
+// Draws distances in a picture without a window: the same lines and figures as in a window, but by
+// VTK.
 #pragma once
 
 #include "viewer/desktop/Distances.h"
@@ -19,10 +20,10 @@ public:
   {
   }
 
-  // After the model's renderer. REQUIRES: before Show.
+  // Call this after the model's renderer has been added. REQUIRES: before Show.
   void AddTo(vtkRenderWindow& window) { this->Ink.AddTo(window); }
 
-  // unit: of the model. No distances hide it. pixelRatio: pixels a point.
+  // unit: of the model. If `seen` is empty, nothing is shown. pixelRatio: pixels per point.
   void Show(const std::vector<SeenMeasurement>& seen, const std::string& unit, double pixelRatio);
 
 private:

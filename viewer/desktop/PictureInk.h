@@ -44,10 +44,10 @@ public:
   PictureInk(const PictureInk&) = delete;
   PictureInk& operator=(const PictureInk&) = delete;
 
-  // After the model's renderer. REQUIRES: before anything else.
+  // Call this after the model's renderer has been added. REQUIRES: before anything else.
   void AddTo(vtkRenderWindow& window);
 
-  // Takes everything away. any: whether something will be drawn.
+  // Removes everything that was drawn. any: whether something will be drawn next.
   void Clear(bool any);
   // Adds a line of text, `size` pixels high; the caller sets its position. It stays until Clear.
   vtkTextActor& AddText(const std::string& text, double size, const Color& color);
@@ -56,7 +56,7 @@ public:
   void AddPolygon(std::size_t layer, const std::vector<Corner>& corners);
   void AddRectangle(
     std::size_t layer, Place lower, Place upper, const Rgba& below, const Rgba& above);
-  // After the last polygon.
+  // Call this after the last polygon.
   void Finish();
 
   int Width() const;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The legend of a picture: see PictureLegend.h. Steps:
-// 1. the texts, which give its width
-// 2. the background
-// 3. the bar and its numbers, or a line for each class.
+// 1. add the texts, which determine the legend's width
+// 2. draw the background
+// 3. draw the bar and its numbers, or a line for each class.
 #include "viewer/desktop/PictureLegend.h"
 
 #include "viewer/desktop/LegendText.h"
@@ -74,7 +74,7 @@ void PictureLegend::Show(const std::string& name, const ColorLegend& legend, dou
   this->Ink.Finish();
 }
 
-// Numbers stand to the left of the bar, so that this is at the edge.
+// The numbers stand to the left of the bar, so that the bar is at the edge of the picture.
 void PictureLegend::ShowBar(const ColorLegend& legend, Place lower, Place upper)
 {
   const auto count = legend.colors.size() - 1;
@@ -91,7 +91,7 @@ void PictureLegend::ShowBar(const ColorLegend& legend, Place lower, Place upper)
     const double y = height(legend.ticks[i].share);
     const double half = std::max(this->Line / 32, 0.5);
     this->AddRectangle({ lower.x - this->Line / 3, y - half }, { lower.x, y + half }, ink, ink);
-    vtkTextActor& text = *this->Texts[i + 1]; // after the title
+    vtkTextActor& text = *this->Texts[i + 1]; // text 0 is the title
     text.GetTextProperty()->SetJustificationToRight();
     text.GetTextProperty()->SetVerticalJustificationToCentered();
     text.SetPosition(lower.x - this->Line / 2, y);

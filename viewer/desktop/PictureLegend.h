@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the colours of a picture without a window mean: the window's legend, drawn by VTK.
+// Draws the legend of a picture without a window: the same as in a window, but by VTK.
 #pragma once
 
 #include "viewer/desktop/PictureInk.h"
@@ -11,7 +11,7 @@
 namespace kdstream
 {
 
-// Its place is the lower right corner.
+// A legend in the lower right corner of the picture.
 class PictureLegend
 {
 public:
@@ -20,10 +20,10 @@ public:
   {
   }
 
-  // After the model's renderer. REQUIRES: before Show.
+  // Call this after the model's renderer has been added. REQUIRES: before Show.
   void AddTo(vtkRenderWindow& window) { this->Ink.AddTo(window); }
 
-  // name: of the array. A legend of nothing hides it. pixelRatio: pixels a point.
+  // name: the array's name. An empty legend is not shown. pixelRatio: pixels per point.
   void Show(const std::string& name, const ColorLegend& legend, double pixelRatio);
 
 private:
@@ -35,8 +35,8 @@ private:
   void AddRectangle(Place lower, Place upper, const Color& below, const Color& above);
 
   PictureInk Ink;
-  std::vector<vtkTextActor*> Texts; // the title, then of each tick or class
-  double Line = 0;                  // height of a line, pixels
+  std::vector<vtkTextActor*> Texts; // the title, then one for each tick or class
+  double Line = 0;                  // height of a line of text, pixels
 };
 
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Plays a session without a person. Step "replay" of the pipeline picture.
+// Plays a session without a user. Step "replay" of the pipeline picture.
 #include "viewer/desktop/Player.h"
 #include "viewer/session/SessionParts.h"
 
@@ -132,7 +132,7 @@ Status Player::Frame()
   return status;
 }
 
-// Each new sentence once, even if the session has no error in between.
+// Reports each new sentence once, even if the session has no error in between.
 void Player::Complain()
 {
   const std::string error = this->Session.GetStatus().error;

@@ -18,7 +18,8 @@ namespace kdstream
 
 struct PlayerOptions
 {
-  // A wait fails if the server has sent nothing for idleTimeout, or if it takes longestWait.
+  // A wait fails if the server has sent nothing for idleTimeout, or if it lasts longer than
+  // longestWait.
   std::chrono::seconds idleTimeout{ 120 };
   std::chrono::seconds longestWait{ 1800 };
   // Called with each step before it is done.
@@ -31,7 +32,7 @@ struct PlayerOptions
   std::function<bool()> interrupted;
 };
 
-// Processes what the server sends only during waits, and uses the times in the steps instead of a
+// Processes the server's answers only during waits, and uses the times in the steps instead of a
 // clock. So the same steps give the same gestures, picks and levels, however fast the server is. A
 // step that needs a model waits until the chosen model has arrived.
 class Player
@@ -40,12 +41,12 @@ public:
   // References are kept.
   Player(ModelSource& source, ViewerSession& session, SessionWindow& window, PlayerOptions options);
 
-  // Errors: those of the step, naming the model, the picture, or what is outstanding; NotFound for
-  // a picture that would show nothing (it is not written).
+  // Errors: those of the step, naming the model, the picture, or the outstanding requests; NotFound
+  // for a picture that would show nothing (it is not written).
   Status Play(const SessionStep& step);
 
 private:
-  bool IsOpening() const; // a model is chosen, and has not come
+  bool IsOpening() const; // a model is chosen, and has not arrived
   void Set(const SessionStep& step);
   Status WaitForIdle();
   Status Frame();

@@ -24,7 +24,7 @@ namespace
 constexpr std::array<unsigned char, 3> pickedColor{ 255, 176, 64 };
 constexpr std::array<unsigned char, 3> otherColor{ 217, 208, 192 };
 
-// The edges of boxes, coordinates relative to `center`.
+// The edges of the boxes, in coordinates relative to `center`.
 vtkSmartPointer<vtkPolyData> EdgesOf(const std::vector<Box>& boxes, const Vec3& center)
 {
   const vtkNew<vtkPoints> points;

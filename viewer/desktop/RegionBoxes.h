@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The boxes of a region's partitions, the picked one's in another colour (paper, Fig. 9).
+// The boxes of a region's partitions; the picked partition's box has another colour (paper, Fig.
+// 9).
 #pragma once
 
 #include "filters/core/Types.h"
@@ -14,12 +15,12 @@ class vtkRenderer;
 namespace kdstream
 {
 
-// Width of their lines, points.
+// Width of the boxes' lines, points.
 inline constexpr double boxLineWidth = 1.5;
 
 // The boxes have a renderer of their own, which uses the depths of the model's renderer and draws
-// after it. In the model's own renderer SceneOcclusion (viewer/rendering, at the end of that
-// renderer) would treat them as surface, and darken the surface beside them.
+// after it. If they were in the model's own renderer, SceneOcclusion (viewer/rendering), which runs
+// last there, would take them for surface, and darken the surface beside them.
 class RegionBoxes
 {
 public:
@@ -28,8 +29,8 @@ public:
   // For vtkRenderWindow::AddRenderer, after the model's.
   vtkRenderer& Renderer() { return *this->Over; }
 
-  // Shows these boxes, the picked one first; no boxes: shows none. center: the origin of the
-  // renderer's coordinates.
+  // Shows these boxes; the first is that of the picked partition. If `boxes` is empty, nothing is
+  // shown. center: the origin of the renderer's coordinates.
   void Show(const std::vector<Box>& boxes, const Vec3& center, double lineWidth);
 
 private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a session says is to be drawn: see SessionScene.h.
+// Draws what a session says is to be shown: see SessionScene.h.
 #include "viewer/desktop/SessionScene.h"
 
 #include "viewer/rendering/DecodeTile.h"

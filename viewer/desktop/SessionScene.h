@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a session says is to be drawn, in a VTK renderer. Step "render" of the pipeline picture.
+// Draws in a VTK renderer what a session says is to be shown. Step "render" of the pipeline
+// picture.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -18,17 +19,17 @@ class SessionScene
 public:
   SessionScene();
 
-  // For vtkRenderWindow::AddRenderer. It stays the same.
+  // For vtkRenderWindow::AddRenderer. It is always the same renderer.
   vtkRenderer& Renderer() { return this->Scene.Renderer(); }
-  // Sets the colouring and ambient occlusion from the next picture on; occlusion: SceneStyle. The
-  // colours are the choice's for every model that is shown (ColoringOf).
+  // Sets the colouring and ambient occlusion from the next picture on; occlusion: see SceneStyle.
+  // For every model that is shown, the colouring is derived from this choice (ColoringOf).
   void SetAppearance(const ColorChoice& colors, bool occlusion);
 
-  // Updates surface and camera. Only a surface that has changed since the last call takes time.
-  // Errors: those of SurfaceScene.
+  // Updates the surface and the camera. This takes time only if the surface has changed since the
+  // last call. Errors: those of SurfaceScene.
   Status Follow(const ViewerScene& scene);
 
-  // What the surface's coordinates in the renderer are relative to.
+  // The origin of the surface's coordinates in the renderer.
   const Vec3& Center() const { return this->Middle; }
 
 private:

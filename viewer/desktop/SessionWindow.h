@@ -31,7 +31,7 @@ public:
   // Applies from the next picture on.
   void SetSettings(const SceneSettings& settings);
   const SceneSettings& Settings() const { return this->How; }
-  // Renders the session's scene, and the overlays that the settings ask for; unit: of the model.
+  // Renders the session's scene, and the overlays that the settings ask for. unit: of the model.
   // The surface is uploaded to graphics memory only if it has changed since the last call.
   Status Show(const ViewerSession& session, const std::string& unit);
   // Writes what was shown last.

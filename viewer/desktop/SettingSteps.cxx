@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Settings of a look as steps of a session file: see SettingSteps.h.
+// Settings of the display as steps of a session file: see SettingSteps.h.
 #include "viewer/desktop/SettingSteps.h"
 
 #include <optional>

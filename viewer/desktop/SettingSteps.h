@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Records settings of the display as steps of a session file, so that a recording is played with
-// the same settings. Steps about what is shown go to the session (Perform); how it is drawn is kept
-// here.
+// the same settings. The session performs steps about what is shown; the steps about how it is
+// drawn are performed here.
 #pragma once
 
 #include "viewer/rendering/SurfaceScene.h"
@@ -15,14 +15,14 @@
 namespace kdstream
 {
 
-// How a scene is drawn: what no session knows.
+// How a scene is drawn: settings that a session does not know.
 struct SceneSettings
 {
   ColorChoice colors;
   bool occlusion = true;
-  bool boxes = false;     // of the region's partitions
-  bool legend = false;    // whether a legend is shown for an array's colours
-  bool distances = false; // that were measured
+  bool boxes = false;     // boxes around the region's partitions
+  bool legend = false;    // for the colours of an array
+  bool distances = false; // the distances that were measured
   bool operator==(const SceneSettings&) const = default;
 };
 
@@ -36,10 +36,10 @@ SessionStep DetailStep(DetailMode detail);
 SessionStep RingsStep(unsigned rings);
 SessionStep BudgetsStep(std::uint64_t triangles, std::uint64_t memory);
 
-// A link to what is seen, as ViewLink.h has it.
+// Returns a link to the current view, in the format of ViewLink.h.
 std::string LinkTo(const ViewerSession& session, const SceneSettings& settings);
 
-// Does what the step changes of these; nothing where it is of another kind.
+// Changes the settings as a step about light, boxes or colours says; other steps change nothing.
 void Perform(const SessionStep& step, SceneSettings& settings);
 
 }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-view: shows models of a server, or of this machine. doc/cli.md#kdstream-view describes
-// it.
+// kdstream-view: shows models of a server, or of this machine. See doc/cli.md#kdstream-view.
 #include "filters/core/CaughtError.h"
 #include "viewer/desktop/HeadlessView.h"
 #include "viewer/desktop/OpenSource.h"
@@ -44,7 +43,7 @@ void Warn(const std::string& program, std::string_view sentence)
   std::cerr << program << ": warning: " << sentence << "\n";
 }
 
-// A look without a window: how far a build is, is reported on stderr.
+// A view without a window. The progress of builds is reported on stderr.
 Result<int> ViewWithoutWindow(const std::string& program, const ViewOptions& options)
 {
   const auto replay = At(options.replay, ReadReplay(options.replay));
@@ -66,14 +65,15 @@ Result<int> ViewWithoutWindow(const std::string& program, const ViewOptions& opt
 }
 
 // Steps:
-// 1. the link
+// 1. apply the link
 // 2. check the outputs
-// 3. a window, or a view without one. Returns the exit code.
+// 3. show a window, or view without one.
+// Returns the exit code.
 Result<int> View(const std::string& program, ViewOptions options)
 {
   KDSTREAM_TRY(At(options.source, TakeLink(options)));
   KDSTREAM_TRY(CheckOutputs(options));
-  // A session file is played and ends: the window needs no user.
+  // A session file is played without a window, because nobody needs to operate it.
   if (options.OpensWindow())
   {
     return ViewInWindow(program, options);
@@ -98,7 +98,7 @@ try
       return exitCode ? *exitCode : PrintError(app.get_name(), "", exitCode.GetError());
     });
 }
-catch (...) // memory runs out before the work begins
+catch (...) // out of memory before the work begins
 {
   return kdstream::PrintError("kdstream-view", "", kdstream::CaughtError());
 }

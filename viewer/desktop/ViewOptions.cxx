@@ -26,7 +26,7 @@ namespace
 
 constexpr std::uint64_t leastViewMemory = std::uint64_t{ 16 } << 20;
 
-// "1280x720"; an empty text, or why not.
+// Parses a size such as "1280x720". Returns an empty text, or what is wrong.
 std::string ParseWindowSize(const std::string& text, int& width, int& height)
 {
   char rest = 0;
@@ -38,7 +38,8 @@ std::string ParseWindowSize(const std::string& text, int& width, int& height)
                                std::to_string(largestWindowSide) + " pixels";
 }
 
-// For an option whose values have names: CLI11's CheckedTransformer reports the values, too.
+// For an option whose values have names. CLI11's CheckedTransformer would also list the numeric
+// values.
 template <class Value>
 CLI::Validator NamedValue(const std::map<std::string, Value>& values)
 {
@@ -90,8 +91,7 @@ void AddPictureOptions(CLI::App& app, ViewOptions& line)
     ->group(group);
 }
 
-// "own", …, or the name of an array; may also be written as in links, if it is one of the model's
-// arrays.
+// text: "own", …, or the name of an array, also in the form that links have ("by:NAME").
 ColorChoice ColorsOf(const std::string& text, ColorChoice colors)
 {
   const auto known = ParseColors(text);
@@ -303,7 +303,7 @@ std::string CheckPicture(const std::string& file)
   return ending == ".png" ? "" : "'" + file + "' must end in .png: pictures are written as PNG";
 }
 
-// Takes a model's page (http://HOST/m/ID) apart: the server, and the model to show.
+// Splits the address of a model's page (http://HOST/m/ID) into the server and the model to show.
 void TakePage(ViewOptions& options)
 {
   auto& source = options.source;

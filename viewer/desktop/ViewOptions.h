@@ -21,7 +21,7 @@ struct ViewOptions
   std::string token;       // of the server
   std::string authorities; // a PEM file; empty: the system's certificates
   std::string model, offscreen, record, replay, screenshot, statistics, report;
-  std::string cache; // folder; empty: that of the user
+  std::string cache; // folder; empty: the user's cache folder
   std::uint64_t cacheBytes = std::uint64_t{ 10 } << 30;
   unsigned rings = 1;
   DetailMode detail = DetailMode::View;
@@ -37,16 +37,16 @@ struct ViewOptions
 
 void AddViewOptions(CLI::App& app, ViewOptions& options);
 
-// Applies the link to a view, written after the source's #: its model, colours and light. Errors:
-// those of ParseViewLink; InvalidArgument with a session file, or with another model.
+// Applies a link to a view, which follows the # in the source: its model, colours and light.
+// Errors: those of ParseViewLink; InvalidArgument if a session file or another model is named, too.
 Status TakeLink(ViewOptions& options);
 
-// The session's options for these options of the program. Turning is free until it is set
+// The session's options for these options of the program. Turning is free until a step sets it
 // otherwise.
 SessionOptions SessionOptionsOf(const ViewOptions& options);
 
-// Puts the file or the server that caused the error before its message, unless the message begins
-// with it.
+// Prepends the name of the file or server that caused the error to the error's message, unless the
+// message begins with it.
 template <class T>
 Result<T> At(const std::string& place, Result<T> result)
 {
@@ -59,17 +59,17 @@ Result<T> At(const std::string& place, Result<T> result)
   return result;
 }
 
-// Why no window can be opened, and what to do.
+// Explains why no window can be opened, and what to do.
 Error NoWindow(const Error& why);
 
-// Why no picture can be written there; empty if it can.
+// Why no picture can be written to this file; empty if it can.
 std::string CheckPicture(const std::string& file);
 
-// Checks the outputs before the work, so that no work is wasted. Outputs that are links are
-// replaced by their targets.
+// Checks the outputs before any work is done, so that none is wasted. Outputs that are symbolic
+// links are replaced by their targets.
 Status CheckOutputs(ViewOptions& options);
 
-// Nothing if no file is named.
+// Does nothing if no file is named.
 Status WriteOutput(const std::string& file, const std::string& text);
 
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a whole look took: see ViewReport.h.
+// What a whole view took: see ViewReport.h.
 #include "viewer/desktop/ViewReport.h"
 
 #include "filters/model/JsonWriter.h"
@@ -15,7 +15,7 @@ namespace kdstream
 namespace
 {
 
-// The maximum resident memory of this process so far, bytes.
+// The peak resident memory of this process so far, bytes.
 std::uint64_t PeakMemory()
 {
   rusage usage{};

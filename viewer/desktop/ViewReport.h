@@ -19,12 +19,12 @@ std::uint64_t ResidentMemory();
 class ViewReport
 {
 public:
-  // Its seconds begin now.
+  // Time is counted from here.
   ViewReport();
 
-  // A frame of this scene has been drawn.
+  // Call this after a frame of this scene has been drawn.
   void AddFrame(const ViewerStatus& status, const ViewerScene& scene);
-  // One JSON object. link: to what is seen at the end.
+  // Returns one JSON object. link: to the view at the end.
   std::string Json(const SessionTraffic& traffic, const std::string& link) const;
 
 private:
@@ -33,7 +33,8 @@ private:
   std::chrono::steady_clock::time_point Begin;
   double First = -1;   // s; of the first frame that shows anything; -1: none yet
   double Settled = -1; // s; of the last frame in which the surface or its textures changed
-  std::uint64_t Surface = 0, PeakTriangles = 0; // a version
+  // Surface: the version of the surface that was drawn last.
+  std::uint64_t Surface = 0, PeakTriangles = 0;
   std::shared_ptr<const TileList> Tiles;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// When a surface morphs from the one before it, and whether the device is quick enough for that.
+// When a surface morphs from the one before it, and whether the device is fast enough for that.
 #pragma once
 
 #include <algorithm>
@@ -12,21 +12,22 @@ class GeomorphClock
 {
 public:
   static constexpr double duration = 0.15;
-  // If fewer pictures were drawn in this time, morphing is too slow, and new vertices appear at
-  // once: for `rest`, then it is tried again.
+  // If fewer pictures than this are drawn in that time, morphing is too slow for the device. Then
+  // new vertices appear at once, for `rest` seconds, before morphing is tried again.
   static constexpr int fewestFrames = 5;
   static constexpr double rest = 10;
 
   bool MayBegin(double now) const { return now >= this->RestsUntil; }
 
-  // The first picture of a surface that morphs was drawn.
+  // Call this when the first picture of a surface that morphs has been drawn.
   void Begin(double now)
   {
     this->Began = now;
     this->Frames = 0;
   }
 
-  // The progress of the geomorph, 0 … 1, for a picture drawn now: slower at both ends.
+  // Returns the progress of the geomorph, 0 … 1, for a picture that is drawn now; slower at both
+  // ends.
   double Share(double now)
   {
     const double part = std::clamp((now - this->Began) / duration, 0.0, 1.0);
@@ -44,7 +45,7 @@ public:
 
 private:
   double Began = -duration, RestsUntil = 0;
-  int Frames = -1; // of the current geomorph
+  int Frames = -1; // drawn in the current geomorph
 };
 
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Brings a scene to the graphics memory, and no more of it than is not there: see GlesBuffers.h.
+// Uploads a scene to graphics memory, but only what is not there yet: see GlesBuffers.h.
 #include "viewer/mobile/GlesBuffers.h"
 
 #include "viewer/mobile/SurfaceChunks.h"
@@ -19,7 +19,8 @@ namespace
 
 GlesBuffers::TileUpload uploadTile = nullptr;
 
-// With one texel of no colour. Charts have a margin that is enough for halves and quarters.
+// Makes a texture with one transparent texel. It uses mipmaps of half and quarter size, for which
+// the margins of charts are wide enough.
 GLuint MakeTexture()
 {
   constexpr std::array<std::uint8_t, 4> nothing{};
@@ -35,7 +36,8 @@ GLuint MakeTexture()
   return texture;
 }
 
-// Clears errors of other code. A lost context may report its error for ever.
+// Clears the errors of other code. A lost context may report its error for ever, so the number of
+// tries is limited.
 void ClearErrors()
 {
   for (int i = 0; i < 16 && glGetError() != GL_NO_ERROR; ++i)
@@ -43,7 +45,7 @@ void ClearErrors()
   }
 }
 
-// Whether all that was uploaded since ClearErrors is there.
+// Checks that everything that was uploaded since ClearErrors is there.
 Status CheckUpload(const DrawnSurface& surface)
 {
   const GLenum code = glGetError();
@@ -73,8 +75,9 @@ void FreeTexture(const GlesBuffers::Part& part)
   }
 }
 
-// The power of two that brings a length to 0.5 … 1. It is exact, so floats round as without it,
-// while squares of the coordinates of tiny or huge models stay in range.
+// The power of two that brings a length to 0.5 … 1. Multiplying by it is exact, so floats round as
+// they would without it; but squares of the coordinates of tiny or huge models do not overflow or
+// vanish.
 double ScaleOf(const Box& bounds)
 {
   double largest = 0.0;
@@ -175,8 +178,8 @@ void GlesBuffers::Follow(const ViewerScene& scene, Status& outcome)
   this->FollowCap(scene);
 }
 
-// Makes the uploaded parts those of the scene's surface. Existing parts stay; parts that are not
-// needed are freed before anything is uploaded.
+// Makes the uploaded parts those of the scene's surface. Existing parts stay; parts that are no
+// longer needed are freed before anything is uploaded.
 Status GlesBuffers::Upload(const ViewerScene& scene)
 {
   const bool isCloud = scene.surface->TriangleCount() == 0 && scene.surface->PointCount() > 0;
@@ -214,7 +217,8 @@ Status GlesBuffers::Upload(const ViewerScene& scene)
     part.surface = nullptr;
     part.radii = {};
     part.drawn.geomorph = nullptr;
-    // Not after each part, since in a browser asking for errors waits for the graphics process.
+    // Errors are not checked after each part, because in a browser this waits for the graphics
+    // process.
     if (unchecked >= SurfaceChunk::mostVertices || &part == &this->PartList.back())
     {
       unchecked = 0;
@@ -234,8 +238,8 @@ Status GlesBuffers::Upload(const ViewerScene& scene)
   return {};
 }
 
-// Finds what the whole surface is drawn with, and keeps the chunks that do not change. Errors:
-// those of CheckSurface, before anything has changed.
+// Finds the placement for the whole surface, and keeps the chunks that do not change. Errors: those
+// of CheckSurface, before anything has changed.
 Status GlesBuffers::TakeOver(const ViewerScene& scene, std::vector<Part>& parts)
 {
   const Vec3 center = scene.box.Empty() ? Vec3{} : scene.box.lo * 0.5 + scene.box.hi * 0.5;
@@ -307,8 +311,8 @@ void GlesBuffers::UploadPart(Part& part)
   }
 }
 
-// Keeps the textures of tiles that are still used, releases the others, and then requests the new
-// ones.
+// Keeps the textures of tiles that are still used, releases the others, and then requests new
+// textures.
 void GlesBuffers::FollowTiles(std::vector<Part>& parts)
 {
   for (Part& part : parts)
@@ -339,7 +343,7 @@ std::shared_ptr<const TextureTile> GlesBuffers::TileOf(
   return FindTile(*scene.tiles, part.piece);
 }
 
-// Brings the scene's cap to the graphics memory, where it is not there.
+// Uploads the scene's cap to graphics memory, unless it is there.
 void GlesBuffers::FollowCap(const ViewerScene& scene)
 {
   const bool hasOne = scene.cap && !scene.cap->triangles.empty() && !this->PartList.empty();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The parts of a session's scene in graphics memory: the parts of its surface, the pictures of its
+// What graphics memory holds of a session's scene: the parts of its surface, the pictures of its
 // tiles, the cap of its section. GlesRenderer draws them. Internal to viewer/mobile.
 #pragma once
 
@@ -19,21 +19,21 @@
 namespace kdstream
 {
 
-// Threads and context: as GlesRenderer's.
+// Threads and context: as for GlesRenderer.
 class GlesBuffers
 {
 public:
   struct Part
   {
-    DrawnSurface::Part drawn;         // empty for a cloud: each splat depends on all points
-    const Surface* surface = nullptr; // while it is uploaded,
-    std::span<const float> radii;     // the same of a cloud
-    Box bounds;                       // relative to the placement's center, not scaled
+    DrawnSurface::Part drawn;                  // empty for a cloud: a splat depends on all points
+    const Surface* surface = nullptr;          // only while it is uploaded
+    std::span<const float> radii;              // of a cloud, only while it is uploaded
+    Box bounds;                                // relative to the placement's center, not scaled
     std::shared_ptr<const TextureTile> tile{}; // its texture, or null
-    GLuint texture = 0;                        // of its picture
+    GLuint texture = 0;                        // of the tile's picture
     std::vector<GlesChunk> chunks;
   };
-  // Positions are relative to the center, and then scaled by the power of two that brings them to
+  // Positions are relative to the center, then multiplied by the power of two that brings them to
   // -1 … 1.
   struct Placement
   {
@@ -47,10 +47,10 @@ public:
   GlesBuffers(const GlesBuffers&) = delete;
   GlesBuffers& operator=(const GlesBuffers&) = delete;
 
-  // The context was lost: nothing is deleted.
+  // Call this when the context was lost: nothing is deleted.
   void Forget();
 
-  // These four are described in GlesRenderer.
+  // These four functions are described in GlesRenderer.
   using TileUpload = void (*)(unsigned texture, const TextureTile& tile);
   static void SetTileUpload(TileUpload upload);
   void SetColoring(const Coloring& coloring);
@@ -59,16 +59,17 @@ public:
   const Coloring& GetColoring() const { return this->Colors; }
   double Morphed() const { return this->MorphedShare; }
 
-  // Uploads what has changed in the scene since the last time: parts of the surface, tiles,
-  // colouring, the cap. Buffers that are not needed any more are freed first. outcome: of the
-  // surface, if it was uploaded; its errors are those of GlesRenderer::Draw.
+  // Uploads what has changed in the scene since the last call: parts of the surface, tiles,
+  // colouring, the cap. Buffers that are no longer needed are freed first. outcome: set to the
+  // result of uploading the surface, if it was uploaded; errors as for GlesRenderer::Draw.
   void Follow(const ViewerScene& scene, Status& outcome);
 
   const std::vector<Part>& Parts() const { return this->PartList; }
   const std::vector<GlesChunk>& Cap() const { return this->CapChunks; }
   bool IsCloud() const { return this->Points > 0; }
   const Placement& GetPlacement() const { return this->Place; }
-  // Around all parts, wherever they morph; relative to the center, not scaled.
+  // A box around all parts, including the places from which they morph; relative to the center, not
+  // scaled.
   Box Reach() const;
   double Facet() const { return this->FacetOfAll; } // FacetLength of all parts; not scaled
   std::size_t Bytes() const;                        // O(parts)
@@ -85,7 +86,7 @@ private:
   std::shared_ptr<const TextureTile> TileOf(
     const ViewerScene& scene, const SurfacePart& part) const;
 
-  // The surface in the graphics memory, and how it is coloured.
+  // Identifies the surface in graphics memory, and its colours.
   struct Content
   {
     std::uint64_t version = 0;
@@ -102,9 +103,9 @@ private:
 
   std::vector<Part> PartList;
   std::vector<GlesChunk> CapChunks;
-  CapPlace CapHere;             // of what is in CapChunks
-  std::optional<Content> Tried; // the last that was to be uploaded
-  // The common placement, by which all parts are in graphics memory.
+  CapPlace CapHere;             // of the cap in CapChunks
+  std::optional<Content> Tried; // what was uploaded last, or failed to be
+  // The placement of all parts in graphics memory.
   Placement Place;
   TreeDepths Depths;
   std::uint64_t Colored = 0; // ColorsVersion
@@ -115,7 +116,7 @@ private:
   Coloring Colors;
   std::uint64_t ColorsVersion = 0; // grows whenever Colors change
   double MorphedShare = 1;
-  // Longest way of a morphing vertex, in the model's unit; nothing if none morphs.
+  // The longest way that a morphing vertex goes, in the model's unit; nothing if none morphs.
   std::optional<double> LongestWay;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A chunk of a surface in the graphics memory: see GlesChunk.h.
+// A chunk of a surface in graphics memory: see GlesChunk.h.
 #include "viewer/mobile/GlesChunk.h"
 
 #include <cstddef>

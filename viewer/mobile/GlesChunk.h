@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A chunk of a surface in the graphics memory. Internal to viewer/mobile.
+// A chunk of a surface in graphics memory. Internal to viewer/mobile.
 #pragma once
 
 #include "viewer/mobile/SurfaceChunks.h"
@@ -26,18 +26,18 @@ enum AttributePlace : GLuint // as `location` in GlesShaders.h
 struct GlesChunk
 {
   GLuint vertexArray = 0;
-  // Buffers of vertices, colours (0 without), indices (for a cloud: radii), geomorphs (0 without)
-  // and texture coordinates (0 without).
+  // The buffers of vertices, colours, indices (for a cloud: radii), geomorphs and texture
+  // coordinates. 0 if there are no colours, geomorphs or texture coordinates.
   std::array<GLuint, 5> buffers{};
-  GLsizei count = 0;        // of indices, or points of a cloud
-  std::size_t bytes = 0;    // of all buffers, and
-  std::size_t morphing = 0; // of the geomorph buffer
+  GLsizei count = 0;        // of indices; for a cloud, of points
+  std::size_t bytes = 0;    // of all buffers, including
+  std::size_t morphing = 0; // those of the geomorph buffer
 };
 
-// glGetError reports whether there was memory for it.
+// Call glGetError afterwards: it reports whether memory was sufficient.
 GlesChunk UploadChunk(const SurfaceChunk& content);
 void FreeChunk(const GlesChunk& chunk);
-// Frees the earlier positions after a geomorph has ended.
+// Frees the geomorph buffer after a geomorph has ended.
 void StopMorphingOf(GlesChunk& chunk);
 
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Ambient occlusion in the phone's picture: see GlesOcclusion.h.
+// Draws ambient occlusion into the phone's picture: see GlesOcclusion.h.
 #include "viewer/mobile/GlesOcclusion.h"
 
 #include "viewer/mobile/GlesPrograms.h"

@@ -18,7 +18,7 @@ namespace kdstream
 // How the picture is projected: the scales of x and y, and the two terms of the depth.
 using GlesProjection = std::array<float, 4>;
 
-// Threads and context: as GlesRenderer's.
+// Threads and context: as for GlesRenderer.
 class GlesOcclusion
 {
 public:
@@ -28,25 +28,26 @@ public:
   GlesOcclusion(const GlesOcclusion&) = delete;
   GlesOcclusion& operator=(const GlesOcclusion&) = delete;
 
-  // The context was lost: nothing is deleted.
+  // Call this when the context was lost: nothing is deleted.
   void Forget();
 
-  // The bytes of its textures: for each pixel 4 of depth (3 used) and 1 in each other texture.
+  // The bytes of its textures: per pixel, 4 for depth (3 are used) and 1 for each of the other two.
   std::size_t Bytes() const
   {
     return std::size_t{ 6 } * static_cast<std::size_t>(this->Width) *
            static_cast<std::size_t>(this->Height);
   }
 
-  // Binds and clears a framebuffer of half the picture's sides for the depths of the model; then
-  // draw the model. False if there is no memory for it; the picture is then drawn without
+  // Binds and clears a framebuffer for the depths of the model, with half the picture's sides. Draw
+  // the model next. Returns false if memory is insufficient; then the picture is drawn without
   // occlusion.
   bool BeginDepths(const Viewport& picture);
-  // Computes the occlusion, and restores the binding of before BeginDepths. facet: FacetLength, in
-  // the projection's unit. REQUIRES: an empty vertex array is bound.
+  // Computes the occlusion, and binds the framebuffer that was bound before BeginDepths. facet:
+  // FacetLength, in the projection's unit. REQUIRES: an empty vertex array is bound.
   void EndDepths(const GlesProjection& projection, double facet);
-  // Lets a program with GlesShaders.h's `darkened` multiply what it draws into the picture by what
-  // EndDepths computed. REQUIRES: the program is in use, and the textures are still bound.
+  // Sets the uniforms of `darkened` (GlesShaders.h) in this program, so that the program multiplies
+  // what it draws by the occlusion from EndDepths. REQUIRES: the program is in use, and the
+  // textures are still bound.
   void Aim(GLuint program) const;
 
 private:
@@ -56,7 +57,7 @@ private:
   };
   enum Index : std::size_t
   {
-    depths, // drawn by the renderer
+    depths, // the renderer draws these
     occluded,
     mean,
     count
@@ -69,10 +70,10 @@ private:
 
   GLuint Occlude = 0, Average = 0; // programs
   std::array<Target, count> Targets{};
-  int Width = 0, Height = 0; // of the targets; 0 where there are none
+  int Width = 0, Height = 0; // of the targets; 0 if there are none
   Viewport Picture;
   GlesProjection Projection{};
-  GLint Before = 0; // the framebuffer
+  GLint Before = 0; // the framebuffer that was bound before
 };
 
 }

@@ -17,7 +17,7 @@ Error Refused(const char* name, const char* what, const char* log)
       (*log ? log : "the driver gives no reason; the context may be lost") };
 }
 
-// The shader is 0 if there is no context to make one in.
+// glCreateShader gives 0 if there is no context.
 Result<GLuint> CompileShader(
   const char* name, GLenum kind, std::initializer_list<const char*> texts)
 {

@@ -16,7 +16,7 @@ namespace
 
 bool HasContext()
 {
-  GLint version = 0; // stays where there is no context
+  GLint version = 0; // not changed if there is no context
   glGetIntegerv(GL_MAJOR_VERSION, &version);
   return version >= 3;
 }

@@ -15,15 +15,15 @@
 namespace kdstream
 {
 
-// Threads and context: as GlesRenderer's.
+// Threads and context: as for GlesRenderer.
 class GlesPrograms
 {
 public:
-  // Variants of the program: the sum of those that apply.
+  // Variants of the program: add those that apply.
   static constexpr std::size_t cloud = 1;
-  static constexpr std::size_t cut = 2;      // by a section
-  static constexpr std::size_t relief = 4;   // not of clouds
-  static constexpr std::size_t textured = 8; // not of clouds
+  static constexpr std::size_t cut = 2;      // cut by a section
+  static constexpr std::size_t relief = 4;   // not for clouds
+  static constexpr std::size_t textured = 8; // not for clouds
 
   // Errors: Unsupported if no context of OpenGL ES 3.0 or WebGL 2 is current, or if a shader does
   // not compile, with the driver's message.
@@ -32,13 +32,13 @@ public:
   GlesPrograms(const GlesPrograms&) = delete;
   GlesPrograms& operator=(const GlesPrograms&) = delete;
 
-  // The context was lost: nothing is deleted.
+  // Call this when the context was lost: nothing is deleted.
   void Forget() { this->Empty = 0; }
 
   GLuint Background() const { return this->Gradient; }
-  // For what needs no attributes.
+  // A vertex array for drawing without attributes.
   GLuint EmptyArray() const { return this->Empty; }
-  // Programs that not every view needs are compiled at their first use. Errors: those of Make.
+  // Programs that not every view needs are compiled when they are first used. Errors: as for Make.
   Result<GLuint> Surface(std::size_t kind);
   Result<GLuint> Cap();
 
@@ -46,20 +46,20 @@ private:
   GlesPrograms() = default;
 
   GLuint Gradient = 0, Filling = 0, Empty = 0;
-  std::array<GLuint, 16> Surfaces{}; // by kind; 0: not yet
+  std::array<GLuint, 16> Surfaces{}; // index: kind; 0: not compiled yet
 };
 
-// The texture units of ambient occlusion's samplers, `depths` and `occluded`.
+// The texture units of the samplers `depths` and `occluded` for ambient occlusion.
 inline constexpr GLint depthsUnit = 1, occludedUnit = 2;
-// Afterwards the program is in use.
+// The program is in use afterwards.
 void SetOcclusionUnits(GLuint program);
 
 void SetVector(GLuint program, const char* name, const Vec3& v);
-// Light and material. The program must be in use.
+// Sets the uniforms for light and material. REQUIRES: the program is in use.
 void SetLighting(GLuint program, const SceneLighting& lighting);
 
-// Compiles and links the concatenated texts. `name` is for messages. Errors: Unsupported, with the
-// driver's message.
+// Compiles and links a program. The texts of a shader are concatenated. name: for messages. Errors:
+// Unsupported, with the driver's message.
 Result<GLuint> MakeProgram(const char* name, std::initializer_list<const char*> vertexTexts,
   std::initializer_list<const char*> fragmentTexts);
 

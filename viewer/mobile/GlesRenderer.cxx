@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Draws what GlesBuffers hold of a session's scene, with OpenGL ES 3.0: see GlesRenderer.h.
+// Draws what GlesBuffers holds of a session's scene, with OpenGL ES 3.0: see GlesRenderer.h.
 #include "viewer/mobile/GlesRenderer.h"
 
 #include "viewer/mobile/GlesOcclusion.h"
@@ -21,8 +21,8 @@ namespace kdstream
 namespace
 {
 
-// The tangent of x in 0 … pi / 2 by Lambert's continued fraction. The library's function includes
-// code for huge arguments, which a page would have to load.
+// The tangent of x in 0 … pi / 2, by Lambert's continued fraction. The library's function would
+// include code for huge arguments, which a page would have to load.
 double Tangent(double x)
 {
   double fraction = 31.0;
@@ -104,10 +104,10 @@ void GlesRenderer::DrawBackground()
   glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
-// Where a scene is seen from, in the units of the graphics memory.
+// From where a scene is seen, in the units of graphics memory.
 struct GlesRenderer::Sight
 {
-  Vec3 eye;             // relative to Center
+  Vec3 eye;             // relative to the center
   Vec3 right, up, back; // unit vectors
   double nearest, farthest;
   double tangent; // of half the vertical field of view
@@ -136,7 +136,7 @@ GlesRenderer::Sight GlesRenderer::SightOf(const SceneCamera& camera, const Viewp
   return sight;
 }
 
-// Uses a program and sets the uniforms of all programs that project points.
+// Uses a program, and sets the uniforms that all programs have which project points.
 void GlesRenderer::Aim(GLuint program, const Sight& sight) const
 {
   glUseProgram(program);
@@ -160,8 +160,8 @@ void GlesRenderer::Aim(GLuint program, const Sight& sight) const
   glEnable(GL_DEPTH_TEST);
 }
 
-// Into the bound framebuffer, `height` pixels high. withTextures: with textures, where there are
-// any.
+// Draws into the bound framebuffer, which is `height` pixels high. withTextures: whether parts that
+// have a texture are drawn with it.
 void GlesRenderer::DrawChunks(
   const ViewerScene& scene, const Sight& sight, int height, bool withTextures)
 {
@@ -176,7 +176,7 @@ void GlesRenderer::DrawChunks(
   this->DrawCap(sight);
 }
 
-// Draws the chunks with a texture, or those without, or all without textures.
+// Draws the chunks with a texture, or those without; if `all`, draws all chunks without textures.
 void GlesRenderer::DrawChunksBy(
   std::size_t textured, const ViewerScene& scene, const Sight& sight, int height, bool all)
 {
@@ -269,7 +269,7 @@ void GlesRenderer::DrawCap(const Sight& sight)
   }
 }
 
-// The depths that occlusion follows from; false where the device has none of it.
+// Draws the depths, and computes the occlusion from them. Returns false if the device cannot.
 bool GlesRenderer::DrawDepths(
   const ViewerScene& scene, const Sight& sight, const Viewport& viewport)
 {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The shaders of GlesRenderer, in OpenGL ES Shading Language 3.00. Internal to viewer/mobile.
 //
-// Everything is highp: mediump has 16 bits on phones, too few for positions and for a highlight's
-// power. They compute the same as VTK does for the same scene.
+// Everything is highp: on phones mediump has 16 bits, too few for positions and for the power of a
+// highlight. The shaders compute the same as VTK does for the same scene.
 #pragma once
 
 namespace kdstream::shaders
@@ -11,7 +11,8 @@ namespace kdstream::shaders
 inline constexpr const char* header = "#version 300 es\n"
                                       "precision highp float;\n";
 
-// One triangle over the whole picture, as far away as can be, made only of vertex numbers.
+// One triangle that covers the whole picture, as far away as possible. It is made only from vertex
+// numbers.
 inline constexpr const char* backgroundVertex = R"(
 out float height;
 void main()
@@ -30,17 +31,19 @@ void main()
   fragment = vec4(mix(bottom, top, height), 1.0);
 })";
 
-// Subtracts the eye from positions first, so that no precision is lost near the eye. Then
+// Subtracts the eye from positions first, so that precision is not lost near the eye. Then
 // transforms into the camera's coordinates, and to the window: `projection` has the two scales and
-// the two terms of the depth. With CUT a plane cuts away what is above it. With TEXTURED a texture
-// gives the colour; until it is loaded, and where it is transparent, the vertices' colours are
-// used.
-// - radius: of a cloud's splat. away: from where the vertex morphs to its place; parentNormal: that
-//   it had there, the last is 0 where it does not morph; toGo: of the way, from 1 to 0.
-// - place: in the texture. splatPixels: of a length 1 at distance 1; the fewest and the most
-// across.
-//   splat: pixels across, radius. section: its normal, and how far the origin is above it.
-// - fromEye, above: of a place in the triangle, at its edge too.
+// the two terms of the depth. CUT: a plane cuts away what is above it. TEXTURED: a texture gives
+// the colour; until it is loaded, and where it is transparent, the vertices' colours are used.
+// - radius: of a cloud's splat.
+// - away: from the vertex's place to where it morphs from. parentNormal: the normal that it had
+// there; its last component is 0 if it does not morph. toGo: the remaining share of the way, from 1
+// to 0.
+// - place: in the texture.
+// - splatPixels: pixels per unit of length at distance 1; smallest and largest diameter in pixels.
+// - splat: diameter in pixels, radius.
+// - section: the plane's normal, and how far the origin is above the plane.
+// - fromEye, above: centroid, so that they are those of a place in the triangle even at its edge.
 inline constexpr const char* surfaceVertex = R"(
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec4 normal;
@@ -87,9 +90,10 @@ void main()
   gl_PointSize = splat.x;
 })";
 
-// What a fragment is multiplied by for ambient occlusion; follows occlusionDepths and occlusionLeft
-// (viewer/session/appearance/OcclusionShaders.h). Where there is none the grid has no texels.
-// texels: of the half picture, in a pixel.
+// Multiplies a fragment's colour by the light that ambient occlusion leaves. Must follow
+// occlusionDepths and occlusionLeft (viewer/session/appearance/OcclusionShaders.h). If there is no
+// occlusion, the grid has no texels. texels: the size of a pixel, in texels of the half-size
+// picture.
 inline constexpr const char* darkened = R"(
 uniform vec2 texels;
 out vec4 fragment;
@@ -99,10 +103,10 @@ vec4 darkened(vec3 color, float away)
   return vec4(left * min(color, 1.0), 1.0);
 })";
 
-// Phong's model with the two directional lights of SceneAppearance.h. Followed by one of the two
-// main functions. With RELIEF, ridges (where normals diverge) are lighter: by how much, and within
-// how many pixels a radian is all of it. smoothness: of colours, 1 or 0. depthRange: nearest,
-// farthest, 1 / their difference.
+// Phong's model with the two directional lights of SceneAppearance.h. One of the main functions
+// below must follow. RELIEF: ridges (where normals diverge) are lighter; `relief` says by how much,
+// and the number of pixels in which a bend of a radian has the full effect. smoothness: whether
+// colours are interpolated, 1 or 0. depthRange: nearest, farthest, 1 / their difference.
 inline constexpr const char* light = R"(
 in vec3 viewPosition;
 in vec3 viewNormal;
@@ -148,8 +152,8 @@ vec3 lit(vec3 normal)
   return baseColor * (material.x + material.y * diffuse) + highlightColor * material.z * specular;
 })";
 
-// The visible side is lit, whichever way a triangle faces. Near an outline an interpolated normal
-// may face away a little; it is clamped (as in viewer/rendering/SurfaceScene.cxx). If no triangle
+// The visible side is lit, whichever way a triangle faces. Near an outline, an interpolated normal
+// may face away a little; then it is clamped (as in viewer/rendering/ScenePart.cxx). If no triangle
 // at a point has an area, the normal faces the eye.
 inline constexpr const char* surfaceFragment = R"(
 centroid in float fromEye;
@@ -182,10 +186,10 @@ void main()
   fragment = darkened(flatColor, fromEye);
 })";
 
-// Points are round splats, bent away from the eye at their rims, so that neighbours meet halfway.
-// With normals they are lit on the visible side; without normals they are drawn as shallow domes,
-// darker with the distance (as in viewer/rendering/CloudSplats.cxx). far: of the way from the
-// nearest to the farthest.
+// Points are round splats. Their rims are bent away from the eye, so that neighbours meet halfway.
+// Points with normals are lit on the visible side. Points without normals are drawn as shallow
+// domes, darker with the distance (as in viewer/rendering/CloudSplats.cxx). far: 0 at the nearest
+// depth, 1 at the farthest.
 inline constexpr const char* cloudFragment = R"(
 void main()
 {

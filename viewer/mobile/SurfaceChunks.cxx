@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Cuts a surface into chunks with 16-bit indices: see SurfaceChunks.h.
+// Divides a surface into chunks with 16-bit indices: see SurfaceChunks.h.
 #include "viewer/mobile/SurfaceChunks.h"
 
 #include "viewer/session/Geometry.h"
@@ -83,7 +83,8 @@ bool ChunkCutter::NextOfCloud(SurfaceChunk& chunk)
   return !chunk.vertices.empty();
 }
 
-// All of a surface that fits into one chunk, which every part of an ordinary model does.
+// Puts the whole surface into one chunk, if it fits, as it does for every part of an ordinary
+// model.
 bool ChunkCutter::NextOfFew(SurfaceChunk& chunk)
 {
   if (this->Done > 0)
@@ -108,8 +109,8 @@ bool ChunkCutter::NextOfFew(SurfaceChunk& chunk)
   return true;
 }
 
-// As NextOfFew, but with a vertex for each place in the tile that a point has. False if these are
-// too many: then nothing is done except what Next clears.
+// As NextOfFew, but a point has a vertex for each of its places in the tile. Returns false if these
+// are too many; then the chunk stays empty, as Next has made it.
 bool ChunkCutter::NextOfTextured(SurfaceChunk& chunk)
 {
   const TexturedCorners textured = TexturedCornersOf(this->Drawn, this->Corners, *this->Tile);
@@ -162,7 +163,7 @@ void ChunkCutter::AppendGeomorph(SurfaceChunk& chunk, VertexId v) const
       PackNormal(this->ParentNormals[v]) | 1U << 30 });
 }
 
-// Turned, not mirrored: the orientation stays.
+// The triangle is rotated, not mirrored, so its orientation stays.
 Triangle ChunkCutter::WithColorLast(const Triangle& t) const
 {
   const auto sourceOf = [this](VertexId v)

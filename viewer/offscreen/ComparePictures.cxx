@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Compares a picture with its baseline, for kdstream_add_picture_test:
 //   compare_pictures PICTURE.png BASELINE.png TOLERANCE DIFFERENCE.png
-// The measure is vtkImageDifference's, which VTK's own regression tests compare with 10:
-// differences of a pixel below 16 of 255, or to one of its neighbours, do not count, nor does
-// alpha. Above the tolerance the exit status is 1, and the difference is written. A message says if
-// the baseline is missing, has another size, or is not of 8-bit RGB or RGBA.
+// The measure is the one of vtkImageDifference; VTK's own regression tests require it to be below
+// 10. It ignores alpha, and differences below 16 of 255 from a pixel or one of its neighbours.
+// Above the tolerance, the exit status is 1, and the difference is written. A message says if the
+// baseline is missing, has another size, or is not of 8-bit RGB or RGBA.
 #include <vtkImageData.h>
 #include <vtkImageDifference.h>
 #include <vtkImageExtractComponents.h>
@@ -20,7 +20,8 @@
 namespace
 {
 
-// False, with a message, if it is not a picture of 8-bit RGB or RGBA. rgb has no alpha.
+// Returns false, with a message, if the file is not a picture of 8-bit RGB or RGBA. rgb: the
+// picture without alpha.
 bool Read(const char* file, vtkImageExtractComponents& rgb)
 {
   vtkNew<vtkPNGReader> reader;

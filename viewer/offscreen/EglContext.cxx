@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // An OpenGL context on EGL without a display server (doc/design.md#pictures-without-a-screen).
 //
-// 1. open libEGL; 2. find a display that needs no display server: Mesa's surfaceless platform, else
-// the devices one by one; it is initialised once and kept; 3. choose a configuration; 4. create a
-// context and a pbuffer of one pixel (VTK draws into framebuffer objects of its own, so the size of
-// a window never concerns EGL).
+// Steps:
+// 1. open libEGL
+// 2. find a display that needs no display server: Mesa's surfaceless platform or, if that fails,
+//    the devices one by one. The display is initialised once and kept.
+// 3. choose a configuration
+// 4. create a context and a pbuffer of one pixel. VTK draws into framebuffer objects of its own, so
+//    EGL need not know the size of a window.
 #include "viewer/offscreen/GlContext.h"
 #include "viewer/offscreen/SharedLibrary.h"
 
@@ -42,7 +45,7 @@ struct Egl
   EGLConfig config = nullptr;
 };
 
-// Filled by OpenEgl, once; contexts exist only after that.
+// Filled once by OpenEgl; contexts exist only after that.
 std::optional<Egl> openedEgl;
 
 GlFunction FindInEgl(const char* function)
@@ -87,7 +90,7 @@ Result<Egl> LoadFunctions()
   return egl;
 }
 
-// Displays that need no display server, the best first; not yet initialised.
+// Displays that need no display server, the most suitable first; not initialised yet.
 std::vector<EGLDisplay> FindDisplays(const Egl& egl)
 {
   std::vector<EGLDisplay> displays;
@@ -144,7 +147,7 @@ Status UseDisplay(Egl& egl, EGLDisplay display)
   return {};
 }
 
-// The process's EGL. What fails is tried again the next time.
+// The EGL of this process. If opening it fails, the next call tries again.
 Result<const Egl*> OpenEgl()
 {
   static std::mutex mutex;

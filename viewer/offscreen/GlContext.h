@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// An OpenGL context without a window, and which one is current. Internal to viewer/offscreen.
+// OpenGL contexts without a window, and which of them is current. Internal to viewer/offscreen.
 //
-// Contexts of EGL, OSMesa and GLX may exist side by side, but the libraries do not know of each
-// other. So the current context is released before one of another library is made current;
-// otherwise the first library would treat its context as still current.
+// Contexts of EGL, OSMesa and GLX may exist side by side, but these libraries do not know of each
+// other. So the current context is released before a context of another library is made current;
+// otherwise its library would still treat it as current.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -14,8 +14,8 @@
 namespace kdstream
 {
 
-// Threads: one context at a time is current in a thread; a context must be destroyed in the thread
-// that used it.
+// Threads: only one context at a time is current in a thread. A context must be destroyed in the
+// thread that used it.
 class GlContext
 {
 public:
@@ -25,7 +25,7 @@ public:
   virtual ~GlContext();
 
   // Makes this the current context of this thread. Fast if it already is. Errors: InputOutput if
-  // its library refuses; those of UseGlLibrary.
+  // the context's library refuses; those of UseGlLibrary.
   Status MakeCurrent();
   bool IsCurrent() const;
 
@@ -33,21 +33,21 @@ protected:
   virtual const GlLibrary& Library() const = 0;
   virtual Status Bind() = 0;
   virtual void Unbind() = 0;
-  // Whether its library says that it is current.
+  // Whether this context's library reports that it is current.
   virtual bool IsBound() const = 0;
 
-  // Unbinds it if it is current. Derived destructors call this first.
+  // Releases this context if it is current. Derived destructors call this first.
   void LetGo();
 };
 
-// A context on EGL without a display server: OpenGL 3.2 core or later, on Mesa's surfaceless
-// platform, else on the first device that has one. Everything is drawn into framebuffer objects.
-// Errors: NotFound without libEGL, a device or a configuration; Unsupported if there is no such
-// OpenGL.
+// Makes a context of EGL without a display server: OpenGL 3.2 core or later, on Mesa's surfaceless
+// platform or, if there is none, on the first device that works. Everything is drawn into
+// framebuffer objects. Errors: NotFound if there is no libEGL, device or configuration; Unsupported
+// if this OpenGL is not available.
 Result<std::unique_ptr<GlContext>> MakeEglContext();
 
-// A context of OSMesa, Mesa's renderer in main memory; otherwise the same. Errors: NotFound without
-// libOSMesa; Unsupported if there is no such OpenGL.
+// Makes a context of OSMesa, Mesa's renderer in main memory; otherwise as above. Errors: NotFound
+// if there is no libOSMesa; Unsupported if this OpenGL is not available.
 Result<std::unique_ptr<GlContext>> MakeOsMesaContext();
 
 }

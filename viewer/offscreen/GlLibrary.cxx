@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whose OpenGL the process calls: see GlLibrary.h.
+// Which library's OpenGL the process calls: see GlLibrary.h.
 #include "viewer/offscreen/GlLibrary.h"
 
 #include <dlfcn.h>
@@ -12,7 +12,7 @@ namespace kdstream
 namespace
 {
 
-// Constant-initialised, so that RegisterGlSymbols may be called by any static initialiser.
+// Constant-initialised, so that any static initialiser may call RegisterGlSymbols.
 constinit GlSymbols registeredSymbols{};
 
 GlFunction FindInSystem(const char* function)
@@ -25,8 +25,9 @@ constexpr GlLibrary systemLibrary{ "the system's OpenGL", &FindInSystem };
 constinit const GlLibrary* libraryInUse = &systemLibrary;
 constinit bool tablesAreFilled = true;
 
-// Fills GLEW's table by our glXGetProcAddressARB. At the end GLEW reports a missing GLX display,
-// which only the system's contexts have; everything else is done then.
+// Fills GLEW's table by our glXGetProcAddressARB. As its last step, GLEW may report that there is
+// no GLX display. This is not an error here: only the system's contexts have a GLX display, and
+// everything else has been done.
 Status FillGlew(const GlLibrary& library)
 {
   glewExperimental = GL_TRUE;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Decides whose OpenGL the process calls: EGL's, OSMesa's, or the system's (GLX). Internal to
-// viewer/offscreen.
+// Decides which library's OpenGL the process calls: EGL's, OSMesa's, or the system's (GLX).
+// Internal to viewer/offscreen.
 //
-// A stock VTK calls OpenGL in two ways: most functions by the pointers of GLEW, which are one
-// global table, and the oldest functions (OpenGL 1.0 and 1.1) as linked symbols. Both are filled
-// for GLX only. GlSymbols.cxx, which is linked into the executable, replaces both. This file
-// selects the library that it calls, and fills the tables anew when a context of another library
-// becomes current.
+// A stock VTK calls OpenGL in two ways. It calls most functions by the pointers of GLEW, which are
+// one global table. It calls the oldest functions (OpenGL 1.0 and 1.1) as linked symbols. Both ways
+// lead to GLX only. GlSymbols.cxx, which is linked into the executable, replaces both. This file
+// selects the library that GlSymbols.cxx calls, and fills both tables again when a context of
+// another library becomes current.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -16,35 +16,36 @@ namespace kdstream
 
 using GlFunction = void (*)();
 
-// A library that has OpenGL contexts of its own. There is one object a library: they are compared
-// by address.
+// A library that has its own OpenGL contexts. There is one object per library, so that objects can
+// be compared by address.
 struct GlLibrary
 {
   const char* name;
   GlFunction (*find)(const char* function);
 };
 
-// The OpenGL to which the program is linked, with GLX: used when none of our contexts is current.
+// The OpenGL library that the program is linked to, with GLX: used if none of our contexts is
+// current.
 const GlLibrary& SystemGlLibrary();
 
-// The library that was last given to UseGlLibrary; at first the system's.
+// The library of the last call of UseGlLibrary; before the first call, the system's.
 const GlLibrary& GlLibraryInUse();
 
-// Makes all calls of OpenGL go to `library`. O(1) if they do already, else about 1 ms.
+// Makes all calls of OpenGL go to `library`. O(1) if they already do, otherwise about 1 ms.
 // REQUIRES: a context of that library is current. Threads: the tables belong to the process, so
 // contexts of different libraries must be used from one thread. Errors: NotFound for a function
 // that the library lacks, Unsupported if GLEW refuses the context.
 Status UseGlLibrary(const GlLibrary& library);
 
-// How GlSymbols.cxx makes itself known, before main().
+// GlSymbols.cxx registers itself with this before main().
 struct GlSymbols
 {
-  // Points the linked symbols at those of `library`. Returns the name of a function that is missing
-  // there, or null.
+  // Makes the linked symbols call the functions of `library`. Returns the name of a function that
+  // is missing there, or null.
   const char* (*load)(const GlLibrary& library) = nullptr;
   // The exported glXGetProcAddressARB.
   GlFunction getProcAddress = nullptr;
-  // The function of this name in the linked libraries; null if there is none.
+  // Finds the function of this name in the linked libraries; null if there is none.
   GlFunction (*findInSystem)(const char* function) = nullptr;
 };
 void RegisterGlSymbols(const GlSymbols& symbols);

@@ -2,20 +2,20 @@
 // The OpenGL symbols that an executable exports so that a stock VTK can draw without GLX
 // (doc/design.md#pictures-without-a-screen).
 //
-// Debian's VTK 9.1 has only GLX windows. Two kinds of its calls would go to GLX whatever context is
-// current:
+// Debian's VTK 9.1 has only GLX windows. Two kinds of its calls would go to GLX, whatever context
+// is current:
 //  - GLEW asks `glXGetProcAddressARB` for every function of OpenGL 1.2 and later;
 //  - the functions of OpenGL 1.0 and 1.1 are symbols of libOpenGL or libGL, which know nothing of
 //    OSMesa.
 // A symbol of the executable takes precedence over the same symbol of any shared library. So this
-// file defines all of these, and passes each call to the library whose context is current
-// (GlLibrary.h): EGL, OSMesa, or the system's. Stock VTK windows on X11 still work: with none of
-// our contexts in use every call is passed to the system's library.
+// file defines all these symbols, and passes each call to the library whose context is current
+// (GlLibrary.h): EGL, OSMesa, or the system's. Stock VTK windows on X11 still work: if none of our
+// contexts is current, every call is passed to the system's library.
 //
-// It must therefore be linked into the *executable* as an object file (an archive member would be
-// left out) and be exported by it: kdstream_enable_offscreen(target) in KdStreamOffscreen.cmake
-// does both. It is not needed, and not compiled, where VTK has windows of its own for EGL and
-// OSMesa.
+// So this file must be linked into the *executable* as an object file (an archive member would be
+// left out), and the executable must export its symbols. kdstream_enable_offscreen(target) in
+// KdStreamOffscreen.cmake does both. If VTK has windows of its own for EGL and OSMesa, this file is
+// not needed, and not compiled.
 #include "viewer/offscreen/GlLibrary.h"
 
 #include <GL/glcorearb.h>
@@ -23,7 +23,7 @@
 
 #include <cstring>
 
-// Every function of OpenGL 1.0 and 1.1 that the core profile has kept: result, name, parameters,
+// Every function of OpenGL 1.0 and 1.1 that is still in the core profile: result, name, parameters,
 // arguments.
 // clang-format off
 #define KDSTREAM_FOR_EACH_GL_FUNCTION(X) \
@@ -93,7 +93,7 @@
 namespace
 {
 
-// Types and parameter lists cannot be in parentheses.
+// Types and parameter lists of a macro cannot be put in parentheses.
 // NOLINTBEGIN(bugprone-macro-parentheses)
 struct Functions
 {
@@ -135,8 +135,8 @@ extern "C"
   KDSTREAM_FOR_EACH_GL_FUNCTION(KDSTREAM_FORWARD)
 #undef KDSTREAM_FORWARD
 
-  // Functions of GLX (their names start with glX) are always the system's. dlsym would find ours
-  // first, so a name that is requested from the system never comes back here.
+  // Functions of GLX (their names start with glX) are always the system's. A plain dlsym would find
+  // this function again; find uses RTLD_NEXT, so a request to the system never comes back here.
   __attribute__((visibility("default"))) kdstream::GlFunction glXGetProcAddressARB(
     const unsigned char* name)
   {
@@ -149,8 +149,8 @@ extern "C"
 namespace
 {
 
-// RTLD_NEXT is, for the executable, the first library after it that has the name: never our own
-// symbols, and never OSMesa's, which is opened with RTLD_LOCAL.
+// For the executable, RTLD_NEXT means the first library after it that has the name. So this never
+// finds our own symbols, and never OSMesa's, because that library is opened with RTLD_LOCAL.
 kdstream::GlFunction FindInSystem(const char* function)
 {
   if (void* symbol = dlsym(RTLD_NEXT, function))

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Windows for a VTK that has only GLX (doc/design.md#pictures-without-a-screen): EGL and OSMesa
-// contexts of our own under VTK's generic window, and VTK's X11 window, made to share the process
-// with them.
+// Windows for a VTK that has only GLX (doc/design.md#pictures-without-a-screen): VTK's generic
+// window with our own EGL or OSMesa context, and a variant of VTK's X11 window that can be used in
+// the same process.
 #include "viewer/offscreen/BackendWindows.h"
 #include "viewer/offscreen/GlContext.h"
 
@@ -24,8 +24,8 @@ namespace kdstream
 namespace
 {
 
-// A window that is only a context: all drawing goes to VTK's framebuffer objects, which have its
-// size.
+// A window that is only a context: everything is drawn into VTK's framebuffer objects, which have
+// the window's size.
 class ContextRenderWindow final : public vtkGenericOpenGLRenderWindow
 {
 public:
@@ -69,7 +69,7 @@ public:
 
   bool IsCurrent() override { return this->Context && this->Context->IsCurrent(); }
 
-  // VTK's own takes it for fatal that GLEW finds no GLX display.
+  // VTK's own function would treat it as fatal that GLEW finds no GLX display.
   void OpenGLInitContext() override
   {
     this->ContextCreationTime.Modified();
@@ -122,7 +122,7 @@ private:
 
 vtkStandardNewMacro(ContextRenderWindow);
 
-// VTK's X11 window. It releases other contexts before it makes its own current.
+// VTK's X11 window, which releases other contexts before it makes its own current.
 class X11RenderWindow final : public vtkXOpenGLRenderWindow
 {
 public:

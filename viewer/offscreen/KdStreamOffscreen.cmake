@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# Programs that draw without a screen, and tests of their pictures: find_package(KdStream COMPONENTS ViewerOffscreen) includes
-# this file (doc/offscreen.md).
+# For programs that draw without a screen, and tests of their pictures. find_package(KdStream COMPONENTS
+# ViewerOffscreen) includes this file (doc/offscreen.md).
 
-# kdstream_enable_offscreen(target): lets an executable make off-screen windows (vtkKdOffscreenRendering), and heed the
+# kdstream_enable_offscreen(target): lets an executable make off-screen windows (vtkKdOffscreenRendering), and use the
 # environment variable KDSTREAM_OFFSCREEN.
 #
-# Where VTK knows GLX windows only, it links the OpenGL symbols of GlSymbols.cxx into the executable itself and
-# exports them, so that they go before those of the shared libraries (that file says why). The order of libraries on
-# the link line does not matter, since EGL and OSMesa are opened when the program runs.
+# If VTK only knows GLX windows, this links the OpenGL symbols of GlSymbols.cxx into the executable and exports them, so
+# that they take precedence over those of the shared libraries (that file explains why). The order of libraries on the
+# link line does not matter, because EGL and OSMesa are only opened when the program runs.
 function(kdstream_enable_offscreen target)
   get_target_property(type ${target} TYPE)
   if(NOT type STREQUAL "EXECUTABLE")
@@ -21,11 +21,12 @@ endfunction()
 
 # kdstream_add_picture_test(NAME test TARGET program BASELINE picture.png [ARGUMENTS argument…] [TOLERANCE 10]
 #   [BACKEND auto])
-# A test that runs `program`, which writes a picture (PNG), and compares it with the baseline. The program gets the picture's
-# path where an argument is @PICTURE@, or as the last argument where none is. It must have been given to
-# kdstream_enable_offscreen; Mesa's software renderer draws, so that pictures are the same everywhere. TOLERANCE is what
-# vtkImageDifference measures (its thresholded error). Picture and difference stay in pictures/ of the build folder; the message
-# of a test that fails names them, and the command that takes a first or changed picture over as the baseline.
+# Adds a test that runs `program`, which writes a picture (PNG), and compares the picture with the baseline. The
+# picture's path replaces the argument @PICTURE@ or, if there is none, is the last argument. The program must have been
+# given to kdstream_enable_offscreen. Mesa's software renderer draws, so that pictures are the same everywhere.
+# TOLERANCE is compared with the thresholded error of vtkImageDifference. The picture and the difference stay in
+# pictures/ of the build folder. If the test fails, its message names them, and the command that makes a first or
+# changed picture the new baseline.
 set(_KDSTREAM_PICTURE_TEST "${CMAKE_CURRENT_LIST_DIR}/KdStreamPictureTest.cmake")
 function(kdstream_add_picture_test)
   cmake_parse_arguments(PARSE_ARGV 0 arg "" "NAME;TARGET;BASELINE;TOLERANCE;BACKEND" "ARGUMENTS")

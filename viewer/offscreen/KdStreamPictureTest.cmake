@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# The test of kdstream_add_picture_test: runs what stands behind "--", then compares the picture that it has written.
+# The test of kdstream_add_picture_test: runs the command after "--", then compares the picture that it wrote.
 set(command "")
 set(behind FALSE)
 foreach(i RANGE ${CMAKE_ARGC})

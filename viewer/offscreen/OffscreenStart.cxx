@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Linked into a program by kdstream_enable_offscreen: the environment variable KDSTREAM_OFFSCREEN
-// makes its windows draw without a screen, without changes to the program.
+// kdstream_enable_offscreen links this into a program: if the environment variable
+// KDSTREAM_OFFSCREEN is set, the program's windows draw without a screen, without changes to the
+// program.
 #include "viewer/offscreen/vtkKdOffscreenRendering.h"
 
 namespace

@@ -53,7 +53,7 @@ Status CheckSides(int width, int height)
   return {};
 }
 
-// Said once for all backends: their defaults differ.
+// Sets the same number of samples for all backends, because their defaults differ.
 WindowResult Smoothed(WindowResult window)
 {
   if (window)

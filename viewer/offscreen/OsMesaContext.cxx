@@ -2,8 +2,8 @@
 // An OpenGL context of OSMesa, Mesa's renderer in main memory
 // (doc/design.md#pictures-without-a-screen).
 //
-// OSMesa needs a buffer to draw into. It gets one of one pixel, since VTK draws into framebuffer
-// objects of its own.
+// OSMesa needs a buffer to draw into. It gets a buffer of one pixel, because VTK draws into
+// framebuffer objects of its own.
 #include "viewer/offscreen/GlContext.h"
 #include "viewer/offscreen/SharedLibrary.h"
 
@@ -28,7 +28,7 @@ struct OsMesa
   decltype(&OSMesaMakeCurrent) makeCurrent = nullptr;
 };
 
-// Filled by OpenOsMesa, once; contexts exist only after that.
+// Filled once by OpenOsMesa; contexts exist only after that.
 std::optional<OsMesa> openedOsMesa;
 
 GlFunction FindInOsMesa(const char* function)

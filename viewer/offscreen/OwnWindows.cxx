@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Windows of a VTK that has its own for EGL or OSMesa: built with VTK_OPENGL_HAS_EGL or
-// VTK_OPENGL_HAS_OSMESA, or VTK 9.4 and later, which opens the libraries when it runs. This file
-// only chooses between them.
+// Windows for a VTK that has windows of its own for EGL or OSMesa: a VTK built with
+// VTK_OPENGL_HAS_EGL or VTK_OPENGL_HAS_OSMESA, or VTK 9.4 and later, which opens these libraries
+// when it runs. This file only chooses between VTK's windows.
 #include "viewer/offscreen/BackendWindows.h"
 
 #include <vtkOpenGLRenderWindow.h>

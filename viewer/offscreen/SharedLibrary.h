@@ -2,7 +2,7 @@
 // A shared library that is opened when it is first needed. Internal to viewer/offscreen.
 //
 // EGL and OSMesa are opened this way. So a program starts even if one is missing, and can report
-// that; and OSMesa's OpenGL symbols (it exports all of them) do not replace others.
+// that. Also, OSMesa exports all symbols of OpenGL; opened this way, they do not replace others.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -15,12 +15,12 @@
 namespace kdstream
 {
 
-// Stays open until the program ends: drivers do not survive being closed.
+// The library stays open until the program ends, because drivers fail if they are closed.
 class SharedLibrary
 {
 public:
   // Opens the first of `names` that exists. Errors: NotFound, with the loader's message for the
-  // last one.
+  // last name.
   static Result<SharedLibrary> Open(std::initializer_list<const char*> names)
   {
     std::string reason;

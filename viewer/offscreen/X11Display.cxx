@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Checks for an X server before VTK does, because VTK aborts the program if there is none.
+// Checks for an X server before VTK does, because VTK ends the program if there is none.
 #include "viewer/offscreen/BackendWindows.h"
 
 #include <cstdlib>

@@ -19,13 +19,13 @@ kdstream::WindowBackend BackendOf(int backend)
   return static_cast<kdstream::WindowBackend>(backend);
 }
 
-// Stands before VTK's own factories.
+// A factory that takes precedence over VTK's own.
 class WindowFactory final : public vtkObjectFactory
 {
 public:
   vtkTypeMacro(WindowFactory, vtkObjectFactory);
 
-  // O(1) after the first time.
+  // O(1) after the first call.
   static void Use(kdstream::WindowBackend backend)
   {
     chosen = backend;
@@ -35,10 +35,10 @@ public:
       return;
     }
     registered = true;
-    vtkObjectFactory::GetRegisteredFactories(); // makes the list, if this is the first
+    vtkObjectFactory::GetRegisteredFactories(); // makes VTK's list if it does not exist yet
     for (const char* name : { "vtkRenderWindow", "vtkRenderWindowInteractor" })
     {
-      vtkObjectFactory::SetAllEnableFlags(0, name); // of the factories that came before
+      vtkObjectFactory::SetAllEnableFlags(0, name); // of the earlier factories
     }
     auto* const factory = new WindowFactory;
     vtkObjectFactory::RegisterFactory(factory);
@@ -69,7 +69,7 @@ private:
       vtkGenericWarningMacro(<< window.GetError().message);
       return nullptr;
     }
-    // As VTK's own windows, so that a program's pictures stay what they are on a screen.
+    // The same as for VTK's own windows, so that a program's pictures are the same as on a screen.
     (*window)->SetMultiSamples(vtkOpenGLRenderWindow::GetGlobalMaximumNumberOfMultiSamples());
     (*window)->Register(nullptr);
     return *window;

@@ -3,29 +3,31 @@
  * @class   vtkKdOffscreenRendering
  * @brief   lets any program draw without a screen: on EGL, on OSMesa or on an X server
  *
- * A VTK that was built only for X11, such as Debian 12's, ends the program where there is no X
- * server. This class makes vtkRenderWindow draw through libEGL (surfaceless, on a graphics card or
- * Mesa's renderer) or libOSMesa. The library is opened when it is first needed:
+ * A VTK that was built only for X11, such as Debian 12's, ends the program if there is no X server.
+ * This class makes vtkRenderWindow draw by libEGL (without a display server, on a graphics card or
+ * by Mesa's renderer) or by libOSMesa. The library is opened when it is first needed:
  *
  * @code
  * vtkNew<vtkKdOffscreenRendering> offscreen;
  * auto window = offscreen->MakeWindow(800, 600);   // a vtkSmartPointer<vtkRenderWindow>
  * @endcode
  *
- * Programs that make their windows by vtkRenderWindow::New() call UseForAllWindows() at the
- * beginning of main; or they stay unchanged and run with the environment variable
+ * A program that makes its windows by vtkRenderWindow::New() calls UseForAllWindows() at the
+ * beginning of main. Or it stays unchanged, and runs with the environment variable
  * KDSTREAM_OFFSCREEN = auto, egl, osmesa or x11.
  *
  * The executable must be given to the CMake function kdstream_enable_offscreen(TARGET) of
- * find_package(KdStream COMPONENTS ViewerOffscreen). Without it the functions of this class report
+ * find_package(KdStream COMPONENTS ViewerOffscreen). Otherwise the functions of this class report
  * an error that says so.
  *
  * Windows are ready for renderers, vtkWindowToImageFilter and passes; SetSize may be called at any
- * time. Edges are smoothed by 4 samples, in windows of vtkRenderWindow::New() by VTK's default.
- * Their interactors (vtkGenericRenderWindowInteractor) have no events: Start() returns at once.
+ * time. Edges are smoothed by 4 samples; in windows of vtkRenderWindow::New(), by VTK's default
+ * number. The interactors of these windows (vtkGenericRenderWindowInteractor) have no events:
+ * Start() returns at once.
  *
- * Cost: the first window of a process opens the library, some 50 ms with Mesa; a change of backend
- * between windows costs about 1 ms. Threads: all windows of a process belong to one thread.
+ * Cost: the first window of a process opens the library, which takes about 50 ms with Mesa; a
+ * change of backend between windows costs about 1 ms. Threads: all windows of a process must be
+ * used from one thread.
  *
  * @sa doc/offscreen.md
  */
@@ -67,8 +69,8 @@ public:
   ///@}
 
   /**
-   * A window of width × height pixels, 1 … 8192 a side.
-   * Errors: null and an error event that says what each backend lacks (library, device, display).
+   * Makes a window of width × height pixels, each 1 … 8192. Errors: returns null, with an error
+   * event that says what each backend lacks (library, device, display).
    */
   vtkSmartPointer<vtkRenderWindow> MakeWindow(int width, int height);
 
@@ -79,16 +81,17 @@ public:
   vtkGetMacro(ErrorCode, unsigned long);
 
   /**
-   * From now on vtkRenderWindow::New() makes such windows, and vtkRenderWindowInteractor::New()
-   * interactors without events. If no backend can draw here: returns false with an error event, and
-   * changes nothing.
+   * From now on vtkRenderWindow::New() makes windows of this kind, and
+   * vtkRenderWindowInteractor::New() makes interactors without events. If no backend can draw here,
+   * returns false with an error event, and changes nothing.
    */
   bool UseForAllWindows();
 
   /**
-   * UseForAllWindows, with the backend that the environment variable KDSTREAM_OFFSCREEN names, if
-   * it is set. kdstream_enable_offscreen calls it before main. False, with an error message, if the
-   * name is wrong; whether the backend works is checked when the first window is made.
+   * Calls UseForAllWindows with the backend that the environment variable KDSTREAM_OFFSCREEN names,
+   * if it is set. kdstream_enable_offscreen calls this before main. Returns false, with an error
+   * message, if the name is wrong. Whether the backend works is only checked when the first window
+   * is made.
    */
   static bool UseEnvironment();
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The points of a cloud as round splats: see CloudSplats.h.
+// Draws the points of a cloud as round splats: see CloudSplats.h.
 #include "viewer/rendering/CloudSplats.h"
 
 #include "viewer/session/appearance/SplatRadii.h"
@@ -20,10 +20,11 @@ namespace kdstream
 namespace
 {
 
-// In pixels: splat diameter; radius, and distance along the line of sight, in the eye's unit. In a
-// parallel projection w is 1, and depth is proportional to distance. splatPixels: pixels of a
-// length 1 at distance 1, the minimum and the maximum, the model's unit. splatDepth: nearest,
-// farthest, 1 / their difference, whether the projection is parallel.
+// The shader computes the splat's diameter and radius in pixels, and its distance along the line of
+// sight in the eye's unit. In a parallel projection w is 1, and depth is proportional to distance.
+// splatPixels: pixels per unit of length at distance 1; smallest and largest diameter in pixels;
+// length of the model's unit. splatDepth: nearest, farthest, 1 / their difference, whether the
+// projection is parallel.
 constexpr const char* vertexDeclarations = "in float splatRadius;\n"
                                            "out vec3 splatVSOutput;\n"
                                            "//VTK::PositionVC::Dec";
@@ -49,7 +50,7 @@ constexpr const char* fragmentShape =
   "gl_FragDepth = splatDepth.w > 0.5 ? splatFar : min(splatFar * splatDepth.y / -splatZ, 1.0);\n";
 constexpr const char* fragmentLight =
   "float splatShade = 1.0;\n"
-  // The normal of a point without one has no length, and then is not a number.
+  // VTK normalizes the normal. (0, 0, 0), for a point without one, then is NaN, and this fails.
   "if (dot(normalVCVSOutput, normalVCVSOutput) > 0.5)\n"
   "{\n"
   "  if (normalVCVSOutput.z < 0.0) { normalVCVSOutput = -normalVCVSOutput; }\n"
@@ -90,7 +91,7 @@ void DrawNoSplats(vtkActor& actor, vtkPolyDataMapper& mapper)
 void AimSplats(vtkActor& actor, double largestRadius, const SplatSight& sight)
 {
   const auto& [nearest, farthest] = sight.planes;
-  const double pixels = 0.5 * sight.height / sight.tangent; // of a length of 1 at a distance of 1
+  const double pixels = 0.5 * sight.height / sight.tangent; // per unit of length at distance 1
   const double square =
     std::clamp(2.0 * largestRadius * sight.scale * pixels / (sight.isParallel ? 1.0 : nearest),
       smallestSplat, largestSplat);

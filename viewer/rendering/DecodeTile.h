@@ -11,7 +11,7 @@
 namespace kdstream
 {
 
-// Errors: those of DecodePicture; InvalidInput where it has another size than the tile says.
+// Errors: those of DecodePicture; InvalidInput if the picture's size differs from the tile's.
 inline Result<TilePicture> DecodeTile(const TextureTile& tile)
 {
   auto picture = DecodePicture(tile.image, std::uint64_t{ tile.width } * tile.height);
@@ -27,7 +27,7 @@ inline Result<TilePicture> DecodeTile(const TextureTile& tile)
     colors.texels = std::move(picture->texels);
     return colors;
   }
-  // Without alpha, and grey as three times the same.
+  // Drops alpha, and repeats grey three times.
   const std::size_t count = picture->width * picture->height;
   colors.texels.reserve(3 * count);
   for (std::size_t i = 0; i < count; ++i)

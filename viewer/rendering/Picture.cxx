@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a window shows, as bytes and as a PNG file: see Picture.h.
+// The picture that a window shows, as bytes and as a PNG file: see Picture.h.
 #include "viewer/rendering/Picture.h"
 
 #include "filters/files/WriteWhole.h"
@@ -18,7 +18,7 @@ namespace kdstream
 namespace
 {
 
-// Draws; the rows of `pixels` are then VTK's, the lowest first.
+// Draws the window, and reads its pixels in VTK's order of rows: the lowest first.
 Status ReadBack(vtkRenderWindow& window, vtkUnsignedCharArray& pixels)
 {
   window.Render();
@@ -32,7 +32,7 @@ Status ReadBack(vtkRenderWindow& window, vtkUnsignedCharArray& pixels)
   return {};
 }
 
-// The rows of a picture of this size in the opposite order.
+// Copies the rows of a picture of this size in reverse order.
 void TurnRows(const WindowPicture& size, const std::uint8_t* from, std::uint8_t* to)
 {
   const std::size_t row = 3 * static_cast<std::size_t>(size.width);

@@ -28,7 +28,7 @@ namespace kdstream
 namespace
 {
 
-// Both attributes give a corner's place, because VTK reports one that is not used.
+// Both attributes give a corner's position: VTK would report an error if one were not used.
 constexpr const char* vertexShader = R"(//VTK::System::Dec
 in vec4 ndCoordIn;
 in vec2 texCoordIn;
@@ -38,9 +38,10 @@ void main()
 })";
 constexpr const char* header = "//VTK::System::Dec\n";
 
-// The depth in the middle of each 2 × 2 pixels of an area (its left and bottom in the window, its
-// width and height). For a surface: the mean of two samples on either side of the middle, if both
-// are of the same surface. For a cloud, whose splats are not one surface: one of the samples.
+// Computes a depth for the middle of each 2 × 2 pixels of an area (the area's left and bottom edge
+// in the window, its width and height). For a surface it is the mean of two samples on either side
+// of the middle, if both belong to the same surface. For a cloud, whose splats are not one surface,
+// it is one of the samples.
 std::string GatherShader(int samples)
 {
   const bool many = samples > 1;
@@ -73,8 +74,8 @@ std::string WithDepths(const char* shader)
   return std::string(header) + shaders::occlusionDepths + shader;
 }
 
-// What each sample is multiplied by; 1 for the background. A driver that cannot shade samples uses
-// the depth of a pixel's first one for all.
+// Computes the factor for each sample; 1 for the background. A driver that cannot shade samples
+// separately uses the depth of a pixel's first sample for all of them.
 std::string LightShader(int samples)
 {
   return std::string(header) + "#extension GL_ARB_sample_shading : enable\n" +
@@ -103,7 +104,7 @@ void main()
 
 }
 
-// The part of the window that the renderer draws into, in pixels, and its projection.
+// The part of the window that the renderer draws into, in pixels, and the renderer's projection.
 struct SceneOcclusion::Area
 {
   std::array<float, 4> place;
@@ -122,7 +123,7 @@ struct SceneOcclusion::Area
 SceneOcclusion::SceneOcclusion() = default;
 SceneOcclusion::~SceneOcclusion() = default;
 
-// Makes textures and programs for the window, unless it already has them in this size.
+// Makes textures and programs for the window, unless there already are some of this size.
 bool SceneOcclusion::Prepare(
   vtkOpenGLRenderWindow& window, vtkTextureObject& depths, const Area& area)
 {
@@ -168,7 +169,7 @@ bool SceneOcclusion::Prepare(
   return true;
 }
 
-// Fills the target with what the pass computes.
+// Fills the target with the result of the pass.
 void SceneOcclusion::Run(vtkOpenGLQuadHelper& pass, vtkTextureObject& target, const Area& area,
   std::initializer_list<std::pair<const char*, vtkTextureObject*>> sources)
 {
@@ -243,7 +244,7 @@ void SceneOcclusion::Darken(vtkRenderer& renderer, double facet)
   this->Run(*this->Occlude, *this->Occluded, area, { { "depths", this->Depths } });
   this->Run(*this->Average, *this->Mean, area,
     { { "depths", this->Depths }, { "occluded", this->Occluded } });
-  // Without the depths as an attachment, because they are read.
+  // The depths are not attached here, because the pass reads them.
   state->vtkglViewport(left, bottom, width, height);
   state->vtkglScissor(left, bottom, width, height);
   state->vtkglEnable(GL_BLEND);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Ambient occlusion in a VTK renderer's picture: the passes of
+// Adds ambient occlusion to a VTK renderer's picture, by the passes of
 // viewer/session/appearance/OcclusionShaders.h. Internal to viewer/rendering.
 #pragma once
 
@@ -19,7 +19,7 @@ class vtkTextureObject;
 namespace kdstream
 {
 
-// Threads: that of the window.
+// Threads: only the window's thread.
 class SceneOcclusion
 {
 public:
@@ -28,9 +28,9 @@ public:
   SceneOcclusion(const SceneOcclusion&) = delete;
   SceneOcclusion& operator=(const SceneOcclusion&) = delete;
 
-  // Darkens what the renderer has drawn, before its window shows it: call this at its EndEvent.
-  // Does nothing if the window is not an OpenGL window, or its depths cannot be read. facet:
-  // FacetLength of what is drawn; 0 for a cloud.
+  // Darkens what the renderer has drawn, before its window shows it: call this at the renderer's
+  // EndEvent. Does nothing if the window is not an OpenGL window, or if its depths cannot be read.
+  // facet: FacetLength of what is drawn; 0 for a cloud.
   void Darken(vtkRenderer& renderer, double facet);
 
 private:

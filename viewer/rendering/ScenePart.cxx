@@ -53,7 +53,7 @@ vtkSmartPointer<vtkPoints> RelativePoints(std::span<const Vec3> points, const Ve
   return result;
 }
 
-// Cells of `size` corners each, whose corners are given by corner(0 … count × size - 1).
+// Makes cells of `size` corners each. corner(i) gives the corners, i from 0 to count × size - 1.
 template <class Corner>
 vtkSmartPointer<vtkCellArray> Cells(std::size_t count, std::size_t size, const Corner& corner)
 {
@@ -82,14 +82,16 @@ void RaiseReliefOf(vtkActor& actor, double relief, double pixels)
   uniforms->SetUniformf("reliefPixels", static_cast<float>(pixels));
 }
 
-// Lights every fragment of a surface on the visible side. VTK flips the normal by the triangle's
-// own facing; this is undone. Otherwise a fold-over of a simplified level would be black among
-// neighbours whose normals face the eye. Near an outline, interpolated normals face away although
-// the triangle itself still faces the eye, by up to fifty degrees at coarse levels. They are
-// clamped to the outline: flipped to the eye they would be lit like the other side. Beyond that
-// angle the triangle is a fold-over.
+// Lights every fragment of a surface on the visible side. VTK flips the normal if the triangle
+// itself faces away; this is undone. Otherwise a fold-over of a simplified level would be black
+// among neighbours whose normals face the eye.
 //
-// Relief: diverging normals are a ridge, converging ones a furrow.
+// Near an outline, interpolated normals may face away although the triangle still faces the eye, at
+// coarse levels by up to fifty degrees. Such normals are clamped to the outline: if they were
+// flipped to the eye, they would be lit like the other side. If the angle is larger, the triangle
+// is a fold-over.
+//
+// Relief: where normals diverge, there is a ridge; where they converge, a furrow.
 void FaceNormalsToTheEye(vtkActor& actor)
 {
   actor.GetShaderProperty()->AddFragmentShaderReplacement("//VTK::Light::Impl", true,
@@ -107,7 +109,8 @@ void FaceNormalsToTheEye(vtkActor& actor)
   RaiseReliefOf(actor, 0, 0);
 }
 
-// The texture replaces the colour before lighting: VTK would multiply highlights by it, too.
+// Lets the texture replace the colour before lighting, because VTK would multiply highlights by it,
+// too.
 void TextureBeforeLight(vtkActor& actor)
 {
   vtkShaderProperty* shader = actor.GetShaderProperty();
@@ -129,8 +132,9 @@ void RemoveTexture(vtkActor& actor)
   }
 }
 
-// Not with the mapper's clipping planes: at edges of the surface, these are evaluated beside the
-// surface, and single pixels of what is cut away remain.
+// Discards fragments above the section. The mapper's clipping planes are not used for this: at
+// edges of the surface they are evaluated beside it, so single pixels that should be cut away
+// remain.
 void DiscardWhatIsAbove(vtkActor& actor)
 {
   vtkShaderProperty* shader = actor.GetShaderProperty();
@@ -155,7 +159,8 @@ void DiscardNothing(vtkActor& actor)
   shader->GetVertexCustomUniforms()->RemoveUniform("section");
 }
 
-// One for each point; (0, 0, 0) if there is none, because VTK needs normals to light points.
+// Returns one normal for each point; (0, 0, 0) if there is none, because VTK needs normals to light
+// points.
 vtkSmartPointer<vtkFloatArray> Normals(std::size_t points, const UnitNormals& normals)
 {
   auto result = vtkSmartPointer<vtkFloatArray>::New();
@@ -181,7 +186,7 @@ vtkSmartPointer<vtkFloatArray> Radii(const Surface& cloud)
   return result;
 }
 
-// A colour for each of this number of entries, given by color(0 … count - 1).
+// Makes an array of `count` colours; colorAt(i) gives them, i from 0 to count - 1.
 template <class ColorAt>
 vtkSmartPointer<vtkUnsignedCharArray> Colors(std::size_t count, const ColorAt& colorAt)
 {
@@ -198,7 +203,7 @@ vtkSmartPointer<vtkUnsignedCharArray> Colors(std::size_t count, const ColorAt& c
   return colors;
 }
 
-// Gives each vertex of a textured surface the values of its point.
+// Gives each vertex of a textured surface the values of the point that it stands for.
 Surface Split(const Surface& surface, const TexturedCorners& textured)
 {
   Surface split;
@@ -230,7 +235,8 @@ UnitNormals Split(const UnitNormals& normals, const TexturedCorners& textured)
   return split;
 }
 
-// The picture's first row is the image's lowest: places go down from it as coordinates go up.
+// Nothing needs to be flipped: VTK puts the picture's top row, which is its first, at coordinate 0,
+// and places are counted downwards from that row.
 vtkSmartPointer<vtkFloatArray> Places(const TexturedCorners& textured)
 {
   auto result = vtkSmartPointer<vtkFloatArray>::New();
@@ -262,7 +268,8 @@ ScenePart::ScenePart()
   SetUpMaterial(*this->Drawing);
   this->Drawing->GetProperty()->GetDiffuseColor(this->Plain.data());
   this->Mapper->SetInputData(this->Drawn);
-  // The coordinates are relative already: VTK's own shifting would only move them a second time.
+  // The coordinates are already relative to the centre; VTK's own shift would shift them a second
+  // time.
   if (auto* openGl = vtkOpenGLPolyDataMapper::SafeDownCast(this->Mapper))
   {
     openGl->SetVBOShiftScaleMethod(vtkOpenGLVertexBufferObject::DISABLE_SHIFT_SCALE);
@@ -343,7 +350,7 @@ void ScenePart::AddShaders()
   DrawNoSplats(*this->Drawing, *this->Mapper);
   if (this->IsCut)
   {
-    DiscardNothing(*this->Drawing); // until the section is made again
+    DiscardNothing(*this->Drawing); // until the section is set again
     this->IsCut = false;
   }
   if (this->IsCloud)
@@ -368,7 +375,7 @@ void ScenePart::TakeColors(const Surface& surface, const TreeDepths& depths)
     [&depths](const Surface::Source& source) { return ColorSourceOf(source, depths); });
 }
 
-// Null where the points have none of that kind.
+// Returns null if the points have no colours of this kind.
 vtkSmartPointer<vtkUnsignedCharArray> ScenePart::PointColors(const Coloring& coloring) const
 {
   const Attribute* array = ColoredBy(this->Arrays, coloring);
@@ -377,7 +384,7 @@ vtkSmartPointer<vtkUnsignedCharArray> ScenePart::PointColors(const Coloring& col
                : nullptr;
 }
 
-// A colour for each drawn cell (triangle, or point of a cloud).
+// Gives a colour for each cell that is drawn (triangle, or point of a cloud).
 vtkSmartPointer<vtkUnsignedCharArray> ScenePart::CellColors(SurfaceColoring coloring) const
 {
   if (this->IsCloud)
@@ -431,7 +438,7 @@ void ScenePart::SetStyle(const SceneStyle& style)
   this->Mapper->SetColorModeToDirectScalars();
 }
 
-// A texture is multiplied by the colour.
+// VTK multiplies a texture by the colour, so the colour must be white for it.
 void ScenePart::Tint(bool textured)
 {
   const std::array<double, 3> color = textured ? std::array{ 1.0, 1.0, 1.0 } : this->Plain;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One part of a surface in a VTK renderer: an actor of its own. For SurfaceActors.cxx, and the cap
-// of SurfaceScene.cxx.
+// One part of a surface in a VTK renderer, drawn by an actor of its own. Used by SurfaceActors.cxx,
+// and for the cap in SurfaceScene.cxx.
 #pragma once
 
 #include "filters/core/drawing/SurfaceParts.h"
@@ -38,15 +38,15 @@ public:
   ScenePart& operator=(const ScenePart&) = delete;
 
   vtkActor& Actor() { return *this->Drawing; }
-  // The box of what is drawn, relative to the center.
+  // The box of what is drawn, relative to `center`.
   const Box& Bounds() const { return this->Extent; }
 
-  // Draws this surface from now on: as SurfaceScene::Update. normals: one for each point, or none.
-  // REQUIRES: CheckSurface has found no error. O(points + triangles).
+  // Draws this surface from now on, as SurfaceScene::Update does. normals: one for each point, or
+  // none. REQUIRES: CheckSurface has found no error. O(points + triangles).
   void Show(const Surface& surface, const UnitNormals& normals, const TreeDepths& depths,
     const Vec3& center, const SceneStyle& style);
-  // The same with a texture, if the style uses the model's own colours. False, with no change, if
-  // the tile does not fit the part or its picture cannot be decoded.
+  // The same with a texture, if the style uses the model's own colours. Returns false and changes
+  // nothing if the tile does not fit the part or its picture cannot be decoded.
   struct TextureSource
   {
     std::shared_ptr<const TextureTile> tile;
@@ -55,15 +55,16 @@ public:
   bool ShowTextured(const SurfacePart& part, const UnitNormals& normals, const TreeDepths& depths,
     const Vec3& center, const SceneStyle& style, const TextureSource& textureSource);
   void SetStyle(const SceneStyle& style);
-  // Uses a copy of the material from now on. Call SetStyle after it.
+  // Uses a copy of the material from now on. Call SetStyle afterwards.
   void SetMaterial(vtkProperty& material);
-  // Hides what is above the plane, until the next call, or until another surface is shown. center:
+  // Hides what is above the plane until the next call, or until another surface is shown. center:
   // as in Show.
   void CutBy(const std::optional<SectionPlane>& plane, const Vec3& center);
-  // Before each picture: SceneLighting::relief, for a bend of a radian within this number of
-  // pixels.
+  // Call this before each picture. relief: SceneLighting::relief, for a surface that bends by a
+  // radian within this number of pixels.
   void RaiseRelief(double relief, double pixels);
-  // Before each picture: as AimSplats of CloudSplats.h, of triangles whether they are lit.
+  // Call this before each picture. Does the same as AimSplats of CloudSplats.h; for triangles it
+  // only sets whether they are lit.
   void Aim(const SplatSight& sight);
 
 private:
@@ -82,9 +83,9 @@ private:
   bool IsCloud = false;
   bool IsLit = true;                       // in the last picture
   double LargestRadius = 0.0;              // of the points of a cloud; 0 for a surface
-  std::vector<ColorSource> Sources;        // one a point
+  std::vector<ColorSource> Sources;        // one for each point
   Surface Arrays;                          // arrays for colours, without the points
-  std::shared_ptr<const TextureTile> Tile; // whose picture is in Texture; or null
+  std::shared_ptr<const TextureTile> Tile; // the tile whose picture is in Texture; or null
   vtkSmartPointer<vtkTexture> Texture;     // or null
   bool IsTextured = false;                 // whether the texture is shown
   std::array<double, 3> Plain;             // colour of points without their own colour

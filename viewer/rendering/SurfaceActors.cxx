@@ -16,8 +16,8 @@ namespace kdstream
 namespace
 {
 
-// Each part is an actor, which costs time in every picture. More parts than this, which is more
-// than a viewer's budgets allow, are drawn as one.
+// Each part is an actor, which costs time in every picture. If there are more parts than this, all
+// are drawn as one; a viewer's budgets do not allow that many.
 constexpr std::size_t mostParts = 1024;
 
 }
@@ -97,7 +97,7 @@ Status SurfaceActors::Update(const DrawnSurface& surface, const TreeDepths& dept
         known->second->drawn.LooksLike(parts[i]) && known->second->tile == entries[i].tile;
     }
   }
-  // New parts take the place of parts that are not needed any more.
+  // New parts reuse actors of parts that are no longer needed.
   auto spare = this->Entries.begin();
   for (Entry& entry : entries)
   {
@@ -123,7 +123,7 @@ Status SurfaceActors::Update(const DrawnSurface& surface, const TreeDepths& dept
   return {};
 }
 
-// Draws these from now on; of those before, what has not been moved into them is let go.
+// Draws these entries from now on. Earlier entries that were not moved into them are released.
 void SurfaceActors::Take(std::vector<Entry> entries)
 {
   for (const Entry& entry : this->Entries)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The actors that draw one surface: those of SurfaceScene's renderer, and the parts of
-// vtkKdStreamActor. Step "render" of the pipeline picture.
+// The actors that draw one surface: in SurfaceScene's renderer, or as parts of vtkKdStreamActor.
+// Step "render" of the pipeline picture.
 #pragma once
 
 #include "viewer/rendering/CloudSplats.h"
@@ -22,31 +22,32 @@ class vtkProperty;
 namespace kdstream
 {
 
-// Threads: one at a time, that of the window.
+// Threads: only one at a time, the window's.
 class SurfaceActors
 {
 public:
-  // Called for an actor that is drawn from now on (perhaps a second time), and for one that is not
-  // drawn any more.
+  // The first callback is called for an actor that is drawn from now on (perhaps a second time),
+  // the second for an actor that is no longer drawn.
   using Callback = std::function<void(vtkActor&)>;
   SurfaceActors(Callback add, Callback remove);
   ~SurfaceActors();
   SurfaceActors(const SurfaceActors&) = delete;
   SurfaceActors& operator=(const SurfaceActors&) = delete;
 
-  // As SurfaceScene's.
+  // The same as SurfaceScene's functions.
   Status Update(const Surface& surface, const TreeDepths& depths, const Vec3& center);
   Status Update(const DrawnSurface& surface, const TreeDepths& depths, const Vec3& center,
     const std::shared_ptr<const TileList>& tiles = nullptr);
   void SetTileDecoder(TileDecoder decoder) { this->Decoder = decoder; }
   void SetStyle(const SceneStyle& style);
 
-  // Sets the material of all actors, except colours of the model, and flat or smooth shading, which
-  // the style sets. Costs nothing if it was not modified since the last call. Before the first
-  // call: sceneMaterial.
+  // Sets the material of all actors, except the model's colours, and flat or smooth shading, which
+  // the style sets. Costs nothing if the material was not modified since the last call. Before the
+  // first call, the material is sceneMaterial.
   void SetMaterial(vtkProperty& material);
 
-  // Before each picture: what is above the section is not drawn; SceneLighting::relief.
+  // Call this before each picture. section: what is above it is not drawn. relief:
+  // SceneLighting::relief.
   struct Sight : SplatSight
   {
     std::optional<SectionPlane> section;
@@ -59,16 +60,16 @@ public:
   const Box& Bounds() const { return this->Extent; }
   const Vec3& Center() const { return this->Middle; }
   const TreeDepths& Depths() const { return this->Tree; }
-  // FacetLength of what is drawn.
+  // The FacetLength of what is drawn.
   double Facet() const { return this->FacetSize; }
 
 private:
   struct Entry
   {
     std::unique_ptr<ScenePart> scene;
-    DrawnSurface::Part drawn; // empty for a whole surface
+    DrawnSurface::Part drawn; // empty if the whole surface is drawn at once
     std::shared_ptr<const TextureTile> tile;
-    bool isShown = false; // by `scene`
+    bool isShown = false; // whether `scene` shows it
   };
 
   std::unique_ptr<ScenePart> NewPart() const;
@@ -78,7 +79,7 @@ private:
   std::vector<Entry> Entries;
   TileDecoder Decoder = nullptr;
   SceneStyle Style;
-  vtkSmartPointer<vtkProperty> Material; // null: the scene's
+  vtkSmartPointer<vtkProperty> Material; // null: the material of the scene
   vtkMTimeType MaterialTime = 0;
   TreeDepths Tree;
   Vec3 Middle{ 0.0, 0.0, 0.0 };

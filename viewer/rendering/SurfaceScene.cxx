@@ -43,7 +43,7 @@ vtkSmartPointer<vtkLight> AddLightSource(vtkRenderer& renderer, const SceneLight
   return light;
 }
 
-// A colour that no light changes.
+// Gives the cap a colour that does not depend on light.
 void SetUpCap(vtkActor& actor)
 {
   vtkProperty* material = actor.GetProperty();
@@ -64,7 +64,7 @@ void SetUpBackground(vtkRenderer& renderer)
 
 SurfaceScene::SurfaceScene()
   : Actors(std::make_unique<SurfaceActors>([this](vtkActor& actor)
-      { this->SceneRenderer->AddActor(&actor); }, // no second time
+      { this->SceneRenderer->AddActor(&actor); }, // does not add an actor twice
       [this](vtkActor& actor) { this->SceneRenderer->RemoveActor(&actor); }))
   , Occlusion(std::make_unique<SceneOcclusion>())
 {
@@ -77,14 +77,14 @@ SurfaceScene::SurfaceScene()
   const vtkNew<vtkCamera> camera;
   this->SceneRenderer->SetActiveCamera(camera);
   this->ApplyCamera();
-  // Just before drawing, when the size of the window is known.
+  // Called just before drawing, when the size of the window is known.
   this->PictureObserver =
     this->SceneRenderer->AddObserver(vtkCommand::StartEvent, this, &SurfaceScene::BeforePicture);
   this->OcclusionObserver =
     this->SceneRenderer->AddObserver(vtkCommand::EndEvent, this, &SurfaceScene::ApplyOcclusion);
 }
 
-// The renderer lives on in a window that lives on.
+// The renderer may outlive the scene, in a window.
 SurfaceScene::~SurfaceScene()
 {
   this->SceneRenderer->RemoveObserver(this->PictureObserver);
@@ -143,7 +143,7 @@ void SurfaceScene::SetSection(const std::optional<SectionPlane>& plane,
   }
 }
 
-// Draws the cap anew.
+// Draws the current cap.
 void SurfaceScene::PlaceCap()
 {
   const bool hasOne = this->Cap && !this->Cap->triangles.empty();

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Draws one surface in a VTK renderer. Step "render" of the pipeline picture: the surface is
-// DrawSurface's.
+// Draws one surface, which DrawSurface made, in a VTK renderer. Step "render" of the pipeline
+// picture.
 //
-// The model stands like a piece in a museum: stone before a soft gradient, lit by the lights of
-// viewer/session/appearance/SceneAppearance.h, which follow the camera.
+// The model looks like a piece in a museum: stone in front of a soft gradient. It is lit by the
+// lights of viewer/session/appearance/SceneAppearance.h, which follow the camera.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -35,8 +35,8 @@ class SceneOcclusion;
 class ScenePart;
 class SurfaceActors;
 
-// A tile's decoded picture: red, green and blue bytes, rows from the top down, in the size that the
-// tile states. Errors: of decoding; the tile is then not drawn.
+// A tile's decoded picture: red, green and blue bytes, with the top row first, in the size that the
+// tile states. Errors of the decoder: those of decoding; then the tile is not drawn.
 struct TilePicture
 {
   std::uint32_t width = 1, height = 1;
@@ -47,11 +47,11 @@ using TileDecoder = Result<TilePicture> (*)(const TextureTile& tile);
 struct SceneStyle
 {
   Coloring coloring{};
-  bool flat = false;      // a normal a triangle instead of one a vertex
+  bool flat = false;      // a normal per triangle instead of one per vertex
   bool occlusion = false; // ambient occlusion (viewer/session/appearance/OcclusionShaders.h)
 };
 
-// A renderer with one surface, which may be replaced while the camera stays. Threads: only the
+// A renderer with one surface, which can be replaced while the camera stays. Threads: only the
 // window's thread.
 class SurfaceScene
 {
@@ -61,32 +61,34 @@ public:
   SurfaceScene(const SurfaceScene&) = delete;
   SurfaceScene& operator=(const SurfaceScene&) = delete;
 
-  // For vtkRenderWindow::AddRenderer. It stays the same for the scene's life.
+  // For vtkRenderWindow::AddRenderer. It is the same renderer throughout the scene's life.
   vtkRenderer& Renderer() { return *this->SceneRenderer; }
 
-  // Replaces what is drawn: triangles with normals weighted by area; or, for a surface without
-  // triangles, its points as round splats. center: a point near the surface; coordinates relative
-  // to it become floats, so that far-away origins cost no precision. depths: those of the surface's
-  // cut, for the colouring by partition. O(points + triangles). The surface is not kept. Errors:
-  // those of CheckSurface; then the scene does not change.
+  // Replaces what is drawn. Triangles are drawn with normals weighted by area; a surface without
+  // triangles is drawn as points, each a round splat. center: a point near the surface. Coordinates
+  // relative to it become floats, so precision is not lost if the surface is far from the origin.
+  // depths: of the tree that the surface is cut from, for the colouring by partition. O(points +
+  // triangles). The surface is not kept. Errors: those of CheckSurface; then the scene does not
+  // change.
   Status Update(const Surface& surface, const TreeDepths& depths, const Vec3& center);
-  // The same, but only parts that differ from the last surface, or have another tile, cost time:
-  // each part is an actor. tiles: null, or the textures of parts with texture corners.
+  // The same, but time is spent only on parts that differ from the last surface or have another
+  // tile: each part has an actor. tiles: the textures of parts with texture corners; may be null.
   Status Update(const DrawnSurface& surface, const TreeDepths& depths, const Vec3& center,
     const std::shared_ptr<const TileList>& tiles = nullptr);
-  // Null, as at first: tiles paint nothing.
+  // Null is the default: then tiles are not drawn.
   void SetTileDecoder(TileDecoder decoder);
 
-  // O(points + triangles) where the coloring changes.
+  // Takes O(points + triangles) if the colouring changes.
   void SetStyle(const SceneStyle& style);
 
-  // Hides what is above the plane, and draws the cap, in capColor. cap: null, or with triangles
-  // whose indices are in range, in the same coordinates as the surface; capVersion identifies it.
+  // Hides what is above the plane, and draws the cap in capColor. cap: null, or a surface in the
+  // same coordinates as the model, with triangles whose indices are in range. capVersion:
+  // identifies the cap.
   void SetSection(const std::optional<SectionPlane>& plane,
     const std::shared_ptr<const Surface>& cap, std::uint64_t capVersion);
   void SetLighting(const SceneLighting& lighting);
 
-  // Near and far planes are found from the surface, now and at each Update. Errors: those of
+  // The near and far planes are computed from the surface, now and at each Update. Errors: those of
   // CheckCamera.
   Status SetCamera(const SceneCamera& camera);
 
@@ -106,7 +108,7 @@ private:
   std::array<vtkSmartPointer<vtkLight>, 2> Lights;
   SceneLighting Lighting;
   std::optional<SectionPlane> Section;
-  std::shared_ptr<const Surface> Cap;  // null without
+  std::shared_ptr<const Surface> Cap;  // null if there is none
   std::unique_ptr<ScenePart> CapDrawn; // made for the first section
   std::uint64_t CapVersion = 0;
 };

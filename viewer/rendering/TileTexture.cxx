@@ -14,8 +14,9 @@ namespace kdstream
 namespace
 {
 
-// Uses the mipmap level (half or quarter of the picture) that fits a pixel, as the page filters
-// tiles (viewer/mobile/GlesBuffers.cxx). The margins of charts are large enough for these.
+// Uses the mipmap level (half or quarter of the picture) that fits the size of a pixel, as the web
+// page does (viewer/mobile/GlesBuffers.cxx). The margins of charts are wide enough for these
+// levels.
 class TileTexture : public vtkOpenGLTexture
 {
 public:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A tile's picture as VTK draws it. Step "render" of the pipeline picture.
+// A tile's picture as a VTK texture. Step "render" of the pipeline picture.
 #pragma once
 
 #include "viewer/rendering/SurfaceScene.h"
@@ -11,8 +11,8 @@ class vtkTexture;
 namespace kdstream
 {
 
-// Its texels are interpolated, and mipmapped where several share a pixel, as in the page. Texture
-// coordinates are clamped to the picture.
+// Texels are interpolated; where several share a pixel, mipmaps are used, as in the web page.
+// Texture coordinates are clamped to the picture.
 vtkSmartPointer<vtkTexture> MakeTileTexture(const TilePicture& picture);
 
 }

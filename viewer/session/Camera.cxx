@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The camera: where one looks from. Step "navigate" of the pipeline picture.
+// The camera: where the user looks from. Step "navigate" of the pipeline picture.
 #include "viewer/session/Camera.h"
 
 #include <algorithm>
@@ -13,8 +13,8 @@ namespace
 constexpr double nearestInRadii = 1e-4, farthestInRadii = 20;
 // The fitted box takes 1 / fitMargin of the window.
 constexpr double fitMargin = 1.08;
-constexpr double partOnScreen = 0.8; // of the way from the middle to an edge
-constexpr double mostElevation = 3;  // radians at a time: less than half a turn
+constexpr double partOnScreen = 0.8; // of the way from the middle of the screen to an edge
+constexpr double mostElevation = 3;  // radians in one call: less than half a turn
 
 // An angle as a point of the unit circle, by arithmetic that every platform rounds the same: starts
 // with a small part of the angle and squares repeatedly. The error is less than 1e-9 up to half a
@@ -27,7 +27,7 @@ Direction2 PointOfAngle(double radians)
 {
   constexpr int squarings = 8;
   const double half = radians / (2 << squarings);
-  const double t = half + half * half * half / 3; // its tangent
+  const double t = half + half * half * half / 3; // the tangent of `half`
   const double scale = 1 / (1 + t * t);
   Direction2 point{ (1 - t * t) * scale, 2 * t * scale };
   for (int i = 0; i < squarings; ++i)
@@ -103,7 +103,7 @@ std::array<double, 2> Camera::FitDistances() const
     fitMargin * (half[1] / this->Tangent) + half[2] };
 }
 
-// A flat or tiny box keeps its distance.
+// Limits a distance to 1 to 20 radii, so that the eye keeps its distance from a flat or tiny box.
 double Camera::Bounded(double distance) const
 {
   return std::clamp(distance, this->Radius, farthestInRadii * this->Radius);
@@ -191,22 +191,22 @@ void Camera::Rotate(double fromX, double fromY, double toX, double toY)
   this->Turn = this->Turn.After(ball.Inverse());
 }
 
-// Computes the orientation anew from the view direction: right, which is horizontal, and the
-// elevation. So rounding errors never accumulate to a tilted horizon.
+// Computes the new orientation only from the direction to the right, which is horizontal, and from
+// the elevation. So rounding errors never add up to a tilted horizon.
 void Camera::RotateUpright(double dx, double dy)
 {
-  const double radians = 2.0 / std::min(this->View.width, this->View.height); // of a pixel
+  const double radians = 2.0 / std::min(this->View.width, this->View.height); // of one pixel
   const Vec3& up = this->UpAxis;
   const Vec3 before = Normalized(this->Right() - up * Dot(this->Right(), up));
   const Direction2 heading = PointOfAngle(std::clamp(-dx * radians, -100.0, 100.0));
   const Vec3 right =
-    Normalized(before * heading.cosine + Cross(up, before) * heading.sine); // about up
+    Normalized(before * heading.cosine + Cross(up, before) * heading.sine); // turned about up
   const double turn = std::clamp(dy * radians, -mostElevation, mostElevation);
   const Direction2 by = PointOfAngle(turn);
   const double level = Dot(this->Up(), up), height = -Dot(this->Forward(), up);
   double cosine = level * by.cosine - height * by.sine;
   double sine = level * by.sine + height * by.cosine;
-  if (cosine < 0) // beyond straight above or below
+  if (cosine < 0) // the eye would go beyond straight above or below
   {
     cosine = 0;
     sine = turn > 0 ? 1 : -1;
@@ -232,7 +232,7 @@ void Camera::Roll(double cosine, double sine, double x, double y)
 }
 
 // How far the focal point may be from the box. A sphere of this radius around the focal point is on
-// the screen, with a margin (partOnScreen); so is the nearest point of the box.
+// the screen, with a margin (partOnScreen). So the nearest point of the box is, too.
 double Camera::Reach(double distance) const
 {
   return partOnScreen * this->Tangent * std::min(1.0, this->Aspect()) * distance;
@@ -243,7 +243,7 @@ Vec3 Camera::Confined(const Vec3& focal) const
   return this->Near(focal, NearestIn(this->Fitted, focal));
 }
 
-// The focal point, within reach of another point.
+// Moves a focal point within reach of `point`, if it is not.
 Vec3 Camera::Near(const Vec3& focal, const Vec3& point) const
 {
   constexpr double rounding = 1 + 1e-9; // a point moved within reach is not moved again

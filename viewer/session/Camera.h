@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The camera: where one looks from. Step "navigate" of the pipeline picture.
+// The camera: where the user looks from. Step "navigate" of the pipeline picture.
 #pragma once
 
 #include "viewer/session/Geometry.h"
@@ -29,13 +29,13 @@ struct Ray
 // How a finger turns the model.
 enum class Turning
 {
-  Upright, // a turntable: about the model's up, and towards its top and bottom; the horizon is
-           // level
-  Free     // as a ball under the finger, and two fingers roll it
+  Upright, // like a turntable: turns about the model's up axis, and tilts up and down; the
+           // horizon stays level
+  Free     // like a ball under the finger; two fingers roll it
 };
 
 // A camera's place, independent of the model's size and position: lengths are in radii of the
-// sphere around the fitted box, relative to its middle.
+// sphere around the fitted box, and points are relative to the middle of the box.
 struct CameraPlace
 {
   Vec3 focal{};
@@ -60,9 +60,9 @@ public:
   void SetViewport(const Viewport& viewport);
   const Viewport& GetViewport() const { return this->View; }
 
-  // The axis of the turntable, of length 1: y until it is set.
+  // Sets the axis of the turntable, of length 1. Default: y.
   void SetUp(const Vec3& up) { this->UpAxis = up; }
-  // Free until it is set. Upright levels the horizon, with eye and line of sight unchanged.
+  // Default: Free. Upright levels the horizon; the eye and the line of sight stay as they are.
   void SetTurning(Turning turning);
   Turning GetTurning() const { return this->Turns; }
 
@@ -71,37 +71,39 @@ public:
   // zooming, in radii of the sphere around the box. An empty box counts as the unit cube.
   void FitTo(const Box& box, const Quaternion& orientation = {});
 
-  // The same view in another window, as large as possible: all that was visible of the box stays
-  // visible, with the same margin, so that a fitted view fits again. The distance stays within the
+  // Shows the same view in another window, as large as possible: all that was visible of the box
+  // stays visible, with the same margin, so a fitted view fits again. The distance stays within the
   // limits of FitTo.
   void MoveTo(const Viewport& window);
-  // Whether it looks as FitTo has it.
+  // Whether focal point and distance are still those that FitTo set.
   bool IsFitted() const;
 
   CameraPlace GetPlace() const;
-  // A point of the model, in these lengths, and back.
+  // Converts a point of the model to the units of CameraPlace, and back.
   Vec3 PlaceOf(const Vec3& point) const;
   Vec3 PointAt(const Vec3& place) const;
-  // In a window of another shape the largest square in the middle stays completely visible. Within
-  // the limits of panning and zooming. REQUIRES: finite numbers, an orientation of length 1.
+  // Takes a place of another camera, within the limits of panning and zooming. If that camera's
+  // window has another shape, all of the largest square in its middle stays visible. REQUIRES:
+  // finite numbers, an orientation of length 1.
   void SetPlace(const CameraPlace& place);
 
-  // Sets the view of another camera, whatever it looks at. tangent: of half the vertical angle of
-  // view, above 0. REQUIRES: an eye that is not at the focal point, and up not along the line of
-  // sight.
+  // Sets the view of another camera, whatever it looks at. tangent: the tangent of half the
+  // vertical angle of view, above 0. REQUIRES: an eye that is not at the focal point, and up not
+  // along the line of sight.
   void LookFrom(const Vec3& eye, const Vec3& focal, const Vec3& up, double tangent);
 
-  // A finger went from one pixel to the other: turns about the focal point. Free: as if a ball
-  // under the window followed it (Bell's trackball: a sphere in the middle, a hyperbola around it,
-  // so it never jumps). Upright: horizontal moves turn about the up axis, vertical ones about the
-  // screen's horizontal axis until straight above or below; in the middle as fast as with the ball.
+  // Turns about the focal point, for a finger that went from one pixel to the other. Free: as if a
+  // ball under the window followed the finger (Bell's trackball: a sphere in the middle, a
+  // hyperbola around it, so it never jumps). Upright: horizontal moves turn about the up axis;
+  // vertical moves turn about the screen's horizontal axis, until the eye is straight above or
+  // below. In the middle of the window this is as fast as with the ball.
   void Rotate(double fromX, double fromY, double toX, double toY);
-  // Turns the picture clockwise about pixel (x, y), by the angle of this cosine and sine. Does
-  // nothing if turning is upright.
+  // Turns the picture clockwise about pixel (x, y), by the angle that has this cosine and sine.
+  // Does nothing if turning is upright.
   void Roll(double cosine, double sine, double x, double y);
-  // Moves what lies in the focal plane by (dx, dy) pixels. Stops so that some of the fitted box
-  // stays on the screen, however the model is turned afterwards: a point of it within 0.8 of the
-  // way from the middle to the nearest edge.
+  // Moves what lies in the focal plane by (dx, dy) pixels. Stops early enough for some of the
+  // fitted box to stay on the screen, however the model is turned afterwards: a point of the box
+  // stays within 0.8 of the way from the middle of the screen to its nearest edge.
   void Pan(double dx, double dy);
   // Enlarges by `factor` > 0 (below 1: makes smaller) so that the point of the focal plane under
   // pixel (x, y) stays there, within the limits of Pan. The distance stays between 1e-4 and 20
@@ -111,23 +113,24 @@ public:
   // picture. Does nothing if the point is behind the eye, if the distance would be out of its
   // limits, or if the box could then be turned off the screen.
   void FocusAtDepthOf(const Vec3& point);
-  // How far a point may be from the focal point so that it is on the screen however the model is
-  // turned: 0.8 of the way to the nearest edge.
+  // The largest distance from the focal point at which a point is on the screen however the model
+  // is turned: it then appears within 0.8 of the way from the middle to the nearest edge.
   double Reach() const { return this->Reach(this->EyeDistance); }
-  // The focal point comes so near to `point`, on the straight way.
+  // Moves the focal point straight towards `point`, until `point` is within Reach().
   void KeepInSight(const Vec3& point);
-  // Away from the focal point, which stays, by a length of 0 or more; no farther than 20 radii.
+  // Moves the eye away from the focal point, which stays, by a length of 0 or more; to at most 20
+  // radii.
   void StepBack(double length);
-  // A camera between this one (0) and one that has only panned and zoomed away from it (1): eye,
-  // focal point and distance move on straight lines.
+  // A camera between this one (part 0) and `moved` (part 1), which has only panned and zoomed away
+  // from it: eye, focal point and distance change linearly.
   Camera PartOfTheWayTo(const Camera& moved, double part) const;
 
   Ray RayOf(double x, double y) const;
-  // The pixel of a point, from the upper left corner, perhaps outside the window; nothing behind
-  // the eye.
+  // The pixel of a point, counted from the upper left corner; it may be outside the window. Nothing
+  // if the point is behind the eye.
   std::optional<std::array<double, 2>> PixelOf(const Vec3& point) const;
-  // Whether a part of a box may be on the screen: always true if one is, sometimes also if none is.
-  // False for an empty box.
+  // Whether any of a box may be on the screen: always true if some of it is, sometimes also if none
+  // of it is. False for an empty box.
   bool MaySee(const Box& box) const;
   // The inward normals, of length 1, of the five planes through the eye that bound what is visible:
   // ahead, and the four sides.
@@ -138,12 +141,12 @@ public:
   // of `distance` > 0 from the eye.
   double PointsPerUnit(double distance) const;
   // How far from the middle of the screen a point appears: 0 there, 1 at the middle of the upper
-  // edge; infinite behind the eye.
+  // edge; infinity if it is behind the eye.
   double Eccentricity(const Vec3& point) const;
-  // Pixels of one model unit in the focal plane; points of the screen.
+  // The length of one model unit in the focal plane: in pixels, and in points of the screen.
   double PixelsPerUnit() const;
   double FocalPointsPerUnit() const { return this->PixelsPerUnit() / this->View.pixelRatio; }
-  // The tangent of the angle of this number of points, in the middle of the screen.
+  // The tangent of the angle that this number of points covers in the middle of the screen.
   double TangentOf(double points) const
   {
     return points * this->View.pixelRatio / (this->PixelsPerUnit() * this->EyeDistance);

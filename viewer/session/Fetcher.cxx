@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How a session gets what it would like to see: see Fetcher.h.
+// Fetches what a session wants to show: see Fetcher.h.
 #include "viewer/session/Fetcher.h"
 
 #include <utility>
@@ -12,7 +12,8 @@ namespace
 using protocol::BlobId;
 using protocol::BlobKind;
 
-// The window of a line of 4 MB/s: on a faster one, pieces in between would be seen only briefly.
+// The window of a connection of 4 MB/s. On a faster one, intermediate pieces would be visible only
+// briefly.
 constexpr std::size_t fastLine = std::size_t{ 1 } << 20;
 
 // The name of a blob's kind in statistics.
@@ -44,7 +45,7 @@ void Fetcher::Select(const std::string& model)
   this->Wanted.Open(model);
 }
 
-// ---- asking
+// ---- requests
 
 bool Fetcher::Update(LodSelection::View view)
 {
@@ -82,9 +83,9 @@ void Fetcher::GiveWayToTap()
   this->Lod.SetDue();
 }
 
-// While a tap waits for the tree nothing else is requested; the preview is requested by itself.
-// Prefetches only when nothing is wanted: as much as allowed at a time, and more when that has
-// arrived.
+// Requests more of the list. While a tap waits for the tree, nothing else is requested; the preview
+// is requested by itself. If nothing is wanted, prefetches as much as may be in flight, and more
+// when that has arrived.
 void Fetcher::AskMore(const LodSelection::View& view)
 {
   const auto bytesOf = [this](const BlobId& blob) { return this->Lod.BytesOf(blob); };
@@ -101,7 +102,7 @@ void Fetcher::AskMore(const LodSelection::View& view)
   }
 }
 
-// ---- what comes
+// ---- answers
 
 Fetcher::Answer Fetcher::BlobArrived(std::uint32_t request, const BlobId& blob,
   std::span<const std::uint8_t> bytes, double transmissionSeconds, bool fromCache)
@@ -138,7 +139,8 @@ Fetcher::Answer Fetcher::BlobArrived(std::uint32_t request, const BlobId& blob,
   return { decoded ? BlobArrival::Taken : BlobArrival::Damaged, "blob", true };
 }
 
-// A blob that was in flight when it was cancelled is kept for the next view, if the cache has room.
+// Takes a blob that was in flight when it was cancelled: it is kept for later views, if the cache
+// has room.
 Fetcher::Answer Fetcher::TakeLate(
   std::uint32_t request, const BlobId& blob, std::span<const std::uint8_t> bytes)
 {

@@ -35,25 +35,24 @@ public:
     std::function<double()> clock, std::size_t mostStatistics);
   Fetcher(const Fetcher&) = delete;
 
-  // Asks for the description of a model; of the last one nothing is wanted any more.
+  // Requests the description of a model. Nothing of the previous model is wanted any more.
   void Select(const std::string& model);
 
-  // ---- requests, for the open model. True if the preview has just appeared: then everything must
-  // be updated anew.
+  // ---- requests, for the open model. Both return true if the preview has just appeared: then
+  // everything must be updated again.
   bool Update(LodSelection::View view);
-  // At a frame.
+  // Call at each frame.
   bool FollowView(const LodSelection::View& view);
-  // Makes way for a tap: everything in flight would arrive before what the tap needs, so it is
-  // cancelled, except pages of the tree.
+  // Makes way for a tap: cancels everything in flight except pages of the tree, because it would
+  // arrive before what the tap needs.
   void GiveWayToTap();
 
-  // ---- what comes
+  // ---- answers
   struct Answer
   {
     BlobArrival arrival = BlobArrival::Unwanted;
-    const char* input =
-      "";                // "blob", or "late" where its request had been cancelled; empty: ignored
-    bool isNews = false; // all is to be updated
+    const char* input = ""; // for traces: "blob"; "late": of a cancelled request; empty: ignored
+    bool isNews = false;    // everything must be updated
   };
   // As ViewerSession::BlobArrived.
   Answer BlobArrived(std::uint32_t request, const protocol::BlobId& blob,

@@ -2,8 +2,8 @@
 // Vectors and quaternions of the viewers: the arithmetic below step "navigate" of the pipeline
 // picture.
 //
-// Only + - * / and sqrt, which every platform rounds the same: so the same touches give the same
-// camera, bit for bit, natively and in the browser.
+// Uses only + - * / and sqrt, which every platform rounds the same. So the same touches give the
+// same camera, bit for bit, natively and in the browser.
 #pragma once
 
 #include "filters/core/VectorMath.h"
@@ -64,7 +64,7 @@ struct Quaternion
     return { w / length, axis[0] / length, axis[1] / length, axis[2] / length };
   }
 
-  // First `other`, then this; of length 1 again whatever rounding did.
+  // The rotation by `o` first, then by this. Normalized, so that rounding errors do not add up.
   Quaternion After(const Quaternion& o) const
   {
     const Quaternion q{ w * o.w - x * o.x - y * o.y - z * o.z,
@@ -86,7 +86,7 @@ struct Quaternion
   // right-handed.
   static Quaternion OfAxes(const Vec3& x, const Vec3& y, const Vec3& z)
   {
-    // The largest of the four components first: what the others are divided by.
+    // Computes the largest of the four components first, because the others are divided by it.
     const double w = 1 + x[0] + y[1] + z[2], i = 1 + x[0] - y[1] - z[2], j = 1 - x[0] + y[1] - z[2],
                  k = 1 - x[0] - y[1] + z[2];
     Quaternion q;
@@ -110,7 +110,8 @@ struct Quaternion
   }
 };
 
-// Any direction at right angles to `axis`, of length 1: x, where that is possible.
+// A direction of length 1 at right angles to `axis`: as near to x as possible, or to z if `axis` is
+// nearly along x.
 inline Vec3 Across(const Vec3& axis)
 {
   const bool alongX = axis[0] * axis[0] > 0.9;
@@ -118,9 +119,9 @@ inline Vec3 Across(const Vec3& axis)
   return Normalized(other - axis * Dot(other, axis));
 }
 
-// The orientation of a camera (x right, y up, view along -z) that looks from `view`, with `up`
-// upward on the screen as far as possible; if it looks along `up`, x is to the right. REQUIRES:
-// both of length 1.
+// The orientation of a camera (x right, y up, view along -z) that looks from direction `view`, with
+// `up` pointing upwards on the screen as far as possible. If the camera looks along `up`, x is to
+// the right. REQUIRES: both of length 1.
 inline Quaternion LookingFrom(const Vec3& view, const Vec3& up)
 {
   const Vec3 across = Cross(up, view);

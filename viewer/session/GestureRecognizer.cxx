@@ -21,7 +21,7 @@ bool HasFinger(const std::vector<Touch>& touches, std::int64_t id)
     touches.begin(), touches.end(), [id](const Touch& touch) { return touch.id == id; });
 }
 
-// Coordinates beyond any screen, whose squares still are finite.
+// False for coordinates beyond any screen. The limit is low enough for squares to be finite.
 bool OnSomeScreen(double x)
 {
   return std::isfinite(x) && std::fabs(x) < 1e9;
@@ -46,7 +46,7 @@ void GestureRecognizer::Reset()
   this->MayBeTap = this->Rotating = this->Pinching = false;
 }
 
-// The fingers that count, those that were there before first and in their old order.
+// The valid touches: first the fingers that were down before, in their old order.
 std::vector<Touch> GestureRecognizer::Accept(const std::vector<Touch>& touches) const
 {
   std::vector<Touch> valid;
@@ -135,7 +135,7 @@ void GestureRecognizer::EndSequence(double time, std::vector<Gesture>& gestures)
   this->MayBeTap = this->Rotating = this->Pinching = false;
 }
 
-// The fingers go from this->Fingers to `fingers`, of which there is at least one.
+// The fingers move from this->Fingers to `fingers`. REQUIRES: at least one finger.
 void GestureRecognizer::Move(const std::vector<Touch>& fingers, std::vector<Gesture>& gestures)
 {
   if (fingers.size() > 1)
@@ -208,8 +208,8 @@ void GestureRecognizer::MoveTwo(
   }
 }
 
-// The angle by which two fingers have turned, from their earlier to their present offset. If the
-// fingers are close, there is no angle.
+// Sets the angle by which two fingers have turned, from their earlier to their current offset. If
+// the fingers are close, no angle is set.
 void GestureRecognizer::Twist(double fromX, double fromY, double toX, double toY, Gesture& pinch)
 {
   struct Angle

@@ -14,16 +14,16 @@ namespace kdstream
 
 struct Touch
 {
-  std::int64_t id = 0; // stays with a finger from its coming to its going
+  std::int64_t id = 0; // the same as long as the finger is down
   double x = 0;        // window pixels from the left
-  double y = 0;        // and from the top
+  double y = 0;        // window pixels from the top
   bool operator==(const Touch&) const = default;
 };
 
-// All fingers that touch the screen at one time; empty = all are lifted.
+// All fingers that touch the screen at one time; empty: all are lifted.
 struct TouchFrame
 {
-  double time = 0; // seconds, of any origin
+  double time = 0; // seconds, from any origin
   std::vector<Touch> touches;
   bool operator==(const TouchFrame&) const = default;
 };
@@ -39,7 +39,7 @@ struct Gesture
                 // and they turned clockwise by the angle of (twistCosine, twistSine)
     PinchEnd,   // fewer than two fingers are left
     Tap, // a finger was put down and lifted at (x, y); also sent before a DoubleTap's second tap
-    DoubleTap // twice, there
+    DoubleTap // the second of two taps, at (x, y)
   };
   Kind kind = Kind::Tap;
   double x = 0, y = 0;
@@ -49,31 +49,32 @@ struct Gesture
   bool operator==(const Gesture&) const = default;
 };
 
-// Lengths are in points: pixels of the window divided by its pixel ratio, so that a finger is as
-// wide everywhere.
+// Lengths are in points: pixels of the window divided by its pixel ratio, so that a finger is
+// equally wide on all screens.
 struct GestureThresholds
 {
   double slop = 8; // a finger that has moved no further may still be a tap, and does not rotate
-  double tapSeconds = 0.3; // longest time between a finger's coming and going that is a tap
+  double tapSeconds = 0.3; // longest time that a finger is down for a tap
   double betweenSeconds =
-    0.35; // longest time between a tap's end and the next one's beginning, for a double tap
-  double betweenPoints = 40; // and the longest way between the two
-  double smallestGap = 16;   // two fingers never count as closer: their scale stays bounded
-  double twistSlop = 0.17;   // sine of the angle by which two fingers turn before they twist
+    0.35; // longest time from the end of a tap to the beginning of the next, for a double tap
+  double betweenPoints = 40; // longest distance between these two taps
+  double smallestGap = 16;   // a smaller gap of two fingers counts as this: scales stay bounded
+  double twistSlop = 0.17;   // sine of the angle that two fingers must turn by to begin a twist
 };
 
 // Turns the touches of one frame into gestures. Rules:
 // - A *sequence* lasts from the moment the first finger is put down until the last one is lifted.
 //   It is a tap only if a single finger made it, stayed within the slop, and was down for at most
-//   tapSeconds. Two taps close in time and place are a double tap; a third one starts anew.
+//   tapSeconds. Two taps close in time and place are a double tap; a third one counts as a first
+//   one again.
 // - If there are more than two fingers, the first two count; the others are ignored until one of
-//   the two is lifted. When the two change, measuring starts anew, so that nothing jumps.
-// - Two fingers are never lifted at the same moment. So the one that remains must move by the slop
-//   before it rotates.
+//   the two is lifted. When the two change, measuring starts again, so that nothing jumps.
+// - Two fingers are never lifted at the same moment. So the finger that remains must move by the
+//   slop before it rotates.
 // - The product of a pinch's scales is the ratio of its last gap to its first (gaps below
-//   smallestGap count as it). Touches with coordinates that are not finite are ignored; of touches
-//   with the same id the first counts; a time that goes backwards or is not finite counts as the
-//   last one. O(touches²) a frame.
+//   smallestGap count as smallestGap). Touches with coordinates that are not finite are ignored; of
+//   touches with the same id the first counts; a time that goes backwards or is not finite counts
+//   as the last one. O(touches²) a frame.
 class GestureRecognizer
 {
 public:
@@ -111,7 +112,7 @@ private:
   bool MayBeTap = false;           // so far there was one finger, within the slop
   bool Rotating = false;           // the finger has left the slop
   bool Pinching = false;           // PinchBegin was sent, PinchEnd was not
-  bool Twisting = false;           // two fingers have left the slop of turning,
+  bool Twisting = false;           // two fingers have turned by more than twistSlop
   double PairX = 0, PairY = 0;     // the pair's direction at PinchBegin
   double AnchorX = 0, AnchorY = 0; // where the single finger was when it became the only one
   std::optional<LastTap> Previous;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Touches in place of a mouse and of keys.
+// Translates mouse and keys into touches: see InputTouches.h.
 #include "viewer/session/InputTouches.h"
 
 namespace kdstream
@@ -9,10 +9,10 @@ namespace
 
 // In points of the screen:
 constexpr double halfGap = 60; // from a pair's middle to each of its fingers
-constexpr double keySlop = 10; // that an arrow key drags by first, more than a tap's slop,
-constexpr double keyStep = 40; // and then
+constexpr double keySlop = 10; // an arrow key drags by this first, more than a tap's slop;
+constexpr double keyStep = 40; // then by this in addition
 
-constexpr double tapSeconds = 0.05, betweenTaps = 0.1; // from one's beginning to the next one's
+constexpr double tapSeconds = 0.05, betweenTaps = 0.1; // betweenTaps: from beginning to beginning
 
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Touches in place of a mouse and of keys, the same in every window: part of the first step of
-// "navigate" in the pipeline picture. GestureRecognizer decides what they mean.
+// Translates mouse and keys into touches, in the same way for every window: part of the first step
+// of "navigate" in the pipeline picture. GestureRecognizer decides what the touches mean.
 #pragma once
 
 #include "viewer/session/Camera.h"
@@ -21,14 +21,14 @@ struct Pointer
   bool operator==(const Pointer&) const = default;
 };
 
-// Appends its one or two touches. pixelRatio: as Viewport's.
+// Appends the one or two touches of a pointer. pixelRatio: as in Viewport.
 void AddTouches(const Pointer& pointer, double pixelRatio, std::vector<Touch>& touches);
 
 // The factor of a key that zooms in; a key that zooms out divides by it.
 inline constexpr double keyZoom = 1.25;
 
-// An arrow key: a finger that drags from the middle of the window by 50 points times `right` and
-// `down` (-1 to 1), or two fingers, which pan. Its frames: 0 to dragFrames - 1.
+// An arrow key, as a finger that drags from the middle of the window by 50 points times `right` and
+// `down` (-1 to 1); if `pans`, as two fingers. Its frames are 0 to dragFrames - 1.
 inline constexpr unsigned dragFrames = 4;
 TouchFrame DragByKey(
   const Viewport& window, double right, double down, bool pans, double time, unsigned frame);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a viewer may take of memory: see MemoryBudget.h.
+// The memory that a viewer may take: see MemoryBudget.h.
 #include "viewer/session/MemoryBudget.h"
 
 #include <algorithm>
@@ -17,12 +17,13 @@ constexpr double bytesOfSeenTriangle = 500;
 constexpr double bytesOfLevelTriangle = 300;
 constexpr double bytesOfRegionTriangle = 750;
 
-// Bytes for each triangle that the view wants: by the two fifths of the standard budget.
+// Bytes of pieces for each triangle: two fifths of all bytes, as pieces take two fifths of the
+// budget.
 constexpr double pieceBytesOfLevelTriangle = 0.4 * bytesOfLevelTriangle;
 constexpr double pieceBytesOfRegionTriangle = 0.4 * bytesOfRegionTriangle;
 
 constexpr double smallestPart = 0.2;
-constexpr double smaller = 0.8; // at each growth
+constexpr double smaller = 0.8; // factor of the shares at each growth of the memory
 
 }
 

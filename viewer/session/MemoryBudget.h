@@ -9,16 +9,16 @@
 namespace kdstream
 {
 
-// The memory of a model's tree by default.
+// The default memory limit for a model's tree.
 constexpr std::size_t standardTreeBytes = std::size_t{ 16 } << 20;
 
 // The memory that a session may use (SessionOptions::TakeShares).
 struct MemoryShares
 {
   std::size_t cacheBytes = 0;        // decoded pieces, including those that are shown
-  std::size_t treeBytes = 0;         // of the model's tree
-  std::size_t viewBytes = 0;         // about, of pieces that the view wants, decoded and drawn
-  std::uint64_t triangles = 0;       // that the view wants
+  std::size_t treeBytes = 0;         // loaded pages of the model's tree
+  std::size_t viewBytes = 0;         // approximate: pieces that the view wants, decoded and drawn
+  std::uint64_t triangles = 0;       // of the pieces that the view wants
   std::uint64_t levelTriangles = 0;  // of a level for the whole model
   std::uint64_t regionTriangles = 0; // of the region around a tap
   std::size_t pictureBytes = 0;      // decoded pictures of textures
@@ -31,8 +31,8 @@ struct MemoryShares
 // take half as many bytes in addition.
 MemoryShares SharesOfBudgets(std::uint64_t triangles, std::size_t viewBytes);
 
-// A budget for all memory of a page: that of its program, which never shrinks, and graphics memory.
-// Pieces may take two fifths of it. The rest is for drawing them, in both memories, for new
+// A budget for all memory of a page: its program's memory, which never shrinks, and graphics
+// memory. Pieces may take two fifths of it. The rest is for drawing them, in both memories, for new
 // surfaces while the old ones are still shown, and for fragmentation.
 //
 // The memory of a model's pieces is known in advance only on average. So the real use is measured:
@@ -42,21 +42,21 @@ class MemoryBudget
 {
 public:
   static constexpr std::size_t standard = 150'000'000;
-  static constexpr std::size_t least = 32'000'000; // without which little could be shown
-  static constexpr std::size_t most = 400'000'000; // where phones end a page
+  static constexpr std::size_t least = 32'000'000; // with less, too little could be shown
+  static constexpr std::size_t most = 400'000'000; // with more, phones kill the page
 
-  // Brought into the range of least to most.
+  // Clamped to the range from `least` to `most`.
   explicit MemoryBudget(std::size_t bytes = standard);
 
   std::size_t Bytes() const { return this->Budget; }
   MemoryShares Shares() const;
 
-  // The memory taken now, of all kinds. Returns whether the shares have become smaller.
+  // taken: all memory used now, bytes. Returns whether the shares have become smaller.
   bool Follow(std::size_t taken);
 
 private:
   std::size_t Budget;
-  std::size_t Reached; // that was answered by smaller shares, or need not be
+  std::size_t Reached; // use above this makes the shares smaller
   double Part = 1;     // remaining part of the shares
 };
 

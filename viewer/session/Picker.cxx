@@ -18,7 +18,7 @@ namespace
 {
 
 // How much boxes are enlarged, so that rounding loses no hit. A point found in the box of a
-// triangle is in every box around it that is enlarged by twice this.
+// triangle is in every box around that triangle if the box is enlarged by twice this margin.
 double MarginOf(const Box& box, const Ray& ray)
 {
   double reach = 0, origin = 0;
@@ -76,7 +76,8 @@ std::optional<double> Meet(
 
 constexpr double never = std::numeric_limits<double>::infinity();
 
-// How far along a ray a box begins, enlarged by a margin; never where the ray misses it.
+// How far along a ray a box begins, if the box is enlarged by a margin; `never` if the ray misses
+// the box.
 double EntryOf(const Ray& ray, const Box& box, double margin)
 {
   double begin = 0, end = never;
@@ -99,8 +100,8 @@ double EntryOf(const Ray& ray, const Box& box, double margin)
 }
 
 // A cone around the ray: points whose distance from the ray is at most `slack` times their distance
-// along it. Returns a lower bound of the distance along the ray of the box's points in the cone;
-// infinity if there can be none. Uses the sphere around the box.
+// along it. Returns a lower bound of how far along the ray the points are that box and cone share;
+// infinity if they can share none. Uses the sphere around the box.
 double EntryOfCone(const Ray& ray, const Box& box, double slack, double margin)
 {
   const Vec3 middle = box.lo * 0.5 + box.hi * 0.5 - ray.origin;
@@ -111,7 +112,7 @@ double EntryOfCone(const Ray& ray, const Box& box, double slack, double margin)
                                                                   : never;
 }
 
-// How far along the ray a point is that is near enough to it.
+// How far along the ray a point is; nothing if it is too far from the ray.
 std::optional<double> MeetPoint(const Ray& ray, const Vec3& point, double slack)
 {
   const Vec3 toPoint = point - ray.origin;
@@ -120,7 +121,7 @@ std::optional<double> MeetPoint(const Ray& ray, const Vec3& point, double slack)
   return t > 0 && Dot(aside, aside) <= slack * t * (slack * t) ? std::optional(t) : std::nullopt;
 }
 
-// The nearest of what is offered, of the lowest number among equals.
+// Keeps the nearest of the offered hits; among equals the one with the lowest number.
 struct Nearest
 {
   double begin = 0; // nearer hits do not count
@@ -167,7 +168,7 @@ public:
     return this->IsCloud() ? EntryOfCone(this->Along, box, this->Slack, 2 * this->Margin)
                            : EntryOf(this->Along, box, 2 * this->Margin);
   }
-  // By at most this, rounding makes a hit nearer than its box.
+  // The most by which rounding can make a hit nearer than the box of its triangle.
   double Tolerance() const { return 4 * this->Margin; }
 
 private:
@@ -299,7 +300,7 @@ bool IsAround(const DrawnSurface& surface, const Vec3& point)
     }
     return odd;
   };
-  // In directions that edges hardly have.
+  // Directions that edges of models hardly ever have.
   const bool first = isOdd({ 0.6, 0.64, 0.48 }), second = isOdd({ -0.48, 0.36, 0.8 });
   return first == second ? first : isOdd({ 0.36, -0.8, 0.48 });
 }

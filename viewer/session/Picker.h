@@ -19,9 +19,9 @@ inline constexpr double fingerPoints = 24;
 struct SurfaceHit
 {
   Vec3 point;
-  std::size_t triangle = 0; // in Surface::triangles; of a cloud: in Surface::points
-  double distance = 0;      // from the ray's origin, or the point asked for, model units
-  std::size_t part = 0;     // of DrawnSurface::Parts
+  std::size_t triangle = 0; // index into Surface::triangles; for a cloud: into Surface::points
+  double distance = 0;      // from the ray's origin, or from the given point; model units
+  std::size_t part = 0;     // index into DrawnSurface::Parts
 };
 
 // The nearest point of `surface` that `ray` meets, seen from either side; the triangle with the
@@ -33,23 +33,23 @@ struct SurfaceHit
 // before the eye whose distance from the ray is at most `slack` times its distance from the eye.
 // `slack` is the tangent of the angle that a finger covers. O(points).
 std::optional<SurfaceHit> PickSurface(const Surface& surface, const Ray& ray, double slack = 0);
-// The same for all parts of a surface; among equals the first part; `triangle` is a number in that
-// part. Searches the trees of the parts that the ray may hit, and makes missing ones
-// (SurfacePart::Tree): in practice O(log triangles). visited: how many triangles, or points, were
-// tested. begin: nearer points are ignored.
+// The same for all parts of a surface; among equals the hit in the first part; `triangle` is an
+// index in that part. Searches the trees of the parts that the ray may hit, and builds missing
+// trees (SurfacePart::Tree): in practice O(log triangles). visited: is increased by the number of
+// triangles, or points, that were tested. begin: nearer points are ignored.
 std::optional<SurfaceHit> PickSurface(const DrawnSurface& surface, const Ray& ray, double slack = 0,
   std::size_t* visited = nullptr, double begin = 0);
 
-// The point of the surface that is nearest to `point`, and its distance: of its triangles, or, of a
-// cloud, its points; nothing if the surface is empty. May return another point whose distance is at
-// most `enough`, if it is found sooner. section: triangles that it cuts away wholly are ignored. As
-// PickSurface.
+// The point of the surface that is nearest to `point`, and its distance. The surface is its
+// triangles, or, for a cloud, its points. Nothing if the surface is empty. May return another point
+// whose distance is at most `enough`, if it is found sooner. section: triangles that it cuts away
+// completely are ignored. Complexity: as PickSurface.
 std::optional<SurfaceHit> NearestOnSurface(const DrawnSurface& surface, const Vec3& point,
   double enough = 0, const SectionPlane* section = nullptr);
 
 // Whether a closed surface surrounds a point: then a ray from the point crosses the surface an odd
-// number of times. Uses the majority of three rays, because one may hit an edge or a small hole. As
-// PickSurface.
+// number of times. Uses the majority of three rays, because one may hit an edge or a small hole.
+// Complexity: as PickSurface.
 bool IsAround(const DrawnSurface& surface, const Vec3& point);
 
 }

@@ -22,7 +22,7 @@ Error Wrong(std::size_t line, const std::string& what)
   return { ErrorCode::InvalidInput, "line " + std::to_string(line) + ": " + what };
 }
 
-// What is wrong with the keys of `object`: it must have exactly `keys`.
+// Checks that `object` has exactly `keys`; returns what is wrong.
 std::optional<std::string> CheckKeys(
   const JsonValue& object, std::initializer_list<const char*> keys)
 {
@@ -99,7 +99,7 @@ Result<SessionStep> ParseNamed(
   return SessionStep{ kind, {}, std::string(TextOf(text)) };
 }
 
-// A text that is one of `words`.
+// Parses a step whose text is one of `words`.
 Result<SessionStep> ParseWord(const JsonValue& object, std::size_t line, const char* key,
   SessionStep::Kind kind, std::initializer_list<std::string_view> words)
 {

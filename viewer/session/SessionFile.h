@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Recorded sessions: what a person did, as JSON lines, to be played again. Step "replay" of the
+// Recorded sessions: what a user did, as JSON lines, to be played again. Step "replay" of the
 // pipeline picture.
 //
 //   {"t":0.25,"touches":[{"id":1,"x":640,"y":360}]}
@@ -9,14 +9,15 @@
 //   {"select":"MODEL"}          choose a model; if it is chosen already: full screen
 //   {"zoom":1.25,"x":640,"y":360}
 //       a wheel enlarges by this factor about that pixel
-//   {"go":"home"}               the first view again; "undo": the one before the last jump; "back":
-//                               out of full screen
+//   {"go":"home"}               the first view again; "undo": the view before the last jump;
+//                               "back": out of full screen
 //   {"side":"front"}            from there: front, back, left, right, top or bottom
 //   {"link":"model=…"}          the view of a link (ViewLink.h), without its colours and light
 //   {"tool":"measure"}          what fingers do from here on: measure, section, light,
 //                               second light, or none of these (the default)
-//   {"section":"side"}          a plane through the middle: from the front, the side, above; across
-//                               x, y, z or the view; "flip": the other side is cut away; "off"
+//   {"section":"side"}          a plane through the middle, across the direction "front", "side" or
+//                               "above", "x", "y" or "z", or "view"; "flip": cuts away the other
+//                               side; "off"
 //   {"depth":0.4}               the part of the model that is cut away, 0-1
 //   {"lamps":"…"}               light as in a link (ViewLink.h); "standard"
 //   {"turning":"upright"}       how fingers turn the model from here on: upright, or free (the
@@ -88,17 +89,19 @@ struct SessionStep
   bool operator==(const SessionStep&) const = default;
 };
 
-// Whether the step does nothing where no model is open: touches, zooms, jumps, a section.
+// Whether the step does nothing without an open model: touches, zooms, jumps, a section.
 bool NeedsModel(const SessionStep& step);
 
-// Reads a session file's content; empty lines are skipped. O(size). check: returns why a player
-// cannot play a step; called for all steps before any is played. Errors: InvalidInput naming the
-// line and what is wrong in it; unknown keys are errors, and so are those of `check`.
+// Reads a session file's content; empty lines are skipped. O(size). check: returns an error for a
+// step that the player cannot play; it is called for all steps before any is played. Errors:
+// InvalidInput, naming the line and what is wrong in it, also for unknown keys and for errors of
+// `check`.
 Result<std::vector<SessionStep>> ParseSession(
   std::string_view text, const std::function<Status(const SessionStep&)>& check = {});
 
 // Applies a recorded step to the session. Does nothing for WaitForIdle and Screenshot, which the
-// player does, and for Colors, Light and Boxes, which the scene does. Errors: those of SelectModel.
+// player handles, and for Colors, Light and Boxes, which the scene handles. Errors: those of
+// SelectModel.
 Status Perform(const SessionStep& step, ViewerSession& session);
 
 // The step as one line, without the line's end. Parsing it gives the same step again, bit for bit.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a session is made of: see SessionParts.h.
+// The parts of a session, and how they are connected: see SessionParts.h.
 #include "viewer/session/SessionParts.h"
 
 #include <utility>
@@ -53,7 +53,7 @@ void SessionParts::Update()
   {
     if (this->region.IsPicking() && !this->previewsOnly && this->region.Follow(this->lod.ByView()))
     {
-      this->fetcher.GiveWayToTap(); // waiting requests do not go before the tap's
+      this->fetcher.GiveWayToTap(); // the tap's requests go first
     }
     if (this->tools.Measuring().Waits())
     {

@@ -19,7 +19,7 @@
 namespace kdstream
 {
 
-// Each part has a state of its own and knows those before it, at most; none knows the session.
+// Each part has a state of its own, and refers only to parts before it. None refers to the session.
 struct SessionParts
 {
   SessionOptions options;
@@ -44,13 +44,13 @@ struct SessionParts
   // Every input ends here: compares what the view wants with what is loaded and with what is in
   // flight.
   void Update();
-  // The level that the zoom asks for, and whether the region can still be seen.
+  // Updates the level that the zoom asks for, and drops a region that has become too small to see.
   void FollowZoom();
 
   void Select(const std::string& id);
-  // REQUIRES (of these two): a model that is open.
+  // REQUIRES, for the next two: an open model.
   void Handle(const Gesture& gesture, double time);
-  void TakeLink(bool isJump); // what `followed` says
+  void TakeLink(bool isJump); // applies `followed`
 
   // As ViewerSession's functions of these names.
   bool IsIdle() const

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A session's trace: one line of JSON after every input, with the state and what is to be sent.
+// A session's trace: one line of JSON after every input, with the state and the requests to send.
 // Tests compare whole traces, so nothing in it depends on clocks, threads or pointers.
 #include "filters/model/JsonWriter.h"
 #include "viewer/session/SessionParts.h"

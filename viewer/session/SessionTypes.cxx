@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What goes in and out of a viewer's session: names and texts.
+// Names and texts of what goes in and out of a viewer's session.
 #include "viewer/session/SessionTypes.h"
 
 #include "filters/model/JsonWriter.h"

@@ -28,9 +28,9 @@ struct SessionRequest
 {
   enum class Kind
   {
-    Open,  // the description of `model`; what follows is about it
+    Open,  // requests the description of `model`; later requests are about this model
     Blobs, // `blobs`, of any kind, in the order wanted
-    Cancel // of the request with this id, which ends without further answers
+    Cancel // cancels the request with this id, which gets no further answers
   };
   Kind kind = Kind::Open;
   std::uint32_t id = 0;                // from 1; of a Cancel: the request that is cancelled
@@ -38,9 +38,10 @@ struct SessionRequest
   std::vector<protocol::BlobId> blobs; // of Blobs: the requested blobs
   bool operator==(const SessionRequest&) const = default;
 };
-// The rest of a request, without these blobs, which are loaded already.
+// The request without the blobs in `here`, which are loaded already.
 SessionRequest LeftOf(SessionRequest request, const std::vector<protocol::BlobId>& here);
-// A request as a line of JSON, for traces. isPreview: it is only for the preview, and named so.
+// A request as a line of JSON, for traces. isPreview: the request is only for the preview, and the
+// line says so.
 std::string FormatRequest(const SessionRequest& request, bool isPreview = false);
 
 // The result of taking a blob.
@@ -55,16 +56,16 @@ enum class BlobArrival
 struct ViewerScene
 {
   std::shared_ptr<const DrawnSurface> surface; // never null; empty at first
-  std::uint64_t surfaceVersion = 0;            // grows whenever `surface` is another one
+  std::uint64_t surfaceVersion = 0;            // grows whenever `surface` is replaced
   Box box;                                     // of the model; empty without one
   Vec3 eye{}, focal{}, up{ 0, 1, 0 };
   Quaternion orientation;               // of the camera: x right, y up, view along -z
   double viewAngle = Camera::viewAngle; // radians, vertical
   TreeDepths depths;                    // of the model
   ScalarDescriptions scalars;           // arrays that can colour the model
-  std::optional<SectionPlane> section;  // what is above is not drawn
+  std::optional<SectionPlane> section;  // what is above this plane is not drawn
   std::shared_ptr<const Surface> cap;   // in the section's plane, where the model is solid; or null
-  std::uint64_t capVersion = 0;         // grows whenever `cap` is another one
+  std::uint64_t capVersion = 0;         // grows whenever `cap` is replaced
   SceneLighting lighting;
   std::shared_ptr<const TileList> tiles; // texture tiles of parts of the surface; null: none
 };
@@ -72,12 +73,12 @@ struct ViewerScene
 // What decides which pieces are shown in full screen.
 enum class DetailMode
 {
-  View,  // what is seen, as fine as the screen shows it
+  View,  // what is visible, as fine as the screen can show it
   Level, // one level for the whole model, by the zoom (paper section 5.2)
   Full   // all of the model as the original
 };
 
-// What fingers do, beside turning and zooming.
+// What fingers do besides turning and zooming.
 enum class Tool
 {
   None,
@@ -95,7 +96,7 @@ enum class ViewerMode
 };
 const char* NameOf(ViewerMode mode);
 
-// The message for the user.
+// The session's state, for the user.
 struct ViewerStatus
 {
   ViewerMode mode = ViewerMode::NoModel;
@@ -107,26 +108,26 @@ struct ViewerStatus
   // The level that the zoom asks for. In view mode: the finest wanted one. Nothing before the model
   // is open.
   std::optional<unsigned> targetLevel;
-  bool original = false;     // by the view: some of the original is shown
-  double remainingError = 0; // by the view: SSE where a budget ended refinement; else 0
+  bool original = false;     // in view mode: some of the original is shown
+  double remainingError = 0; // in view mode: largest SSE left by a budget; else 0
   struct Region
   {
-    NodeId cell = 1; // picked
+    NodeId cell = 1; // node of the picked partition
     unsigned rings = 1;
-    std::uint64_t partitions = 0; // of the model
-    std::uint64_t shown = 0;      // are shown as the original
+    std::uint64_t partitions = 0; // of the region, without those that a section cuts away
+    std::uint64_t shown = 0;      // of these, shown as the original
   };
   std::optional<Region> region;
-  bool canUndo = false;  // a jump of the camera
-  bool coasting = false; // the model turns on, or by itself
-  bool spinning = false; // by itself
+  bool canUndo = false;  // there is a jump of the camera to undo
+  bool coasting = false; // the model turns: after a release, or by itself
+  bool spinning = false; // the model turns by itself
   bool picking = false;  // a double tap waits for the part of the tree that it needs
   std::uint64_t vertices = 0, triangles = 0; // of the drawn surface
   // Since the last moment without outstanding requests.
   std::uint64_t blobsLoaded = 0, blobsWanted = 0;
   std::uint64_t bytesLoaded = 0; // of these
-  std::string error; // a sentence about the last failure; empty again after the next request of the
-                     // person
+  std::string error; // a sentence about the last failure; empty again when the user makes the
+                     // session request what failed
 };
 
 // Statistics of what a session has received.
@@ -138,10 +139,10 @@ struct SessionTraffic
   std::uint64_t wasted = 0;
 };
 
-// The region as a JSON object, for traces and pages; null where there is none.
+// The region as a JSON object, for traces and pages; null if there is none.
 std::string FormatRegion(const std::optional<ViewerStatus::Region>& region);
 
-// One blob's way, as in the paper's Tables 4-6.
+// How one blob was received and shown, as in the paper's Tables 4-6.
 struct BlobStatistics
 {
   std::string what;           // "preview", "level" or "partition"
@@ -151,14 +152,14 @@ struct BlobStatistics
   std::uint64_t bytes = 0;
   double transmissionSeconds = 0;
   double parsingSeconds = 0; // decoding and checking
-  // Of the first frame that shows the blob: the time to draw the surface and to render it, divided
-  // by triangles among the blobs that this frame shows for the first time. 0 if the blob has not
-  // been shown.
+  // Of the first frame that shows the blob: the time to draw the surface and to render it. The
+  // blobs that this frame shows for the first time share that time in proportion to their
+  // triangles. 0 if the blob has not been shown.
   double renderingSeconds = 0;
-  bool fromCache = false; // of the disk
+  bool fromCache = false; // from the cache on the disk
 };
 
-// The list of doc/cli.md#statistics-of-a-viewer.
+// The statistics as JSON: see doc/cli.md#statistics-of-a-viewer.
 std::string StatisticsJson(const std::deque<BlobStatistics>& statistics);
 
 }

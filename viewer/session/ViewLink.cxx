@@ -2,9 +2,9 @@
 // A view as a link for another viewer: see ViewLink.h.
 //
 // The camera is 35 bytes, as 47 characters of base64url (RFC 4648): the version; focal point and
-// distance, each a fixed point number of 5 bytes from -16 to 16 radii; the orientation, each 3
-// bytes from -1 to 1; the ratio of the window's sides, 2 bytes, in 1/1024. The most significant
-// byte is first.
+// distance, each a fixed point number of 5 bytes from -16 to 16 radii; the orientation's four
+// numbers, each 3 bytes from -1 to 1; the ratio of the window's sides, 2 bytes, in 1/1024. The most
+// significant byte is first.
 #include "viewer/session/ViewLink.h"
 
 #include "filters/core/Texts.h"
@@ -23,7 +23,7 @@ namespace
 {
 
 constexpr std::uint8_t placeVersion = 1;
-constexpr double mostRadii = 32; // half to either side; distances are up to 20, focal points less
+constexpr double mostRadii = 32; // 16 to either side; distances are up to 20, focal points less
 constexpr unsigned lengthBytes = 5, turnBytes = 3, aspectBytes = 2;
 constexpr double aspectParts = 1024;
 
@@ -33,13 +33,14 @@ std::optional<std::vector<std::uint8_t>> ToBytes(std::string_view text)
   return isOfUrl ? Base64Decoded(text) : std::nullopt;
 }
 
-// The largest even number of this number of bytes: 0, in the middle, stays 0.
+// The largest even number that fits into this number of bytes. It is even so that 0, in the middle,
+// is stored exactly.
 double MostOf(unsigned bytes)
 {
   return std::ldexp(1.0, static_cast<int>(8 * bytes)) - 2;
 }
 
-// A number from -half to half.
+// Appends a number from -half to half.
 void Put(std::vector<std::uint8_t>& bytes, double number, double half, unsigned count)
 {
   const double most = MostOf(count);
@@ -155,7 +156,7 @@ std::optional<std::vector<std::array<Vec3, 2>>> ParseMeasurements(std::string_vi
   return measurements;
 }
 
-// 14 bytes: the normal, each 3 bytes from -1 to 1, and the offset.
+// 14 bytes: the normal's three numbers, each 3 bytes from -1 to 1, and the offset.
 std::string FormatSection(const SectionPlane& section)
 {
   std::vector<std::uint8_t> bytes;
@@ -298,7 +299,7 @@ bool TakeEntry(ViewLink& link, std::string_view key, std::string_view value)
   if (key == "colours")
   {
     link.colors = value;
-    return value.substr(0, 3) == "by:" || // what that says the scene knows: appearance/Coloring.h
+    return value.substr(0, 3) == "by:" || // the scene checks the rest: appearance/Coloring.h
            IsOneOf(value, { "own", "none", "partition", "resolution" });
   }
   if (key == "light")

@@ -34,15 +34,15 @@ struct ViewLink
 
   std::string model;                // its id
   std::string digest;               // beginning of the model's digest; empty: any
-  std::optional<CameraPlace> place; // of the camera; nothing: the first view
+  std::optional<CameraPlace> place; // the camera's; nothing: the first view
   Turning turning = Turning::Upright;
   DetailMode detail = DetailMode::View;
-  std::optional<Region> region; // that is the original
-  // The ends of distances that were measured, as CameraPlace has points; at most mostMeasurements.
+  std::optional<Region> region; // shown as the original
+  // The ends of measured distances, in the units of CameraPlace; at most mostMeasurements.
   std::vector<std::array<Vec3, 2>> measurements;
-  std::optional<SectionPlane> section; // its offset as CameraPlace has lengths
+  std::optional<SectionPlane> section; // its offset is in the units of CameraPlace
   std::optional<RakingLight> lights;
-  std::string colors, light; // words of the session files; empty: as usual
+  std::string colors, light; // as in session files; empty: the defaults
   bool operator==(const ViewLink&) const = default;
 
   static constexpr std::size_t digestDigits = 8;
@@ -53,12 +53,12 @@ struct ViewLink
 // The camera's numbers are rounded to less than a hundredth of a pixel. O(size).
 std::string FormatViewLink(const ViewLink& link);
 
-// Only the light, as links and session files have it; "standard" where there is none.
+// Only the light, as links and session files write it; "standard" if there is none.
 std::string FormatLights(const std::optional<RakingLight>& lights);
-// Errors: InvalidInput for anything else.
+// The inverse of FormatLights. Errors: InvalidInput for any other text.
 Result<std::optional<RakingLight>> ParseLights(std::string_view text);
 
-// Parses any text. Unknown keys are skipped: a later version's links open as far as possible.
+// Parses any text. Unknown keys are skipped, so links of later versions open as far as possible.
 // Errors: InvalidInput if the text is longer than ViewLink::longest, names no model, or has a value
 // that its key cannot have.
 Result<ViewLink> ParseViewLink(std::string_view text);

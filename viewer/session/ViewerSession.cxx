@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The one brain of all viewers: see ViewerSession.h.
+// The logic of all viewers: see ViewerSession.h.
 #include "viewer/session/ViewerSession.h"
 
 #include "viewer/session/SessionParts.h"
@@ -41,7 +41,7 @@ void ViewerSession::Answered(std::string_view input, std::string_view detail)
   this->Trace(input, detail);
 }
 
-// ---- what the person does
+// ---- what the user does
 
 void ViewerSession::Resize(const Viewport& viewport)
 {
@@ -391,7 +391,7 @@ void ViewerSession::Opened(std::uint32_t request, const ModelDescription& model)
   {
     this->Own->TakeLink(false);
   }
-  this->Zoomed("opened", this->Own->model.id); // full screen may have been asked for already
+  this->Zoomed("opened", this->Own->model.id); // full screen may have been requested already
 }
 
 BlobArrival ViewerSession::BlobArrived(std::uint32_t request, const protocol::BlobId& blob,
@@ -432,7 +432,7 @@ void ViewerSession::RequestEnded(std::uint32_t request)
   this->RequestFailed(request, "the server stopped before sending it");
 }
 
-// ---- frames and what comes out
+// ---- frames and outputs
 
 void ViewerSession::FollowView()
 {

@@ -27,7 +27,7 @@ namespace kdstream
 
 struct SessionParts;
 
-// One person's session with one server. The states:
+// One user's session with one server. The states:
 //
 //   no model --SelectModel--> browsing --tap, pinch, wheel, SelectModel again--> full screen
 //                                      <--LeaveFullScreen--
@@ -60,14 +60,14 @@ class ViewerSession
 {
 public:
   explicit ViewerSession(SessionOptions options = {});
-  // Afterwards `other` can only be destroyed, or assigned another one.
+  // Afterwards `other` can only be destroyed, or assigned to.
   ViewerSession(ViewerSession&& other) noexcept;
   ViewerSession& operator=(ViewerSession&& other) noexcept;
   ~ViewerSession();
 
   // ---- what the user does. Shows the same view in another window. An untouched first view or side
   // fits again. In a turned view, what was visible stays visible, from the same direction. After a
-  // zoom the eye stays. Back in a window of the former size, the view is exactly the former one.
+  // zoom the eye stays. If the window gets its former size back, so does the view, exactly.
   void Resize(const Viewport& viewport);
   // Errors: NotFound if the server's list is known and does not have `model`; nothing changes then.
   Status SelectModel(const std::string& model);
@@ -81,88 +81,90 @@ public:
   const std::vector<Measurement>& Measurements() const;
   void NameMeasurement(std::size_t index, const std::string& name);
   void RemoveMeasurement(std::size_t index);
-  // Cuts away what is above a plane. In view mode, what is cut away is not fetched. Errors: those
-  // of ShownSection; nothing before a model is open. By a word: those of ShownSection::SetAlong;
-  // and "front", "side" and "above", across the direction from which the model shows that.
+  // Cuts away what is above a plane; in view mode, that is not fetched. Nothing is cut before a
+  // model is open. Values that are not finite change nothing (ShownSection). SetSectionAlong takes
+  // the words of ShownSection::SetAlong, and "front", "side" and "above" for a plane across the
+  // direction from which one sees that side of the model. False for other words.
   void SetSection(const std::optional<SectionPlane>& plane);
   bool SetSectionAlong(std::string_view word);
   void SetSectionDepth(double depth);
   const ShownSection& GetSection() const;
   // The outline as SVG (SectionDrawing); empty without a section.
   std::string SectionOutline() const;
-  // Nothing: the standard light. What is out of its range is brought into that.
+  // Nothing: the standard light. Values out of range are clamped.
   void SetLight(const std::optional<RakingLight>& light);
   const std::optional<RakingLight>& GetLight() const;
   // Back to browsing the same model: its preview again, whole, without a region.
   void LeaveFullScreen();
   void HandleTouches(const TouchFrame& frame);
-  // The fingers have disappeared without ending their gesture, because the system used it for one
-  // of its own: so this is not a tap.
+  // Call when the system has taken the fingers for a gesture of its own: their gesture never ended,
+  // so it is not a tap.
   void CancelTouches();
   // A wheel or trackpad enlarges by `factor` > 0 about pixel (x, y), like a pinch there. Other
   // factors change nothing.
   void Zoom(double factor, double x, double y);
-  // The first view again, of this window.
+  // Goes back to the first view, fitted to this window.
   void GoHome();
   // Shows the model from a side; horizontal, except for top and bottom: "front" (as the first view,
-  // but level), "back", "left", "right" (of somebody who looks at the front), "top", "bottom". A
-  // jump. False, and nothing changes, for other words.
+  // but level), "back", "left", "right" (of somebody who looks at the front), "top", "bottom". This
+  // is a jump (UndoView). For other words: false, and nothing changes.
   bool LookFromSide(std::string_view side);
-  // The view as it is now; without colours and light, which are the scene's.
+  // The current view, without colours and light, which belong to the scene.
   ViewLink Link() const;
   // Shows the view of a link: the model in full screen, as soon as it is open, with the link's
   // camera. A region is picked again. If the model is another version, a message says so. Errors:
   // those of SelectModel.
   Status Follow(const ViewLink& link);
-  // For a host with a camera of its own: shows the model full screen from there (Camera::LookFrom),
-  // also from within the surface; the eye does not step out of it then. Does nothing before the
-  // model is open.
+  // For a host with a camera of its own: shows the model in full screen from that camera
+  // (Camera::LookFrom). The eye may be inside the surface, and then does not step out of it. Does
+  // nothing before the model is open.
   void LookFrom(const Vec3& eye, const Vec3& focal, const Vec3& up, double tangent);
   // Goes back to the view before the last jump (a side, a link, home, back to browsing), whatever
-  // has moved since; one jump with each call. Does nothing without a jump.
+  // has moved since. Each call takes back one jump. Does nothing without a jump.
   void UndoView();
   void SetTurning(Turning turning);
   void SetCoasting(bool coasts);
   // The model turns by itself, once in 24 seconds, until it is touched or zoomed. Session files do
   // not record it.
   void SetSpinning(bool spins);
-  // The time is `time` by the clock of HandleTouches: the model continues to turn after a release,
-  // or by itself. Call this before each frame.
+  // Lets the model turn, after a release or by itself, up to `time`, by the clock of HandleTouches.
+  // Call this before each frame.
   void Advance(double time);
-  // The rings of this region and the next ones. Clamped to 1-3.
+  // Sets the rings of this region and of later ones. Clamped to 1-3.
   void SetRings(unsigned rings);
   void SetDetail(DetailMode detail);
-  // From now on shows at most about this number of triangles, and takes this number of bytes
-  // (SharesOfBudgets).
+  // From now on shows at most about this number of triangles, and uses about this number of bytes
+  // for their pieces (SharesOfBudgets).
   void SetBudgets(std::uint64_t triangles, std::size_t bytes);
-  // The same with separate shares for everything in memory. What is shown becomes coarser, and a
-  // region smaller, if they exceed their share. The share of the tree applies to models opened from
-  // now on. Session files do not record it.
+  // The same with separate shares for everything in memory. If the shown surface or a region
+  // exceeds its share, the surface becomes coarser, and the region smaller. The share of the tree
+  // applies to models opened from now on. Session files do not record it.
   void SetMemory(const MemoryShares& shares);
   // As SessionOptions::prefetchBytes.
   void SetPrefetch(std::size_t bytes);
-  // Whether parts of the next surfaces have the places from which they morph (DrawnSurface::Part);
-  // default: no. Traces do not record it.
+  // Whether the parts of later surfaces have the positions from which they morph
+  // (DrawnSurface::Part); default: no. Traces do not record it.
   void SetGeomorphs(bool geomorphs);
 
-  // Asks for what has failed once more, as where a server is back.
+  // Requests again what has failed, for example when a server is back.
   void AskAgain();
-  // Shows and requests only previews, by the view, until this is called with false: taps and zooms
-  // wait. For a page that has only begun to load (parts.js). Traces do not record it.
+  // While true, view mode shows and requests only previews; taps and zooms take effect afterwards.
+  // For a page that has only begun to load (parts.js). Traces do not record it.
   void SetPreviewsOnly(bool only);
 
   // ---- what the server sends. Pieces that were in flight when their request was cancelled are
-  // kept; other answers to it are ignored.
+  // kept; other answers to such a request are ignored.
   void SetModels(std::vector<ModelSummary> models);
   void Opened(std::uint32_t request, const ModelDescription& model);
   // The bytes may be hostile; errors in them are reported in the status, too. transmissionSeconds:
-  // from the request, or from the blob before it.
+  // since the request, or since the blob before it, whichever is later.
   BlobArrival BlobArrived(std::uint32_t request, const protocol::BlobId& blob,
     std::span<const std::uint8_t> bytes, double transmissionSeconds, bool fromCache);
   void BlobFailed(std::uint32_t request, const protocol::BlobId& blob, const std::string& message);
-  // All that is outstanding of the request has failed.
+  // Everything that is still outstanding of the request has failed.
   void RequestFailed(std::uint32_t request, const std::string& message);
-  // The server says that it has sent everything.
+  // The server says that it has sent everything: what is still outstanding of the request has
+  // failed.
   void RequestEnded(std::uint32_t request);
 
   // ---- frames. Requests what the view needs now, and cancels what it does not need any more; part
@@ -173,7 +175,7 @@ public:
   // Call after rendering, with the seconds that it and BeginFrame took.
   void EndFrame(double seconds);
 
-  // ---- outputs. What to send since the last call, in order.
+  // ---- outputs. The requests since the last call, to be sent in this order.
   std::vector<SessionRequest> TakeRequests();
   ViewerScene Scene() const;
   const Camera& GetCamera() const;
@@ -182,7 +184,8 @@ public:
   const std::vector<ModelSummary>& Models() const;
   // Statistics of the newest blobs (SessionOptions::mostStatistics), oldest first.
   const std::deque<BlobStatistics>& Statistics() const;
-  // Whether nothing is outstanding that is wanted now, and all that came has been drawn.
+  // Whether nothing that is wanted now is outstanding, and everything that has arrived has been
+  // drawn.
   bool IsIdle() const;
   // The boxes of the region's partitions, that of the picked one first; none without a region.
   std::vector<Box> RegionBoxes() const;
@@ -194,7 +197,7 @@ public:
 
 private:
   void Done(std::string_view input, std::string_view detail = {});
-  // The camera has come nearer or farther, or what the zoom asks for may be another level.
+  // For inputs that may change the distance of the camera, or the level that the zoom asks for.
   void Zoomed(std::string_view input, std::string_view detail = {});
   void Answered(std::string_view input, std::string_view detail = {});
   void Trace(std::string_view input, std::string_view detail = {}) const;

@@ -26,7 +26,7 @@ namespace kdstream
 namespace
 {
 
-constexpr std::size_t piecesAtOnce = 256; // read before they become VTK data
+constexpr std::size_t piecesAtOnce = 256; // this number is read, and then converted to VTK data
 constexpr std::uint8_t duplicatePoint = vtkDataSetAttributes::DUPLICATEPOINT;
 constexpr std::uint8_t duplicateCell = vtkDataSetAttributes::DUPLICATECELL;
 
@@ -37,14 +37,14 @@ AttributeInfo MarksOf(AttributeAssociation association)
   return { vtkDataSetAttributes::GhostArrayName(), AttributeType::UInt8, association, 1 };
 }
 
-// Adds vtkGhostType.
+// Adds vtkGhostType for points and cells.
 void AddMarks(std::vector<Attribute>& arrays, Marks points, Marks cells)
 {
   arrays.push_back({ MarksOf(AttributeAssociation::Point), std::move(points) });
   arrays.push_back({ MarksOf(AttributeAssociation::Cell), std::move(cells) });
 }
 
-// Removes the marked cells, and the marked points that are not used then.
+// Removes the marked cells, and the marked points that no remaining cell uses.
 void DropMarked(Mesh& mesh)
 {
   const auto find = [&mesh](AttributeAssociation association)
@@ -82,7 +82,7 @@ void DropMarked(Mesh& mesh)
   TakeUnusedVertices(mesh, isKept);
 }
 
-// The lowest of the partitions among `chosen` that have the triangle.
+// The owner of a triangle: the lowest of the `chosen` partitions that have it.
 std::uint32_t OwnerOf(
   const Piece& piece, const Triangle& triangle, const std::set<std::uint32_t>& chosen)
 {
@@ -98,7 +98,8 @@ std::uint32_t OwnerOf(
   return owner;
 }
 
-// A partition by itself: what is marked is repeated in another one. isGhost: all of it is.
+// Marks, in a partition that is output by itself, what another partition has too. isGhost: marks
+// everything.
 void MarkPartition(Piece& piece, const std::set<std::uint32_t>& chosen, bool isGhost)
 {
   Marks points(piece.VertexCount(), duplicatePoint);
@@ -112,7 +113,7 @@ void MarkPartition(Piece& piece, const std::set<std::uint32_t>& chosen, bool isG
   AddMarks(piece.attributes, std::move(points), std::move(cells));
 }
 
-// A partition that is glued to others: what is marked is another share's.
+// Marks, in a partition that will be glued to others, what belongs to another share.
 void MarkForGluing(
   Piece& piece, const std::set<std::uint32_t>& chosen, const std::set<std::uint32_t>& own)
 {
@@ -130,7 +131,8 @@ void MarkForGluing(
   AddMarks(piece.attributes, std::move(points), std::move(cells));
 }
 
-// A piece of a level. Keys ascend from piece to piece, and the lowest piece owns a triangle.
+// Marks what other pieces of a level own. Keys ascend from piece to piece, and the lowest piece
+// owns a triangle.
 void MarkLevelPiece(Piece& piece)
 {
   Marks points(piece.VertexCount(), duplicatePoint);
@@ -164,7 +166,7 @@ void AddToRange(const Attribute* array, std::optional<std::pair<double, double>>
   }
 }
 
-// Sets the box of all that a partition has.
+// Sets the box of all points of a partition.
 void TellBounds(vtkPartitionedDataSet& output, unsigned int partition, vtkPolyData& part)
 {
   if (part.GetNumberOfPoints() > 0)
@@ -173,7 +175,8 @@ void TellBounds(vtkPartitionedDataSet& output, unsigned int partition, vtkPolyDa
   }
 }
 
-// Whose a point of a level is. A triangle that several shares have belongs to the lowest of them.
+// The share that a point of a level belongs to. A triangle that several shares have belongs to the
+// lowest of them.
 enum ShareSide : std::uint32_t
 {
   LowerShares,
@@ -181,8 +184,8 @@ enum ShareSide : std::uint32_t
   HigherShares
 };
 
-// The part of a level's surface that belongs to this share, with the triangles of other shares that
-// touch it, marked.
+// The part of a level's surface that belongs to this share, and, marked, the triangles of other
+// shares that touch it.
 Mesh CutShare(const Surface& surface, std::vector<std::uint32_t> sideOf, ScalarType scalarType)
 {
   const PartitionLayout layout(std::move(sideOf), HigherShares + 1, surface.triangles);
@@ -256,7 +259,8 @@ PieceOutput::PieceOutput(const PieceSource& source,
 {
 }
 
-// In a cloud each of the first `ownPoints` gets a cell, marked as the point is.
+// Fills `output`. In a cloud, each of the first `ownPoints` points gets a cell with the mark of the
+// point.
 Status PieceOutput::Fill(Mesh mesh, std::size_t ownPoints, vtkPolyData& output) const
 {
   KDSTREAM_TRY(this->Runs.Report("fill", 0));
@@ -276,7 +280,7 @@ Status PieceOutput::Fill(Mesh mesh, std::size_t ownPoints, vtkPolyData& output) 
   return FillPolyData(mesh, cells, this->IsWanted, output, this->Runs);
 }
 
-// Selects the chosen partitions of this share, and the other ones around them.
+// Selects the chosen partitions of this share, and the chosen partitions in the rings around them.
 Result<PieceOutput::Selection> PieceOutput::Select(
   const std::vector<std::uint32_t>& chosen, const OutputShare& share) const
 {
@@ -321,7 +325,7 @@ Status PieceOutput::AddPartitions(const std::vector<std::uint32_t>& chosen,
   for (std::size_t first = 0; first < ids.size(); first += piecesAtOnce)
   {
     const auto batch = std::span(ids).subspan(first, std::min(piecesAtOnce, ids.size() - first));
-    Execution reading; // this batch is a part of all
+    Execution reading; // the progress of a batch is a part of the whole
     reading.progress = [&](std::string_view step, double fraction)
     {
       const double done = static_cast<double>(first) + fraction * static_cast<double>(batch.size());

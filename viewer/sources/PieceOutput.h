@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pieces of a model as VTK's data: what vtkKdModelSource gives, without its pipeline.
+// Converts pieces of a model to VTK's data: the output of vtkKdModelSource, without the pipeline.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -19,13 +19,12 @@
 namespace kdstream
 {
 
-// Which part of the output is wanted here: `piece` of `pieces`, with this number of rings around
-// it.
+// Which part of the output is requested: `piece` of `pieces`, with `ghostLevels` rings around it.
 struct OutputShare
 {
   std::uint32_t piece = 0, pieces = 1;
   unsigned ghostLevels = 0;
-  std::optional<std::set<std::uint32_t>> blocks; // only these partitions; none: all
+  std::optional<std::set<std::uint32_t>> blocks; // only these partitions; nothing: all
 
   // Whether `place`, of `count` places in the tree's order, is in this piece.
   bool Has(std::uint64_t place, std::uint64_t count) const
@@ -34,17 +33,17 @@ struct OutputShare
   }
 };
 
-// The original as AddPartitions gives it.
+// Facts about the original as AddPartitions outputs it.
 struct OriginalFacts
 {
   struct Partition
   {
-    Box box; // with its ghosts, as the counts
+    Box box; // with ghosts, which the counts include, too
     std::uint64_t points = 0, cells = 0;
   };
   std::vector<Partition> partitions;
-  // For each of the model's arrays the range of the finite values of its first component: empty if
-  // it has more than one component, or no finite value.
+  // For each of the model's arrays that has one component, the range of its finite values. Empty
+  // for other arrays, and if there are no finite values.
   std::vector<std::optional<std::pair<double, double>>> ranges;
 };
 
@@ -54,22 +53,23 @@ Result<OriginalFacts> MeasureOriginal(const PieceSource& source, const Execution
 class PieceOutput
 {
 public:
-  // isWanted: which arrays. The arguments outlive this.
+  // isWanted: whether to output an array. The arguments must outlive this object.
   PieceOutput(const PieceSource& source, std::function<bool(const AttributeInfo&)> isWanted,
     const Execution& execution);
 
-  // Partitions of the original, ascending. Errors: those of the source; InvalidInput for pieces
-  // that contradict each other. REQUIRES: below the model's partitions.
+  // Outputs partitions of the original: apart, or glued to one mesh. chosen: ascending. Errors:
+  // those of the source; InvalidInput for pieces that contradict each other. REQUIRES: the model
+  // has these partitions.
   Status AddPartitions(const std::vector<std::uint32_t>& chosen, const OutputShare& share,
     vtkPartitionedDataSet& output) const;
   Status GlueInto(
     const std::vector<std::uint32_t>& chosen, const OutputShare& share, vtkPolyData& output) const;
 
-  // A level. REQUIRES: a level of the model.
+  // Outputs a level: its pieces, or one surface. REQUIRES: the model has this level.
   Status AddPieces(unsigned level, const OutputShare& share, vtkPartitionedDataSet& output) const;
   Status DrawInto(unsigned level, const OutputShare& share, vtkPolyData& output) const;
 
-  // All of the preview with these pieces in it.
+  // Outputs the whole preview, with these pieces in place of its parts.
   Status DrawInto(const std::vector<PieceId>& shown, vtkPolyData& output) const;
 
 private:
@@ -77,7 +77,7 @@ private:
   struct Selection
   {
     std::set<std::uint32_t> all, own; // chosen partitions; those of this share
-    std::vector<PieceId> ids;         // to be read, ascending: with the rings around
+    std::vector<PieceId> ids;         // pieces to read, ascending, including the rings
   };
   Result<Selection> Select(
     const std::vector<std::uint32_t>& chosen, const OutputShare& share) const;

@@ -16,7 +16,7 @@ namespace
 using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t blobsAtOnce = 128;            // in one request
-constexpr std::chrono::milliseconds patience{ 20 }; // between two checks whether to stop
+constexpr std::chrono::milliseconds patience{ 20 }; // between two checks for an abort
 
 }
 
@@ -50,7 +50,7 @@ Result<std::unique_lock<std::timed_mutex>> RemoteModel::Lock(const Execution& ex
   return lock;
 }
 
-// At least one.
+// The next events: one or more.
 Result<std::vector<ClientEvent>> RemoteModel::NextEvents(const Execution& execution) const
 {
   const auto begin = Clock::now();
@@ -81,7 +81,7 @@ Result<ModelDescription> RemoteModel::AskFor(
     {
       if (event.request != request.id)
       {
-        continue; // of a read that was given up
+        continue; // the answer to an abandoned request
       }
       if (event.kind != ClientEvent::Kind::Opened)
       {
@@ -104,7 +104,7 @@ Result<bool> RemoteModel::IsPresent(const Execution& execution) const
   return now && now->digest == this->Description.digest;
 }
 
-// All of these, or the error of the first that cannot be fetched.
+// Fetches all of these blobs; or returns the error of the first that cannot be fetched.
 Result<RemoteModel::Blobs> RemoteModel::Fetch(
   std::span<const protocol::BlobId> wanted, const Execution& execution) const
 {
@@ -201,7 +201,7 @@ Result<std::vector<Box>> RemoteModel::ReadBoxes(const Execution& execution) cons
   KDSTREAM_TRY(lock);
   const TreeDepths& depths = this->Description.depths;
   const std::size_t first = std::size_t{ 1 } << DepthOfPartitionBoxes(depths);
-  std::vector<Box> partitions; // memory for as many as come, not for as many as are claimed
+  std::vector<Box> partitions; // grows as boxes arrive: the claimed count may be wrong
   for (std::size_t node = first; node < 2 * first;)
   {
     std::vector<protocol::BlobId> wanted;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A model of a server, read as if it were a store: each read asks, and waits for the answers.
+// A model on a server, read as if it were a store: each read sends requests and waits for the
+// answers.
 #pragma once
 
 #include "filters/store/PieceSource.h"
@@ -19,10 +20,10 @@ namespace kdstream
 class RemoteModel final : public PieceSource
 {
 public:
-  // Connects, and opens the model; if the server cannot be reached, the cached one. While waiting
-  // (also in the functions below), the step "waiting" is reported every 20 ms. Errors: those of
-  // ServerClient::Connect; NotFound for a model that the server does not have, naming those that it
-  // has; InputOutput if no answer arrives; Cancelled.
+  // Connects, and opens the model; if the server cannot be reached, opens the cached model. While
+  // waiting (also in the functions below), the step "waiting" is reported every 20 ms. Errors:
+  // those of ServerClient::Connect; NotFound for a model that the server does not have, naming the
+  // models that it has; InputOutput if no answer arrives; Cancelled.
   static Result<std::shared_ptr<const RemoteModel>> Open(
     const ServerAddress& address, const Execution& execution);
 
@@ -31,7 +32,7 @@ public:
   Result<bool> IsPresent(const Execution& execution) const;
 
   const ModelDescription& Info() const override { return this->Description; }
-  // Errors: also InputOutput where the connection is lost or stalls.
+  // Further error: InputOutput if the connection is lost or stalls.
   Result<std::vector<Piece>> ReadPieces(
     std::span<const PieceId> ids, const Execution& execution = {}) const override;
   Result<std::vector<std::uint8_t>> Read(

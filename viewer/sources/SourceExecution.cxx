@@ -13,7 +13,7 @@ namespace kdstream
 void ForgetAbort(vtkAlgorithm& source)
 {
 #if VTK_VERSION_NUMBER < VTK_VERSION_CHECK(9, 3, 0)
-  source.AbortExecute = 0; // later versions of VTK do this; this one only before RequestData
+  source.AbortExecute = 0; // later VTK does this; this one only before RequestData
 #else
   (void)source;
 #endif

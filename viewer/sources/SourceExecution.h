@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The execution of sources: on VTK's threads. While they wait, the unchanged progress is reported,
-// so that an observer can abort; so can any other thread, by vtkAlgorithm::SetAbortExecute.
+// How sources run: on VTK's threads. While they wait, they report unchanged progress again and
+// again, so that an observer can abort. Any other thread can abort, too, by
+// vtkAlgorithm::SetAbortExecute.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -10,14 +11,14 @@
 namespace kdstream
 {
 
-// Called when an Update begins: an earlier abort no longer counts.
+// Call when an Update begins: an earlier abort no longer counts.
 void ForgetAbort(vtkAlgorithm& source);
 
-// For opening, before the output information is known: progress is 0.
+// For opening a model, before the output information is known: progress stays 0.
 Execution MakeOpeningExecution(vtkAlgorithm& source);
 
-// For reading. Progress never falls, although steps begin anew: "pieces" are four fifths of it,
-// "glue" a tenth; all other steps report only that time passes.
+// For reading. Progress never falls, even if a step begins again. Step "pieces" is four fifths of
+// the progress, "glue" a tenth; the other steps leave it unchanged.
 Execution MakeReadingExecution(vtkAlgorithm& source);
 
 }

@@ -21,10 +21,10 @@ namespace
 {
 
 constexpr std::size_t bytesOfTree = std::size_t{ 256 } << 20;
-// As in kdstream-view: a model below this part of the budget is shown four times as fine.
+// As in kdstream-view: a model of at most an eighth of the budget is shown four times as fine.
 constexpr std::uint64_t smallPart = 8;
 
-// The parts of a model that are read: as deep as the camera needs.
+// The parts of a model that have been read: as deep in the tree as the camera needs.
 class Seen
 {
 public:
@@ -37,7 +37,7 @@ public:
   {
   }
 
-  // The preview, which shows whether the surface is closed.
+  // Reads the preview, which shows whether the surface is closed.
   Status Start()
   {
     const PieceId preview{ Resolution::Level(PreviewLevel(this->Depths)), 1 };
@@ -52,8 +52,8 @@ public:
     refinement.Follow({ camera, this->Tree, this->Pieces, &this->Partitions, false }, {}, {});
   }
 
-  // Reads the missing pages, and the wanted pieces up to level S, which say what is hidden and are
-  // needed for finer ones. Returns whether more may follow.
+  // Reads the missing pages, and the wanted pieces up to level S. These show what is hidden, and
+  // finer pieces need them. Returns whether anything new was read: then call Follow again.
   Result<bool> ReadMore(const std::vector<PieceId>& wanted)
   {
     const std::uint64_t known = this->Tree.Version();
@@ -124,7 +124,7 @@ Result<std::vector<PieceId>> ChooseByView(
   options.smallModel = demand.triangles / smallPart;
   options.bytes = std::numeric_limits<std::size_t>::max();
   ViewRefinement refinement(model, options);
-  Execution walk; // without progress: its length is not known
+  Execution walk; // progress stays 0: the number of steps is not known
   walk.progress = [&execution](std::string_view, double) { return execution.progress("view", 0); };
   Seen seen(source, walk);
   KDSTREAM_TRY(seen.Start());

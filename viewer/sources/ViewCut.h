@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which pieces a camera needs, chosen as viewers choose (ViewRefinement), all at once.
+// Which pieces a camera needs: all at once, chosen in the same way as in viewers (ViewRefinement).
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -17,7 +17,7 @@ struct ViewDemand
 {
   SceneCamera camera;
   int width = 800, height = 600;       // pixels
-  double tolerance = 1;                // pixels: a smaller error is not seen; above 0
+  double tolerance = 1;                // pixels: a smaller error counts as invisible; above 0
   std::uint64_t triangles = 2'000'000; // approximate maximum; the cut becomes coarser to keep it
 };
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps:
-// 1. what is asked for, compared with what the model has
-// 2. its pieces as VTK's data (PieceOutput).
+// 1. finds the requested partitions or level, and checks that the model has them;
+// 2. converts their pieces to VTK's data (PieceOutput).
 #include "vtkKdModelSource.h"
 
 #include "filters/adapter/ArraySelections.h"
@@ -70,14 +70,15 @@ OutputShare ShareOf(vtkInformation& outInfo)
     {
       if (indices[i] > 0)
       {
-        share.blocks->insert(static_cast<std::uint32_t>(indices[i] - 1)); // 0 is the whole
+        share.blocks->insert(static_cast<std::uint32_t>(indices[i] - 1)); // 0 is the root
       }
     }
   }
   return share;
 }
 
-// The surface that a camera needs; in a pipeline of several pieces the first piece has all of it.
+// Outputs the surface that a camera needs. If the pipeline has several pieces, the first one has
+// all of it.
 Status DrawView(const PieceSource& model, const ViewDemand& demand, const OutputShare& share,
   const PieceOutput& pieces, const Execution& execution, vtkDataObject& output)
 {
@@ -97,7 +98,7 @@ Status DrawView(const PieceSource& model, const ViewDemand& demand, const Output
   return {};
 }
 
-// The partitions of the original that are asked for, ascending.
+// The requested partitions of the original, ascending.
 Result<std::vector<std::uint32_t>> Choose(const PieceSource& model, int content,
   const std::vector<vtkIdType>& chosen, const Vec3& point, unsigned rings,
   const Execution& execution)
@@ -162,8 +163,8 @@ void SetBox(
 
 using Range = std::optional<std::pair<double, double>>;
 
-// The range of an array of the original, from the model's description or as measured. facts: null:
-// nothing was measured.
+// The range of an array of the original, from the model's description, or as measured. facts: null
+// if nothing was measured.
 Range RangeOf(const ModelDescription& info, const AttributeInfo& array, const OriginalFacts* facts)
 {
   const ScalarDescription* const scalar =
@@ -343,7 +344,8 @@ int vtkKdModelSource::RequestInformation(
     {
       before->Initialize();
     }
-    // Programs with panels ask before anything was chosen; RequestData refuses.
+    // Not an error yet if nothing was chosen: programs with panels ask for information before that.
+    // RequestData reports it.
     return this->ModelName().empty() ? 1 : this->Fail(error);
   }
   this->LevelRange[1] = this->GetFinestLevel();
@@ -365,7 +367,7 @@ int vtkKdModelSource::RequestInformation(
   return 1;
 }
 
-// RequestData, if it is asked for too, empties the output.
+// Opening was cancelled. If RequestData follows, it empties the output.
 int vtkKdModelSource::StopOpening()
 {
   this->Model = nullptr;
@@ -374,7 +376,7 @@ int vtkKdModelSource::StopOpening()
   return 1;
 }
 
-// Sets Facts to those of the model, or to nothing if they cannot be fetched. False: cancelled.
+// Sets Facts to those of the open model, or to null if they cannot be fetched. False if cancelled.
 bool vtkKdModelSource::MeasureModel(const Execution& execution)
 {
   if (this->KnownFacts())
@@ -398,7 +400,7 @@ bool vtkKdModelSource::MeasureModel(const Execution& execution)
   return true;
 }
 
-// Facts of the open model, if they were asked for and found; or null.
+// The facts of the open model; null if they are not wanted, or could not be found.
 const OriginalFacts* vtkKdModelSource::KnownFacts() const
 {
   return this->WantsFacts() && this->Model->Info().digest == this->MeasuredDigest
@@ -406,7 +408,8 @@ const OriginalFacts* vtkKdModelSource::KnownFacts() const
            : nullptr;
 }
 
-// False: cancelled.
+// Puts the boxes of the partitions, and known facts about them, into the output information. False
+// if cancelled.
 bool vtkKdModelSource::TellPartitions(vtkInformation* outInfo, const Execution& execution)
 {
   const ModelDescription& info = this->Model->Info();
@@ -474,7 +477,7 @@ void vtkKdModelSource::TellModel(vtkInformation* outInfo) const
   selections.Tell(ofLevel ? ArraysOfLevels(info.attributes) : info.attributes, reported, *outInfo);
 }
 
-// The pipeline asks again only for what was modified.
+// The pipeline asks again only if the source was modified: GetMTime sees to that, by IsStale.
 void vtkKdModelSource::OpenAnewNextTime()
 {
   this->CloseModel();

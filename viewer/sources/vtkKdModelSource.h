@@ -1,62 +1,63 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkKdModelSource
- * @brief   what a model has, as a VTK source: a level, partitions, a region, or all of the original
+ * @brief   gives VTK a model's level, partitions, region, view of a camera, or all of the original
  *
- * What vtkKdStoreReader (a file) and vtkKdStreamSource (a server) have in common.
+ * This is what vtkKdStoreReader (a file) and vtkKdStreamSource (a server) have in common.
  *
- * Output, by OutputType: a vtkPartitionedDataSet, or one vtkPolyData. Points are floats or doubles,
- * as those of the mesh that the store was built of; a cloud has a vertex cell for each point.
- * Normals, colours ("RGB", "RGBA") and texture coordinates are the active ones of their kind;
- * levels have only normals and colours.
+ * The output is a vtkPartitionedDataSet, or one vtkPolyData (OutputType). Points are floats or
+ * doubles, like those of the mesh that the store was built of; a cloud has a vertex cell for each
+ * point. Normals, colours ("RGB", "RGBA") and texture coordinates are the active ones of their
+ * kind; levels have only normals and colours.
  *
- * As vtkPartitionedDataSet: partition i is the model's partition i (of a level: its piece i, from
- * left to right in the tree); what is not loaded is null. A partition has its own points first,
- * then the points of others that its cells need, and each cell that touches an own point.
- * vtkGhostType marks repetitions as in vtkKdTreePartition: DUPLICATEPOINT the points of another
- * partition, DUPLICATECELL the cells that a loaded partition of a lower number has. In a lossless
- * store (GridBits 0) the partitions of the original are those of vtkKdTreePartition with the same
- * VerticesPerPartition, to the bit; points and cells are in the store's order. This holds for
- * welded points too.
+ * As vtkPartitionedDataSet: partition i is the model's partition i (for a level, its piece i, from
+ * left to right in the tree); partitions that are not loaded are null. A partition has its own
+ * points first, then the points of other partitions that its cells need, and each cell that touches
+ * an own point. vtkGhostType marks repetitions as in vtkKdTreePartition: DUPLICATEPOINT the points
+ * of another partition, DUPLICATECELL the cells that a loaded partition with a lower number has,
+ * too. In a lossless store (GridBits 0) the partitions of the original are those of
+ * vtkKdTreePartition with the same VerticesPerPartition, to the bit; points and cells are in the
+ * store's order. This holds for welded points too.
  *
  * As vtkPolyData: partitions are glued together, each point and cell once. A level is drawn as in
  * viewers. What a camera needs (Content View) is one surface of mixed resolutions; as
  * vtkPartitionedDataSet it is the only partition.
  *
  * Pieces of a pipeline (UPDATE_PIECE_NUMBER of UPDATE_NUMBER_OF_PIECES): each gets its part of the
- * tree, a subtree where their number is a power of two; so each cell comes once. With ghost levels
- * the cells around come too, marked: of the original those of this number of rings of partitions
- * (Rings), of a level those that touch its points. LOAD_REQUESTED_BLOCKS with
- * UPDATE_COMPOSITE_INDICES loads only the partitions of these flat indices (partition i has i + 1).
+ * tree (a subtree if their number is a power of two), so each cell is in exactly one piece. With
+ * ghost levels, a piece also gets the cells around it, marked. For the original these are the cells
+ * of this number of rings of partitions (Rings); for a level, the cells that touch its points.
+ * LOAD_REQUESTED_BLOCKS with UPDATE_COMPOSITE_INDICES loads only the partitions of these flat
+ * indices (partition i has i + 1).
  *
  * The output information has, before anything is loaded:
  * - the model's box (vtkStreamingDemandDrivenPipeline::BOUNDS and vtkDataObject::BOUNDING_BOX);
- * - NUMBER_OF_POINTS and NUMBER_OF_CELLS of the whole original or level that Content chooses,
- *   without ghosts; not for parts;
+ * - NUMBER_OF_POINTS and NUMBER_OF_CELLS, without ghosts, if Content is the whole original or a
+ *   level; not for parts;
  * - for each array that is loaded an entry in vtkDataObject::POINT_DATA_VECTOR or CELL_DATA_VECTOR:
- *   FIELD_NAME, FIELD_ARRAY_TYPE, FIELD_NUMBER_OF_COMPONENTS; with the counts
- *   FIELD_NUMBER_OF_TUPLES; and FIELD_RANGE of the original's values if the model knows it (for
- *   numbers of points);
- * - as partitions of the original, in COMPOSITE_DATA_META_DATA the BOUNDING_BOX of each partition's
- *   own points (of a server only if vtkKdStreamSource::BoundsOfPartitions is on).
+ *   FIELD_NAME, FIELD_ARRAY_TYPE, FIELD_NUMBER_OF_COMPONENTS; FIELD_NUMBER_OF_TUPLES if the counts
+ *   above are known; and FIELD_RANGE of the original's values if the model knows it (for numbers of
+ *   points);
+ * - for partitions of the original, in COMPOSITE_DATA_META_DATA the BOUNDING_BOX of each
+ *   partition's own points (from a server only if vtkKdStreamSource::BoundsOfPartitions is on).
  *
- * No piece is read for this. If vtkKdStoreReader::MeasureOriginal is on, the original is decoded to
- * give more information. The output's metadata have the BOUNDING_BOX of what was loaded, with
- * ghosts.
+ * No piece is read for this, except if vtkKdStoreReader::MeasureOriginal is on: then the original
+ * is decoded to give more information. The output's metadata have the BOUNDING_BOX of what was
+ * loaded, with ghosts.
  *
- * Progress is reported while it waits, too. Aborting (SetAbortExecute of an observer or of another
- * thread) ends an Update within 100 ms, whatever it waits for, and leaves an empty output; the next
- * Update loads anew. Only the steps before the first and after the last piece of a mesh, a level or
- * a view are not interrupted: less than 0.1 s for each million triangles.
+ * Progress is also reported while the source waits. Aborting (SetAbortExecute of an observer or of
+ * another thread) ends an Update within 100 ms, whatever the source waits for, and leaves an empty
+ * output; the next Update loads again. Only the steps before the first and after the last piece of
+ * a mesh, a level or a view are not interrupted: less than 0.1 s for each million triangles.
  *
  * Errors name the file or server, and what is wrong with the model. GetErrorCode is set
  * (vtkErrorCode.h; NoFileNameError without an address). After an error the next Update opens the
- * model anew.
+ * model again.
  *
- * Numbers below that are out of their range are clamped. A negative number where none is allowed,
- * NaN, or a vector that is not finite is an error, and the old value stays.
+ * Numbers out of the ranges below are clamped. A negative number where none is allowed, NaN, or a
+ * vector that is not finite is an error, and the old value stays.
  *
- * Complexity: linear in what is loaded; a region also reads the boxes of all partitions, 48 bytes
+ * Complexity: linear in the loaded data; a region also reads the boxes of all partitions, 48 bytes
  * each.
  *
  * Source: sections 4 and 5 of the paper named in the README.
@@ -69,7 +70,7 @@
 #include "vtkNew.h"                         // for the selections
 
 #include <atomic> // for aborts
-#include <memory> // for what is open
+#include <memory> // for the open model
 #include <string> // for names
 #include <vector> // for partitions
 
@@ -98,7 +99,7 @@ public:
   };
   ///@{
   /**
-   * What the output is. Default PartitionedDataSet.
+   * The type of the output. Default PartitionedDataSet.
    */
   vtkSetClampMacro(OutputType, int, PartitionedDataSet, PolyData);
   vtkGetMacro(OutputType, int);
@@ -109,15 +110,15 @@ public:
 
   enum Contents
   {
-    Original,   ///< all of it, of a mesh without points that no cell uses
-    Level,      ///< that of the member Level
-    Partitions, ///< of the original those of AddPartition
-    Region,     ///< of the original what is around RegionPoint
+    Original,   ///< all of it; of a mesh, only points that cells use
+    Level,      ///< the level that LevelDepth chooses
+    Partitions, ///< partitions of the original, chosen by AddPartition
+    Region,     ///< the partitions of the original around RegionPoint
     View        ///< what the camera needs: fine where it looks, at most NumberOfTriangles
   };
   ///@{
   /**
-   * What of the model is loaded. Default Original.
+   * Which part of the model is loaded. Default Original.
    */
   vtkSetClampMacro(Content, int, Original, View);
   vtkGetMacro(Content, int);
@@ -131,8 +132,8 @@ public:
 
   ///@{
   /**
-   * The depth of the level, 0 to GetFinestLevel(), each twice as fine as the one before; -1, the
-   * default, is the preview's, of about 4,000 triangles.
+   * The depth of the level, 0 to GetFinestLevel(). Each level is twice as fine as the one before.
+   * -1, the default, stands for the preview, of about 4,000 triangles.
    */
   virtual void SetLevelDepth(int value);
   vtkGetMacro(LevelDepth, int);
@@ -192,17 +193,17 @@ public:
 
   ///@{
   /**
-   * About the maximum number of triangles of Content View, at least 1000; the preview has up to
-   * about 5000. Default 2000000.
+   * The approximate maximum number of triangles for Content View, at least 1000. The preview, which
+   * is always loaded, has up to about 5000. Default 2000000.
    */
   virtual void SetNumberOfTriangles(vtkIdType value);
   vtkGetMacro(NumberOfTriangles, vtkIdType);
   ///@}
 
   /**
-   * Which arrays of points and of cells are loaded: one entry for each array of the model, known
-   * after UpdateInformation. Default all. When another model is opened, its arrays replace those of
-   * the old one; an array of the same name keeps its setting.
+   * Which arrays of points and of cells are loaded. There is one entry for each array of the model,
+   * after UpdateInformation. Default: all. When another model is opened, its arrays replace those
+   * of the old one; an array of the same name keeps its setting.
    */
   vtkDataArraySelection* GetPointDataArraySelection() { return this->PointArrays; }
   vtkDataArraySelection* GetCellDataArraySelection() { return this->CellArrays; }
@@ -210,7 +211,7 @@ public:
   ///@{
   /**
    * The depths of the model's finest level and preview, known after UpdateInformation; -1 and 0
-   * before. A store by another partitioner than the k-d tree has no levels: -1.
+   * before. A store made by another partitioner than the k-d tree has no levels: -1.
    */
   int GetFinestLevel() const;
   int GetPreviewLevel() const;
@@ -227,8 +228,8 @@ public:
 
   ///@{
   /**
-   * Keys of what the output information says before anything is loaded: of the output, and of each
-   * partition.
+   * Keys of the counts that the output information has before anything is loaded, for the output
+   * and for each partition.
    */
   static vtkInformationIdTypeKey* NUMBER_OF_POINTS();
   static vtkInformationIdTypeKey* NUMBER_OF_CELLS();
@@ -247,7 +248,7 @@ protected:
   ~vtkKdModelSource() override;
 
   /**
-   * Opens the model, or returns the open one if it is still the present one. Null: `error` says
+   * Opens the model, or returns the open model if it is still up to date. If null, `error` says
    * why.
    */
   virtual std::shared_ptr<const kdstream::PieceSource> OpenModel(
@@ -257,7 +258,7 @@ protected:
    */
   virtual void CloseModel() {}
   /**
-   * What errors name: the file or the server.
+   * The name for errors: the file or the server.
    */
   virtual std::string ModelName() const = 0;
   /**
@@ -281,7 +282,7 @@ private:
   vtkKdModelSource(const vtkKdModelSource&) = delete;
   void operator=(const vtkKdModelSource&) = delete;
 
-  friend class vtkKdTextureReader; // for the model that is open
+  friend class vtkKdTextureReader; // which uses the open model
 
   int Fail(const kdstream::Error& error);
   void OpenAnewNextTime();
@@ -311,9 +312,9 @@ private:
   std::shared_ptr<const kdstream::PieceSource> Model; // since the last RequestInformation
   std::shared_ptr<const kdstream::OriginalFacts> Facts;
   std::string MeasuredDigest;            // digest of the measured model
-  bool WasStopped = false;               // while that was opened
+  bool WasStopped = false;               // while the model was opened
   std::atomic<bool> WasAborted{ false }; // since the Update began, by any thread
-  bool IsStale = false;                  // stopped, or failed: to be loaded anew by the next Update
+  bool IsStale = false;                  // stopped or failed: the next Update must load again
 };
 
 #endif

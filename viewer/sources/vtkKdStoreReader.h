@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkKdStoreReader
- * @brief   reads a store: the file of kdstream-build, which KdStream's servers and viewers take
+ * @brief   reads a store: a file made by kdstream-build, as for KdStream's servers and viewers
  *
- * Any part of it, at any resolution, without reading the rest: see vtkKdModelSource. The file is
- * opened anew whenever the pipeline asks for information. An open file is used even if another
- * takes its name.
+ * Reads any part of the model, at any resolution, without reading the rest: see vtkKdModelSource.
+ * The file is opened again whenever the pipeline asks for information. An open file stays in use
+ * even if another file replaces it under its name.
  *
  * @sa vtkKdStreamSource vtkKdStoreWriter
  */
@@ -31,10 +31,10 @@ public:
 
   ///@{
   /**
-   * Whether all of the original is decoded, once, for more output information if Content is neither
-   * Level nor View: for each partition BOUNDING_BOX, NUMBER_OF_POINTS and NUMBER_OF_CELLS with its
-   * ghosts, and FIELD_RANGE of every array of one component. Default off: the information is that
-   * of the store's metadata, and loading a part reads only that part.
+   * Whether all of the original is decoded, once, to give more output information if Content is
+   * neither Level nor View: for each partition BOUNDING_BOX, NUMBER_OF_POINTS and NUMBER_OF_CELLS,
+   * including ghosts, and FIELD_RANGE for every array with one component. Default off: the
+   * information is that of the store's metadata, and loading a part reads only that part.
    */
   vtkSetMacro(MeasureOriginal, bool);
   vtkGetMacro(MeasureOriginal, bool);

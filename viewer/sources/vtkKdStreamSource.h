@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkKdStreamSource
- * @brief   reads a model of a server (kdstream-serve): any VTK program as its client
+ * @brief   reads a model from a server (kdstream-serve): any VTK program can be its client
  *
- * Any part of the model, at any resolution: see vtkKdModelSource. Only what is needed is fetched.
- * The connection stays open until the URL changes; a lost connection is made anew. Whenever the
- * pipeline asks for information, the server is asked which model it has: a replaced model is opened
- * anew.
+ * Reads any part of the model, at any resolution: see vtkKdModelSource. Only what is needed is
+ * fetched. The connection stays open until the URL changes; a lost connection is opened again.
+ * Whenever the pipeline asks for information, the server is asked which version of the model it
+ * has: a replaced model is opened again.
  *
  * A region needs the boxes of all partitions, about 40 bytes each. For the same reason the output
  * information has the bounds of partitions only if BoundsOfPartitions is on.
@@ -41,7 +41,7 @@ public:
 
   ///@{
   /**
-   * The name of the model; empty, the default: the only one that the server has.
+   * The name of the model; empty, the default: the only model that the server has.
    */
   vtkSetMacro(ModelId, std::string);
   vtkGetMacro(ModelId, std::string);
@@ -76,8 +76,8 @@ public:
 
   ///@{
   /**
-   * Connecting or reading fails if nothing arrives for this number of seconds, 1 to 3600 (of
-   * connecting at most 30). Default 60.
+   * Connecting or reading fails if nothing arrives for this number of seconds, 1 to 3600 (at most
+   * 30 for connecting). Default 60.
    */
   virtual void SetTimeout(int value);
   vtkGetMacro(Timeout, int);
@@ -114,7 +114,7 @@ private:
   int Timeout = 60;
   bool BoundsOfPartitions = false;
   std::shared_ptr<const kdstream::RemoteModel> Connected;
-  std::shared_ptr<const kdstream::ServerAddress> ConnectedTo; // of that
+  std::shared_ptr<const kdstream::ServerAddress> ConnectedTo; // the address of Connected
 };
 
 #endif

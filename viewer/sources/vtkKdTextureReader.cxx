@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps:
-// 1. the model, and its tile, which has the size of the picture
-// 2. the piece
-// 3. triangles; points split by their places
-// 4. the picture, from bottom to top.
+// 1. opens the model, and reads the tile, which has the size of the picture;
+// 2. reads the piece;
+// 3. outputs its triangles, with points split where they have several places in the picture;
+// 4. outputs the picture, from bottom to top.
 #include "vtkKdTextureReader.h"
 
 #include "filters/adapter/ErrorCodes.h"
@@ -47,7 +47,7 @@ Error OfTexture(const PieceSource& model, PieceId piece, const Error& error)
     BlobName(TextureOfPiece(piece, model.Info().depths)) + ": " + error.message };
 }
 
-// Whether no piece of a lower number has it: keys ascend from piece to piece.
+// Whether no piece with a lower number has the triangle: keys ascend from piece to piece.
 bool IsOwned(const Piece& piece, const Triangle& triangle)
 {
   return *std::min_element(triangle.begin(), triangle.end(),
@@ -55,7 +55,7 @@ bool IsOwned(const Piece& piece, const Triangle& triangle)
            { return piece.keys[a] < piece.keys[b]; }) < piece.ownVertices;
 }
 
-// The mesh whose points are corners of different places in the tile.
+// The mesh, with a separate point for each place in the tile that a vertex has.
 Mesh SplitMesh(const Piece& piece, const TextureTile& tile, ScalarType scalarType)
 {
   Mesh mesh;
@@ -112,7 +112,7 @@ Mesh SplitMesh(const Piece& piece, const TextureTile& tile, ScalarType scalarTyp
   return mesh;
 }
 
-// VTK's rows go up.
+// Copies the picture, last row first: VTK's rows go upwards.
 void FillImage(const Picture& picture, vtkImageData& image)
 {
   const int components = picture.components % 2 == 0 ? 4 : 3;
@@ -152,7 +152,7 @@ vtkIdType NumberOfPieces(const ModelDescription& info, int level)
            : 0;
 }
 
-// The piece of a model. Errors: the model does not have it, or no texture of it.
+// The piece with this number. Errors: the model does not have it, or has no texture for it.
 Result<PieceId> TexturedPieceOf(const ModelDescription& info, int level, vtkIdType wanted)
 {
   if (!info.textures || (level >= 0 && !info.textures->levels))
@@ -283,7 +283,7 @@ std::string vtkKdTextureReader::ModelName() const
   return this->ModelSource ? this->ModelSource->ModelName() : this->FileName ? this->FileName : "";
 }
 
-// The next Update opens the model anew.
+// Reports an error; the next Update opens the model again.
 int vtkKdTextureReader::Fail(const kdstream::Error& error)
 {
   const std::string name = this->ModelName();
@@ -356,7 +356,7 @@ int vtkKdTextureReader::RequestInformation(vtkInformationVector* outputVector)
   if (this->WasStopped)
   {
     this->IsStale = true;
-    return 1; // RequestData empties the outputs, if it is called, too
+    return 1; // if RequestData follows, it empties the outputs
   }
   if (!tile)
   {

@@ -3,13 +3,14 @@
  * @class   vtkKdTextureReader
  * @brief   reads a piece of a textured model: its surface with texture coordinates, its picture
  *
- * From a store (FileName), or from the open model of a source (ModelSource), as a server's.
+ * Reads from a store (FileName), or from the open model of a source (ModelSource), for example from
+ * a server.
  *
  * A piece is a partition of the original, or of a level (Level). Port 0 is a vtkPolyData: the
- * piece's triangles, without those that a piece of a lower number has too, so that all pieces
- * together have each once. Points are split where their corners have different places in the
- * picture; "TCoords", two floats, are the active texture coordinates, v upwards. All arrays of
- * points are there, except colours, which the picture replaces.
+ * piece's triangles, without those that a piece with a lower number has too, so that each triangle
+ * is in exactly one piece. Points are split where their corners have different places in the
+ * picture; "TCoords", two floats, are the active texture coordinates, v upwards. It has all arrays
+ * of points except colours, which the picture replaces.
  *
  * Port 1 is a vtkImageData of unsigned char, RGB or RGBA, sRGB, for vtkTexture's
  * SetInputConnection:
@@ -18,9 +19,9 @@
  *   mapper->SetInputConnection(reader->GetOutputPort());
  *   actor->SetTexture(texture);
  *
- * Aborting works as in vtkKdModelSource. Errors name the file or server: no textures, a piece that
- * does not exist, damage; GetErrorCode says that there was an error (vtkErrorCode.h). Complexity:
- * linear in the piece; two blobs are fetched from a server.
+ * Aborting works as in vtkKdModelSource. Errors, which name the file or server: no textures, a
+ * piece that does not exist, damaged data. GetErrorCode is set (vtkErrorCode.h). Complexity: linear
+ * in the size of the piece; from a server, two blobs are fetched.
  *
  * @sa vtkKdStoreReader vtkKdStreamSource
  */
@@ -33,7 +34,7 @@
 #include "vtkSmartPointer.h" // for the source
 
 #include <atomic> // for aborts
-#include <memory> // for what is open
+#include <memory> // for the open model
 #include <string> // for names
 #include <vector> // for the picture
 
@@ -79,7 +80,7 @@ public:
 
   ///@{
   /**
-   * The level whose pieces are read, 0 to 30: of stores whose levels have textures. -1, the
+   * The level whose pieces are read, 0 to 30, if levels of the store have textures. -1, the
    * default: the original.
    */
   virtual void SetLevel(int value);
@@ -136,10 +137,10 @@ private:
   vtkIdType Partition = 0;
   // Since the last RequestInformation.
   std::shared_ptr<const kdstream::PieceSource> Model;
-  std::vector<unsigned char> Tile;       // with the picture
-  bool WasStopped = false;               // while that was opened
+  std::vector<unsigned char> Tile;       // the tile's blob, with the picture
+  bool WasStopped = false;               // while the model was opened
   std::atomic<bool> WasAborted{ false }; // since the Update began, by any thread
-  bool IsStale = false;                  // stopped, or failed: to be read anew by the next Update
+  bool IsStale = false;                  // stopped or failed: the next Update must read again
 };
 
 #endif

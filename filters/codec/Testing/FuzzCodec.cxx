@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // libFuzzer's entry to the decoders of pieces, textures, tree pages and boxes. The first bytes
-// choose the tree's depths, the grid and the piece; the rest is the blob, once as it is and once
-// with a correct checksum appended, so that the decoders after the checksum are reached. A decoded
-// piece must pass CheckPiece, and encode to a blob that decodes to the same.
+// choose the tree's depths, the grid and the piece; the rest is the blob. It is decoded once as it
+// is, and once with a correct checksum appended, so that the decoders after the check are reached.
+// A decoded piece must pass CheckPiece, and must encode to a blob that decodes to the same piece.
 #include "filters/codec/PartitionBoxes.h"
 #include "filters/codec/PieceCodec.h"
 #include "filters/codec/Seal.h"
@@ -47,7 +47,7 @@ void DecodeTree(std::span<const std::uint8_t> blob, const CodecContext& context)
   }
 }
 
-// For a strip with as many triangles as the tile says.
+// Decodes the tile for a strip with the number of triangles that its head specifies.
 void DecodeTexture(std::span<const std::uint8_t> blob)
 {
   const auto head = ReadTextureTileHead(blob);
@@ -98,7 +98,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   context.depths.partition = data[0] % 6;
   context.depths.finest = context.depths.partition + data[1] % 14;
   context.depths.stitch = std::min(context.depths.finest, context.depths.partition + 4);
-  context.depths.onePiece = data[1] % 4; // so that levels below S have parents and child nodes
+  context.depths.onePiece = data[1] % 4; // then levels coarser than S have parents and child nodes
   context.grid =
     data[2] % 3 == 0
       ? CoordinateGrid::Over({ { 0, 0, 0 }, { 1, 1, 1 } }, 20, ScalarType::Float32)

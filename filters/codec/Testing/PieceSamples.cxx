@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Writes pieces, textures, tree pages and boxes, as blobs and as their content, one JSON object a
-// line, for comparison with the decoder in JavaScript (Testing/Decoder): PieceSamples FILE. Or the
-// seeds from which FuzzCodec starts, which are made anew for each codec version: PieceSamples
-// --seeds FOLDER
+// PieceSamples FILE writes pieces, textures, tree pages and boxes, as blobs and as their content,
+// one JSON object a line. They are compared with the results of the decoder in JavaScript
+// (Testing/Decoder). PieceSamples --seeds FOLDER writes the seeds from which FuzzCodec starts; run
+// it again for each codec version.
 #include "Testing/Fixtures/Meshes.h"
 #include "Testing/Fixtures/Model.h"
 #include "filters/codec/PartitionBoxes.h"
@@ -36,7 +36,7 @@ std::string Hex(std::span<const std::uint8_t> bytes)
   return text + "\"";
 }
 
-// The bits of doubles, highest byte first: texts may round.
+// The bits of doubles in hexadecimal, highest byte first, because decimal text can round.
 std::string HexOfDoubles(std::span<const double> values)
 {
   std::vector<std::uint8_t> bytes;
@@ -97,7 +97,7 @@ std::string Sample(const Piece& piece, const CodecContext& context)
          "}\n";
 }
 
-// The places of corners; of an exact tile also u and v as they were given.
+// The places of corners; for an exact tile also the original u and v.
 std::string TextureSample(const TextureTile& tile, const std::vector<Triangle>& triangles)
 {
   const std::vector<std::uint8_t> blob = EncodeTextureTile(tile, triangles);
@@ -149,7 +149,7 @@ std::string TreeSample(const char* kind, NodeId node, const TreeDepths& depths, 
          ",\"boxes\":" + HexOfBoxes(boxes) + ",\"facts\":" + HexOfDoubles(numbers) + "}\n";
 }
 
-// Pages and boxes of a tree, its pieces with any facts.
+// Writes pages and boxes of a tree, with random facts of pieces.
 void WriteTreeSamples(std::ostream& file, const Mesh& mesh, bool levels, std::mt19937& random)
 {
   const KdTree tree = *BuildKdTree(mesh.points, { 1, {}, 1 });
@@ -176,7 +176,7 @@ void WriteTreeSamples(std::ostream& file, const Mesh& mesh, bool levels, std::mt
   }
 }
 
-// A blob after the four bytes by which FuzzCodec chooses depths, grid and piece.
+// Writes a seed: the four bytes by which FuzzCodec chooses depths, grid and piece, then the blob.
 bool WriteSeed(const std::filesystem::path& file, std::span<const std::uint8_t> head,
   std::span<const std::uint8_t> blob)
 {
@@ -189,7 +189,7 @@ bool WriteSeed(const std::filesystem::path& file, std::span<const std::uint8_t> 
   return bool(seed);
 }
 
-// Samples of each level and of the original, on a grid and exact, plain and with attributes.
+// Writes seeds for each level and the original, on a grid and exact, without and with attributes.
 bool WriteSeeds(const std::filesystem::path& folder)
 {
   std::mt19937 random(5);
@@ -283,7 +283,7 @@ int main(int argc, char** argv)
       file << Sample(piece, { depths, CoordinateGrid::Exact(mesh.scalarType), { 5 } });
     }
   }
-  // Smooth enough that planes predict positions, and of several levels below S.
+  // Smooth enough that planes predict positions, and with several levels coarser than S.
   const Mesh smooth = DisplacedSphere(5);
   const auto model = MakeModel(smooth, { 600, {}, 8 }, {}, {}, 5);
   Box box;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pieces that no builder would write and that the codec must bring back all the same; seeded.
+// Random pieces from a seed. No builder would write them, but the codec must still restore them.
 #pragma once
 
 #include "filters/core/levels/ClusterLevels.h"
@@ -13,8 +13,8 @@
 namespace kdstream::fixtures
 {
 
-// A random piece: few places, so that vertices coincide; triangles that are degenerate, repeated,
-// or flipped; edges that many share; vertices without triangles.
+// A random piece. It has few places, so that vertices coincide; degenerate, repeated and flipped
+// triangles; edges that many triangles share; and vertices without triangles.
 inline Piece RandomPiece(std::mt19937& random, const TreeDepths& depths)
 {
   Piece piece;
@@ -119,7 +119,7 @@ inline Piece RandomPiece(std::mt19937& random, const TreeDepths& depths)
   return piece;
 }
 
-// Random bits of every type.
+// Adds arrays of every type with random bits.
 inline Piece WithEveryAttribute(Piece piece, std::mt19937& random)
 {
   for (unsigned type = 0; type <= static_cast<unsigned>(AttributeType::Float64); ++type)

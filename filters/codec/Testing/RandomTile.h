@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Texture tiles at random, for the tests of their codec.
+// Random texture tiles, for tests of their codec.
 #pragma once
 
 #include "filters/codec/TextureTile.h"
@@ -13,7 +13,7 @@
 namespace kdstream::fixtures
 {
 
-// A grid of squares, each of two triangles, some corners turned.
+// A grid of squares, each made of two triangles; in some triangles the corners are rotated.
 inline std::vector<Triangle> TileGrid(std::uint32_t side)
 {
   std::vector<Triangle> triangles;
@@ -34,7 +34,7 @@ inline float Chance(std::mt19937& random, float most)
   return most * float(random() % 100000) / 100000;
 }
 
-// Smooth coordinates, seams, and a few at random.
+// A tile with smooth coordinates, seams, and a few random coordinates.
 inline TextureTile RandomTile(std::mt19937& random, const std::vector<Triangle>& triangles)
 {
   const auto side = [&]() { return static_cast<std::uint32_t>(1 + random() % 4000); };
@@ -62,7 +62,7 @@ inline TextureTile RandomTile(std::mt19937& random, const std::vector<Triangle>&
   return tile;
 }
 
-// All charts lie in a large picture, all corners in the first 1000 of it.
+// An exact tile. All charts lie in a large picture, all corners in its first 1000 texels.
 inline TextureTile RandomExactTile(std::mt19937& random, const std::vector<Triangle>& triangles)
 {
   TextureTile tile{ 4000, 4000, TileImage::Webp, std::vector<std::uint8_t>(20, 9), {}, true };

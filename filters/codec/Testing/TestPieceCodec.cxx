@@ -29,12 +29,12 @@ using namespace kdstream::fixtures;
 namespace
 {
 
-// Bytes taken through operator new since the last reset: what a decoder allocates.
+// Bytes allocated by operator new since the last reset, to measure what a decoder allocates.
 std::atomic<std::size_t> allocated{ 0 };
 
 }
 
-// Not inlined: g++ would take malloc and delete for a mismatched pair.
+// Not inlined, because g++ would then warn that malloc and delete do not match.
 [[gnu::noinline]] void* operator new(std::size_t size)
 {
   allocated += size;
@@ -44,7 +44,7 @@ std::atomic<std::size_t> allocated{ 0 };
   }
   throw std::bad_alloc();
 }
-// std::stable_sort takes its buffer by this one.
+// std::stable_sort allocates its buffer with this one.
 [[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t&) noexcept
 {
   allocated += size;
@@ -67,7 +67,7 @@ std::vector<CodecContext> ContextsOf(const Model& model)
   const Box box = BoxOfPoints(model.mesh.points);
   const TreeDepths& depths = model.tree.depths;
   const ScalarType type = model.mesh.scalarType;
-  std::vector<std::uint32_t> spacings; // another one for each level
+  std::vector<std::uint32_t> spacings; // a different one for each level
   for (unsigned depth = 0; depth <= depths.finest; ++depth)
   {
     spacings.push_back(1 + (depths.finest - depth) * 333);
@@ -102,7 +102,7 @@ void ExpectSame(const Piece& decoded, const Piece& piece, const CoordinateGrid& 
   }
 }
 
-// The blob's first `size` bytes under a right checksum: what reaches the decoders after it.
+// The blob's first `size` bytes with a correct checksum, so that they get past the check.
 std::vector<std::uint8_t> SealedPart(std::span<const std::uint8_t> blob, std::size_t size)
 {
   std::vector<std::uint8_t> part(blob.begin(), blob.begin() + std::ptrdiff_t(size));
@@ -132,8 +132,8 @@ Piece WithAttributes(Piece piece)
   return piece;
 }
 
-// A piece of many vertices and few triangles, distributed over them, with and without the last
-// vertex, also repeated and degenerate ones.
+// A piece of many vertices and few triangles that are spread over the vertices, some repeated or
+// degenerate, with and without the last vertex.
 Piece MostlyIsolated(std::uint32_t count, std::mt19937& random)
 {
   Piece piece;
@@ -261,7 +261,7 @@ TEST(PieceCodec, AlteredBytesNeverCrashNorTakeMemoryThatIsNotThere)
         altered.resize(blob.size() - checksumSize);
         for (unsigned j = 0; j <= i % 4; ++j)
         {
-          // Half of the time in the head, where the counts are.
+          // Every second change is in the head, where the counts are.
           const std::size_t at =
             random() % (j % 2 == 0 ? std::min<std::size_t>(24, altered.size()) : altered.size());
           altered[at] = static_cast<std::uint8_t>(random() % 3 == 0 ? 255 : random());
@@ -326,7 +326,7 @@ TEST(ByteStream, OrderedBitsKeepTheOrderOfNumbers)
 
 TEST(PieceCodec, ANumberBeyond32BitsIsNotASmallOne)
 {
-  // A vertex of level 0, symbol by symbol; its rank is `rank`.
+  // Writes a piece of level 0 with one vertex, of this rank, symbol by symbol.
   const auto blobWith = [](std::uint64_t rank)
   {
     ByteWriter writer;
@@ -365,7 +365,7 @@ TEST(PieceCodec, ANumberBeyond32BitsIsNotASmallOne)
 }
 
 // A bent sheet of side * side vertices: level 3 of a model with S = 4 and R = 1, or only its
-// points. Each four vertices in a square have one parent, and each four of those, too.
+// points. Four vertices in a square have one parent, and so do four of these parents.
 Piece BentSheet(std::uint32_t side, bool triangles)
 {
   Piece piece;
@@ -420,7 +420,7 @@ TEST(PieceCodec, ASmoothLevelIsCodedByPlanes)
   original.ancestors.clear();
   original.childBegin.clear();
   original.childNodes.clear();
-  EncodedBytes ofLevel, ofOriginal; // never coded by planes
+  EncodedBytes ofLevel, ofOriginal; // the original is never coded by planes
   (void)EncodePiece(level, context, &ofLevel);
   (void)EncodePiece(original, context, &ofOriginal);
   EXPECT_LT(ofLevel.positions, 0.95 * ofOriginal.positions);
@@ -528,7 +528,8 @@ TEST(PieceCodec, MoreThan65536VerticesComeBack)
   EXPECT_LT(allocated, 2048 * blob.size()) << "the blob is padded to bound the reader's memory";
 }
 
-// Up to this number a triangle's corners are sorted as one number; from the next on they are not.
+// Up to this number of vertices a triangle's corners are sorted as one number; with more vertices
+// they are not.
 TEST(PieceCodec, PiecesAboutTheMostVerticesThatFitPackedTrianglesComeBack)
 {
   constexpr std::uint32_t most = 1U << PackedTriangles::bits;

@@ -22,7 +22,7 @@ Bytes BytesOf(std::string_view text)
   return { text.begin(), text.end() };
 }
 
-// What opening the bytes as a blob of `magic` fails with; empty if they are whole.
+// The error message of opening the bytes as a blob of `magic`; empty if there is no error.
 std::string WhyNot(const Bytes& blob, std::string_view magic)
 {
   const auto content = UnsealBlob(blob, magic);
@@ -59,7 +59,7 @@ struct Blobs : testing::Test
   }
 };
 
-// Gives each byte every other value. `decode` must refuse each change, and name its place.
+// Gives each byte every other value. `decode` must refuse each change, and report its place.
 template <class Decode>
 void ExpectEveryChangeIsRefused(const Bytes& whole, const std::string& name, const Decode& decode)
 {

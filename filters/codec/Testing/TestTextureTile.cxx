@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Texture tiles as bytes and back; damaged ones.
+// Encoding and decoding texture tiles, and damaged tiles.
 #include "filters/codec/TextureTile.h"
 
 #include "filters/codec/Seal.h"
@@ -20,7 +20,7 @@ namespace
 
 using Bytes = std::vector<std::uint8_t>;
 
-// Bit for bit.
+// Compares the corners bit for bit.
 void ExpectSameCorners(const ExactTile& a, const ExactTile& b)
 {
   ASSERT_EQ(a.corners.size(), b.corners.size());
@@ -39,7 +39,7 @@ std::string MessageOf(const Bytes& blob, const std::vector<Triangle>& triangles)
   return tile ? "none" : tile.GetError().message;
 }
 
-// The first `size` bytes under a right checksum.
+// The first `size` bytes of the blob, with a correct checksum.
 Bytes Sealed(Bytes blob, std::size_t size)
 {
   blob.resize(size);
@@ -112,7 +112,7 @@ TEST(TextureTile, SmoothCoordinatesAreSmall)
   EXPECT_LT(EncodeTextureTile(tile, triangles).size(), triangles.size() * 2);
 }
 
-// As smooth ones, in fewer bytes: but for their last bits.
+// Coarse tiles keep coordinates up to their last bits, and take fewer bytes than smooth ones.
 TEST(TextureTile, CoarseCoordinatesAreRounded)
 {
   std::mt19937 random(4);
@@ -177,7 +177,7 @@ TEST(TextureTile, SaysWhatIsWrong)
   other = blob;
   other[3] = 99;
   EXPECT_EQ(MessageOf(other, triangles), "texture: unknown codec version 99: this viewer knows 8");
-  // A head of one byte for each number: 32 triangles, 0 × 1 texels of WebP, no bytes.
+  // A head with one byte for each number: 32 triangles, a WebP of 0 × 1 texels and 0 bytes.
   const Bytes head = { 'K', 'D', 'X', codecVersion, 32, 0, 1, 3, 0 };
   EXPECT_EQ(MessageOf(Sealed(head, 9), triangles), "texture: the image has no texels at byte 8");
   Bytes format = head;

@@ -21,7 +21,7 @@ namespace
 
 using Bytes = std::vector<std::uint8_t>;
 
-// The first `size` bytes of a blob's content under a right checksum.
+// The first `size` bytes of a blob's content, with a correct checksum.
 Bytes SealedPart(const Bytes& blob, std::size_t size)
 {
   Bytes part(blob.begin(), blob.begin() + static_cast<std::ptrdiff_t>(size));
@@ -44,7 +44,8 @@ bool Holds(const Box& outer, const Box& inner)
   return holds;
 }
 
-// No side is more than a 16th of the parent's farther out (and a little, for rounding).
+// Whether each side is moved outward by at most a 16th of the parent's extent (and a little, for
+// rounding).
 bool IsNear(const Box& rounded, const Box& exact, const Box& parent)
 {
   bool near = true;
@@ -75,7 +76,8 @@ PieceTable RandomFacts(const TreeDepths& depths, bool hasLevels)
   return pieces;
 }
 
-// Trees of a vertex a partition: many pages, and empty cells in them.
+// Calls visit for trees with one vertex in each partition: they have many pages, with empty cells
+// in them.
 template <class Visit>
 void ForEachTree(const Visit& visit)
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// libFuzzer's entry to the text of VRML, before Coin parses it, also compressed by gzip: ./dev
-// fuzz.
+// libFuzzer's entry to the check of VRML text before Coin parses it, also for text compressed by
+// gzip: ./dev fuzz.
 #include "filters/convert/UnpackGzip.h"
 #include "filters/convert/VrmlText.h"
 
@@ -22,7 +22,7 @@ void Require(bool holds)
   }
 }
 
-// A string names no file but one of `urls`, by its number.
+// A string must not name a file, except one of `urls` by its number.
 void CheckString(std::string_view text, std::size_t urls)
 {
   if (text.empty())
@@ -56,7 +56,7 @@ void CheckText(std::string_view file)
   const auto lines = [](std::string_view of)
   { return std::count(of.begin(), of.end(), '\n') + std::count(of.begin(), of.end(), '\r'); };
   Require(lines(text) <= lines(file) + 1);
-  // Behind the header: strings and brackets end, and nothing is a comment.
+  // After the header, strings and brackets must end, and there must be no comments.
   std::string open;
   for (std::size_t at = text.find('\n'); at < text.size(); ++at)
   {

@@ -17,7 +17,7 @@ namespace
 
 using Json = nlohmann::json;
 
-// The components of an accessor's type; 0 for an unknown name.
+// The number of components for an accessor's type; 0 for an unknown name.
 std::size_t ComponentsOf(const Json& type)
 {
   static constexpr std::array<std::pair<const char*, std::size_t>, 7> types{ { { "SCALAR", 1 },
@@ -27,10 +27,10 @@ std::size_t ComponentsOf(const Json& type)
   return found == types.end() ? 0 : found->second;
 }
 
-// The bytes of a component; 0 for an unknown number.
+// The bytes of a component of this type; 0 for an unknown type.
 std::size_t BytesOf(const Json& componentType)
 {
-  static constexpr std::array<std::size_t, 7> bytes{ 1, 1, 2, 2, 0, 4, 4 }; // of 5120 …
+  static constexpr std::array<std::size_t, 7> bytes{ 1, 1, 2, 2, 0, 4, 4 }; // for 5120 and more
   const double kind = NumberOf(componentType, 0) - 5120;
   return kind >= 0 && kind < double(bytes.size()) ? bytes[static_cast<std::size_t>(kind)] : 0;
 }
@@ -70,11 +70,11 @@ double NumberAt(const std::uint8_t* place, GltfComponent type)
   return NumberAt<float>(place);
 }
 
-// Where the `count` elements of `size` bytes are that an object (an accessor, or a part of a sparse
-// one) has in its bufferView. written: the count as written in the file.
+// Finds the `count` elements of `size` bytes that an object has in its bufferView. The object is an
+// accessor, or a part of a sparse one. written: the count as the file has it.
 struct Elements
 {
-  GltfBytes bytes; // from the first
+  GltfBytes bytes; // from the first element on
   std::size_t stride = 0;
 };
 Result<Elements> Place(const GltfDocument& document, GltfBuffers& buffers, const Json& object,
@@ -177,7 +177,7 @@ Result<GltfAccessor> GltfAccessor::Open(
   return accessor;
 }
 
-// Steps: 1. a copy of all elements, one after the other  2. those of `sparse` into their places.
+// Steps: 1. copy all elements, one after the other 2. overwrite those that `sparse` lists.
 Status GltfAccessor::Overlay(const GltfDocument& document, GltfBuffers& buffers, const Json& sparse)
 {
   const Json &written = Member(sparse, "count"), &indices = Member(sparse, "indices");

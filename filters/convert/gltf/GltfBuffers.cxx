@@ -23,14 +23,14 @@ namespace
 
 using Json = nlohmann::json;
 
-// What glTF calls a data URI: the bytes are in the .gltf itself.
+// Whether this is a data URI, which holds the bytes in the .gltf itself.
 bool IsData(const std::string& uri)
 {
   return uri.starts_with("data:");
 }
 
-// The file of a URI. Tries: the URI with %HH decoded; the exact name; and, as for pictures, the
-// name as other systems write it.
+// The file that a URI names. Tries the URI with %HH decoded; then the exact name; then, as for
+// pictures, the name as other systems write it.
 Result<std::filesystem::path> PlaceOf(const std::string& uri, FilesBeside& files)
 {
   const std::string decoded = PercentDecoded(uri).value_or(uri);
@@ -51,7 +51,7 @@ Result<std::filesystem::path> PlaceOf(const std::string& uri, FilesBeside& files
 
 }
 
-// A file's bytes in memory, which are read when they are looked at.
+// A memory-mapped file: its bytes are read when they are used.
 class GltfBuffers::Mapping
 {
 public:
@@ -206,7 +206,7 @@ std::vector<std::size_t> GltfBuffers::WrongOnes() const
   return numbers;
 }
 
-// view: a bufferView, or its uncompressed fallback.
+// view: a bufferView, or the uncompressed fallback in it.
 Result<GltfBytes> GltfBuffers::BytesOf(const Json& view) const
 {
   const Json& buffers = Member(this->Document->json, "buffers");
@@ -254,7 +254,7 @@ Result<GltfBuffers::View> GltfBuffers::ViewOf(std::size_t number)
     const auto [entry, isNew] = this->Decompressed.try_emplace(number);
     if (isNew)
     {
-      // Otherwise many views could decompress the same bytes again and again.
+      // Without a limit, many views could decompress the same bytes again and again.
       this->BytesDecompressed += bytes->size();
       if (this->BytesDecompressed > this->BytesInAll)
       {
@@ -266,7 +266,7 @@ Result<GltfBuffers::View> GltfBuffers::ViewOf(std::size_t number)
       {
         this->Decompressed.erase(entry);
         this->BytesDecompressed -= bytes->size();
-        // A file may have the same bytes uncompressed, for programs that cannot decompress.
+        // A file may also have the uncompressed bytes, for programs that cannot decompress.
         const Result<GltfBytes> plain = this->BytesOf(view);
         if (!plain)
         {

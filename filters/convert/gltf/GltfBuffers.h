@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The bytes of a glTF file: its buffers, wherever they are, and the views of them, decompressed if
-// they are compressed.
+// The bytes of a glTF file: its buffers, wherever they are, and the buffers' views. Compressed
+// views are decompressed.
 #pragma once
 
 #include "filters/convert/gltf/GltfDocument.h"
@@ -25,35 +25,35 @@ class FilesBeside;
 class GltfBuffers
 {
 public:
-  // Finds every buffer of a document of that file: in the .glb, in a data URI, or in a file in or
-  // below the file's folder (FilesBeside), which is mapped and not read. A missing buffer, or one
-  // that is shorter than it claims, is an error only when it is needed. The document must outlive
-  // the buffers.
+  // Finds every buffer of `document`, which comes from `file`: in the .glb, in a data URI, or in a
+  // file in or below the file's folder (FilesBeside). Files are mapped, not read. A buffer that is
+  // missing, or shorter than it claims, is an error only when it is needed. The document must
+  // outlive the buffers.
   static GltfBuffers Open(const GltfDocument& document, const std::filesystem::path& file);
 
   struct View
   {
     GltfBytes bytes;
-    std::uint64_t stride = 0; // from element to element, 0: they follow each other
+    std::uint64_t stride = 0; // between elements; 0: without gaps
   };
-  // One of the document's bufferViews. A compressed one is decompressed once, to at most 64 times
-  // its size, and stays in memory. REQUIRES: there is a view of this number. Errors: InvalidInput,
-  // continuing the sentence "bufferView 7 …"; Unsupported if KdStream was built without
-  // libmeshoptimizer-dev.
+  // Returns one of the document's bufferViews. A compressed view is decompressed once, to at most
+  // 64 times its size, and stays in memory. REQUIRES: a view of this number exists. Errors:
+  // InvalidInput, continuing the sentence "bufferView 7 …"; Unsupported if KdStream was built
+  // without libmeshoptimizer-dev.
   Result<View> ViewOf(std::size_t number);
 
-  // The bytes as they lie in the file. Errors: as ViewOf. REQUIRES: a bufferView that is there.
+  // The bytes as the file has them. Errors: as ViewOf. REQUIRES: the bufferView exists.
   Result<GltfBytes> BytesOf(const nlohmann::json& view) const;
 
   // Why ViewOf failed, if the buffer is missing or shorter than it claims: InvalidInput naming the
   // file or the buffer; InputOutput.
   const std::optional<Error>& Missing() const { return this->Missed; }
-  // The numbers of missing or short buffers, whether anything needs them or not.
+  // The numbers of all missing or short buffers, even if nothing needs them.
   std::vector<std::size_t> WrongOnes() const;
-  // The bytes of all buffers that could be read.
+  // How many bytes all readable buffers have together.
   std::uint64_t Size() const { return this->BytesInAll; }
 
-  // The files that buffers are in, but the document's own.
+  // The files in which the buffers are, except the document's own.
   std::vector<std::filesystem::path> Files() const;
 
 private:
@@ -73,10 +73,10 @@ private:
   std::vector<Buffer> Buffers;
   std::map<std::filesystem::path, std::shared_ptr<Mapping>> Mappings;
   std::vector<std::vector<std::uint8_t>> Decoded;                // of data URIs
-  std::map<std::size_t, std::vector<std::uint8_t>> Decompressed; // of views
+  std::map<std::size_t, std::vector<std::uint8_t>> Decompressed; // by the number of the view
   std::vector<std::filesystem::path> Named;
   std::optional<Error> Missed;
-  std::uint64_t BytesInAll = 0, BytesDecompressed = 0; // of buffers; of compressed views so far
+  std::uint64_t BytesInAll = 0, BytesDecompressed = 0; // all buffers; compressed views so far
 };
 
 }

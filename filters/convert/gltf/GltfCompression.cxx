@@ -25,8 +25,9 @@ using Json = nlohmann::json;
 
 #ifdef KDSTREAM_HAS_MESHOPTIMIZER
 
-// Attributes take at least a byte for 64 bytes: two bits say that 16 bytes are zeros. Corners take
-// at least a byte for a triangle, or for an index.
+// Whether compressed bytes can hold `count` elements. Attributes need at least a byte for 64 bytes,
+// because two bits say that 16 bytes are zeros. Indices need at least a byte for a triangle, or for
+// an index.
 bool MayHold(std::size_t bytes, const std::string& mode, double count, double stride)
 {
   const double least = mode == "ATTRIBUTES"  ? count * stride / 64
@@ -45,8 +46,7 @@ int Decode(const std::string& mode, std::size_t count, std::size_t stride,
            : meshopt_decodeIndexSequence(to, count, stride, from.data(), from.size());
 }
 
-// Applies a filter to decompressed attributes. False if there is no filter of this name for this
-// stride.
+// Applies a filter to decompressed attributes. False if this filter does not exist for this stride.
 bool Filter(const std::string& filter, std::size_t count, std::size_t stride, std::uint8_t* values)
 {
   if (filter == "OCTAHEDRAL" && (stride == 4 || stride == 8))
@@ -116,7 +116,7 @@ Result<std::vector<std::uint8_t>> DecodeMeshopt(
   std::vector<std::uint8_t> decoded(elements * size);
   if (Decode(mode, elements, size, bytes, decoded.data()) != 0)
   {
-    // The first byte: the kind, and the version, of which the library here knows the first ones.
+    // The first byte has the kind and the version. The library here knows only the first versions.
     const unsigned head = bytes.empty() ? 0U : bytes[0];
     const bool isNewer = attributes
                            ? head > 0xa0U && head < 0xb0U
@@ -227,7 +227,7 @@ Result<DracoPart> DecodeDraco(std::span<const std::uint8_t> bytes,
     const auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
     return decoded.ok() ? ReadDraco(*decoded.value(), attributes, normalized) : damaged;
   }
-  catch (const std::exception&) // meshoptimizer trusts sizes in the data
+  catch (const std::exception&) // meshoptimizer trusts the sizes in the data
   {
     return damaged;
   }

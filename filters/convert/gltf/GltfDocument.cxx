@@ -28,12 +28,12 @@ std::uint32_t NumberAt(const char* place)
          std::uint32_t{ bytes[2] } << 16U | std::uint32_t{ bytes[3] } << 24U;
 }
 
-// begin: of the text in the file.
+// begin: where in the file the text begins.
 Result<Json> ParseJson(const std::string& text, std::size_t begin)
 {
   try
   {
-    // Copying may leave Ctrl-Z at the end of a text.
+    // Copying may add Ctrl-Z to the end of a text.
     const std::size_t end = text.find_last_not_of(std::string_view("\x1A\0 \t\r\n", 6));
     return Json::parse(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(end + 1));
   }
@@ -56,7 +56,7 @@ Result<Json> ParseJson(const std::string& text, std::size_t begin)
                  "its JSON breaks off at byte " + std::to_string(begin + at), Remedy::CopyAgain)
              : GltfError("its JSON is damaged at byte " + std::to_string(begin + at));
   }
-  catch (const Json::exception&) // 1e999
+  catch (const Json::exception&) // for numbers such as 1e999
   {
     return GltfError("its JSON has a number that is too large to be read");
   }
@@ -76,8 +76,8 @@ Result<std::string> ReadText(std::ifstream& file, std::uint64_t bytes)
   return text;
 }
 
-// Looks for the chunk of bytes (BIN) among those from `begin` to `end`. It should be the first of
-// them, but is found after others, too.
+// Looks for the binary chunk (BIN) among the chunks from `begin` to `end`. It should be the first
+// of them, but is also found after others.
 Status FindBinaryChunk(
   std::ifstream& file, std::uint64_t begin, std::uint64_t end, GltfDocument& document)
 {
@@ -93,7 +93,7 @@ Status FindBinaryChunk(
     }
     const std::uint64_t length =
       std::min<std::uint64_t>(NumberAt(head.data()), end - begin - chunkBytes);
-    if (std::memcmp(head.data() + 4, "BIN", 4) == 0) // with its zero
+    if (std::memcmp(head.data() + 4, "BIN", 4) == 0) // with the zero that ends it
     {
       document.binary = begin + chunkBytes;
       document.binaryBytes = length;
@@ -113,8 +113,9 @@ Status FindBinaryChunk(
   return {};
 }
 
-// A head of twelve bytes, a chunk of JSON, and an optional chunk of bytes; each chunk begins with
-// its length and kind. begin: in the file. isPart: of a tile, which fills up its end.
+// Reads a .glb: a header of twelve bytes, a chunk of JSON, and an optional binary chunk. Each chunk
+// begins with its length and kind. begin: offset in the file. isPart: it lies in a tile, which may
+// be padded at its end.
 Result<std::string> ReadGlb(std::ifstream& file, std::uint64_t begin, std::uint64_t bytes,
   bool isPart, GltfDocument& document)
 {
@@ -176,7 +177,7 @@ bool IsRead(std::string_view extension)
   return std::find(readExtensions.begin(), readExtensions.end(), extension) != readExtensions.end();
 }
 
-// Of metadata only names of arrays are read. False if there is more.
+// Whether the metadata holds nothing except names of arrays, which are read.
 bool HasOnlyArrays(const Json& json, std::string_view extension)
 {
   constexpr const char* name = "EXT_structural_metadata";
@@ -279,7 +280,7 @@ std::optional<std::vector<std::uint8_t>> DataOf(const std::string& uri)
     return std::nullopt;
   }
   const std::string_view written = std::string_view(uri).substr(comma + 1);
-  // In base64, too: some files write "+", "/" and "=" with %.
+  // Also decodes % in base64: some files write "+", "/" and "=" with %.
   const std::optional<std::string> decoded = written.find('%') != std::string_view::npos
                                                ? PercentDecoded(written)
                                                : std::optional<std::string>();

@@ -21,7 +21,7 @@ using Json = nlohmann::json;
 
 constexpr std::size_t mostWarnings = 20;
 
-// Reads what the JSON says of pictures.
+// Reads what the JSON says about materials and pictures.
 class MaterialReader
 {
 public:
@@ -63,13 +63,14 @@ public:
     return source;
   }
 
-  // number: of the material, for warnings.
+  // number: of the material; for warnings.
   GltfMaterial MaterialOf(const Json& material, std::size_t number)
   {
     GltfMaterial read;
     const Json& pbr = Member(material, "pbrMetallicRoughness");
     const Json& core = Member(pbr, "baseColorTexture");
-    // An older extension, which some programs write for readers that do not know the core's way.
+    // An older extension, which some programs still write for readers that do not know the core's
+    // properties.
     const Json& glossy =
       Member(Member(material, "extensions"), "KHR_materials_pbrSpecularGlossiness");
     const bool isGlossy = core.is_null() && glossy.is_object();
@@ -103,7 +104,7 @@ public:
     return read;
   }
 
-  // Warnings about errors, and about properties that are left out.
+  // Returns the warnings about errors, and about properties that are left out.
   std::vector<std::string> TakeWarnings()
   {
     if (this->Wrong > mostWarnings)
@@ -127,7 +128,7 @@ public:
   }
 
 private:
-  // Fit for a message.
+  // Whether a name is fit for a message.
   static bool IsWord(const std::string& name)
   {
     return name.size() <= 40 &&
@@ -135,7 +136,7 @@ private:
              [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); });
   }
 
-  // The textures of all extensions but the one that is taken as the colour.
+  // Notes the textures of all extensions, except the one that is used for the colour.
   void NoteExtensions(const Json& extensions)
   {
     for (const auto& [extension, members] : extensions.items())
@@ -150,8 +151,8 @@ private:
     }
   }
 
-  // Metalness counts only if it is given: the default would be 1, but programs that do not support
-  // metalness do not mean that.
+  // Metalness counts only if the file gives it. The default would be 1, but programs that do not
+  // support metalness do not mean this value.
   void NoteValues(const Json& material, std::size_t number)
   {
     const Json& pbr = Member(material, "pbrMetallicRoughness");
@@ -227,7 +228,7 @@ private:
     if (this->IsInData(view))
     {
       const Result<GltfBytes> bytes = this->Buffers.BytesOf(view);
-      // Otherwise many views could decode the same bytes again and again.
+      // Without a limit, many views could decode the same bytes again and again.
       this->BytesTaken += bytes ? bytes->size() : 0;
       if (!bytes || this->BytesTaken > this->Buffers.Size())
       {
@@ -306,7 +307,7 @@ private:
     this->ReadTransform(Member(Member(info, "extensions"), "KHR_texture_transform"), read);
   }
 
-  // The first image that lies in the same view of a data URI, or the image itself.
+  // The first image with the same view in a data URI; else the image itself.
   std::size_t FirstLike(std::size_t image)
   {
     const Json& views = Member(this->Source.json, "bufferViews");
@@ -327,7 +328,7 @@ private:
 
   static TextureWrap WrapOf(const Json& value)
   {
-    constexpr double clampToEdge = 33071, mirroredRepeat = 33648; // the numbers in glTF
+    constexpr double clampToEdge = 33071, mirroredRepeat = 33648; // glTF's numbers for these modes
     const double number = NumberOf(value, 0);
     return number == clampToEdge      ? TextureWrap::Clamp
            : number == mirroredRepeat ? TextureWrap::Mirror
@@ -359,7 +360,7 @@ private:
   std::filesystem::path File;
   FilesBeside Files;
   std::map<std::size_t, std::size_t> ImageOfView; // the first image that uses the view
-  std::uint64_t BytesTaken = 0;                   // out of data URIs
+  std::uint64_t BytesTaken = 0;                   // decoded from data URIs
   std::vector<std::string> Warnings, Others;      // Others: pictures that are not carried
   LostLooks Lost;
   std::size_t Wrong = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What paints a glTF scene: materials and where their pictures are.
+// The materials of a glTF scene, and where their pictures are.
 #pragma once
 
 #include "filters/convert/gltf/GltfBuffers.h"
@@ -13,11 +13,11 @@
 namespace kdstream
 {
 
-// A material and which of a vertex' texture coordinates its picture has.
+// A material, and which of a vertex's texture coordinates its picture uses.
 struct GltfMaterial
 {
   TexturedMaterial textured;
-  int coordinates = 0; // TEXCOORD_…
+  int coordinates = 0; // the number in TEXCOORD_…
 };
 
 struct GltfMaterials
@@ -25,13 +25,14 @@ struct GltfMaterials
   std::vector<GltfMaterial> materials;
   // One for each image; `wrong` says why an image cannot be read.
   std::vector<PictureSource> pictures;
-  // A sentence each: what names none that is there, of twenty; what is not carried.
+  // One sentence each: references to missing objects, of which twenty are named; features that are
+  // not carried.
   std::vector<std::string> warnings;
 };
 
-// The materials of a document of that file, and of its buffers; pictures are searched for beside
-// the file (FilesBeside). Reads only the sizes of files. Memory: also the pictures that are in the
-// JSON itself, each once.
+// Reads the materials of `document`, which comes from `file` and has these buffers. Pictures are
+// searched for beside the file (FilesBeside). Of picture files, only the sizes are read. Memory:
+// also the pictures that are in the JSON itself, each once.
 GltfMaterials ReadGltfMaterials(
   const GltfDocument& document, const GltfBuffers& buffers, const std::filesystem::path& file);
 

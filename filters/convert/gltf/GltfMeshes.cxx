@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps for a part:
-// 1. its attributes, as accessors, plain or from Draco's bytes
-// 2. places (changed by morph targets), normals, colours, texture coordinates, joints
-// 3. corners, then triangles by its mode.
+// 1. open its attributes as accessors, plain or decompressed by Draco
+// 2. read places (changed by morph targets), normals, colours, texture coordinates and joints
+// 3. read the corners, then make triangles by the part's mode.
 #include "filters/convert/gltf/GltfMeshes.h"
 
 #include "filters/convert/gltf/GltfAccessors.h"
@@ -28,12 +28,12 @@ namespace
 
 using Json = nlohmann::json;
 
-// As glTF numbers them, of 7; what has another number is joined by lines, or not at all.
+// Six of glTF's seven modes, with their numbers. Modes 1 to 3 are lines, and 0 is points.
 constexpr int linesMode = 1, lineLoop = 2, lineStrip = 3, trianglesMode = 4, triangleStrip = 5,
               triangleFan = 6;
-constexpr int mostSets = 4; // of joints: 16 a point
+constexpr int mostSets = 4; // sets of joints: at most 16 joints for a point
 
-// The types that an attribute may have, by the beginning of its name.
+// The permitted numbers of components, by the beginning of an attribute's name.
 struct AttributeKinds
 {
   std::string_view name;
@@ -57,13 +57,13 @@ std::string NameOf(std::size_t mesh, std::size_t part)
   return "mesh " + std::to_string(mesh) + ", part " + std::to_string(part) + ": ";
 }
 
-// A skirt closes gaps between a tile and its neighbours (doc/3dtiles.md).
+// Whether this is a skirt, which closes gaps between a tile and its neighbours (doc/3dtiles.md).
 bool IsSkirt(const Json& part)
 {
   return Member(Member(part, "extras"), "skirt") == true;
 }
 
-// A point array that is carried as it is.
+// A point array that is carried without a change.
 struct PlainArray
 {
   AttributeInfo info;
@@ -90,7 +90,7 @@ AttributeType TypeOf(GltfComponent component)
   return AttributeType::Float32;
 }
 
-// For each attribute the name of its property, if both have the same values.
+// For each attribute the name of its property, if the property has the same values.
 std::map<std::string, std::string> NamesOfProperties(const Json& json)
 {
   static constexpr std::array<std::string_view, 5> taken{ "Normals", "TCoords", "texcoord_1", "RGB",
@@ -122,7 +122,7 @@ std::map<std::string, std::string> NamesOfProperties(const Json& json)
   return names;
 }
 
-// The part's arrays that the reader does not use itself, in their order.
+// The part's arrays that the reader does not use itself, in order.
 std::vector<PlainArray> PlainArraysOf(
   const Json& accessors, const Json& attributes, const std::map<std::string, std::string>& names)
 {
@@ -146,7 +146,7 @@ std::vector<PlainArray> PlainArraysOf(
       array.info.type = AttributeType::Float32;
     }
     array.info.name = name == "TEXCOORD_0"   ? "TCoords"
-                      : name == "TEXCOORD_1" ? "texcoord_1" // as stores have it from VTK's reader
+                      : name == "TEXCOORD_1" ? "texcoord_1" // as VTK's reader names it
                                              : name;
     const auto property = names.find(name);
     array.info.name = property == names.end() ? array.info.name : property->second;
@@ -158,15 +158,15 @@ std::vector<PlainArray> PlainArraysOf(
   return arrays;
 }
 
-// Whether an attribute names an accessor that does not exist: the part is read without it, unless
-// it decides where the points are.
+// Whether an attribute names an accessor that does not exist. The part is then read without it,
+// unless it decides where the points are.
 bool IsMissing(const Json& accessors, const std::string& name, const Json& number)
 {
   return !number.is_null() && IndexIn(accessors, number) == CountOf(accessors) &&
          name != "POSITION" && !name.starts_with("JOINTS_") && !name.starts_with("WEIGHTS_");
 }
 
-// Values of the points that stay, each with this number of elements.
+// Keeps the values of the points that stay; each point has this number of values.
 template <class T>
 void KeepOf(const std::vector<bool>& stays, std::size_t elements, std::vector<T>& values)
 {
@@ -182,7 +182,7 @@ void KeepOf(const std::vector<bool>& stays, std::size_t elements, std::vector<T>
   values.shrink_to_fit();
 }
 
-// REQUIRES: what triangles name stays.
+// Keeps some points of a part. REQUIRES: the points that triangles name stay.
 void KeepPoints(const std::vector<bool>& stays, GltfPart& part)
 {
   std::vector<VertexId> numbers(stays.size());
@@ -207,7 +207,7 @@ void KeepPoints(const std::vector<bool>& stays, GltfPart& part)
   }
 }
 
-// Of an accessor that other parts use too, keeps the points that the part's triangles name.
+// For an accessor that other parts use, too: keeps the points that this part's triangles name.
 void KeepNamedPoints(GltfPart& part)
 {
   std::vector<bool> stays(part.points.size());
@@ -224,7 +224,8 @@ void KeepNamedPoints(GltfPart& part)
   }
 }
 
-// Points that are not finite go, with triangles that name them, before pictures paint the others.
+// Drops points that are not finite, and triangles that name them, before textures are baked to the
+// others.
 void DropPointsNotFinite(GltfPart& part, const std::string& named, Tolerance& dropped)
 {
   std::vector<bool> stays(part.points.size());
@@ -272,7 +273,7 @@ std::vector<Triangle> TrianglesOf(int mode, const std::vector<std::uint32_t>& co
 
 }
 
-// Of one part.
+// Reads one part.
 class GltfMeshes::Reader
 {
 public:
@@ -284,7 +285,7 @@ public:
   {
   }
 
-  // weights: of its shapes. named: the part, for what is left over.
+  // weights: of its morph targets. named: names the part, in messages about what is left out.
   Result<std::optional<GltfPart>> Read(const Json& weights, const std::string& named)
   {
     const double mode = WholeOf(Member(this->Part, "mode"), trianglesMode);
@@ -300,7 +301,8 @@ public:
     {
       return GltfError("'POSITION' has a count that is not a whole number of at least 0");
     }
-    // Where it claims no points, none are read, whatever is compressed: ClaimsOf counts none.
+    // If it claims no points, none are read, even if compressed data has some: ClaimsOf has counted
+    // none.
     if (position.is_null() || claimed == 0)
     {
       return std::optional<GltfPart>();
@@ -335,7 +337,7 @@ public:
   }
 
 private:
-  // KHR_draco_mesh_compression.
+  // Decompresses KHR_draco_mesh_compression.
   Status Decompress()
   {
     const Json& draco = Member(Member(this->Part, "extensions"), "KHR_draco_mesh_compression");
@@ -376,7 +378,7 @@ private:
     Result<DracoPart> decoded = DecodeDraco(view->bytes, numbers, normalized);
     if (!decoded)
     {
-      // A file may have the same part uncompressed, for programs that cannot decompress.
+      // A file may also have the uncompressed part, for programs that cannot decompress.
       const std::size_t plain = IndexIn(this->Accessors, Member(this->Attributes, "POSITION"));
       return plain < CountOf(this->Accessors) &&
                  !Member(this->Accessors[plain], "bufferView").is_null()
@@ -406,7 +408,7 @@ private:
     }
   }
 
-  // One of `Attributes`, of a kind that is read.
+  // Opens an attribute of `Attributes`; its kind must be one that is read.
   Result<GltfAccessor> Open(const std::string& name)
   {
     const auto found =
@@ -441,7 +443,8 @@ private:
              : GltfError(QuotedText(name) + " " + NamesNone("accessor", number, this->Accessors));
   }
 
-  // Of an accessor that other parts use too, only named points are read.
+  // Whether to read a point. If other parts use the accessor, too, only points that this part names
+  // are read.
   bool Needs(std::size_t point) const { return this->Named.empty() || this->Named[point]; }
 
   std::vector<Vec3> VectorsOf(const GltfAccessor& accessor) const
@@ -517,7 +520,7 @@ private:
     return this->ReadJoints(part);
   }
 
-  // Floats are from 0 to 1 by glTF; some programs write them to 255 or 65535.
+  // glTF's float colours go from 0 to 1; some programs write them up to 255 or 65535.
   void ReadColors(
     const GltfAccessor& accessor, std::vector<Color>& colors, const std::string& named)
   {
@@ -582,7 +585,7 @@ private:
     return {};
   }
 
-  // Morph targets, by their weights.
+  // Adds morph targets by their weights.
   Status AddShapes(const Json& weights, GltfPart& part)
   {
     const Json& targets = Member(this->Part, "targets");
@@ -671,7 +674,7 @@ private:
     part.lines = mode == linesMode                       ? count / 2
                  : mode == lineLoop || mode == lineStrip ? std::min<std::size_t>(count, 1)
                                                          : 0;
-    // Draco's data are triangles, whatever the mode says.
+    // Draco's data is triangles, whatever the mode is.
     part.triangles = TrianglesOf(this->Draco ? trianglesMode : mode, corners);
     if (mode == trianglesMode && count % 3 > 0)
     {
@@ -687,8 +690,8 @@ private:
   const Json& Part;
   const Json& Attributes;
   std::optional<DracoPart> Draco;
-  std::size_t Count = 0;   // of points
-  std::vector<bool> Named; // of places that other parts have too: by this part; else empty
+  std::size_t Count = 0;   // number of points
+  std::vector<bool> Named; // shared places: those that this part names; else empty
 };
 
 GltfMeshes::GltfMeshes(
@@ -757,7 +760,7 @@ void GltfMeshes::Claims::Add(const Claims& other)
   }
 }
 
-// The count of an accessor; 0 without one.
+// The count of an accessor; 0 if there is no accessor.
 Result<double> GltfMeshes::CountedBy(const Json& number) const
 {
   const Json& accessors = Member(this->Document.json, "accessors");
@@ -766,7 +769,7 @@ Result<double> GltfMeshes::CountedBy(const Json& number) const
   {
     return 0;
   }
-  // A sparse one is left to the reader, as it takes memory.
+  // A sparse accessor is checked later by the reader, because opening it takes memory.
   if (!Member(accessors[at], "bufferView").is_null() && Member(accessors[at], "sparse").is_null())
   {
     const Result<GltfAccessor> held = GltfAccessor::Open(this->Document, this->Buffers, at);
@@ -775,7 +778,8 @@ Result<double> GltfMeshes::CountedBy(const Json& number) const
   return std::max(0.0, WholeOf(Member(accessors[at], "count"), 0));
 }
 
-// Elements of a part for which the file has no bytes. Compressed data have their bytes elsewhere.
+// How many elements of a part have no bytes in the file. Compressed data does not count: it has its
+// bytes elsewhere.
 std::uint64_t GltfMeshes::ZerosOf(const Json& part) const
 {
   const Json& accessors = Member(this->Document.json, "accessors");
@@ -784,7 +788,7 @@ std::uint64_t GltfMeshes::ZerosOf(const Json& part) const
   {
     const std::size_t at = IndexIn(accessors, number);
     const double count = at < CountOf(accessors) ? WholeOf(Member(accessors[at], "count"), 0) : 0;
-    // More of them are refused when they are read.
+    // Larger counts are refused when they are read.
     if (count > 0 && count <= double(GltfAccessor::mostZeros) &&
         Member(accessors[at], "bufferView").is_null())
     {
@@ -852,7 +856,7 @@ Result<GltfMeshes::Claims> GltfMeshes::ClaimsOf(std::size_t mesh) const
     claims.Add(claimed);
     if (claims.points >= noVertex)
     {
-      break; // as many points are refused later
+      break; // too many points; an error follows later
     }
   }
   return claims;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps:
-// 1. the scene's roots
+// 1. find the scene's roots
 // 2. check all nodes below, depth first, each once
-// 3. the walk: a stack of nodes and places, and the instances of each node.
+// 3. walk through the nodes, with a stack of nodes and places, and visit the instances of each
+//    node.
 #include "filters/convert/gltf/GltfNodes.h"
 
 #include "filters/convert/gltf/GltfAccessors.h"
@@ -21,7 +22,7 @@ namespace
 
 using Json = nlohmann::json;
 
-// Whether it is missing, or an array of this number of numbers.
+// Whether the member is missing, or is an array of this number of numbers.
 bool HasNumbers(const Json& node, const char* name, std::size_t count)
 {
   const Json& numbers = Member(node, name);
@@ -41,7 +42,7 @@ Status CheckPlace(const Json& node, std::size_t number)
                        std::to_string(count) + " numbers");
     }
   }
-  // It is written column by column, so these are the last row.
+  // The matrix is written column by column, so these elements are the last row.
   const Json& matrix = Member(node, "matrix");
   constexpr double small = 1e-6;
   for (std::size_t k = 3; k < CountOf(matrix); k += 4)
@@ -56,10 +57,10 @@ Status CheckPlace(const Json& node, std::size_t number)
   return {};
 }
 
-// Descendants that nodes may have by being shared, beyond those of trees.
+// How many descendants nodes may have, beyond those of a tree, because nodes are shared.
 constexpr std::uint64_t mostShared = std::uint64_t{ 1 } << 20;
 
-// Goes down from each root; what is reached again while it is open is a cycle.
+// Goes down from each root. If a node is reached again while it is still open, there is a cycle.
 class NodeCheck
 {
 public:
@@ -80,11 +81,11 @@ public:
     return this->Count(root, this->All);
   }
 
-  // All nodes that were found, each after its parent, which is the node itself for a root.
+  // All nodes found, each after its parent; a root's parent is the root itself.
   const GltfNodes::Parents& Entered() const { return this->Found; }
 
 private:
-  // Adds a node's descendants, and itself, to those of its parent or of all roots.
+  // Adds a node and its descendants to the sum of its parent, or of all roots.
   Status Count(std::size_t node, std::uint64_t& sum) const
   {
     sum += this->Sizes[node];
@@ -109,7 +110,7 @@ private:
     return {};
   }
 
-  // Takes the next child of the last node, or leaves that one.
+  // Enters the next child of the last node, or leaves this node if it has no more children.
   Status Step()
   {
     const std::size_t node = this->Path.back().first;
@@ -132,27 +133,27 @@ private:
     }
     if (this->State[child] == 0)
     {
-      return this->Enter(child, node); // and comes back to this child when it is done
+      return this->Enter(child, node); // then returns to this child
     }
     ++this->Path.back().second;
     return this->Count(child, this->Sizes[node]);
   }
 
   const Json& Nodes;
-  std::vector<std::uint64_t> Sizes;                      // with descendants
+  std::vector<std::uint64_t> Sizes;                      // number of descendants, with the node
   std::vector<std::uint8_t> State;                       // 0 unknown, 1 open, 2 done
-  std::vector<std::pair<std::size_t, std::size_t>> Path; // node, next child
+  std::vector<std::pair<std::size_t, std::size_t>> Path; // node, index of the next child
   GltfNodes::Parents Found;
   std::uint64_t All = 0;
 };
 
-// KHR_node_visibility: with its descendants.
+// Whether KHR_node_visibility hides the node, with its descendants.
 bool IsHidden(const Json& node)
 {
   return Member(Member(Member(node, "extensions"), "KHR_node_visibility"), "visible") == false;
 }
 
-// rotation: a quaternion x y z w, of whatever length.
+// rotation: a quaternion x y z w of any length.
 GltfPlace PlaceOf(const Vec3& translation, const std::array<double, 4>& rotation, const Vec3& scale)
 {
   GltfPlace place;
@@ -162,7 +163,7 @@ GltfPlace PlaceOf(const Vec3& translation, const std::array<double, 4>& rotation
   const double square = xx + yy + zz + ww;
   if (square > 0)
   {
-    // Written so that zeros of quarter turns are zeros.
+    // Written so that quarter turns give exact zeros.
     place.axes = { { { ww + xx - yy - zz, 2 * (x * y + z * w), 2 * (x * z - y * w) },
       { 2 * (x * y - z * w), ww - xx + yy - zz, 2 * (y * z + x * w) },
       { 2 * (x * z + y * w), 2 * (y * z - x * w), ww - xx - yy + zz } } };
@@ -191,14 +192,14 @@ std::array<double, count> NumbersOf(
   return otherwise;
 }
 
-// By translation, rotation and scale.
+// The transform by the node's translation, rotation and scale.
 GltfPlace PlaceByParts(const Json& node)
 {
   return PlaceOf(NumbersOf<3>(node, "translation", {}),
     NumbersOf<4>(node, "rotation", { 0, 0, 0, 1 }), NumbersOf<3>(node, "scale", { 1, 1, 1 }));
 }
 
-// In its parent. REQUIRES: CheckPlace.
+// The node's transform in its parent. REQUIRES: CheckPlace.
 GltfPlace PlaceInParent(const Json& node)
 {
   const Json& matrix = Member(node, "matrix");
@@ -211,7 +212,7 @@ GltfPlace PlaceInParent(const Json& node)
     { m[12], m[13], m[14] } };
 }
 
-// Equal except for rounding.
+// Whether the transforms are equal, except for rounding.
 bool IsSamePlace(const GltfPlace& one, const GltfPlace& other)
 {
   constexpr double rounding = 1e-5;
@@ -348,7 +349,7 @@ Status GltfNodes::ChooseScene()
   return {};
 }
 
-// The nodes of the scene, each after its parent, which is the node itself for a root.
+// The nodes of the scene, each after its parent; a root's parent is the root itself.
 Result<GltfNodes::Parents> GltfNodes::CheckNodes() const
 {
   NodeCheck check(this->Nodes);
@@ -359,8 +360,9 @@ Result<GltfNodes::Parents> GltfNodes::CheckNodes() const
   return check.Entered();
 }
 
-// glTF has each node below one parent, once. What a list repeats counts once, and a root that is
-// also below another node only there. Several parents each keep it.
+// In glTF, each node has only one parent, which names it once. If a list names a node twice, this
+// counts once. A root that is also below another node counts only there. If a node has several
+// parents, each of them keeps it.
 void GltfNodes::LeaveOutRepeated(const Parents& entered)
 {
   const std::size_t none = CountOf(this->Nodes);
@@ -419,7 +421,7 @@ Status GltfNodes::Open()
   this->LeaveOutRepeated(*entered);
   if (this->Roots.size() < roots)
   {
-    entered = this->CheckNodes(); // their parents are others now
+    entered = this->CheckNodes(); // their parents have changed
     KDSTREAM_TRY(entered);
   }
   const Json& center =
@@ -450,8 +452,8 @@ Status GltfNodes::Open()
   return {};
 }
 
-// A node may have a matrix, or a translation, rotation and scale. Of a node with both the matrix
-// counts, as for other readers; unless both are the same, it is noted.
+// A node may have either a matrix, or a translation, rotation and scale. If it has both, the matrix
+// counts, as in other readers. A warning is noted if they differ.
 void GltfNodes::NoteContradictions(const Parents& entered)
 {
   std::size_t count = 0, first = 0;
@@ -543,7 +545,7 @@ Result<std::vector<GltfPlace>> GltfNodes::InstancesOf(std::size_t node, GltfBuff
 Status GltfNodes::ForEachMesh(GltfBuffers& buffers, const Visit& visit) const
 {
   const Json& meshes = Member(this->Document.json, "meshes");
-  std::vector<std::pair<std::size_t, GltfPlace>> left; // nodes and their parents' places
+  std::vector<std::pair<std::size_t, GltfPlace>> left; // nodes, with the places of their parents
   for (std::size_t i = this->Roots.size(); i-- > 0;)
   {
     left.push_back({ this->Roots[i], GltfPlace{} });

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps:
-// 1. count: check the scenes' nodes; sum up the claims of their meshes, before memory is taken
+// 1. count: check the scenes' nodes, and sum up the claims of their meshes before memory is
+//    allocated
 // 2. append each mesh, at each of its places, to one mesh
-// 3. bake pictures, or keep colours; convert to floats if these are as fine as the files' numbers.
+// 3. bake pictures, or keep colours; convert to floats if floats are as fine as the files' numbers.
 #include "filters/convert/gltf/JoinScenes.h"
 
 #include "filters/convert/JoinParts.h"
@@ -98,7 +99,7 @@ void AppendNormals(const std::vector<Vec3>& normals, const GltfPlace& place, Att
 
 }
 
-// ---- a document
+// ---- one document
 
 Result<std::unique_ptr<GltfSource>> GltfSource::Open(
   const std::filesystem::path& file, const GltfRange& range, const GltfStand& stand)
@@ -174,7 +175,7 @@ Error GltfSource::Explained(Error error) const
   return this->Buffers.Missing().value_or(std::move(error));
 }
 
-// ---- all of them
+// ---- all documents
 
 JoinedScenes::JoinedScenes(
   const TextureOptions& textures, Parts parts, std::set<std::string> leftOut)
@@ -263,7 +264,7 @@ void JoinedScenes::Begin()
   this->IsTextured = this->Textures.bake && !this->Pictures.empty();
   for (const auto& [info, count] : this->Claims.arrays)
   {
-    // Texture coordinates are not carried where pictures become colours or tiles.
+    // Texture coordinates are dropped if pictures become colours or tiles.
     if (this->LeftOut.contains(info.name) ||
         (this->IsTextured && RoleOf(info) == AttributeRole::TextureCoordinates))
     {
@@ -288,14 +289,14 @@ Status JoinedScenes::Append(GltfSource& source, const Execution& execution)
   this->Source = &source;
   this->OfScene = Box{};
   GltfMeshes meshes(source.Document, source.Buffers, source.Materials.materials);
-  std::map<std::size_t, std::size_t> uses; // of meshes
+  std::map<std::size_t, std::size_t> uses; // uses of each mesh
   KDSTREAM_TRY(source.Nodes.ForEachMesh(source.Buffers,
     [&](std::size_t node, const GltfPlace&) -> Status
     {
       ++uses[MeshOf(source, node)];
       return {};
     }));
-  std::map<std::size_t, std::vector<GltfPart>> kept; // of meshes that come again
+  std::map<std::size_t, std::vector<GltfPart>> kept; // of meshes that are used again
   std::size_t placed = 0;
   const auto total = static_cast<double>(std::max<std::uint64_t>(1, this->Claims.points));
   KDSTREAM_TRY(source.Nodes.ForEachMesh(source.Buffers,
@@ -363,7 +364,7 @@ Status JoinedScenes::AppendPlaced(const GltfPart& part, const GltfPlace& place)
 {
   Mesh& mesh = this->Joined.mesh;
   const std::size_t first = mesh.points.size();
-  if (part.points.size() >= noVertex - first) // more than was claimed: Draco's
+  if (part.points.size() >= noVertex - first) // more than claimed: from Draco
   {
     return Error{ ErrorCode::LimitExceeded, "more than 4294967294 points, the maximum" };
   }
@@ -426,7 +427,7 @@ void JoinedScenes::AppendPoints(const GltfPart& part, const GltfPlace& place, bo
                           FloatsAreCoarse(placed) && IsFiner(local, placed, place));
 }
 
-// Colours of the points: the part's own, times the material's.
+// Appends the points' colours: the part's own, times the material's.
 void JoinedScenes::AppendColors(const GltfPart& part)
 {
   if (this->Claims.coloured == 0)
@@ -450,7 +451,8 @@ void JoinedScenes::AppendColors(const GltfPart& part)
   }
 }
 
-// For textures: coordinates and material of each triangle, and colours that multiply them.
+// Appends, for textures: the coordinates and the material of each triangle, and colours by which
+// the texture is multiplied.
 void JoinedScenes::AppendTextured(const GltfPart& part, std::size_t first)
 {
   const std::size_t material = part.material < this->Source->Materials.materials.size()
@@ -561,7 +563,7 @@ Status JoinedScenes::Bake(const Execution& execution)
   return {};
 }
 
-// REQUIRES: the colours were baked.
+// Multiplies baked colours by the vertex colours. REQUIRES: textures were baked.
 void JoinedScenes::MultiplyByOwn(std::vector<Attribute>& arrays) const
 {
   Attribute& colors = *std::find_if(arrays.begin(), arrays.end(),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Scenes of glTF joined to one mesh: that of a file, or those of the tiles of a tileset.
+// Joins glTF scenes into one mesh: the scene of one file, or those of a tileset's tiles.
 //
 //   JoinedScenes joined(textures, JoinedScenes::Parts::OfOneFile);
 //   for each document: joined.Count(document)   // what they claim, before memory is taken
@@ -30,7 +30,7 @@
 namespace kdstream
 {
 
-// A document with all that is read of it.
+// A document, with everything that is read from it.
 class GltfSource
 {
 public:
@@ -40,13 +40,14 @@ public:
   GltfSource(const GltfSource&) = delete;
   GltfSource& operator=(const GltfSource&) = delete;
 
-  // The files that it names, but its own.
+  // The files that it names, except its own.
   std::vector<std::filesystem::path> Named() const;
-  // Warnings for the user: about the scene; about materials; after reading, about the rest.
+  // Warnings for the user: about the scene, about materials, and, after reading, about everything
+  // else.
   const std::vector<std::string>& SceneNotes() const { return this->Nodes.Notes(); }
   std::vector<std::string> MaterialNotes() const;
   std::vector<std::string> OtherNotes() const;
-  // A buffer that is missing or short explains an error better.
+  // Adds the reason to an error if a buffer is missing or too short.
   Error Explained(Error error) const;
 
 private:
@@ -64,27 +65,26 @@ private:
 class JoinedScenes
 {
 public:
-  // The parts that the mesh is joined from.
-  // OfOneFile: it has doubles if floats would leave one of its parts fewer than 2^16 steps along
-  // its longest side, and the part's own numbers are finer.
-  // OfTiles: the same of all parts together; and borders of tiles beside each other are closed
-  // (JoinedBorders.h).
+  // What the mesh is joined from. OfOneFile: the mesh has doubles if the numbers of one of its
+  // parts need them: floats would leave this part fewer than 2^16 steps along its longest side, and
+  // its own numbers are finer. OfTiles: the same for all parts together. Also closes the borders
+  // between neighbouring tiles (JoinedBorders.h).
   enum class Parts
   {
     OfOneFile,
     OfTiles
   };
-  // leftOut: names of arrays that are not carried. textures must outlive it.
+  // leftOut: names of arrays that are not carried. textures must outlive the object.
   JoinedScenes(const TextureOptions& textures, Parts parts, std::set<std::string> leftOut = {});
 
-  // Adds up what the scene claims, before memory is taken for it. Errors: LimitExceeded for more
+  // Adds up the scene's claims, before memory is allocated for them. Errors: LimitExceeded for more
   // points or triangles than can be read; those of GltfMeshes::ClaimsOf.
   Status Count(GltfSource& source);
   // Chooses the arrays: those that all parts have.
   void Begin();
   // Appends each mesh, at each of its places. Errors: those of GltfMeshes::PartsOf.
   Status Append(GltfSource& source, const Execution& execution);
-  // Bakes pictures, or keeps colours; converts to floats if these are as fine as the files'
+  // Bakes pictures, or keeps colours. Converts to floats if floats are as fine as the files'
   // numbers. scenes, materials: notes, which become warnings. Errors: those of BakeAndKeepTextures.
   Result<ForeignMesh> Finish(const std::vector<std::string>& scenes,
     const std::vector<std::string>& materials, const Execution& execution);
@@ -92,7 +92,7 @@ public:
   std::uint64_t Points() const { return this->Claims.points; } // as claimed
   // The box of all points.
   const Box& Bounds() const { return this->Whole; }
-  const Box& LastBounds() const { return this->OfScene; } // of the scene that came last
+  const Box& LastBounds() const { return this->OfScene; } // of the last scene
 
 private:
   static std::size_t MeshOf(const GltfSource& source, std::size_t node);
@@ -113,24 +113,24 @@ private:
   GltfMeshes::Claims Claims;
   bool IsTextured = false;
 
-  // The materials of all documents, in their order. A file named again is the same picture.
+  // The materials of all documents, in order. A picture file that is named again is used again.
   std::vector<TexturedMaterial> Materials;
   std::vector<PictureSource> Pictures;
   std::map<std::tuple<std::filesystem::path, std::uint64_t, std::uint64_t>, std::uint32_t> Known;
-  std::size_t Documents = 0;    // counted
-  std::size_t MaterialsAt = 0;  // of the document that is appended, in Materials
-  GltfSource* Source = nullptr; // the same
+  std::size_t Documents = 0;    // counted so far
+  std::size_t MaterialsAt = 0;  // first material of the current document, in Materials
+  GltfSource* Source = nullptr; // the current document
 
   ForeignMesh Joined;
-  std::vector<Color> Colors; // vertex colours; with textures, the factors of the texture's colours
+  std::vector<Color> Colors; // vertex colours; with textures, factors of the texture's colours
   TexturedMesh Textured;
-  Box Whole, OfScene, Placed; // of all; of the scene, of the part that is appended
+  Box Whole, OfScene, Placed; // of all, of the current scene, of the current part
   JoinedBorders Borders;
   std::size_t Appended = 0; // documents
   std::size_t Lines = 0;
   bool AreDoubles = false, IsPosed = false, IsAnimated = false;
-  bool AreFloats = true; // all places
-  // Some vertex colours are not white (white is written where nothing is painted).
+  bool AreFloats = true; // all places are floats
+  // Whether some vertex colours are not white (untextured parts are written as white).
   bool IsTinted = false;
 };
 

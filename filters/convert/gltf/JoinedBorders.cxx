@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. sort the edges: those that occur once are on the border  2. make cells as wide as the
-// farthest reach, and search the cells around each vertex for a near place  3. a vertex without a
-// near place is a place itself.
+// Steps:
+// 1. sort the edges: those that occur once are on the border
+// 2. make cells as wide as the largest reach, and search the cells around each vertex for a near
+//    vertex of another tile
+// 3. a vertex without a near one is added to its cell, for later vertices.
 #include "filters/convert/gltf/JoinedBorders.h"
 
 #include "filters/core/Attribute.h"
@@ -20,9 +22,9 @@ namespace kdstream
 namespace
 {
 
-constexpr double reachOfSide = 0x1p-14; // steps of 16 bits, up to twice as wide, of both places
-// Further vertices in a cell are not compared: only damaged files have so many vertices so near
-// files.
+constexpr double reachOfSide = 0x1p-14; // 16-bit rounding of both tiles, with a factor 2
+// Further vertices in a cell are not compared. Only damaged files have this many vertices so close
+// together.
 constexpr std::size_t mostInCell = 64;
 
 struct CellHash
@@ -31,11 +33,11 @@ struct CellHash
   std::size_t operator()(const Vec3& cell) const { return HashOfPlace(cell, this->seed); }
 };
 
-// One normal for both, where they differ no more than tiles round them: other arrays are welded
-// only if they are equal.
+// Gives both vertices the same normal, if their normals differ only by the rounding of tiles.
+// Without this, welding would not join them: it requires equal arrays.
 void JoinNormals(Mesh& mesh, VertexId from, VertexId to)
 {
-  constexpr double nearlyEqual = 0.999; // 2.5 degrees; a byte each rounds half a degree
+  constexpr double nearlyEqual = 0.999; // 2.5 degrees; normals of 3 bytes round by half a degree
   const auto normals = std::find_if(mesh.attributes.begin(), mesh.attributes.end(),
     [](const Attribute& array) { return RoleOf(array) == AttributeRole::Normals; });
   if (normals == mesh.attributes.end())

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Borders of tiles beside each other: their places were computed from other corners, so they differ
-// in the last bits, and would leave cracks.
+// Closes the borders between neighbouring tiles. Their positions were computed from different
+// corners, so they differ in the last bits, which would leave cracks.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -15,13 +15,15 @@ namespace kdstream
 class JoinedBorders
 {
 public:
-  // Keeps the vertices of the triangles from `first` on that lie on edges of a single triangle.
-  // tile: whose they are. box: of these triangles. Time and memory: O(n log n) of them.
+  // Remembers the border vertices of the triangles from `first` on: those on edges that belong to a
+  // single triangle. tile: the tile of these triangles. box: of these triangles. Time and memory:
+  // O(n log n) of them.
   void Add(const Mesh& mesh, std::size_t first, std::uint32_t tile, const Box& box);
 
-  // Moves each of them to the nearest one of an earlier tile, if that is not farther than 2^-14 of
-  // the longest side of one of the two: as far as tiles are rounded. Their normals become one if
-  // they nearly are. What is farther apart stays. Expected time: O(n).
+  // Moves each border vertex to the nearest one of an earlier tile, if their distance is at most
+  // 2^-14 of the longest side of one of the two tiles: tiles are rounded by up to this. The two
+  // normals become equal if they nearly are. Vertices that are farther apart stay. Expected time:
+  // O(n).
   void Close(Mesh& mesh) const;
 
 private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// glTF 2: the scene of a file, joined to one mesh (JoinScenes.h).
+// Reads glTF 2: the scene of a file, joined into one mesh (JoinScenes.h).
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/gltf/JoinScenes.h"
 

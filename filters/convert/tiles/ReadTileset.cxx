@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The finest tiles of a tileset, joined to one mesh: step "convert" of the pipeline picture.
+// Joins the finest tiles of a tileset into one mesh: step "convert" of the pipeline picture.
 //
 // Steps:
-// 1. the tree of tiles: which files are the finest ones, and where they stand (Tileset.h)
-// 2. what each of them claims; what of it is not carried
-// 3. append each, at its place, to one mesh; one tile at a time is in memory
-// 4. bake pictures, as of other scenes.
+// 1. walk through the tree of tiles: which files are the finest, and where they are placed
+//    (Tileset.h)
+// 2. count each tile's claims, and note what is not carried
+// 3. append each tile, at its place, to one mesh; only one tile at a time is in memory
+// 4. bake pictures, as for other scenes.
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/gltf/JoinScenes.h"
 #include "filters/convert/tiles/TileParts.h"
@@ -29,7 +30,7 @@ namespace fs = std::filesystem;
 constexpr const char* batchNumbers = "_BATCHID";
 constexpr std::size_t mostTileNotes = 20;
 
-// Warnings about tiles: each sentence once, with the number of tiles.
+// Warnings about tiles: each sentence once, with the number of tiles that it concerns.
 class TileNotes
 {
 public:
@@ -78,8 +79,8 @@ private:
   std::size_t More = 0;
 };
 
-// Upwards where the mesh stands, if that is on the globe: its coordinates are then those from the
-// middle of the earth, in metres.
+// The upward direction where the mesh is, if it is on the globe: its coordinates are then metres
+// from the centre of the earth.
 std::optional<Vec3> UpOnGlobe(const Box& box)
 {
   constexpr double polar = 6356752.3142, equator = 6378137, highest = 20000;
@@ -102,7 +103,7 @@ std::optional<Vec3> UpOnGlobe(const Box& box)
   return UnitVector(Vec3{ middle[0], middle[1], middle[2] * flat });
 }
 
-// Whether a tile is not where its tileset claims it is, by more than others round.
+// Whether a tile lies outside the volume that its tileset claims, by more than rounding errors.
 bool ReachesOut(const Box& tile, const Box& volume)
 {
   if (tile.Empty() || volume.Empty())
@@ -110,7 +111,7 @@ bool ReachesOut(const Box& tile, const Box& volume)
     return false;
   }
   const Vec3 sides = Minus(volume.hi, volume.lo);
-  double largest = 0; // coordinate
+  double largest = 0; // largest coordinate
   for (std::size_t k = 0; k < 3; ++k)
   {
     largest = std::max({ largest, std::abs(volume.lo[k]), std::abs(volume.hi[k]) });
@@ -129,7 +130,7 @@ bool ReachesOut(const Box& tile, const Box& volume)
 std::string ShortNumber(double value)
 {
   std::string text = std::to_string(std::round(value * 1e4) / 1e4 + 0.0);
-  text.resize(text.size() - 2); // of six digits after the point
+  text.resize(text.size() - 2); // keep four of six digits after the point
   return text;
 }
 
@@ -189,7 +190,7 @@ public:
   }
 
 private:
-  // Calls visit with each scene of each tile. isFirst: what is not read is noted.
+  // Calls visit with each scene of each tile. isFirst: note what is not read.
   template <class Visit>
   Status ForScenes(const Visit& visit, bool isFirst)
   {

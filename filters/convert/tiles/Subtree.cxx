@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. the head, the JSON and the binary part  2. buffers, of which others may be files
-// 3. the bits of tiles, contents and children.
+// Steps:
+// 1. read the header, the JSON and the binary part
+// 2. read the buffers, some of which may be other files
+// 3. read the bits of tiles, contents and children.
 #include "filters/convert/tiles/Subtree.h"
 
 #include "filters/convert/gltf/GltfDocument.h"
@@ -43,7 +45,7 @@ public:
       KDSTREAM_TRY(bits);
       subtree.contents.push_back(std::move(*bits));
     }
-    if (contents.is_object()) // before version 1.1
+    if (contents.is_object()) // as before version 1.1
     {
       Result<TileBits> bits = this->BitsOf(contents, shape.tiles);
       KDSTREAM_TRY(bits);
@@ -88,7 +90,7 @@ private:
     return {};
   }
 
-  // The bytes of a buffer; without a URI it is the binary part.
+  // The bytes of a buffer; a buffer without a URI is the binary part.
   Result<std::string> BytesOf(const Json& buffer)
   {
     const Json& uri = Member(buffer, "uri");
@@ -108,7 +110,7 @@ private:
     {
       return TileBits(constant == 1);
     }
-    const Json& old = Member(availability, "bufferView"); // before version 1.1
+    const Json& old = Member(availability, "bufferView"); // as before version 1.1
     const Json& number = old.is_null() ? Member(availability, "bitstream") : old;
     const Json& views = Member(this->Head, "bufferViews");
     const std::size_t view = IndexIn(views, number);

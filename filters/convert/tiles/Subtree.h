@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A subtree of implicit tiling: which of its tiles, contents and child subtrees are there.
+// A subtree of implicit tiling: which of its tiles, contents and child subtrees exist.
 #pragma once
 
 #include "filters/convert/tiles/TilesetFolder.h"
@@ -14,7 +14,7 @@
 namespace kdstream
 {
 
-// A bit for each of some tiles, level after level, each in Morton order.
+// One bit for each tile, level after level, each level in Morton order.
 class TileBits
 {
 public:
@@ -26,7 +26,7 @@ public:
     : Bits(std::move(bits))
   {
   }
-  // REQUIRES: a tile of the subtree.
+  // REQUIRES: `tile` is in the subtree.
   bool operator[](std::size_t tile) const
   {
     return this->Bits ? (static_cast<unsigned char>((*this->Bits)[tile / 8]) >> tile % 8 & 1U) != 0
@@ -45,14 +45,14 @@ struct Subtree
   TileBits children;              // child subtrees
 };
 
-// The size of a subtree: how many tiles, and how many tiles are below its last level.
+// The size of a subtree: the number of its tiles, and of the tiles below its last level.
 struct SubtreeShape
 {
   std::size_t tiles = 0, children = 0;
 };
 
-// Reads a .subtree or its JSON. file: relative to the folder. Memory: the file. Errors:
-// InvalidInput, continuing a sentence: for bits that are not there for all tiles.
+// Reads a .subtree file or its JSON. file: relative to the folder. Memory: the file. Errors:
+// InvalidInput, continuing a sentence: if there are not bits for all tiles.
 Result<Subtree> ReadSubtree(
   const TilesetFolder& folder, const std::filesystem::path& file, const SubtreeShape& shape);
 

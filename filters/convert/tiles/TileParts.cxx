@@ -66,7 +66,7 @@ private:
              : Error{ ErrorCode::InputOutput, "cannot be read" };
   }
 
-  // tile: REQUIRES: it lies in the file.
+  // REQUIRES: `tile` lies in the file.
   Status ReadTile(const GltfRange& tile, std::vector<GltfRange>& left)
   {
     const std::uint64_t size = *tile.bytes;
@@ -95,7 +95,7 @@ private:
     return {};
   }
 
-  // Whether its head claims to be of version 1 and no longer than it is.
+  // Checks that the header claims version 1, and no more bytes than the tile has.
   static Status CheckHead(std::string_view head, std::uint64_t headBytes, std::uint64_t size)
   {
     if (head.size() < headBytes)
@@ -121,7 +121,7 @@ private:
     KDSTREAM_TRY(CheckHead(head, batchedHead, *tile.bytes));
     const std::uint64_t all = NumberInTile(head, 8, 4);
     std::uint64_t sum = batchedHead;
-    std::array<std::uint64_t, 4> tables{}; // feature table: JSON and numbers; batch table
+    std::array<std::uint64_t, 4> tables{}; // of features: JSON, numbers; of batches
     for (std::size_t i = 0; i < tables.size(); ++i)
     {
       tables[i] = NumberInTile(head, 12 + 4 * i, 4);
@@ -147,7 +147,8 @@ private:
     return {};
   }
 
-  // Of before version 1.0, whose heads have fewer numbers: that of glTF follows a batch table.
+  // Reads a b3dm from before version 1.0. Its header has fewer numbers, and the glTF follows the
+  // batch table.
   Result<bool> ReadOldBatched(const GltfRange& tile, std::string_view head)
   {
     const std::uint64_t all = NumberInTile(head, 8, 4);
@@ -176,7 +177,7 @@ private:
     return false;
   }
 
-  // A table's JSON; null where there is none.
+  // A table's JSON; null if there is no table.
   Result<Json> Table(std::uint64_t begin, std::uint64_t size)
   {
     const Result<std::string> text = this->Bytes(begin, size);
@@ -190,7 +191,7 @@ private:
                 : Result<Json>(Within("has a table that cannot be read: ", json.GetError()));
   }
 
-  // The feature table's RTC_CENTER: in its JSON, or as floats in its binary part.
+  // Reads the feature table's RTC_CENTER, from its JSON, or as floats from its binary part.
   Status ReadCenter(std::uint64_t begin, std::uint64_t size, std::uint64_t numbers, Vec3& center)
   {
     const Result<Json> table = this->Table(begin, size);
@@ -248,7 +249,7 @@ private:
     std::vector<GltfRange> inner;
     for (std::uint64_t i = 0; i < count; ++i)
     {
-      constexpr std::uint64_t least = 12; // the beginning that all tiles have
+      constexpr std::uint64_t least = 12; // the header bytes that all tiles have
       const Result<std::string> begin =
         end - at < least ? Result<std::string>(std::string()) : this->Bytes(at, least);
       KDSTREAM_TRY(begin);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The file of a tile: where in it glTF lies. It is glTF itself, or a b3dm ("batched 3D model", of
+// Finds the glTF in the file of a tile. The file is glTF itself, or a b3dm ("batched 3D model", of
 // 3D Tiles 1.0) around it, or a cmpt ("composite") of several tiles.
 #pragma once
 
@@ -18,18 +18,18 @@ namespace kdstream
 struct TilePart
 {
   GltfRange range;
-  Vec3 center{}; // RTC_CENTER: what the places are counted from, in the tileset's axes
+  Vec3 center{}; // RTC_CENTER: origin of the places, in the tileset's axes
 };
 
 struct TileParts
 {
   std::vector<TilePart> parts;
-  std::set<std::string> notRead;    // kinds of tiles in it that are not read: "pnts"
-  std::set<std::string> properties; // of batch tables, which are not carried
+  std::set<std::string> notRead;    // kinds of tiles in the file that are not read: "pnts"
+  std::set<std::string> properties; // names in batch tables, which are not carried
 };
 
-// Reads the heads of the file. Memory: the tables. Errors: InvalidInput, continuing a sentence, for
-// a head that claims more than the file has; InputOutput.
+// Reads the headers in the file. Memory: the tables. Errors: InvalidInput, continuing a sentence,
+// for a header that claims more than the file has; InputOutput.
 Result<TileParts> FindTileParts(const std::filesystem::path& file);
 
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps for a tile:
-// 1. its place, and what it claims
-// 2. what is below it: children, tilesets among its contents, the tiles of implicit tiling
-// 3. its own contents, unless what is below replaces them.
+// 1. read its place and its claims
+// 2. walk through what is below it: children, tilesets among its contents, tiles of implicit tiling
+// 3. add its own contents, unless the tiles below replace them.
 #include "filters/convert/tiles/Tileset.h"
 
 #include "filters/convert/gltf/GltfDocument.h"
@@ -41,7 +41,7 @@ enum class Refinement
   Add
 };
 
-// Those of version 1.0 that became parts of 1.1, and those of volumes.
+// Extensions of version 1.0 that became part of 1.1, and extensions for volumes.
 bool IsReadExtension(const std::string& name)
 {
   static constexpr const char* names[] = { "3DTILES_implicit_tiling", "3DTILES_multiple_contents",
@@ -49,7 +49,7 @@ bool IsReadExtension(const std::string& name)
   return std::find(std::begin(names), std::end(names), name) != std::end(names);
 }
 
-// As Cesium's and others' numbers of a transform are written: column by column.
+// The numbers of a transform, written column by column.
 Result<GltfPlace> PlaceOfTransform(const Json& transform)
 {
   GltfPlace place;
@@ -85,7 +85,7 @@ Result<GltfPlace> PlaceOfTransform(const Json& transform)
            : GltfError("has a transform that leaves it no volume (its determinant is 0)");
 }
 
-// A volume of this name with as many numbers.
+// Whether there is a volume of this name with this number of numbers.
 bool HasVolume(const Json& volume, const char* name, std::size_t count)
 {
   const Json& numbers = Member(volume, name);
@@ -97,7 +97,7 @@ bool HasVolume(const Json& volume, const char* name, std::size_t count)
 
 Status CheckVolume(const Json& volume)
 {
-  constexpr double quarter = 1.5708; // of a turn, a little more
+  constexpr double quarter = 1.5708; // of a turn, with a little tolerance
   const auto numberOf = [&](const char* name, std::size_t k)
   { return Member(volume, name)[k].get<double>(); };
   if (HasVolume(volume, "box", 12) ||
@@ -105,7 +105,7 @@ Status CheckVolume(const Json& volume)
       (HasVolume(volume, "region", 6) && numberOf("region", 1) >= -quarter &&
         numberOf("region", 3) <= quarter && numberOf("region", 1) <= numberOf("region", 3) &&
         numberOf("region", 4) <= numberOf("region", 5)) ||
-      Member(volume, "extensions").is_object()) // a cell of S2
+      Member(volume, "extensions").is_object()) // such as a cell of S2
   {
     return {};
   }
@@ -113,8 +113,8 @@ Status CheckVolume(const Json& volume)
                    "or a sphere of 4");
 }
 
-// What a volume lies in, where the tile's place leads; empty where that is not known: of a region
-// or an extension's.
+// A box around the volume, transformed by `place`. Empty if that is not known, as for regions and
+// volumes of extensions.
 Box BoxOfVolume(const Json& volume, const GltfPlace& place)
 {
   const bool isBox = HasVolume(volume, "box", 12);
@@ -127,7 +127,7 @@ Box BoxOfVolume(const Json& volume, const GltfPlace& place)
   const GltfPlace turned{ place.axes, {} };
   const Vec3 middle = place.Of({ number(0), number(1), number(2) });
   Vec3 half{};
-  double longest = 0; // axis of the place
+  double longest = 0; // longest axis of `place`
   for (std::size_t axis = 0; axis < 3; ++axis)
   {
     longest = std::max(longest, Length(place.axes[axis]));
@@ -156,7 +156,7 @@ Status CheckGeometricError(const Json& error)
                GltfError("has a geometricError that is not 0 or more: " + Quoted(error.dump())));
 }
 
-// The version, and the extensions that it needs.
+// Checks the version, and the required extensions.
 Status CheckTilesetHead(const Json& json)
 {
   const Json& version = Member(Member(json, "asset"), "version");
@@ -181,7 +181,8 @@ Status CheckTilesetHead(const Json& json)
   return error.is_null() ? Status{} : CheckGeometricError(error);
 }
 
-// glTF has y up, tilesets have z; an old one may say of its tiles what they have.
+// The transform from glTF's axes, y up, to those of tilesets, z up. An old tileset may name another
+// axis of its tiles as up.
 GltfPlace TurnedToZ(const Json& asset)
 {
   const Json& up = Member(asset, "gltfUpAxis");
@@ -222,7 +223,7 @@ std::vector<std::string> UrisOf(const Json& tile)
   for (const Json* const content : ContentsOf(tile))
   {
     const Json& uri = Member(*content, "uri");
-    const Json& old = Member(*content, "url"); // before version 1.0
+    const Json& old = Member(*content, "url"); // as before version 1.0
     const Json& named = uri.is_string() ? uri : old;
     uris.push_back(named.is_string() ? named.get<std::string>() : std::string());
   }
@@ -243,25 +244,25 @@ std::string WithNumbers(std::string uri, unsigned level, const std::array<std::u
   return uri;
 }
 
-// What a tile has from those around it.
+// What a tile inherits from the tile around it.
 struct TileAround
 {
   fs::path tileset;
   GltfPlace turned, place;
   Refinement refine = Refinement::Replace;
   double error = 0;
-  Box volume; // empty: not known
+  Box volume; // empty if not known
 };
 
 struct Implicit
 {
   unsigned dimensions = 2, levels = 0, subtreeLevels = 0;
-  std::string subtrees; // a template
+  std::string subtrees; // template of the URIs
   std::vector<std::string> contents;
   SubtreeShape shape;
 };
 
-// A subtree's root among the tiles of its level.
+// A tile by its level, and its coordinates in this level.
 struct SubtreeRoot
 {
   unsigned level = 0;
@@ -277,7 +278,7 @@ public:
   {
   }
 
-  // Whether it has a content.
+  // Walks through a tileset. Returns whether it has a content.
   Result<bool> Tileset(const fs::path& file, const GltfPlace& place)
   {
     std::error_code failed;
@@ -348,7 +349,7 @@ public:
   }
 
 private:
-  static constexpr std::size_t mostNames = 20; // of each set
+  static constexpr std::size_t mostNames = 20; // in each set
 
   void NoteMember(const Json& of, const char* name)
   {
@@ -380,7 +381,8 @@ private:
     return ParseTileJson(*text);
   }
 
-  // The root tileset is the input, whose name stands before every message.
+  // The beginning of a message. It is empty for the root tileset, because every message begins with
+  // its name.
   std::string Where(const fs::path& file) const
   {
     return this->Open.size() <= 1 ? std::string() : "tileset " + Quoted(file.string()) + ": ";
@@ -426,7 +428,7 @@ private:
       return this->OfTile(above, claims.GetError());
     }
     const Json& old =
-      Member(Member(tile, "extensions"), "3DTILES_implicit_tiling"); // before version 1.1
+      Member(Member(tile, "extensions"), "3DTILES_implicit_tiling"); // as before version 1.1
     const Json& implicit = old.is_null() ? Member(tile, "implicitTiling") : old;
     const Result<bool> has = implicit.is_null() ? this->ExplicitTile(tile, around)
                                                 : this->ImplicitTiles(tile, implicit, around);
@@ -521,7 +523,7 @@ private:
     return below || !files.empty();
   }
 
-  // Decides by the name, or else by the first byte.
+  // Whether the file is a tileset, by its name, or else by its first byte.
   bool IsTileset(const fs::path& file) const
   {
     const std::string ending = FileEnding(file);
@@ -554,7 +556,7 @@ private:
     Implicit read;
     const Json& scheme = Member(json, "subdivisionScheme");
     read.dimensions = scheme == "OCTREE" ? 3 : scheme == "QUADTREE" ? 2 : 0;
-    const Json& last = Member(json, "maximumLevel"); // before version 1.1
+    const Json& last = Member(json, "maximumLevel"); // as before version 1.1
     const double levels =
       last.is_null() ? WholeOf(Member(json, "availableLevels"), -1) : WholeOf(last, -1) + 1;
     const double ofSubtree = WholeOf(Member(json, "subtreeLevels"), -1);
@@ -604,9 +606,10 @@ private:
         around, Within("has a subtree " + Quoted(uri) + " that ", subtree.GetError()));
     }
     this->Found.tilesets.push_back(*file);
-    // Work for tiles that are not available.
+    // Counts the work for tiles that are not available, too.
     KDSTREAM_TRY(this->CountTiles(1 + implicit.shape.tiles / 64));
-    // From the last level up: of each tile of a level, whether it or one below has a content.
+    // From the last level up, for each tile of a level: whether the tile, or one below it, has a
+    // content.
     std::vector<bool> below(implicit.shape.children);
     for (std::size_t child = 0; child < below.size(); ++child)
     {
@@ -654,7 +657,7 @@ private:
     return bool(below[0]);
   }
 
-  // The tile of this Morton index, this number of levels below a subtree's root.
+  // The tile with this Morton index, `levels` levels below a subtree's root.
   static SubtreeRoot Below(
     const Implicit& implicit, const SubtreeRoot& root, unsigned levels, std::size_t index)
   {
@@ -690,8 +693,8 @@ private:
   const TilesetFolder& Folder;
   const Execution& Runs;
   FinestTiles Found;
-  std::vector<fs::path> Open;       // tilesets, from the root to the one that is walked
-  std::vector<std::size_t> Numbers; // of children, from its root to the tile
+  std::vector<fs::path> Open;       // tilesets from the root to the current one
+  std::vector<std::size_t> Numbers; // of children, from the tileset's root to the tile
   std::size_t Tiles = 0, Reported = 0, Depth = 0, LargerErrors = 0;
   std::set<std::string> NotCarried, NotRead; // members of JSON; extensions
 };

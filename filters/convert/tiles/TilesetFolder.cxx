@@ -21,7 +21,7 @@ bool LiesIn(const fs::path& folder, const fs::path& file)
          folder.end();
 }
 
-// "http:", "data:", "C:".
+// Whether a URI begins like "http:", "data:" or "C:".
 bool HasScheme(const std::string& uri)
 {
   const std::size_t colon = uri.find(':');
@@ -119,7 +119,7 @@ Result<nlohmann::json> ParseTileJson(std::string_view text)
              ? BadInput("its JSON breaks off at byte " + std::to_string(at), Remedy::CopyAgain)
              : BadInput("its JSON is damaged at byte " + std::to_string(at), Remedy::Unknown);
   }
-  catch (const nlohmann::json::exception&) // 1e999
+  catch (const nlohmann::json::exception&) // for numbers such as 1e999
   {
     return BadInput("its JSON has a number that is too large to be read", Remedy::Unknown);
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Levels by edge collapse of the meshes that tests try them on.
+// Builds levels by edge collapse, and the meshes that tests build them from.
 #pragma once
 
 #include "Testing/Fixtures/Meshes.h"
@@ -26,7 +26,7 @@ struct BuiltLevels
   std::vector<std::vector<VertexId>> clusterAt;
 };
 
-// makeLevels: of the tree and the triangles by its partitions.
+// makeLevels(tree, buckets) builds the levels; buckets: the triangles by partition.
 template <class MakeLevels>
 BuiltLevels BuildWith(const Mesh& mesh, unsigned coarsestDepth, const KdTreeOptions& treeOptions,
   const Execution& execution, const MakeLevels& makeLevels)
@@ -49,7 +49,8 @@ BuiltLevels BuildWith(const Mesh& mesh, unsigned coarsestDepth, const KdTreeOpti
   return built;
 }
 
-// The triangles of a level are those of the mesh whose corners lie in three of its clusters.
+// Expects the triangles of each level to be those of the mesh whose corners lie in three different
+// clusters.
 inline void ExpectImageOfOriginal(const Mesh& mesh, const BuiltLevels& built)
 {
   for (unsigned d = 0; d <= built.tree.depths.finest; ++d)
@@ -89,7 +90,7 @@ inline Mesh Fan(unsigned blades)
   return mesh;
 }
 
-// Millimetres of detail far from the origin, as surveyors have it.
+// Millimetres of detail far from the origin, as in a surveyor's coordinates.
 inline Mesh Surveyed()
 {
   Mesh mesh = GridPlate(40);

@@ -25,7 +25,8 @@ using namespace kdstream::fixtures;
 namespace
 {
 
-// Small, for arrays of 255 components are many bytes; every mesh of the fixtures that is.
+// Calls check for all small meshes of the fixtures. Only small ones, because arrays of 255
+// components take many bytes.
 template <class Check>
 void ForAll(const Check& check)
 {
@@ -42,7 +43,7 @@ void ForAll(const Check& check)
   ASSERT_GT(seed, 8U) << "too few meshes are small";
 }
 
-// All tuples of one point or triangle.
+// The bytes of all tuples of one point or triangle.
 std::vector<std::uint8_t> Bytes(
   const std::vector<Attribute>& attributes, AttributeAssociation association, std::size_t tuple)
 {
@@ -58,7 +59,7 @@ std::vector<std::uint8_t> Bytes(
   return bytes;
 }
 
-// Triangles with their tuples, in an order of their own.
+// The triangles with their tuples, sorted.
 std::vector<std::pair<Triangle, std::vector<std::uint8_t>>> Triangles(
   const Mesh& mesh, const std::vector<VertexId>& vertices)
 {
@@ -95,7 +96,7 @@ Attribute PointArray(const std::string& name, AttributeType type, std::uint8_t c
   return attribute;
 }
 
-// All vertices in one cluster; the lists are given per vertex.
+// Levels with all vertices in one cluster.
 ClusterLevels OneCluster(const Mesh& mesh)
 {
   ClusterLevels levels;
@@ -305,7 +306,7 @@ TEST(Attributes, LevelsCarryTheMeansOfNormalsAndColours)
               const double sum = sums[c * n + k];
               const bool isVertexColors = role == AttributeRole::Colors && k < 3 &&
                                           &attribute == vertexColors && d < tree.depths.finest;
-              if (isVertexColors) // what the collapse says, between those of the originals
+              if (isVertexColors) // set by the collapse, in the range of the originals' colours
               {
                 ASSERT_GE(means->Get(c, k), least[c * n + k]);
                 ASSERT_LE(means->Get(c, k), most[c * n + k]);
@@ -335,7 +336,7 @@ TEST(Attributes, LevelsCarryTheMeansOfNormalsAndColours)
   EXPECT_GT(compared, 10000U);
 }
 
-// Checks a level's value against the numbers of the cluster's vertices, as documented.
+// Checks a level's value against the values of the cluster's vertices, by the documented rule.
 void ExpectLevelValue(const Attribute& array, std::vector<double> values, double shown)
 {
   std::erase_if(values, [](double value) { return !std::isfinite(value); });
@@ -465,7 +466,7 @@ TEST(Attributes, MissingOrCancellingNormalsHaveADocumentedMean)
   } cases[] = {
     { { 0, 0, 2, 0, 0, notANumber, 0, 0, 2 }, { 0, 0, 1 } },
     { { notANumber, 0, 0, 0, infinite, 0, 0, 0, 0 }, { 0, 0, 0 } },
-    { { 0, 0, 0, 0, 3, 0, 0, -7, 0 }, { 0, 1, 0 } }, // of the lowest vertex that has one
+    { { 0, 0, 0, 0, 3, 0, 0, -7, 0 }, { 0, 1, 0 } }, // that of the lowest vertex that has one
     { { 3, 0, 4, -3, 0, -4, 3, 0, 4 }, { 0.6, 0, 0.8 } },
     { { 1, 1e-12, 0, -1, 0, 0, notANumber, notANumber, notANumber }, { 1, 1e-12, 0 } },
     { { 1e300, 0, 0, 0, 1e-300, 0, 0, 0, 0 }, { std::sqrt(0.5), std::sqrt(0.5), 0 } },
@@ -560,7 +561,8 @@ TEST(Attributes, SumsRefuseBytesThatNothingAddsUpTo)
   EXPECT_EQ(problem(good), "");
   EXPECT_EQ(problem({ good.begin(), good.end() - 1 }),
     "sums of attributes: 287 bytes are not records of 96");
-  // Of cluster 1: the sum and the first direction, how many, the colours' sums, how many.
+  // Changes a value of cluster 1 at a byte offset. Its record has the sum and the first direction
+  // of normals, their count, the sums of colours, and their count.
   const auto changed = [&](std::size_t offset, auto value)
   {
     std::vector<std::byte> bytes = good;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Block by block as for the whole: numbers, pieces, sums of attributes. VertexNumbers, PieceCutter
-// with a part, AttributeSums.
+// Working block by block gives the same numbers, pieces and sums of attributes as working on the
+// whole. Tests VertexNumbers, PieceCutter with a part, and AttributeSums.
 #include "filters/core/Testing/WholeAndBlocks.h"
 #include "filters/core/levels/LevelAttributes.h"
 #include "filters/core/tree/Clustering.h"
@@ -16,7 +16,8 @@ using namespace kdstream::fixtures;
 namespace
 {
 
-// The lowest number of each cluster of each level, from 0 … S whole, and blocks for the others.
+// The lowest number of each cluster of each level: the levels 0 … S as a whole, finer ones block by
+// block.
 std::vector<std::vector<VertexId>> NumberClusters(const Whole& whole, unsigned depth)
 {
   const TreeDepths& depths = whole.Depths();
@@ -84,8 +85,8 @@ std::vector<VertexId> NumberOriginals(
   return all;
 }
 
-// The definition of the numbers in one sentence: vertices ordered by partition, then level by level
-// from S on by the place, then the lowest vertex of their cluster, then by place, then by id.
+// Numbers by their definition: vertices are ordered by partition; then, level by level from S on,
+// by their cluster's place and lowest vertex; then by their own place; then by id.
 std::vector<VertexId> OrderOfVertices(const Whole& whole)
 {
   std::vector<VertexId> order(whole.mesh.points.size());
@@ -140,13 +141,13 @@ void ExpectEqual(const Piece& a, const Piece& b)
   EXPECT_EQ(a.attributes, b.attributes);
 }
 
-// The part of a level 0 … S that is needed to cut other resolutions.
+// The data of a level 0 … S that are needed to cut other resolutions.
 VertexTreeLevel LinksOf(const VertexTreeLevel& level)
 {
   return { level.first, level.parents, {}, {}, {} };
 }
 
-// Triangles of a piece whose vertex with the lowest key is an own one.
+// The number of a piece's triangles whose vertex with the lowest key is an own vertex.
 std::size_t LowestIsOwn(const Piece& piece)
 {
   return static_cast<std::size_t>(std::count_if(piece.triangles.begin(), piece.triangles.end(),
@@ -175,7 +176,7 @@ VertexTree CoarseTree(const Whole& whole, const std::vector<std::vector<VertexId
   return tree;
 }
 
-// What a block has of a level finer than S.
+// The part of a level finer than S that a block has.
 VertexTreeLevel PartOfLevel(const Whole& whole, std::size_t d, unsigned depth, std::uint32_t block,
   std::span<const VertexId> first)
 {
@@ -198,7 +199,7 @@ VertexTreeLevel PartOfLevel(const Whole& whole, std::size_t d, unsigned depth, s
   return OrderLevel(std::move(part), firstAtHand, {}).level;
 }
 
-// Cuts one block of a resolution, all its pieces at once and each separately, and adds up the
+// Cuts the pieces of one block of a resolution, all at once and each separately, and adds up the
 // counts.
 struct BlockCheck
 {
@@ -260,7 +261,7 @@ TEST(Blocks, NumbersFollowFromCounts)
 
 TEST(Blocks, PiecesAreThoseOfTheWhole)
 {
-  std::size_t parts = 0; // of levels finer than S, in several pieces
+  std::size_t parts = 0; // parts of levels finer than S that have several pieces
   ForAllBlockMeshes(
     [&](const Whole& whole)
     {
@@ -314,7 +315,7 @@ TEST(Blocks, PiecesAreThoseOfTheWhole)
             }
             if (::testing::Test::HasFailure())
             {
-              return; // one is enough to read
+              return; // one failure is enough
             }
           }
           EXPECT_EQ(check.triangles, cutter.TriangleCount());
@@ -383,7 +384,7 @@ TEST(Blocks, SumsOfAttributesAreThoseOfTheWhole)
         ASSERT_EQ(means.size(), levels[d].attributes.size());
         for (std::size_t i = 0; i < means.size(); ++i)
         {
-          // Levels by collapse are painted anew (TestCollapseAttributes).
+          // Levels by collapse get new colours (TestCollapseAttributes).
           const bool isColors = RoleOf(means[i]) == AttributeRole::Colors && d + 1 < levels.size();
           EXPECT_TRUE(isColors || means[i] == levels[d].attributes[i]) << means[i].name;
         }

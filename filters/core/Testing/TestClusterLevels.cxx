@@ -138,7 +138,7 @@ TEST(ClusterLevels, MeanIsThatOfTheVertices)
 
 TEST(ClusterLevels, QuadricRepresentativesKeepCornersAndMeansRoundThem)
 {
-  // A cube of 6 × 40 × 40 quads: how far the nearest representative is from each corner.
+  // A cube of 6 × 40 × 40 quads. Measures how far the nearest representative is from each corner.
   Mesh cube;
   constexpr unsigned side = 40;
   for (std::size_t axis = 0; axis < 3; ++axis)
@@ -186,9 +186,9 @@ TEST(ClusterLevels, QuadricRepresentativesKeepCornersAndMeansRoundThem)
   }
 }
 
-// The definition of a finest cluster if a cell has at most four components: the vertices that are
-// connected by edges inside the cell or are in the same place; and all vertices without triangles
-// together.
+// The definition of finest clusters if a cell has at most four components. A cluster has the
+// vertices that are connected by edges inside the cell, or are in the same place. All vertices
+// without triangles form one cluster.
 TEST(ClusterLevels, FinestClustersAreTheComponentsOfACell)
 {
   for (const NamedMesh& named : AllMeshes())
@@ -282,7 +282,7 @@ TEST(ClusterLevels, FinestClustersAreTheComponentsOfACell)
       else
       {
         ASSERT_EQ(found.size(), 4U) << "cell " << c;
-        for (const auto& component : expected) // components are joined, never torn
+        for (const auto& component : expected) // components are joined, never split
         {
           ASSERT_TRUE(std::any_of(found.begin(), found.end(),
             [&](const std::set<VertexId>& cluster) {
@@ -297,7 +297,7 @@ TEST(ClusterLevels, FinestClustersAreTheComponentsOfACell)
 
 TEST(ClusterLevels, OfTooManyComponentsTheNearestJoin)
 {
-  // One cell of six triangles, four of them near another.
+  // One cell of six triangles, of which four are near another one.
   Mesh mesh;
   for (const double x : { 0.5, 10.5, 0.0, 10.0, 20.0, 30.0 })
   {
@@ -322,8 +322,8 @@ TEST(ClusterLevels, OfTooManyComponentsTheNearestJoin)
 
 TEST(ClusterLevels, ComponentsKeepNestedSurfacesApart)
 {
-  // Two spheres of 16,386 vertices, a fiftieth of the radius apart: cells merge them, components do
-  // not.
+  // Two spheres of 16,386 vertices, a fiftieth of the radius apart. Clusters of whole cells merge
+  // them, clusters by components do not.
   const Mesh mesh = NestedSpheres(6);
   const auto shared = [&](bool byComponents, unsigned depth)
   {
@@ -367,7 +367,8 @@ TEST(ClusterLevels, CollapsedTrianglesStillConnect)
 
 TEST(ClusterLevels, CoincidentVerticesConnectAcrossCells)
 {
-  // The ribbon again, every triangle with vertices of its own: only places connect them.
+  // The ribbon again, where every triangle has its own vertices: triangles are connected only
+  // because vertices are in the same place.
   Mesh ribbon;
   for (VertexId i = 0; i < 4000; ++i)
   {

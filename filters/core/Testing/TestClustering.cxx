@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Any clustering as a tree, and as one level of a mesh.
+// Turns any clustering into a tree, and into one level of a mesh.
 #include "Testing/Fixtures/ErrorAt.h"
 #include "filters/core/levels/SimplifyByClusters.h"
 #include "filters/core/pieces/Glue.h"
@@ -20,7 +20,7 @@ namespace
 
 using namespace fixtures;
 
-// Clusters of any size and shape: labels drawn at random, some never.
+// Clusters of any size and shape: random labels, of which some do not occur.
 Clustering RandomClustering(std::size_t vertices, std::uint32_t labels, std::mt19937& random)
 {
   std::vector<std::int64_t> drawn(vertices);

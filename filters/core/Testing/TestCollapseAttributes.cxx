@@ -15,7 +15,7 @@ using namespace kdstream::fixtures;
 namespace
 {
 
-// A flat plate of 96 × 96 vertices painted by their places.
+// A flat plate of 96 × 96 vertices; the colour of a vertex depends on its place.
 template <class ColorAt>
 Mesh ColoredPlate(const ColorAt& colorAt)
 {
@@ -30,7 +30,7 @@ Mesh ColoredPlate(const ColorAt& colorAt)
   return plate;
 }
 
-// A checkerboard whose fields' borders lie between vertices.
+// A checkerboard. The borders of its fields lie between vertices.
 Mesh Checkerboard(unsigned field)
 {
   return ColoredPlate(
@@ -42,8 +42,8 @@ Mesh Checkerboard(unsigned field)
     });
 }
 
-// The red of a level at a place of the plate: of any triangle there, because they are flat; the
-// board's own without one.
+// The red value of a level at a place of the plate, from any triangle there, because the level is
+// flat; `otherwise` if there is no triangle.
 double RedAt(const ClusterLevel& level, double x, double y, double otherwise)
 {
   for (const Triangle& t : level.triangles)
@@ -62,8 +62,8 @@ double RedAt(const ClusterLevel& level, double x, double y, double otherwise)
   return otherwise;
 }
 
-// The mean difference of a level's picture from the board's, in grey values; sampled between the
-// vertices of the board, where it has one colour.
+// The mean difference between the pictures of a level and of the board, in grey values. Sampled
+// between the vertices of the board, in places where it has one colour.
 double PictureError(const ClusterLevel& level)
 {
   double sum = 0, count = 0;
@@ -93,7 +93,7 @@ TEST(CollapseLevels, ColoursKeepTheirEdges)
   ClusterLevels colored = BuildAllLevels(board).levels, means = BuildAllLevels(plain).levels;
   AddLevelAttributes(board, colored);
   AddLevelAttributes(board, means);
-  // 64 fields have four corners each: from 256 vertices on all corners can be kept.
+  // 64 fields have four corners each: a level of at least 256 vertices can keep all corners.
   for (const unsigned d : { 8U, 9U, 10U })
   {
     const double error = PictureError(colored.levels[d]);
@@ -136,7 +136,7 @@ TEST(CollapseLevels, SmoothColorsAreThoseOfThePlace)
   }
 }
 
-// By area, as ToLinear has it.
+// The mean linear light of a level, weighted by area.
 double MeanLight(const ClusterLevel& level)
 {
   double light = 0, whole = 0;
@@ -153,7 +153,7 @@ double MeanLight(const ClusterLevel& level)
   return light / whole;
 }
 
-// Means of bytes would go down to 0.2.
+// With means of bytes the light would go down to 0.2.
 TEST(CollapseLevels, WhatIsMixedKeepsItsLight)
 {
   const Mesh board = Checkerboard(3);
@@ -199,7 +199,7 @@ TEST(ColorQuadric, AnEdgeOfTheColorsHoldsItsVertices)
   EXPECT_NEAR(residual.At({ 0.5, 0, 0 }), 0, 1e-12);
   EXPECT_NEAR(residual.At({ 9, 0, 0 }), 0, 1e-12); // along the edge
   EXPECT_NEAR(residual.At({ 0.5, -1, 0 }), 0.75, 1e-12);
-  EXPECT_NEAR(residual.At({ 0.5, 0, 5 }), 0, 1e-12); // that is for the planes to say
+  EXPECT_NEAR(residual.At({ 0.5, 0, 5 }), 0, 1e-12); // off the plane: only the plane quadrics count
 }
 
 TEST(ColorQuadric, TrianglesWithoutAreaSayNothing)
@@ -208,7 +208,7 @@ TEST(ColorQuadric, TrianglesWithoutAreaSayNothing)
   EXPECT_EQ(ColorQuadric::OfTriangle({ a, b, { 2, 0, 0 } }, { color, {}, color }).area, 0);
   EXPECT_EQ(ColorQuadric::OfTriangle({ a, { 1e200, 0, 0 }, { 0, 1e200, 0 } }, {}).area, 0);
   EXPECT_EQ(ColorQuadric::OfTriangle({ a, { NAN, 0, 0 }, b }, {}).area, 0);
-  // So thin that the slope of its colour is not a number.
+  // A triangle so thin that the slope of its colour is not a number.
   const Vec3 none{}, much{ 1e9, 0, 0 }, near{ 1e-155, 0, 0 }, up{ 0, 1e-6, 0 };
   const ColorQuadric thin = ColorQuadric::OfTriangle({ a, near, up }, { none, much, none });
   EXPECT_TRUE(std::isfinite(thin.squares.c) && std::isfinite(thin.squares.Trace()));

@@ -48,8 +48,8 @@ TEST(CollapseLevels, TrianglesAreTheImageOfTheOriginal)
   ForAll(ExpectImageOfOriginal);
 }
 
-// Before representatives were moved, up to 0.5 % of these meshes' finest triangles faced the wrong
-// way, and up to 0.7 % of all of the plate's.
+// Before FoldOverRepair moved representatives, up to 0.5 % of the triangles of these meshes' finest
+// levels faced the wrong way, and up to 0.7 % of all triangles of the plate.
 TEST(CollapseLevels, HardlyAnyTriangleFacesTheWrongWay)
 {
   const std::vector<NamedMesh> meshes{ { "sphere", DisplacedSphere(6) },
@@ -228,7 +228,7 @@ TEST(CollapseLevels, AreNearerToTheSurfaceThanClusters)
 
 TEST(CollapseLevels, ChangeWithTheDetailNotWithThePlace)
 {
-  // 4,000 km away the same levels, to a thousandth of the detail.
+  // 4,000 km from the origin the levels are the same, up to a thousandth of the detail.
   const Mesh far = Surveyed();
   Mesh near = far;
   for (Vec3& p : near.points)
@@ -290,8 +290,8 @@ TEST(CollapseLevels, BoundariesOfPlatesStayInPlace)
 namespace
 {
 
-// A closed surface whose vertices are split along seams, as by texture coordinates and hard edges:
-// every vertex on some rings and some arcs exists twice, once for the triangles on each side.
+// A closed surface whose vertices are split along seams, as texture coordinates and hard edges do
+// it. Every vertex on some rings and some arcs exists twice, once for the triangles on each side.
 Mesh SplitAlongSeams(const Mesh& mesh, std::uint32_t seed)
 {
   Mesh split = mesh;
@@ -315,7 +315,7 @@ Mesh SplitAlongSeams(const Mesh& mesh, std::uint32_t seed)
   return split;
 }
 
-// Edges of a single triangle.
+// The number of edges that belong to a single triangle.
 std::size_t OpenEdges(const std::vector<Triangle>& triangles)
 {
   std::map<std::pair<VertexId, VertexId>, std::size_t> uses;
@@ -355,8 +355,8 @@ TEST(CollapseLevels, SeamsStayClosed)
   }
 }
 
-// No merge flips a triangle. But partitions do not know each other's moves, the finest level is
-// made by clusters, and rotations accumulate, so slivers may flip.
+// No merge flips a triangle. But slivers can flip, because partitions do not know each other's
+// moves, the finest level is made by clusters, and rotations accumulate.
 TEST(CollapseLevels, NormalsDoNotFlip)
 {
   const Mesh sphere = DisplacedSphere(6);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Cutting polygons into triangles: that they fill exactly the polygon is checked at random places,
-// in another, slow way; areas sum up; convex ones are fans; no input hangs or loses a triangle.
+// Cutting polygons into triangles. A slow second method checks at random places that the triangles
+// fill exactly the polygon. Areas add up, convex polygons become fans, and no input hangs or loses
+// a triangle.
 #include "filters/core/CutPolygon.h"
 
 #include "filters/core/VectorMath.h"
@@ -51,7 +52,8 @@ bool IsIn(const std::vector<Flat>& polygon, const Flat& p)
   return in;
 }
 
-// In a tilted plane, far from the origin; `bump`: how far corners are off that plane.
+// Moves the polygon into a tilted plane far from the origin. bump: how far corners are off that
+// plane.
 std::vector<Vec3> InSpace(const std::vector<Flat>& polygon, unsigned seed, double bump = 0)
 {
   std::mt19937 random(seed);
@@ -72,7 +74,7 @@ std::vector<Vec3> InSpace(const std::vector<Flat>& polygon, unsigned seed, doubl
   return placed;
 }
 
-// The triangles fill the polygon once.
+// Expects the triangles to fill the polygon exactly once.
 void ExpectFilled(const std::vector<Flat>& polygon, const std::vector<Vec3>& corners,
   const std::string& what, double tolerance = 1e-9)
 {
@@ -129,7 +131,7 @@ std::vector<Flat> Star(std::size_t count, std::mt19937& random)
   return star;
 }
 
-// Random points, joined to a polygon whose sides do not cross: any two that do are exchanged.
+// Random points, joined to a polygon. Crossing sides are exchanged until no sides cross.
 std::vector<Flat> Untangled(std::size_t count, std::mt19937& random)
 {
   std::uniform_real_distribution<double> any(0, 1);
@@ -167,7 +169,7 @@ std::vector<Flat> Untangled(std::size_t count, std::mt19937& random)
   return polygon;
 }
 
-// Teeth, long, thin and leaning.
+// A comb with long, thin, leaning teeth.
 std::vector<Flat> Comb(std::size_t teeth)
 {
   std::vector<Flat> comb{ { double(teeth), -1 }, { double(teeth), 0 } };
@@ -180,7 +182,7 @@ std::vector<Flat> Comb(std::size_t teeth)
   return comb;
 }
 
-// A band in square turns.
+// A square spiral.
 std::vector<Flat> Spiral(std::size_t turns)
 {
   std::vector<Flat> outside, inside;
@@ -217,7 +219,7 @@ TEST(CutPolygon, FillsRandomSimplePolygons)
       }
       else
       {
-        // Its projection is not the flat one; but nothing is lost.
+        // The projection is not the flat polygon, but no triangle is lost.
         PolygonCutter cutter;
         EXPECT_EQ(cutter.Cut(InSpace(star, seed, bump)).size(), count - 2);
         EXPECT_EQ(cutter.Cut(InSpace(untangled, seed, bump)).size(), count - 2);
@@ -244,7 +246,7 @@ TEST(CutPolygon, FillsPolygonsOfVeryManyCorners)
   }
 }
 
-// The polygon that the issue began with: a fan would fill its notch.
+// The polygon for which the bug was reported: a fan would fill its notch.
 TEST(CutPolygon, FillsANotchedSquareExactly)
 {
   const std::vector<Flat> notched{ { 0, 0 }, { 4, 0 }, { 4, 4 }, { 2, 1 }, { 0, 4 } };
@@ -261,7 +263,8 @@ TEST(CutPolygon, FillsANotchedSquareExactly)
   }
 }
 
-// Off the plane, as scanned and modelled quadrilaterals are: the triangles look the polygon's way.
+// Corners off the plane, as in scanned and modelled quadrilaterals: the triangles face the way that
+// the polygon does.
 TEST(CutPolygon, CutsAPolygonThatIsNotFlat)
 {
   const std::vector<Vec3> corners{ { 0, 0, 0.3 }, { 4, 0, -0.2 }, { 4, 4, 0.1 }, { 2, 1, 0.4 },
@@ -280,7 +283,8 @@ TEST(CutPolygon, CutsAPolygonThatIsNotFlat)
   EXPECT_NEAR(sum[2] / 2, 10, 1e-12);
 }
 
-// A hole that a bridge joins to the border, there and back: two corners in each of its ends.
+// A bridge joins a hole to the border. The polygon follows it there and back, so each end of the
+// bridge has two corners.
 TEST(CutPolygon, KeepsAHoleOpenThatABridgeLeadsTo)
 {
   const std::vector<Flat> polygon{ { 0, 0 }, { 4, 0 }, { 4, 4 }, { 0, 4 }, { 0, 0 }, { 1, 1 },
@@ -301,12 +305,14 @@ std::vector<Triangle> Fan(std::size_t count)
   return fan;
 }
 
-// Where an ear would have a dent on its border, another ear is cut: no triangle is without area.
+// If an ear would have a dent on its border, another ear is cut, so that no triangle is without
+// area.
 TEST(CutPolygon, ADentOnADiagonalIsNotCutAcross)
 {
   const std::vector<Vec3> polygon{ { 0, 0, 0 }, { 4, 0, 0 }, { 4, 4, 0 }, { 1, 1, 0 },
     { 0, 4, 0 } };
-  // From the first corner on it is a fan, which stays one.
+  // Starting with corner 0, the polygon passes for a fan and is cut as one. So start with the
+  // others.
   for (std::size_t first = 1; first < polygon.size(); ++first)
   {
     std::vector<Vec3> corners = polygon;
@@ -338,7 +344,7 @@ TEST(CutPolygon, ConvexPolygonsAreFans)
       convex.push_back({ 3 * std::cos(angle), std::sin(angle) });
     }
     std::vector<Vec3> corners = InSpace(convex, seed);
-    for (Vec3& p : corners) // as files have them
+    for (Vec3& p : corners) // floats, as in files
     {
       p = { float(p[0]), float(p[1]), float(p[2]) };
     }
@@ -348,7 +354,7 @@ TEST(CutPolygon, ConvexPolygonsAreFans)
   }
 }
 
-// Corners in a side, which a file's decimals move a little to and fro.
+// Corners inside a side, moved a little to either side by the rounding of a file's decimals.
 TEST(CutPolygon, CornersInASideLeaveAFan)
 {
   std::vector<Flat> square;
@@ -377,7 +383,7 @@ TEST(CutPolygon, CornersInASideLeaveAFan)
   }
 }
 
-// None may hang, and none may lose a triangle.
+// No polygon may hang the cutter or lose a triangle.
 TEST(CutPolygon, PolygonsWithoutAnInside)
 {
   PolygonCutter cutter;
@@ -403,7 +409,7 @@ TEST(CutPolygon, AnyCornersGiveTheirTriangles)
   PolygonCutter cutter;
   for (unsigned seed = 0; seed < 500; ++seed)
   {
-    // On few places: many corners are the same, in a line, or on another side.
+    // Corners on few places: many are equal, in a line, or on other sides.
     const std::size_t count = 3 + random() % 40;
     const unsigned places = 2 + seed % 6;
     std::vector<Vec3> corners;
@@ -425,7 +431,7 @@ TEST(CutPolygon, AnyCornersGiveTheirTriangles)
       sum =
         Plus(sum, Cross(Minus(corners[t[1]], corners[t[0]]), Minus(corners[t[2]], corners[t[0]])));
     }
-    EXPECT_EQ(sum, whole) << seed; // whole numbers: exact
+    EXPECT_EQ(sum, whole) << seed; // integers: exact
   }
   std::vector<Vec3> tangled;
   for (int i = 0; i < 20000; ++i)

@@ -20,7 +20,7 @@ namespace
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-// Random numbers of many sizes, some of them equal, 0, huge, or none.
+// Random numbers of many magnitudes, some of them equal, 0, huge, or not a number.
 class HardNumbers
 {
 public:
@@ -153,10 +153,10 @@ TEST(EdgeCandidates, WhatIsOutOfDateTakesNoMemory)
     ASSERT_TRUE(queue.Pop(first, isCurrent));
   }
   EXPECT_FALSE(queue.Pop(first, isCurrent));
-  std::uint32_t room = 0; // for how many there is memory
+  std::uint32_t room = 0; // for how many candidates there is memory
   for (; !queue.IsFull() && room < 3 * edges; ++room)
   {
-    queue.Push({ 1e30, room, room + 1, stamp, false }); // costlier than all that were popped
+    queue.Push({ 1e30, room, room + 1, stamp, false }); // costs more than all popped ones
   }
   EXPECT_LT(room, 3 * edges);
 }
@@ -248,7 +248,7 @@ TEST(EdgeCandidates, TwoPlanesAtOnceAreEachAsByThemselves)
   }
 }
 
-// A merged vertex among random triangles: what is skipped must not change anything.
+// A merged vertex among random triangles: skipping triangles must not change the result.
 TEST(EdgeCandidates, RetreatIsTheFarthestOfTheNearest)
 {
   HardNumbers random(4);

@@ -45,7 +45,7 @@ CollapsePart PartOf(const Mesh& mesh)
   return part;
 }
 
-// What the recorded merges make of a mesh.
+// The mesh after the recorded merges.
 Mesh Replayed(const Mesh& mesh, const std::vector<Merge>& merges)
 {
   Mesh result = mesh;
@@ -199,8 +199,8 @@ TEST(EdgeCollapse, FixingLaterHolds)
 
 TEST(EdgeCollapse, BoundariesStayInPlaceAndCornersToo)
 {
-  // Flat; and with noise inside, which makes collapses expensive there: the boundary must not
-  // suffer.
+  // Once flat, and once with noise inside, which makes collapses expensive there: the boundary must
+  // not suffer.
   for (const double noise : { 0.0, 0.03 })
   {
     Mesh plate = GridPlate(24);
@@ -231,7 +231,7 @@ TEST(EdgeCollapse, BoundariesStayInPlaceAndCornersToo)
 
 TEST(EdgeCollapse, TrianglesOfAPlaneDoNotTurnOver)
 {
-  // Inside a plane every place costs nothing: only the check of normals keeps triangles upright.
+  // In a plane no place has a cost: only the check of normals prevents flips.
   Mesh plate = GridPlate(30);
   std::mt19937 random(8);
   for (Vec3& p : plate.points)
@@ -254,7 +254,8 @@ TEST(EdgeCollapse, TrianglesOfAPlaneDoNotTurnOver)
 
 TEST(EdgeCollapse, DoesNotPinchTheBoundary)
 {
-  // A narrow ribbon up and down: across is cheaper than along, and would leave it in pieces.
+  // A narrow ribbon that goes up and down: collapsing across is cheaper than along, but would tear
+  // it.
   Mesh ribbon;
   std::mt19937 random(3);
   for (VertexId i = 0; i < 80; i += 2)
@@ -286,7 +287,8 @@ TEST(EdgeCollapse, DoesNotPinchTheBoundary)
 
 TEST(EdgeCollapse, ThePriceOfGoingBackKeepsLimbs)
 {
-  // A plate with a long thin spike: its tip is cheap to quadrics, since its sides are seen edge-on.
+  // A plate with a long thin spike: quadrics make collapsing its tip cheap, because the tip moves
+  // along the planes of the sides.
   Mesh mesh = ThinPlate(20);
   const auto base = static_cast<VertexId>(mesh.points.size());
   constexpr double height = 5;
@@ -331,7 +333,7 @@ TEST(EdgeCollapse, ThePriceOfGoingBackKeepsLimbs)
 
 TEST(EdgeCollapse, AttributesHoldTheirEdges)
 {
-  // A flat plate, black and white in halves: without a price the border is crossed.
+  // A flat plate, half black and half white: without a price merges cross the border.
   const Mesh plate = GridPlate(20);
   const auto mixed = [&](float scale)
   {
@@ -356,7 +358,7 @@ TEST(EdgeCollapse, AttributesHoldTheirEdges)
 
 TEST(EdgeCollapse, AnyTrianglesWillDo)
 {
-  // Edges of many triangles, duplicates and folds: whatever is done, what is recorded is sound.
+  // Edges of many triangles, duplicates and folds: whatever merges, the record must be consistent.
   for (const unsigned seed : { 1U, 2U, 3U, 4U, 5U, 6U, 7U, 8U })
   {
     std::mt19937 random(seed);
@@ -414,7 +416,7 @@ TEST(EdgeCollapse, KnotsTakeStepsInProportion)
       }
     }
     CollapsePart part = PartOf(knot);
-    part.quadrics.assign(vertices, {}); // without boundaries: all places cost the same
+    part.quadrics.assign(vertices, {}); // no boundaries: all places cost the same
     for (const Triangle& t : knot.triangles)
     {
       for (const VertexId v : t)
@@ -430,8 +432,8 @@ TEST(EdgeCollapse, KnotsTakeStepsInProportion)
   }
 }
 
-// Triangles between arbitrary vertices near each other, as among the clusters of a soup: most
-// merges would flip one. side³ vertices.
+// Triangles between arbitrary vertices near each other, as among the clusters of a triangle soup:
+// most merges would flip a triangle. The result has side³ vertices.
 CollapsePart Tangle(unsigned side, std::size_t trianglesPerVertex)
 {
   constexpr unsigned reach = 2;
@@ -471,8 +473,9 @@ CollapsePart Tangle(unsigned side, std::size_t trianglesPerVertex)
   return part;
 }
 
-// Retrying refused merges whenever a neighbour changes would never end. A tangle may not take
-// hundreds of times the steps of a surface, and keeps nearly all merges that it had.
+// Retrying refused merges whenever a neighbour changes would never end. With a limit on retries a
+// tangle must not take hundreds of times the steps of a surface, and must still find nearly all
+// merges.
 TEST(EdgeCollapse, TanglesTakeStepsAsSurfacesDo)
 {
   CollapsePart part = Tangle(20, 2);
@@ -480,7 +483,7 @@ TEST(EdgeCollapse, TanglesTakeStepsAsSurfacesDo)
   EdgeCollapse engine(std::move(part));
   EXPECT_FALSE(engine.Run(vertices / 4));
   EXPECT_LT(engine.Steps(), 100 * (vertices + triangles));
-  EXPECT_GT(engine.Merges().size(), 4600U); // 5,124 if all is tried for ever
+  EXPECT_GT(engine.Merges().size(), 4600U); // 5,124 with unlimited retries
 }
 
 // A tangle so dense that hardly any edge can collapse: not even all edges are tried.
@@ -490,20 +493,20 @@ TEST(EdgeCollapse, HopelessTanglesAreGivenUp)
   const std::size_t vertices = part.positions.size(), triangles = part.triangles.size();
   EdgeCollapse engine(std::move(part));
   EXPECT_FALSE(engine.Run(vertices / 4));
-  EXPECT_LT(engine.Steps(), 36 * (vertices + triangles)); // 61 times if all edges are tried
+  EXPECT_LT(engine.Steps(), 36 * (vertices + triangles)); // a factor of 61 if all edges are tried
 }
 
-// A surface has two triangles a vertex: seven do not buy more than twice the tries.
+// A surface has two triangles for each vertex. Seven must not allow more than twice the tries.
 TEST(EdgeCollapse, TriesGrowWithVerticesNotWithTangledTriangles)
 {
   CollapsePart part = Tangle(20, 7);
   const std::size_t vertices = part.positions.size();
   EdgeCollapse engine(std::move(part));
   EXPECT_FALSE(engine.Run(vertices / 4));
-  EXPECT_LT(engine.Steps(), 80 * vertices); // 136 times if all triangles counted
+  EXPECT_LT(engine.Steps(), 80 * vertices); // a factor of 136 if all triangles counted
 }
 
-// What is denser still is not touched, unless it is so small that it costs nothing.
+// Even denser tangles are not tried, unless they are so small that trying costs nothing.
 TEST(EdgeCollapse, DenseTanglesAreNotTried)
 {
   CollapsePart large = Tangle(12, 9);
@@ -518,8 +521,7 @@ TEST(EdgeCollapse, DenseTanglesAreNotTried)
   EXPECT_GT(small.Steps(), 0U);
 }
 
-// The hub of a fan, which may be fixed: its triangles are visited once, not once for each
-// neighbour.
+// The hub of a fan, fixed or not: its triangles are visited once, not once for each neighbour.
 TEST(EdgeCollapse, FansTakeStepsInProportion)
 {
   for (const bool fixed : { false, true })

@@ -16,8 +16,8 @@ using namespace kdstream::fixtures;
 namespace
 {
 
-// The mesh on a grid, its longest side exactly 1 (or 0): so multiplying by a power of two rounds
-// nothing.
+// Puts the mesh on a grid, with a longest side of exactly 1 (or 0), so that multiplying by a power
+// of two does not round.
 Mesh OnGrid(Mesh mesh)
 {
   Box box;
@@ -38,7 +38,8 @@ Mesh OnGrid(Mesh mesh)
   return mesh;
 }
 
-// Triangles as large as their box, which share their vertices; most of those in its corners.
+// Triangles as large as their box, which share vertices; most vertices are near the corners of the
+// box.
 Mesh LargeTriangles(unsigned vertices, unsigned triangles)
 {
   std::mt19937 random(23);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Gathering moves a mesh and changes nothing of it.
+// Gathering reorders a mesh, and changes nothing else.
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/core/tree/GatherMesh.h"
@@ -44,8 +44,8 @@ struct Gathered
   GatheredMesh result;
 };
 
-// Each vertex is unchanged, and those of a partition have the numbers from its first place on, in
-// the order of their ids.
+// Each vertex is unchanged, and the vertices of a partition have consecutive numbers from its first
+// place on, in the order of their ids.
 void ExpectSameVertices(const Mesh& before, const KdTree& tree, const Gathered& gathered)
 {
   const std::vector<VertexId>& ids = gathered.result.ids;
@@ -69,8 +69,8 @@ void ExpectSameVertices(const Mesh& before, const KdTree& tree, const Gathered& 
   }
 }
 
-// Each bucket has the same triangles in the same order, and no triangle is lost. Returns where each
-// triangle was.
+// Each bucket has the same triangles in the same order, and no triangle is lost. Returns the old
+// place of each triangle.
 std::vector<std::uint32_t> ExpectSameBuckets(
   const Mesh& before, const KdTree& tree, const Gathered& gathered)
 {
@@ -154,7 +154,8 @@ TEST(GatherMesh, GatheredTrianglesLieByLowestPartition)
     }));
 }
 
-// Only triangles or only vertices are enough; a small mesh, or one in order, is left as it is.
+// It is enough that either triangles or vertices are scattered. A small mesh, or one in order, is
+// not.
 TEST(GatherMesh, SeesWhatIsScattered)
 {
   constexpr VertexId vertices = 20000;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// GeometricErrorBins: a little below what sorting finds, and the same in parts.
+// GeometricErrorBins finds an error a little below the one that sorting finds, and the same error
+// if counted in parts.
 #include "filters/core/levels/GeometricErrorBins.h"
 
 #include <gtest/gtest.h>

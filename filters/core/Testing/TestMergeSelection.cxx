@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The cheapest of many errors, found in passes: against sorting.
+// Finding the cheapest of many errors in passes, compared with sorting.
 #include "filters/core/collapse/MergeSelection.h"
 
 #include <gtest/gtest.h>

@@ -11,7 +11,7 @@ namespace
 {
 
 // Eight clusters of one vertex each on a tree of two cells: two triangles in cell 0, and two more
-// that link these by way of cell 1.
+// that link them through cell 1.
 CollapseState TwoComponentsInACell()
 {
   CollapseState state;

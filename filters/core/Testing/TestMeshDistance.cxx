@@ -87,7 +87,8 @@ TEST(MeshDistance, OfParallelSquaresIsTheirDistance)
 
 TEST(MeshDistance, SamplesAreUniformOverTheArea)
 {
-  // The other mesh is the square's left edge: the distance is x, its mean square 4/3, at most 2.
+  // The other mesh is the square's left edge. The distance is x: its mean square is 4/3, its
+  // maximum 2.
   const Mesh edge{ { { 0, 0, 0 }, { 0, 2, 0 }, { 0, 1, 0 } }, { { 0, 1, 2 } } };
   const auto d = *MeasureDistance(Square(0), edge, { 100000, 1 });
   EXPECT_NEAR(d.rmsForward * d.rmsForward, 4.0 / 3, 0.02);
@@ -97,7 +98,7 @@ TEST(MeshDistance, SamplesAreUniformOverTheArea)
 
 TEST(MeshDistance, IsThatOfBruteForce)
 {
-  // A source of one point and no triangles is its own sample.
+  // A mesh of one point and no triangles has this point as its only sample.
   const Mesh target = DisplacedSphere(4);
   std::mt19937 random(1);
   std::uniform_real_distribution<double> unit(-3, 3);

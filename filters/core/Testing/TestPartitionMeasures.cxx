@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Partition measures: by hand, against edges counted plainly, and where nothing is defined.
+// Partition measures: compared with values computed by hand, with simply counted edges, and in
+// undefined cases.
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/baselines/OctreeClustering.h"
 #include "filters/core/Weld.h"

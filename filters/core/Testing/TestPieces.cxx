@@ -29,7 +29,7 @@ void ForAll(const Check& check)
     {
       if (options.verticesPerPartition < 20 && named.mesh.points.size() > 2000)
       {
-        continue; // thousands of partitions of one vertex say nothing new
+        continue; // thousands of partitions of one vertex test nothing new
       }
       SCOPED_TRACE(
         named.name + ", " + std::to_string(options.verticesPerPartition) + " a partition");
@@ -66,8 +66,8 @@ TEST(VertexTree, ClustersFromTheStitchDepthOnAreIntervalsOfOnePartition)
       {
         ASSERT_EQ(sorted[v], v);
       }
-      // The finest cluster of each vertex, from levels that are built again, compared with the
-      // interval that contains it.
+      // Compares the finest cluster of each vertex, from levels that are built again, with the
+      // interval that contains the vertex.
       const auto partition = CellOfVertex(model.tree, tree.depths.partition);
       const auto buckets = BucketTriangles(model.mesh.triangles,
         std::size_t{ 1 } << tree.depths.partition, [&](VertexId v) { return partition[v]; });
@@ -100,7 +100,8 @@ TEST(VertexTree, ClustersFromTheStitchDepthOnAreIntervalsOfOnePartition)
 
 TEST(VertexTree, ClustersAreNumberedByPlace)
 {
-  // Inside a partition those of level S, inside a cluster from S on its children.
+  // Clusters of level S are ordered by place inside a partition; children are ordered by place
+  // inside a cluster of a level >= S.
   const auto model = MakeModel(Shuffled(DisplacedSphere(4), 2), { 100, {}, 4 });
   const VertexTree& tree = model->vertexTree;
   for (unsigned d = tree.depths.stitch; d <= tree.depths.finest; ++d)
@@ -145,7 +146,7 @@ TEST(PieceCutter, PiecesCoverTheirResolution)
         }
         for (const Triangle& t : piece.triangles)
         {
-          // Counted where the lowest own vertex lives: once.
+          // A triangle counts only in the piece that owns its lowest vertex.
           const std::array<VertexKey, 3> keys{ piece.keys[t[0]], piece.keys[t[1]],
             piece.keys[t[2]] };
           const VertexKey lowest = std::min({ keys[0], keys[1], keys[2] });
@@ -186,7 +187,8 @@ TEST(PieceCutter, APieceHasEveryTriangleOfItsVertices)
   ForAll(
     [](const Model& model)
     {
-      // Triangles around each vertex, over all pieces, must be the same in the piece that owns it.
+      // The number of triangles around a vertex must be the same in the mesh and in the piece that
+      // owns the vertex.
       std::vector<unsigned> around(model.mesh.points.size(), 0);
       for (const Triangle& t : model.mesh.triangles)
       {
@@ -277,7 +279,7 @@ TEST(Glue, GivesTheOriginalBack)
     {
       const auto glued = GluePartitions(Originals(model), model.mesh.scalarType);
       ASSERT_TRUE(glued);
-      // Index topology, not only coordinates: vertex numbers are those of the vertex tree.
+      // Compares indices, not only coordinates: vertex numbers are those of the vertex tree.
       std::vector<Triangle> expected, found = glued->triangles;
       std::vector<VertexId> number(model.mesh.points.size());
       for (VertexId v = 0; v < number.size(); ++v)
@@ -294,7 +296,7 @@ TEST(Glue, GivesTheOriginalBack)
       {
         t = RotateLowestFirst(t);
       }
-      // Triangles come partition by partition, each from its lowest.
+      // Triangles come partition by partition, each from the lowest partition that has it.
       ASSERT_TRUE(std::is_sorted(glued->triangles.begin(), glued->triangles.end(),
         [&](const Triangle& a, const Triangle& b)
         {

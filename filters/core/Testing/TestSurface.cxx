@@ -62,7 +62,7 @@ void ExpectDrawn(const Model& model, const Cut& cut, const Surface& surface)
   ASSERT_EQ(shown.size(), surface.points.size());
 }
 
-// Pieces that have come to a viewer.
+// The pieces that a viewer has loaded.
 class Loaded
 {
 public:
@@ -92,7 +92,7 @@ private:
   std::map<PieceId, const Piece*> Pieces;
 };
 
-// Only the pieces that MissingPieces asks for: nothing else may be needed.
+// Draws with only the pieces that MissingPieces requests: no others may be needed.
 Surface DrawWithOnlyWhatIsAskedFor(const Model& model, const Cut& cut)
 {
   Loaded loaded(model);
@@ -102,7 +102,8 @@ Surface DrawWithOnlyWhatIsAskedFor(const Model& model, const Cut& cut)
   return std::move(*surface);
 }
 
-// What must be active to show some pieces, by loading what is asked for.
+// The pieces that must be active to show the wanted ones. Loads missing pieces until none is
+// missing.
 std::vector<PieceId> Close(const Model& model, Resolution base, const std::vector<PieceId>& wanted)
 {
   const TreeDepths& depths = model.tree.depths;
@@ -127,7 +128,7 @@ Resolution RandomFrom(std::mt19937& random, unsigned coarsest, const TreeDepths&
   return choice > depths.finest ? Resolution::Original() : Resolution::Level(choice);
 }
 
-// Every partition at a resolution from S on or the original, at random.
+// Every partition at a random resolution: a level from S on, or the original.
 Cut RandomMixedCut(std::mt19937& random, const TreeDepths& depths)
 {
   Cut cut{ depths, RandomFrom(random, depths.stitch, depths) };
@@ -144,7 +145,8 @@ Cut RandomMixedCut(std::mt19937& random, const TreeDepths& depths)
   return cut;
 }
 
-// A coarse level with a region of the original in it, sometimes held by a ring of the finest level.
+// A coarse level with a region of the original in it, sometimes surrounded by a ring of the finest
+// level.
 Cut RandomRegion(std::mt19937& random, const Model& model)
 {
   const TreeDepths& depths = model.tree.depths;
@@ -188,7 +190,8 @@ Cut RandomPieces(std::mt19937& random, const Model& model)
   return cut;
 }
 
-// What shows some pieces of any resolution; then a few others come, and a few are lost.
+// The closure of some pieces of any resolution, to which a few others are added, and from which a
+// few are removed.
 Cut RandomClosure(std::mt19937& random, const Model& model)
 {
   const TreeDepths& depths = model.tree.depths;
@@ -232,7 +235,7 @@ Cut RandomCut(std::mt19937& random, const Model& model)
   }
 }
 
-// Whether an edge is used by only one triangle, as BoundaryEdges says, but quickly.
+// Whether any edge is used by only one triangle; faster than BoundaryEdges.
 bool HasBoundary(const std::vector<Triangle>& triangles)
 {
   std::vector<std::uint64_t> edges;
@@ -259,7 +262,8 @@ bool HasBoundary(const std::vector<Triangle>& triangles)
 
 TEST(DrawSurface, ClosedMeshesStayClosedInRandomCuts)
 {
-  // Seeded draws over all levels of each closed mesh, whose levels below S have many pieces.
+  // Random cuts from fixed seeds, over all levels of each closed mesh. Levels coarser than S have
+  // many pieces.
   const std::pair<LevelOptions, unsigned> makers[] = { { LevelOptions{}, 3 },
     { LevelOptions{ {}, LevelMaker::Cluster }, 2 },
     { LevelOptions{ { Representative::Mean, false, 0 }, LevelMaker::Cluster },
@@ -270,7 +274,7 @@ TEST(DrawSurface, ClosedMeshesStayClosedInRandomCuts)
     {
       const auto model = MakeModel(named.mesh, { 40, {}, 8 }, options, {}, onePiece);
       std::mt19937 random(42);
-      std::set<unsigned> mixed; // levels below S that are shown with a finer one
+      std::set<unsigned> mixed; // levels coarser than S that are shown with a finer one
       for (unsigned draw = 0; draw < 1000; ++draw)
       {
         SCOPED_TRACE(named.name + ", draw " + std::to_string(draw));
@@ -363,7 +367,7 @@ TEST(MakeClosure, ShowsWhatIsWantedAndNothingLessWould)
       static_cast<std::uint32_t>(random() % (1U << depths.partition)), depths);
     const Cut cut{ depths, base, Close(*model, base, { id }) };
     ASSERT_TRUE(shows(cut, id)) << "base " << base.Depth() << ", draw " << draw;
-    unsigned unneeded = 0; // named for being above, in hope
+    unsigned unneeded = 0; // pieces in nodes above, added on suspicion
     for (std::size_t i = 0; i < cut.active.size(); ++i)
     {
       Cut less = cut;
@@ -376,7 +380,7 @@ TEST(MakeClosure, ShowsWhatIsWantedAndNothingLessWould)
 
 TEST(DrawSurface, OfPiecesThatLieIsSomethingOrAnError)
 {
-  // Each single piece could have been written by a builder; together they contradict each other.
+  // A builder could have written each piece, but together they contradict each other.
   const auto model = MakeModel(Torus(60, 30), { 40, {}, 8 }, {}, {}, 2);
   const TreeDepths& depths = model->tree.depths;
   std::mt19937 random(13);
@@ -465,7 +469,7 @@ TEST(DrawSurface, BoundaryEdgesOfOpenMeshesAreImagesOfTheirs)
   {
     SCOPED_TRACE(named.name);
     const auto model = MakeModel(named.mesh, { 100, {}, 8 }, {}, {}, 2);
-    // Edges that do not cancel: boundary and inconsistent ones.
+    // Edges whose directions do not cancel: boundary edges and inconsistent ones.
     std::map<Edge, int> sums;
     for (const Triangle& t : named.mesh.triangles)
     {

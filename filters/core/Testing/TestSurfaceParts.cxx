@@ -42,7 +42,8 @@ void ExpectSame(const SurfacePartList& parts, const SurfacePartList& fresh)
   }
 }
 
-// For each node of a cut: the node at or above it that stood for it in the cut before.
+// For each node of a cut: the node that stood for it in the previous cut, which is itself or an
+// ancestor.
 std::map<Surface::Source, std::optional<Surface::Source>> NodesBefore(
   const Model& model, const Cut& before, const Cut& now)
 {
@@ -63,7 +64,7 @@ std::map<Surface::Source, std::optional<Surface::Source>> NodesBefore(
 
 TEST(SurfaceParts, AreTheSameWhateverWasShownBefore)
 {
-  // The second tree has levels coarser than S in many pieces, the third a level S in a few.
+  // In the second tree levels coarser than S have many pieces; in the third level S has a few.
   const std::pair<KdTreeOptions, unsigned> trees[] = { { { 60, {}, 8 }, 11 }, { { 40, {}, 8 }, 2 },
     { { 500, {}, 8 }, 1 } };
   for (const NamedMesh& named : AllMeshes())
@@ -156,7 +157,7 @@ TEST(SurfaceParts, NameTheCornersThatTheirTrianglesHad)
   EXPECT_GT(ofLevels, 1000u);
 }
 
-// What stood for each point is found in the whole vertex tree too.
+// The parents of points are the same as those found in the whole vertex tree.
 TEST(SurfaceParts, NameWhatShowedTheirPointsBefore)
 {
   const std::pair<KdTreeOptions, unsigned> trees[] = { { { 60, {}, 8 }, 11 }, { { 40, {}, 8 }, 2 },
@@ -202,7 +203,7 @@ TEST(SurfaceParts, NameWhatShowedTheirPointsBefore)
             }
             else if (node)
             {
-              // No parent is found only for points whose base is gone.
+              // A point without a parent is only possible if the base has changed.
               ASSERT_NE(BaseOf(walk.Now()), BaseOf(cutBefore)) << "point " << k << " of part " << i;
               ++missed;
             }
@@ -215,7 +216,8 @@ TEST(SurfaceParts, NameWhatShowedTheirPointsBefore)
   EXPECT_GT(found, 5 * missed);
 }
 
-// A sphere in many partitions: one of them becomes the original, and only its neighbours with it.
+// A sphere in many partitions: one partition becomes the original; only it and its neighbours are
+// rebuilt.
 TEST(SurfaceParts, OnlyWhatDiffersIsDrawnAnew)
 {
   const auto model = MakeModel(DisplacedSphere(5), { 50, {}, 8 }, {}, {}, 2);
@@ -326,7 +328,7 @@ TEST(PartNormals, AreThoseOfTheWholeSurfaceWhateverWasShownBefore)
   }
 }
 
-// Pieces come one by one, in any order.
+// Pieces arrive one by one, in any order.
 TEST(Closures, AreTheSameAsMadeAnew)
 {
   for (const unsigned onePiece : { 2U, 11U })

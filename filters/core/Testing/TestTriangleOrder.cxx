@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Sorting triangles, sorting them into buckets, gathering them by bucket; their ghosts; their image
-// partition by partition.
+// Sorting triangles, and sorting them into buckets; their ghosts; their image, partition by
+// partition.
 #include "filters/core/GhostCorners.h"
 #include "filters/core/RadixSort.h"
 #include "filters/core/SortTriangles.h"
@@ -21,7 +21,7 @@ namespace kdstream
 namespace
 {
 
-// Any triangles, degenerate and duplicate ones too; vertex 7 is in many of them.
+// Random triangles, including degenerate and duplicate ones; vertex 7 is in many of them.
 std::vector<Triangle> AnyTriangles(std::size_t count, VertexId vertices, unsigned seed)
 {
   std::mt19937 generator(seed);
@@ -130,7 +130,7 @@ TEST(GhostCorners, AreThoseOutsideTheInterval)
   }
 }
 
-// Buckets of vertices: neighbouring ids in one bucket, or none of them.
+// The buckets of vertices: neighbouring ids are in the same bucket, or all in different ones.
 std::vector<std::uint32_t> BucketsOf(VertexId vertices, std::uint32_t buckets, bool neighbours)
 {
   std::vector<std::uint32_t> bucketOf(vertices);
@@ -176,7 +176,8 @@ TEST(ImageInPartitions, IsTheImageOfAll)
   const std::vector<std::uint32_t> partitionOf = BucketsOf(vertices, partitions, true);
   const TriangleBuckets buckets =
     BucketTriangles(triangles, partitions, [&](VertexId v) { return partitionOf[v]; });
-  // Seven vertices become one, of a partition each; the numbers of a partition's are an interval.
+  // Up to seven consecutive vertices of one partition become one. The new numbers of a partition's
+  // vertices are an interval.
   std::vector<VertexId> map(vertices), mapBegin{ 0 };
   for (VertexId v = 0, next = 0; v < vertices; ++v)
   {

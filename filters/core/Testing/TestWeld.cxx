@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Coincident points: found, counted and welded.
+// Finding, counting and welding coincident points.
 #include "filters/core/BitCast.h"
 #include "filters/core/SeededHash.h"
 #include "filters/core/Weld.h"
@@ -18,8 +18,8 @@ namespace kdstream
 namespace
 {
 
-// Several blocks of points, about half of them in the place of another; some of them at zeros of
-// both signs.
+// Several blocks of points. About half of them are in the place of another point; some have zeros
+// of either sign.
 std::vector<Vec3> AnyPoints(std::size_t count, unsigned seed)
 {
   std::mt19937 generator(seed);
@@ -36,7 +36,7 @@ std::vector<Vec3> AnyPoints(std::size_t count, unsigned seed)
   return points;
 }
 
-// By value: as a map of doubles compares them.
+// The lowest point in the same place, with places compared by value, as a map of doubles does.
 std::vector<VertexId> FirstByMap(const std::vector<Vec3>& points)
 {
   std::map<Vec3, VertexId> first;
@@ -76,7 +76,7 @@ TEST(Weld, FindsTheFirstOfEachPlace)
 std::vector<Vec3> PreparedPoints(std::size_t count)
 {
   constexpr std::uint64_t factor = 0xFF51AFD7ED558CCDU, wanted = 12345;
-  std::uint64_t inverse = factor; // of the factor, modulo 2^64: each round doubles the right bits
+  std::uint64_t inverse = factor; // of the factor, modulo 2^64: each round doubles the correct bits
   for (int i = 0; i < 6; ++i)
   {
     inverse *= 2 - factor * inverse;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A mesh taken through core as a whole, and the data that a block of it has: for tests of working
+// A mesh processed by core as a whole, and the data that a block of it has: for tests of working
 // block by block.
 #pragma once
 
@@ -23,12 +23,12 @@
 namespace kdstream::fixtures
 {
 
-// The last ones have levels finer than S that are cut into several pieces.
+// With the last ones, levels finer than S are cut into several pieces.
 inline const KdTreeOptions blockOptions[] = { { 300, {}, 8 }, { 20, {}, 4 }, { 2000, {}, 8 },
   { 1, {}, 1 }, { 300, {}, 1 }, { 3000, {}, 2 } };
 
-// Normals and colours, some of them missing, and arrays of vertices and triangles; few values, so
-// that tuples of equal triangles are sometimes equal.
+// Adds normals and colours, some of them missing, and arrays of vertices and triangles. There are
+// few different values, so that equal triangles sometimes have equal tuples.
 inline Mesh WithColors(Mesh mesh, std::uint32_t seed)
 {
   std::mt19937 random(seed);
@@ -57,7 +57,7 @@ inline Mesh WithColors(Mesh mesh, std::uint32_t seed)
   return mesh;
 }
 
-// A mesh taken through core in memory, and what blocks are made from.
+// A mesh processed by core in memory, and the data from which blocks are made.
 struct Whole
 {
   Mesh mesh;
@@ -144,7 +144,7 @@ void ForAllBlockMeshes(const Check& check)
     {
       if (options.verticesPerPartition < 20 && named.mesh.points.size() > 2000)
       {
-        continue; // thousands of partitions of one vertex say nothing new
+        continue; // thousands of partitions of one vertex test nothing new
       }
       for (const LevelMaker maker : { LevelMaker::Collapse, LevelMaker::Cluster })
       {
@@ -163,15 +163,15 @@ inline std::vector<unsigned> BlockDepths(const Whole& whole)
   return { depths.begin(), depths.end() };
 }
 
-// Vertices of a level or of the original that a block has, ascending, and the place of each in the
-// list.
+// The vertices of a level or of the original that a block has, ascending, and the place of each in
+// this list.
 struct AtHand
 {
   std::vector<VertexId> vertices; // own and ghosts, as in the whole
-  std::vector<VertexId> local;    // of each of the whole; noVertex: not at hand
+  std::vector<VertexId> local;    // of each vertex of the whole; noVertex: not in the block
   std::vector<std::uint32_t> triangles;
 
-  // The own ones of `count` vertices, and those that share a triangle with them.
+  // Takes the own ones of `count` vertices, and those that share a triangle with them.
   template <class IsOwn>
   AtHand(std::size_t count, std::span<const Triangle> all, const IsOwn& isOwn)
     : local(count, noVertex)
@@ -236,7 +236,7 @@ struct AtHand
   }
 };
 
-// The original vertices at hand for a block, and its mesh.
+// The original vertices that a block has.
 inline AtHand OriginalsOf(const Whole& whole, unsigned depth, std::uint32_t block)
 {
   return { whole.mesh.points.size(), whole.mesh.triangles,

@@ -38,7 +38,7 @@ ColorQuadric ColorQuadric::OfTriangle(
   {
     return {};
   }
-  // The slopes of the corners' weights along u and v, times `squared`.
+  // The gradients of the barycentric coordinates that belong to u and v, times `squared`.
   const Vec3 alongU = Cross(v, normal), alongV = Cross(normal, u);
   ColorQuadric quadric;
   quadric.area = std::sqrt(squared) / 2;

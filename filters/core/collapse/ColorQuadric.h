@@ -3,8 +3,8 @@
 // the makers of levels.
 //
 // Source: Hoppe, "New quadric metric for simplifying meshes with appearance attributes", 1999,
-// without the rows of the attributes: the best colours follow from the place, so a quadric of only
-// the place remains.
+// without the matrix rows for attributes: the best colours follow from the position, so a quadric
+// of the position remains.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -15,22 +15,22 @@
 namespace kdstream
 {
 
-// Over each triangle a colour is linear, c(x) = g·x + d with g in the triangle's plane. For a
-// vertex at x with the colour s this is the sum over triangles of area × |c(x) - s|²: how much the
-// vertex's colour differs from the colours of the triangles, extended to its place. Coordinates are
-// relative as those of Quadric.
+// Over each triangle the colour is linear: c(x) = g·x + d, with g in the triangle's plane. For a
+// vertex at x with the colour s, the cost is the sum over triangles of area × |c(x) - s|². It says
+// how much the vertex's colour differs from the triangles' colours, extended to x. Coordinates are
+// relative, as in Quadric.
 struct ColorQuadric
 {
-  // The quadric of one triangle; zero if it has no area, or if numbers overflow. colors: of its
-  // corners. Each channel is in model units, so that a difference of 1 costs as much as a distance
-  // of 1; for only ColorAt any unit will do.
+  // The quadric of one triangle; zero if it has no area, or if numbers overflow. colors: of the
+  // corners. Channels are in model units, so that a difference of 1 costs as much as a distance of
+  // 1; if only ColorAt is used, in any unit.
   static ColorQuadric OfTriangle(
     const std::array<Vec3, 3>& corners, const std::array<Vec3, 3>& colors);
 
   void Add(const ColorQuadric& other);
-  // What a place costs when the vertex there has the colour of ColorAt.
+  // The cost of a place, if the vertex there has the colour of ColorAt.
   Quadric Residual() const;
-  // The colour with the least cost at a place. Far from the triangles it may be out of range: clamp
+  // The colour with the least cost at a place. Far from the triangles it can be out of range: clamp
   // it. REQUIRES: area > 0.
   Vec3 ColorAt(const Vec3& x) const;
 

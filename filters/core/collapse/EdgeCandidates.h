@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The edges that wait for their collapse, the cheapest first. Only for EdgeCollapse.
+// A queue of the edges that may collapse, cheapest first. Only for EdgeCollapse.
 #pragma once
 
 #include "filters/core/BitCast.h"
@@ -22,7 +22,7 @@ struct EdgeCandidate
   std::uint32_t stamp;
   bool measured; // whether the cost includes how far the surface retreats
 
-  // By cost, of equal ones by vertices: what comes later is greater.
+  // Ordered by cost, then by vertices: the candidate that collapses later is greater.
   bool operator<(const EdgeCandidate& other) const
   {
     return this->cost != other.cost ? this->cost < other.cost
@@ -32,14 +32,14 @@ struct EdgeCandidate
   }
 };
 
-// A queue of candidates, cheapest first. Most of them never reach the front: a collapse nearby
-// makes them out of date, or enough vertices have merged before their turn. So they wait unsorted,
-// in buckets of half an octave of cost each. Only the cheapest bucket is sorted, by a heap. The
-// heap gets the candidates of the bucket that are still current, and later ones that cost no more
-// than these. So candidates leave the queue fully sorted. Push O(1), or O(log h) for a heap of h;
-// memory 24 bytes for each candidate in the queue at once. Where vertices have hundreds of edges,
-// far more candidates are pushed than are ever current together: the caller then drops those that
-// are out of date when the queue is full.
+// A queue of candidates, cheapest first. Most candidates never reach the front: a collapse nearby
+// makes them out of date, or enough vertices have merged before their turn. So they wait unsorted
+// in buckets, each of half an octave of cost. Only the cheapest bucket is sorted, by a heap. The
+// heap takes those candidates of the bucket that are still current, and later pushed ones that cost
+// no more than the bucket's. So candidates leave the queue fully sorted. Push takes O(1), or O(log
+// h) into a heap of h candidates; memory is 24 bytes for each candidate in the queue. If vertices
+// have hundreds of edges, far more candidates are pushed than are current at the same time. When
+// the queue is full, the caller therefore drops those that are out of date (MakeRoom).
 class EdgeCandidates
 {
 public:
@@ -48,19 +48,20 @@ public:
   {
   }
 
-  // Reserves memory for this many at first, and for those that arrive before many are out of date:
-  // as much as MakeRoom would add.
+  // Reserves memory for this number of candidates, and for those that are pushed before many are
+  // out of date: as much as MakeRoom would add.
   void Reserve(std::size_t candidates) { this->Slots.reserve(RoomFor(candidates)); }
   void Push(const EdgeCandidate& candidate);
   // Whether the next Push may take more memory.
   bool IsFull() const { return this->Free == none && this->Slots.size() == this->Slots.capacity(); }
-  // Makes room for more candidates: drops those that are out of date, if they are at least a third,
-  // else takes more memory. The order in which candidates leave stays. O(all); O(1) for each Push
-  // in between. REQUIRES: as Pop.
+  // Makes room for more candidates. If at least a third are out of date, drops these; otherwise
+  // takes more memory. The order in which candidates leave does not change. O(all), which amounts
+  // to O(1) for each Push in between. REQUIRES: as for Pop.
   template <class IsCurrent>
   void MakeRoom(const IsCurrent& isCurrent);
   // Takes out the first candidate for which isCurrent(candidate) is true, and drops all before it.
-  // False: no candidate is current. REQUIRES: a candidate that is out of date stays out of date.
+  // Returns false if no candidate is current. REQUIRES: a candidate that is out of date stays out
+  // of date.
   template <class IsCurrent>
   bool Pop(EdgeCandidate& first, const IsCurrent& isCurrent);
 
@@ -93,10 +94,10 @@ private:
   template <class IsCurrent>
   bool FillFromNextBucket(const IsCurrent& isCurrent);
 
-  std::vector<EdgeCandidate> Near; // a heap: what costs no more than the buckets below Begin
+  std::vector<EdgeCandidate> Near; // a heap of the candidates that belong to buckets below Begin
   std::size_t Begin = 0;
-  std::size_t Lowest = buckets; // no bucket below has any
-  // For each bucket: first entry not measured, first entry measured.
+  std::size_t Lowest = buckets; // all buckets below it are empty
+  // For each bucket two lists: the first entry of those not measured, and of those measured.
   std::vector<std::uint32_t> First;
   std::vector<Waiting> Slots;
   std::uint32_t Free = none;
@@ -176,7 +177,7 @@ bool EdgeCandidates::Pop(EdgeCandidate& first, const IsCurrent& isCurrent)
   return false;
 }
 
-// Whether there was a bucket with something in it.
+// Returns false if all buckets are empty.
 template <class IsCurrent>
 bool EdgeCandidates::FillFromNextBucket(const IsCurrent& isCurrent)
 {
@@ -197,7 +198,7 @@ bool EdgeCandidates::FillFromNextBucket(const IsCurrent& isCurrent)
   return true;
 }
 
-// Moves what is current of a list into the heap, which is not in order then.
+// Moves the current candidates of a list into Near, which is then no longer a valid heap.
 template <class IsCurrent>
 void EdgeCandidates::Fill(std::size_t list, const IsCurrent& isCurrent)
 {

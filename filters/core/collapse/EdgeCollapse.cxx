@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Edge collapse: see EdgeCollapse.h.
-//   1. The triangles around each vertex; edges, boundary, the first candidates.
+//   1. Find the triangles around each vertex, the edges, the boundary and the first candidates.
 //   2. Take the cheapest candidate; skip it if an end has changed since.
 //   3. Measure how far the surface would retreat; if this makes the merge more expensive, put the
 //      candidate back with the new cost.
 //   4. Refuse the merge if topology or normals forbid it.
-//   5. Else merge: triangles on the edge are removed, the others move to the vertex that stays.
+//   5. Otherwise merge: remove the triangles on the edge, and move the others to the vertex that
+//      stays.
 //   6. Add new candidates around it; retry edges of its neighbours that were refused.
 #include "filters/core/collapse/EdgeCollapse.h"
 
@@ -19,33 +20,36 @@ namespace kdstream
 namespace
 {
 
-// A place beside the edge must have at most this part of the error on the edge.
+// A place beside a boundary edge must have less than this share of the error on the edge.
 constexpr double offBoundary = 0.25;
-constexpr double lengthCost = 1e-9; // × length^4: of edges that cost nothing the shortest first
-// Edges between the vertices of folds: of what their merges and their retreat cost. Measured.
+constexpr double lengthCost = 1e-9; // × length^4: among edges without cost, the shortest is first
+// For edges between vertices of folds: the factors on the costs of their merges and of their
+// retreat. Measured.
 constexpr double costOfFoldOvers = 0.01, retreatOfFoldOvers = 0.1;
-// For parts with vertex colours: the price of a retreat. Merges that preserve the colours cost
-// more; without this factor as much of the outline would retreat instead. Measured on the vase.
+// For parts with vertex colours: a factor on the price of a retreat. Colours make other merges more
+// expensive; without this factor the outline would retreat more instead. Measured on the vase.
 constexpr double retreatOfColored = 4;
-// How many retries each vertex has for its edges that could not collapse. Without this limit a
-// tangled mesh, whose vertices have hundreds of edges each, would spend most of its time on edges
-// that never collapse.
+// The most retries of each vertex, for edges that could not collapse. Without this limit a tangled
+// mesh, whose vertices have hundreds of edges each, would spend most of its time on edges that
+// never collapse.
 constexpr std::size_t mostRetries = 256;
-// No retries either after this number of steps for each vertex and triangle of the part. Surfaces
-// take up to 10 in large parts, and up to 70 in noisy parts of a few hundred vertices: hence the
-// constant. In parts of a soup retries took most of 100 to 400 steps, more in denser ones, and led
-// to hardly any merges.
+// After this number of steps for each vertex and triangle of the part there are no more retries.
+// Surfaces take up to 10 steps in large parts, and up to 70 in noisy parts of a few hundred
+// vertices: hence the constant leastStepsOfRetries. Parts of a triangle soup took 100 to 400 steps,
+// denser parts more. Retries took most of these, and led to hardly any merges.
 constexpr std::uint64_t stepsOfRetries = 16, leastStepsOfRetries = std::uint64_t{ 1 } << 16;
-// From then on each merge may take this number of steps on average, or the part is given up.
-// Surfaces take 30 to 60. Where most edges are refused it was 5,000 to 30,000, for one merge of
-// thirty vertices. Tangles that still become coarser take 500: they are grouped by cells instead,
-// which is fast and looks no worse.
+// From then on, the part is given up if merges have taken more than this number of steps on
+// average. Surfaces take 30 to 60. Parts where most edges are refused took 5,000 to 30,000, for one
+// merge of thirty vertices. Tangles that can still become coarser take 500; they are grouped by
+// cells instead, which is fast and looks no worse.
 constexpr std::uint64_t mostStepsOfMerge = 256;
 
-// Surfaces have two triangles a vertex. Vertices with more than this are not worth more tries.
+// Surfaces have two triangles for each vertex. More triangles than this for each vertex do not
+// allow more steps.
 constexpr std::size_t mostTrianglesOfVertex = 3;
-// In parts of a soup with more triangles a vertex than this, nearly every edge is refused, after an
-// expensive check of everything around it. No edge is tried there, unless all of them are cheap.
+// In parts of a triangle soup with more triangles for each vertex than this, nearly every edge is
+// refused, after an expensive check of all triangles around it. There no edge is tried, unless the
+// part has at most fewTriangles triangles.
 constexpr std::size_t hopelessTrianglesOfVertex = 8, fewTriangles = 4096;
 
 std::uint64_t MostStepsOfRetriesOf(std::size_t vertices, std::size_t triangles)
@@ -59,7 +63,7 @@ bool IsTangle(std::size_t vertices, std::size_t triangles)
   return triangles > std::max(fewTriangles, hopelessTrianglesOfVertex * vertices);
 }
 
-// The sums of the quadrics of two edges' ends, side by side.
+// For two edges, side by side: the sum of the quadrics of both ends.
 QuadraticForm<Lanes> SumsOf(
   const Quadric& a0, const Quadric& b0, const Quadric& a1, const Quadric& b1)
 {
@@ -76,7 +80,7 @@ QuadraticForm<Lanes> SumsOf(
   return sums;
 }
 
-// Where the triangles of each vertex face; empty where it is unknown.
+// The direction in which the triangles of each vertex face; empty if unknown.
 std::vector<Vec3> FacingOfVertices(const CollapsePart& part)
 {
   std::vector<Vec3> facing(part.normals.size());
@@ -85,7 +89,8 @@ std::vector<Vec3> FacingOfVertices(const CollapsePart& part)
   return facing;
 }
 
-// Whether a triangle around a vertex faces the wrong way; empty where folds cost what others do.
+// For each vertex whether a triangle around it faces the wrong way; empty if edges at folds are not
+// made cheaper.
 std::vector<std::uint8_t> FoldedOverVertices(const CollapsePart& part, std::span<const Vec3> facing)
 {
   if (facing.empty() || part.fixed.empty())
@@ -140,8 +145,9 @@ EdgeCollapse::EdgeCollapse(CollapsePart part)
   }
 }
 
-// Whether both ends touch triangles that face the wrong way. Such edges are cheaper in parts of
-// fine levels, so most folds disappear there. In free collapses this would remove tips of limbs.
+// Whether both ends touch triangles that face the wrong way. Edges of this kind are cheaper in
+// parts of fine levels, so that most folds disappear there. When a whole level collapses at once,
+// this would remove the tips of limbs.
 bool EdgeCollapse::IsFoldedOver(VertexId u, VertexId v) const
 {
   return !this->FoldedOver.empty() && this->FoldedOver[u] != 0 && this->FoldedOver[v] != 0;
@@ -149,7 +155,7 @@ bool EdgeCollapse::IsFoldedOver(VertexId u, VertexId v) const
 
 void EdgeCollapse::FindEdges()
 {
-  // Boundary vertices must all be known first: they decide where a merged vertex goes.
+  // All boundary vertices must be known first: they decide where a merged vertex goes.
   const std::vector<Edge> edges = this->FindBoundary();
   this->Candidates.Reserve(edges.size());
   for (const Edge& edge : edges)
@@ -233,7 +239,7 @@ Quadric EdgeCollapse::SumOf(VertexId u, VertexId v) const
   return quadric;
 }
 
-// What an edge costs wherever its vertex goes.
+// The part of an edge's cost that does not depend on where the merged vertex goes.
 double EdgeCollapse::LastingCost(VertexId u, VertexId v) const
 {
   const Vec3 edge = Minus(this->Positions[v], this->Positions[u]);
@@ -241,7 +247,8 @@ double EdgeCollapse::LastingCost(VertexId u, VertexId v) const
   return this->AttributeCost(u, v) + lengthCost * squaredLength * squaredLength;
 }
 
-// Where the merged vertex goes, and what that costs. False where no number comes out.
+// Finds where the merged vertex goes, and the cost of that. Returns false if the cost is not a
+// finite number.
 bool EdgeCollapse::Place(VertexId u, VertexId v, double& cost, Vec3& position) const
 {
   const Vec3 &a = this->Positions[u], &b = this->Positions[v];
@@ -253,7 +260,8 @@ bool EdgeCollapse::Place(VertexId u, VertexId v, double& cost, Vec3& position) c
   }
   else
   {
-    // A straight boundary is left only for much less error: what lies inside must not pull at it.
+    // A merged vertex leaves a straight boundary only if the error is then much less: the surface
+    // inside must not pull the boundary away.
     const PlacedVertex<double> placed =
       PlaceVertex<double>({ a, b, quadric, this->Boundary[u] ? offBoundary : 1 }, this->Bounds);
     position = placed.position;
@@ -263,7 +271,7 @@ bool EdgeCollapse::Place(VertexId u, VertexId v, double& cost, Vec3& position) c
   return cost <= std::numeric_limits<double>::max();
 }
 
-// Makes an edge a candidate, at the latest with PushWaiting.
+// Makes an edge a candidate, now or when PushWaiting is called.
 void EdgeCollapse::Push(VertexId u, VertexId v)
 {
   if (this->Fixed[u] || this->Fixed[v] ||
@@ -291,7 +299,7 @@ void EdgeCollapse::Push(VertexId u, VertexId v)
   }
 }
 
-// Places the edges that wait, all at once.
+// Places the waiting edges together, and makes them candidates.
 void EdgeCollapse::PushWaiting()
 {
   if (this->WaitingCount == 0)
@@ -351,13 +359,13 @@ bool EdgeCollapse::IsCurrent(const EdgeCandidate& edge) const
          !this->Fixed[edge.v];
 }
 
-// Whether nearly all edges that it checks cannot collapse.
+// Whether nearly all of the checked edges cannot collapse.
 bool EdgeCollapse::IsHopeless() const
 {
   return !this->MayTryAgain() && this->Steps() > mostStepsOfMerge * this->Record.size();
 }
 
-// Takes candidates while there are too many vertices or triangles, and none has cost more than
+// Takes candidates while there are too many vertices or triangles, and no merge has cost more than
 // `error`.
 bool EdgeCollapse::Take(std::size_t vertices, std::size_t triangles, double error)
 {
@@ -405,8 +413,8 @@ bool EdgeCollapse::Take(std::size_t vertices, std::size_t triangles, double erro
   return true;
 }
 
-// Whether no triangle turns its normal, except those that faced the wrong way before, and none
-// faces the wrong way that did not before.
+// Whether only triangles that faced the wrong way before turn their normals, and no triangle faces
+// the wrong way that did not before.
 bool EdgeCollapse::KeepsFacing(VertexId u, VertexId v, const Vec3& position)
 {
   if (this->Normals.empty())
@@ -425,7 +433,7 @@ bool EdgeCollapse::KeepsFacing(VertexId u, VertexId v, const Vec3& position)
     {
       continue;
     }
-    // Where the triangle should face: the sum of what is known of its corners.
+    // Where the triangle should face: the sum of the known directions of its corners.
     const Vec3 reference =
       Plus(Plus(this->Facing[end], this->Facing[side.first]), this->Facing[side.second]);
     const bool rightAfter = Dot(Cross(Minus(q, position), Minus(r, position)), reference) >= 0;
@@ -443,7 +451,7 @@ bool EdgeCollapse::KeepsFacing(VertexId u, VertexId v, const Vec3& position)
   return true;
 }
 
-// Whether the merge would turn the normal of a triangle: looks no further than the first one.
+// Whether the merge would turn the normal of any triangle; stops at the first.
 bool EdgeCollapse::TurnsAny(VertexId u, VertexId v, const Vec3& position)
 {
   const auto turnsAround = [&](VertexId end, VertexId other)
@@ -460,7 +468,7 @@ bool EdgeCollapse::TurnsAny(VertexId u, VertexId v, const Vec3& position)
   return turnsAround(u, v) || turnsAround(v, u);
 }
 
-// The link condition: what both ends are linked to must be linked to the edge itself.
+// The link condition: vertices and edges linked to both ends must be linked to the edge itself.
 bool EdgeCollapse::KeepsTopology(VertexId u, VertexId v)
 {
   if (this->Boundary[u] && this->Boundary[v] && this->Star.facing.size() != 1)
@@ -487,9 +495,9 @@ bool EdgeCollapse::KeepsTopology(VertexId u, VertexId v)
   return !this->ShareAnEdgeOpposite(facing);
 }
 
-// Whether some edge is in a triangle with u and in another with v, none of which holds both u and
-// v. Both ends of such an edge face the edge u v and are marked. There are few of these edges,
-//    mostly none.
+// Whether some edge is in a triangle with u and in another triangle with v, and neither triangle
+// holds both u and v. Both ends of such an edge face the edge u v, and are marked with `facing`.
+// Mostly there are no edges of this kind, otherwise few.
 bool EdgeCollapse::ShareAnEdgeOpposite(std::uint32_t facing) const
 {
   const auto& sides = this->Star.sides;

@@ -25,71 +25,72 @@
 namespace kdstream
 {
 
-// What is collapsed. Positions are relative to the origin of the quadrics.
+// The mesh to collapse. Positions are relative to the origin of the quadrics.
 struct CollapsePart
 {
   std::vector<Vec3> positions;
-  // For each vertex: the sum of the quadrics of its triangles and boundary edges. Those of fixed
-  // vertices are not used, and neither are their attributes.
+  // For each vertex: the sum of the quadrics of its triangles and boundary edges. The quadrics and
+  // attributes of fixed vertices are not used.
   std::vector<Quadric> quadrics;
-  // For each vertex the sum of its triangles' area vectors, 0 if unknown; empty: all unknown.
-  // Where they are known they decide how triangles may face: see EdgeCollapse.
+  // For each vertex the sum of its triangles' area vectors, 0 if unknown; empty: all unknown. Known
+  // sums restrict how triangles may face: see EdgeCollapse.
   std::vector<Vec3> normals;
-  // 1: the vertex does not move, and other parts may have more of its triangles (the vertices of a
-  // part's border). Empty: none.
+  // 1: the vertex does not move, and other parts may have further triangles of it (a vertex on the
+  // part's border). Empty: no vertex is fixed.
   std::vector<std::uint8_t> fixed;
   std::vector<Triangle> triangles; // three different vertices each
   // Values in which merging vertices should agree, `components` for each vertex, in model units: a
-  // difference of 1 costs as much as a distance of 1. Each is weighted with the trace of the
+  // difference of 1 costs as much as a distance of 1. Each value is weighted with the trace of the
   // vertex's quadric.
   std::size_t components = 0;
   std::vector<float> attributes;
   // For each vertex the sum of its triangles' colour quadrics; empty: no colours. Those of fixed
-  // vertices are not used.
+  // vertices are ignored.
   std::vector<ColorQuadric> colorQuadrics;
   Box bounds; // vertices stay inside
-  // An edge also costs at least this, times the squared distance by which the surface retreats
+  // The cost of an edge is at least this, times the squared distance by which the surface retreats
   // there.
   double areaPerVertex = 0;
-  bool keepTopology = true; // false: collapse whatever the link condition says
+  bool keepTopology = true; // false: ignore the link condition
 };
 
 // Vertex `from` has become part of `to`, which lies at `position` from now on.
 struct Merge
 {
   // The largest cost (area × squared distance) of this and all earlier merges. So the merges below
-  // a threshold are the first ones of a list.
+  // a threshold come first in the list.
   double error;
   VertexId from;
   VertexId to;
   Vec3 position;
 };
 
-// Merges the ends of edges: the cheapest edge first; of edges of equal cost, the one with the
+// Merges the ends of edges. The cheapest edge is first; of edges with equal costs, the one with the
 // lowest vertices.
 //
-// Place of the merged vertex: where the sum of both quadrics is least, or the best place on the
-// edge. If one end is on the boundary, the merged vertex stays there. A boundary edge has a single
-// triangle, and not both ends are fixed. The quadrics include colours, so edges between colours
-// stay. Plane quadrics do not notice when the tip of a limb retreats along the limb; so the
+// Position of the merged vertex: where the sum of both quadrics is least, or the best position on
+// the edge. If one end is on the boundary, the merged vertex stays there. A boundary edge has a
+// single triangle, and not both ends are fixed. The quadrics include colours, so edges between
+// colours stay. Plane quadrics do not notice when the tip of a limb retreats along the limb; so the
 // distance of the old vertices from the new triangles has a price too (areaPerVertex).
 //
 // Fold-over: where normals are known, a triangle faces the wrong way if it opposes the sum of its
-// corners' normals. A triangle that faces the right way must continue to; one that does not may
-// turn. In parts with fixed vertices, edges between vertices of wrong triangles are cheaper.
+// corners' normals. A triangle that faces the right way must keep doing so; one that faces the
+// wrong way may turn. In parts with fixed vertices, edges between vertices of triangles that face
+// the wrong way are cheaper.
 //
 // Refused merges: those that would turn the normal of a triangle by more than about 80°, change the
 // topology (link condition) or pinch the boundary. A refused edge is tried again when a neighbour
 // has changed:
 // - a bounded number of times for each vertex;
-// - in all, until the work done is several times that for an ordinary surface. From then on a merge
-//   is refused at the first triangle whose normal it would turn. If hardly any edge that is checked
-//   can merge, Run stops and returns false. So tangled triangles, most of whose edges can never
-//   collapse, take linear time too.
+// - in total, until the work is several times that for an ordinary surface. From then on a merge is
+//   refused at the first triangle whose normal it would turn. If hardly any edge that is checked
+//   can merge, Run stops and returns false. So a tangle of triangles, where most edges can never
+//   collapse, takes linear time too.
 //
-// Any triangles are allowed: duplicates, folds and edges of many triangles only keep their
-// neighbourhood from collapsing. An edge whose ends have more than mostTriangles together, as at
-// the hub of a fan, waits until collapses around it have left fewer.
+// Any triangles are allowed: duplicates, folds and edges with many triangles only keep their
+// neighbourhood from collapsing. If the ends of an edge have more than mostTriangles together, as
+// at the hub of a fan, the edge waits until collapses around it have left fewer.
 //
 // Complexity: O(m log m) for m merges and edges of ordinary surfaces. For arbitrary triangles: an
 // edge is checked when it is found and when an end has merged, and each check visits at most
@@ -100,25 +101,26 @@ class EdgeCollapse
 {
 public:
   static constexpr std::size_t any = std::numeric_limits<std::size_t>::max();
-  // The most triangles at both ends of an edge that may collapse; ordinary edges have about ten.
+  // An edge collapses only if both ends together have at most this number of triangles. Ordinary
+  // edges have about ten.
   static constexpr std::uint32_t mostTriangles = 256;
 
   explicit EdgeCollapse(CollapsePart part);
 
   // Merges until at most `vertices` vertices and at most `triangles` triangles are left. Vertices
-  // that are fixed or touch no triangle do not count. False: no edge can collapse any more, or too
-  // few can.
+  // that are fixed or touch no triangle do not count. Returns false if no edge can collapse any
+  // more, or too few can.
   bool Run(std::size_t vertices, std::size_t triangles = any);
   // Continues until a merge has cost more than `error`, or at most `vertices` vertices are left.
-  // False as for Run.
+  // Returns false as Run does.
   bool RunBeyond(double error, std::size_t vertices);
-  // Fixes a vertex from now on, though it may be on the boundary still.
+  // Fixes a vertex from now on. It can still count as a boundary vertex.
   void Fix(VertexId v) { this->Fixed[v] = 1; }
 
   std::size_t VertexCount() const { return this->Vertices; }
   std::size_t TriangleCount() const { return this->Stars.TriangleCount(); }
   const std::vector<Merge>& Merges() const { return this->Record; }
-  // Triangles, edges and entries of lists looked at so far: what the time goes with.
+  // The number of triangles, edges and list entries visited so far; the time is proportional to it.
   std::uint64_t Steps() const { return this->Looked + this->Stars.Steps(); }
 
 private:
@@ -156,7 +158,7 @@ private:
   void MergeAttributes(VertexId u, VertexId v);
   void PushAround(VertexId u);
 
-  std::vector<Vec3> Facing;             // of each vertex, of Normals: FacingOf; empty if they are
+  std::vector<Vec3> Facing;             // FacingOf each vertex's normal; empty if Normals is
   std::vector<std::uint8_t> FoldedOver; // whether a triangle around the vertex faced the wrong way
   std::vector<Vec3> Positions;
   std::vector<Quadric> Quadrics;
@@ -175,7 +177,7 @@ private:
   std::vector<std::uint8_t> Boundary;
   std::vector<std::uint32_t> Stamp; // how often the vertex has changed
   std::vector<std::uint32_t> FirstRejection;
-  std::vector<std::uint16_t> Retries; // edges tried again
+  std::vector<std::uint16_t> Retries; // of each vertex: edges tried again
   std::vector<Rejection> Rejections;
   std::vector<std::uint32_t> Mark;
   std::uint32_t LastMark = 0;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The place of the vertex to which an edge collapses, and the cost. Only for EdgeCollapse.
+// Where to put the vertex to which an edge collapses, and what the collapse costs. Only for
+// EdgeCollapse.
 //
 // Source: Garland and Heckbert 1997; the choice between the edge and the place beside it is ours.
 #pragma once
@@ -15,7 +16,7 @@
 namespace kdstream
 {
 
-// Two quadrics, a lane each.
+// Puts two quadrics side by side, one in each lane.
 inline QuadraticForm<Lanes> SideBySide(const Quadric& first, const Quadric& second)
 {
   QuadraticForm<Lanes> both;
@@ -31,13 +32,13 @@ inline QuadraticForm<Lanes> SideBySide(const Quadric& first, const Quadric& seco
   return both;
 }
 
-// An edge, or as many as Real has lanes. Relative to the origin of the quadrics.
+// One edge, or two if Real is Lanes. Positions are relative to the origin of the quadrics.
 template <class Real>
 struct EdgeToPlace
 {
   std::array<Real, 3> a, b;    // its ends
-  QuadraticForm<Real> quadric; // the sum of theirs
-  Real beside;                 // of the error on the edge: below that, a place beside it is taken
+  QuadraticForm<Real> quadric; // the sum of the ends' quadrics
+  Real beside;                 // a place beside the edge needs less than this share of its error
 };
 
 template <class Real>
@@ -80,13 +81,13 @@ PlacedVertex<Real> PlaceOnEdge(const EdgeToPlace<Real>& edge, const std::array<R
 }
 
 // Where to put the merged vertex: the best place on the edge, or the place beside the edge with the
-// least quadric, if that is better. The place is inside `bounds`, and at most two lengths of the
-// edge from the edge's middle. Without branches, because the lanes may differ.
+// least quadric, if that is better. The place is inside `bounds`, and at most two edge lengths from
+// the middle of the edge. Without branches, because the lanes may differ.
 template <class Real>
 PlacedVertex<Real> PlaceVertex(const EdgeToPlace<Real>& edge, const Box& bounds)
 {
   constexpr double regularisation = 1e-3; // of the quadric's trace; measured in the prototype
-  constexpr double reach = 2; // how many lengths of the edge the vertex may go from its middle
+  constexpr double reach = 2; // largest distance from the edge's middle, in edge lengths
   const std::array<Real, 3>&a = edge.a, &b = edge.b;
   const std::array<Real, 3> middle{ (a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2 };
   const PlacedVertex<Real> on = PlaceOnEdge(edge, middle);

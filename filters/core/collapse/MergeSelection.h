@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Selects the cheapest of many merges, in passes over them: none need be in memory. Only for the
-// makers of levels.
+// Selects the cheapest of many merges in passes over them; the merges need not be in memory. Only
+// for the makers of levels.
 #pragma once
 
 #include "filters/core/BitCast.h"
@@ -16,13 +16,15 @@
 namespace kdstream
 {
 
-// All errors below `error`, and of those equal to it the first `ties`, in the order of the passes.
+// Stands for all errors below `error`, and the first `ties` of those equal to it, in the order of
+// the passes.
 struct CheapestErrors
 {
   double error = -1;
   std::uint64_t ties = 0;
 
-  // How many of a sorted list belong to them; takes what it uses off `ties`.
+  // How many entries of a sorted list, from `first` on, belong to them. Subtracts those equal to
+  // `error` from `ties`.
   template <class Errors, class ErrorOf>
   std::size_t Take(const Errors& sorted, std::size_t first, const ErrorOf& errorOf)
   {
@@ -40,19 +42,20 @@ struct CheapestErrors
   }
 };
 
-// Finds the cheapest `count` >= 1 of a sequence of at least as many errors; the same as sorting by
-// (error, position). forEach(visit) calls visit(error) for each error, none negative or NaN, always
-// in the same order, and returns a Status. It is called twice, or up to four times where very many
-// are nearly equal. sum(bins) adds the counts of other processes, which visit errors of their own:
-// `count` is of all of them. O(errors); memory 1 MiB.
+// Finds the `count` cheapest of a sequence of errors; the result is that of sorting by (error,
+// position). forEach(visit) -> Status calls visit(error) for each error, always in the same order.
+// It is called twice, or up to four times if very many errors are nearly equal. sum(bins) adds the
+// counts of other processes, which visit errors of their own; `count` is the total over all
+// processes. REQUIRES: 1 <= count <= number of errors; no error is negative or NaN. O(errors);
+// memory 1 MiB.
 template <class ForEach, class Sum>
 Result<CheapestErrors> FindCheapest(const ForEach& forEach, std::uint64_t count, const Sum& sum)
 {
   constexpr unsigned digits = 16; // bits
   constexpr std::uint64_t mostKept = std::uint64_t{ 1 } << digits;
   std::uint64_t known = 0;         // the upper bits of the error sought
-  std::uint64_t rest = count;      // rank of the wanted key among keys with this prefix, from 1
-  std::vector<std::uint64_t> kept; // all keys with this prefix, once there are few
+  std::uint64_t rest = count;      // rank of the wanted error among errors with these bits, from 1
+  std::vector<std::uint64_t> kept; // all errors with these bits, once there are few
   bool few = false, areKept = false;
   std::vector<std::uint64_t> bins;
   for (unsigned shift = 64; shift > 0;)

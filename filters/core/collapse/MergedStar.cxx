@@ -27,7 +27,7 @@ LanePoint Both(const Vec3& p)
   return { p[0], p[1], p[2] };
 }
 
-// The longest of the sides of the triangles on the edge from u to v, squared.
+// The squared length of the longest side of the triangles on the edge from u to v.
 double LongestSide(std::span<const Vec3> positions, const EdgeStar& star, VertexId u, VertexId v)
 {
   const auto squaredLength = [&](VertexId from, VertexId to)
@@ -85,8 +85,8 @@ void MergedStar::Set(std::span<const Vec3> positions, const EdgeStar& star, Vert
   }
 }
 
-// The squared distance, in each lane, of p to the plane of the nearest triangle that has p above
-// its inside; infinity without a triangle there.
+// Considers only triangles whose inside contains the projection of p. In each lane: the squared
+// distance of p to the nearest plane of these triangles; infinity if there are none.
 Lanes MergedStar::SquaredToInsides(const Vec3& p) const
 {
   const LanePoint w = Both(kdstream::Minus(p, this->Position));
@@ -105,7 +105,7 @@ Lanes MergedStar::SquaredToInsides(const Vec3& p) const
   return nearest;
 }
 
-// The squared distance to all of them, no more than `least`.
+// The squared distance of p to the nearest triangle, at most `least`.
 double MergedStar::SquaredToTriangles(
   const Vec3& p, std::span<const Vec3> positions, const EdgeStar& star, double least) const
 {
@@ -117,7 +117,7 @@ double MergedStar::SquaredToTriangles(
   return least;
 }
 
-// Whether a vertex is certainly at distance 0, as a corner of one of the triangles.
+// Whether a vertex has certainly the distance 0, because it is a corner of one of the triangles.
 bool MergedStar::IsOnSide(const EdgeStar& star, VertexId w) const
 {
   for (std::size_t i = 0; i < star.sides.size(); ++i)
@@ -141,7 +141,8 @@ double MergedStar::SquaredRetreat(std::span<const Vec3> positions, const EdgeSta
     const Vec3& p = positions[from];
     const Lanes insides = this->SquaredToInsides(p);
     double nearest = std::min({ longest, insides[0], insides[1] });
-    // A triangle that is near enough, or nearer than the farthest so far, changes nothing.
+    // If a triangle is near enough, or nearer than the farthest distance so far, the result does
+    // not change.
     if (nearest > farthest && scale * nearest > enough)
     {
       nearest = this->SquaredToTriangles(p, positions, star, nearest);

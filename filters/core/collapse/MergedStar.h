@@ -20,16 +20,16 @@ public:
   // place. KeepsNormals checks a whole star for this.
   static bool TurnsNormal(const Vec3& p, const Vec3& q, const Vec3& r, const Vec3& to);
 
-  // star: of the edge from u to v, whose merged vertex lies at `position`.
+  // star: of the edge from u to v. position: of the merged vertex.
   void Set(std::span<const Vec3> positions, const EdgeStar& star, VertexId u, VertexId v,
     const Vec3& position);
   // Whether no triangle's normal turns by more than about 80°.
   bool KeepsNormals() const { return !this->Turns; }
-  // How far the surface retreats, as a squared distance: the largest from an end of the edge, or
-  // from a vertex that faces it, to the new triangles. Quadrics do not notice this: the tip of a
-  // limb may retreat along the limb without leaving the planes. If no triangle is left: the longest
-  // side of the removed ones. A result of at most `enough` / `scale` need not be exact. The other
-  // arguments are those of Set.
+  // How far the surface retreats, as a squared distance: the largest distance to the new triangles
+  // from an end of the edge, or from a vertex that faces the edge. Quadrics do not notice this: the
+  // tip of a limb can retreat along the limb without leaving the planes. If no triangle is left, it
+  // is the longest side of the removed ones. A result of at most `enough` / `scale` need not be
+  // exact. The other arguments are those of Set.
   double SquaredRetreat(std::span<const Vec3> positions, const EdgeStar& star, VertexId u,
     VertexId v, double scale, double enough) const;
 

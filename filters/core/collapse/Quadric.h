@@ -15,8 +15,8 @@ namespace kdstream
 
 // Q(x) = x'Ax + 2 b'x + c, the sum of weight × squared distance over planes. With unit normals
 // trace A is the sum of the weights, so Q(x) / trace A is the mean squared distance. Coordinates
-// are relative to an origin that the caller chooses: near the points, or digits are lost. Real:
-// double, or Lanes for two forms at once, with the same bits.
+// are relative to an origin that the caller chooses: it must be near the points, otherwise digits
+// are lost. Real: double, or Lanes for two forms at once, with the same bits.
 template <class Real>
 struct QuadraticForm
 {
@@ -33,8 +33,8 @@ struct QuadraticForm
   // Never below 0.
   [[gnu::always_inline]] Real At(const std::array<Real, 3>& x) const;
   // The point that minimises Q(x) + regularisation × trace A × |x - start|²: it stays near `start`
-  // along directions that the planes do not determine. `start` itself if there are no planes, or
-  // the system cannot be solved.
+  // along directions that the planes do not determine. Returns `start` itself if there are no
+  // planes, or the system cannot be solved.
   [[gnu::always_inline]] std::array<Real, 3> Minimum(
     const std::array<Real, 3>& start, double regularisation) const;
 };
@@ -42,12 +42,13 @@ struct QuadraticForm
 struct Quadric : QuadraticForm<double>
 {
   void Add(const QuadraticForm& other);
-  // The plane of a triangle, weighted with its area. Nothing for a triangle without area.
+  // Adds the plane of a triangle, weighted with its area. Adds nothing for a triangle without area.
   void AddTriangle(const Vec3& p, const Vec3& q, const Vec3& r);
-  // The plane through the edge p q at a right angle to the triangle p q r, weighted with the edge's
-  // squared length: it keeps boundary edges in place. Nothing for a triangle without area.
+  // Adds the plane through the edge p q at a right angle to the triangle p q r, weighted with the
+  // edge's squared length. It keeps boundary edges in place. Adds nothing for a triangle without
+  // area.
   void AddBoundary(const Vec3& p, const Vec3& q, const Vec3& r);
-  // The plane through p with the unit normal n.
+  // Adds the plane through p with the unit normal n.
   void AddPlane(const Vec3& n, const Vec3& p, double weight);
 };
 
@@ -61,7 +62,7 @@ inline Vec3 FacingOf(const Vec3& normal, const Quadric& quadric)
   return squared >= least * least ? normal : Vec3{};
 }
 
-// Here to be inlined: edge collapse spends its time in them.
+// Defined here to be inlined, because edge collapse spends most of its time in these functions.
 
 inline void Quadric::Add(const QuadraticForm& other)
 {
@@ -137,7 +138,7 @@ inline std::array<Real, 3> QuadraticForm<Real>::Minimum(
   const std::array<Real, 3> x{ start[0] + (c00 * r[0] + c01 * r[1] + c02 * r[2]) / determinant,
     start[1] + (c01 * r[0] + c11 * r[1] + c12 * r[2]) / determinant,
     start[2] + (c02 * r[0] + c12 * r[1] + c22 * r[2]) / determinant };
-  // x - x is 0 for every finite number, and else NaN.
+  // x - x is 0 for every finite number, otherwise NaN.
   const auto solved = And(
     And(e > Real(0), x[0] - x[0] == Real(0)), And(x[1] - x[1] == Real(0), x[2] - x[2] == Real(0)));
   return { Select(solved, x[0], start[0]), Select(solved, x[1], start[1]),

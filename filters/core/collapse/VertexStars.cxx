@@ -57,7 +57,7 @@ void VertexStars::Gather(VertexId u, VertexId v, EdgeStar& star) const
     });
 }
 
-// Takes a corner of a triangle that has gone out of the list of its vertex.
+// Removes a corner of a removed triangle from its vertex's list.
 void VertexStars::Unlink(VertexId v, Corner corner)
 {
   const std::uint32_t left = --this->Degrees[v];

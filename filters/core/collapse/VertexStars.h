@@ -12,7 +12,7 @@
 namespace kdstream
 {
 
-// A corner of a triangle: 3 × triangle + place.
+// A corner of a triangle: 3 × triangle + index of the corner (0-2).
 using Corner = std::uint32_t;
 
 // A triangle around a vertex: its corner there, and the other two vertices, in the triangle's
@@ -33,30 +33,31 @@ struct EdgeStar
   };
 
   std::vector<StarSide> sides; // of the triangles at u, then of those at v
-  std::size_t ofU = 0;         // how many are u's
+  std::size_t ofU = 0;         // how many of `sides` are u's
   std::vector<Facing> facing;  // the third corner of each triangle that has both
 };
 
-// A list of corners for each vertex. Three different vertices a triangle; any triangles will do.
+// Keeps a list of corners for each vertex. A triangle has three different vertices; otherwise any
+// triangles are allowed.
 class VertexStars
 {
 public:
   VertexStars(std::vector<Triangle> triangles, std::size_t vertices);
 
   std::size_t TriangleCount() const { return this->Live; }
-  // Entries of lists passed by so far to take corners out.
+  // The number of list entries visited so far in order to remove corners.
   std::uint64_t Steps() const { return this->Passed; }
   // How many triangles a vertex has.
   std::uint32_t Degree(VertexId v) const { return this->Degrees[v]; }
   // Calls visit(side) for each triangle of a vertex.
   template <class Visit>
   void ForEachSide(VertexId v, const Visit& visit) const;
-  // Whether test(side) is true for a triangle of a vertex; looks no further then.
+  // Whether test(side) is true for any triangle of a vertex; stops at the first.
   template <class Test>
   bool AnySide(VertexId v, const Test& test) const;
-  // O(triangles of both).
+  // Finds the triangles around both ends of an edge. O(triangles of both).
   void Gather(VertexId u, VertexId v, EdgeStar& star) const;
-  // Moves v's triangles to u; removes those that have both u and v. star: what Gather found. Calls
+  // Moves v's triangles to u; removes those that have both u and v. star: from Gather. Calls
   // loose(vertex) for each vertex other than v that has lost its last triangle. O(triangles of u,
   // of v, and of the vertices that face the edge, at most manyTriangles of each).
   template <class Loose>
@@ -64,8 +65,9 @@ public:
 
 private:
   static constexpr Corner none = std::numeric_limits<Corner>::max();
-  // A vertex with more triangles than this keeps removed triangles in its list, as three times the
-  // same vertex: to remove each, the hub of a large fan would have to search its whole list.
+  // A vertex with more triangles than this keeps removed triangles in its list, with three equal
+  // corners. Otherwise the hub of a large fan would have to search its whole list for each removed
+  // triangle.
   static constexpr std::uint32_t manyTriangles = 1024;
 
   StarSide SideAt(Corner corner) const;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which pieces a cut takes, and which it would need: see Cut.h.
+// Which pieces a cut draws, and which it needs in addition: see Cut.h.
 #include "filters/core/drawing/Cut.h"
 
 #include <algorithm>
@@ -33,7 +33,7 @@ PieceId PieceAbove(Resolution resolution, PieceId id, const TreeDepths& depths)
     id.node >> (PieceDepth(id.resolution, depths) - PieceDepth(resolution, depths)) };
 }
 
-// Which pieces of level S and finer show anything.
+// Decides which pieces of level S and finer show anything.
 class FinePieces
 {
 public:
@@ -108,7 +108,7 @@ public:
   {
   }
 
-  // known: pieces that are needed anyway, and that need no others but these.
+  // known: pieces that are needed in any case, and need no pieces except each other.
   Closure Close(std::span<const PieceId> wanted, std::span<const PieceId> known)
   {
     std::copy_if(wanted.begin(), wanted.end(), std::inserter(this->Needed, this->Needed.end()),
@@ -132,7 +132,8 @@ public:
   }
 
 private:
-  // Coarser than R, and coarser than S, a finer level shows anything only as a whole: as the base.
+  // If the base is coarser than R and S, it cannot be mixed with a finer level: the finer level
+  // must become the base as a whole.
   void WantRoot()
   {
     const auto root = Resolution::Level(std::min(PreviewLevel(this->Depths), this->Depths.stitch));
@@ -152,7 +153,8 @@ private:
     }
   }
 
-  // Names the pieces in the nodes above: most of the needed parent vertices are in these.
+  // Adds the pieces of coarser levels in the nodes above the wanted pieces: most of the needed
+  // ancestors are in these.
   void NameAbove(const std::vector<PieceId>& wanted)
   {
     for (const PieceId id : wanted)
@@ -165,7 +167,8 @@ private:
     }
   }
 
-  // The pieces of level depth + 1 that hold the children of the clusters above the wanted pieces.
+  // Adds the pieces of level depth + 1 that hold the children of the ancestors, at level `depth`,
+  // of the wanted pieces' vertices. rows: from RowsOf.
   void FollowChildren(unsigned depth, const std::vector<std::span<const std::uint32_t>>& rows)
   {
     const std::size_t place = depth - PreviewLevel(this->Depths);
@@ -217,8 +220,8 @@ private:
     }
   }
 
-  // The ancestors of the own vertices of loaded wanted pieces; if these are finer than S, those of
-  // the clusters of level S.
+  // The ancestors of the own vertices of loaded wanted pieces; for pieces finer than S, the
+  // ancestors of the clusters of level S.
   std::vector<std::span<const std::uint32_t>> RowsOf(const std::vector<PieceId>& wanted) const
   {
     std::vector<std::span<const std::uint32_t>> rows;
@@ -244,8 +247,8 @@ private:
     return rows;
   }
 
-  // The lowest key that a vertex in a node may have at S or finer; for the node after the last of
-  // its depth, the key after all others.
+  // The lowest key that a vertex in a node can have at resolutions >= S. For the node after the
+  // last one of its depth: a key above all others.
   VertexKey FirstKey(NodeId node, unsigned depth) const
   {
     return VertexKey{ node - (NodeId{ 1 } << depth) } << (this->Depths.partition - depth + 32);
@@ -414,7 +417,7 @@ std::optional<ClusterOwners::Place> ClusterOwners::Find(unsigned level, VertexKe
     return {};
   }
   Owner& owner = this->Last[level];
-  if (rank - owner.first >= owner.count) // beyond the end where it is below
+  if (rank - owner.first >= owner.count) // if rank < first, the difference is huge
   {
     const auto above = this->Levels[level].upper_bound(rank);
     if (above == this->Levels[level].begin())

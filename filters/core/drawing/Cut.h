@@ -17,15 +17,17 @@
 namespace kdstream
 {
 
-// A base resolution for everything, and finer pieces that may be shown. Any set of pieces is a cut:
-//   1. Where all pieces of a finer resolution are active, the finest such resolution is the base.
-//   2. A cluster of a level R <= d < S that is reached (it is of the base, or its parent is split)
-//      is split if all pieces of level d + 1 that hold its children are active.
+// A base resolution for everything, and finer pieces that can be shown ("active"). Any set of
+// pieces is a cut:
+//   1. If all pieces of a finer resolution are active, the finest resolution of this kind is the
+//      base.
+//   2. A cluster is reached if it is of the base, or its parent is split. A reached cluster of a
+//      level R <= d < S is split if all pieces of level d + 1 that hold its children are active.
 //   3. Where a cluster of level S is reached, or the base is not coarser than S, each partition is
 //      shown at the finest active resolution >= S that covers it.
-//   4. Everything is shown at the finest node above it that is reached.
-// So pieces that are active but not reached show nothing: MakeClosure gives the pieces that are
-// needed to reach them. Below R levels are one piece each, so only rule 1 applies to them.
+//   4. Every original vertex is shown by the finest reached node above it.
+// So active pieces that are not reached show nothing: MakeClosure gives the pieces that are needed
+// to reach them. Levels coarser than R are one piece each, so only rule 1 applies to them.
 struct Cut
 {
   TreeDepths depths;
@@ -37,14 +39,14 @@ struct Cut
 // is not of this tree, or out of order. O(active).
 Status CheckCut(const Cut& cut);
 
-// The finest resolution all pieces of which are there (rule 1). O(active).
+// The finest resolution of which all pieces are active, or the cut's base (rule 1). O(active).
 Resolution BaseOf(const Cut& cut);
 
 // Finds a loaded piece, or null.
 using PieceLookup = std::function<const Piece*(PieceId)>;
 
-// The pieces that drawing needs, ascending: those of the base that show anything, and active ones.
-// O(active log active + partitions).
+// The pieces that drawing needs, ascending: the active ones, and those of the base that show
+// anything. O(active log active + partitions).
 std::vector<PieceId> PiecesOf(const Cut& cut);
 // The needed pieces that `lookup` does not find, ascending.
 std::vector<PieceId> MissingPieces(const Cut& cut, const PieceLookup& lookup);
@@ -53,21 +55,22 @@ std::vector<PieceId> MissingPieces(const Cut& cut, const PieceLookup& lookup);
 // base that is loaded.
 struct Closure
 {
-  std::vector<PieceId> pieces;  // ascending: what is known to be needed, the wanted ones too
+  std::vector<PieceId> pieces;  // ascending: all that are known to be needed, including the wanted
   std::vector<PieceId> missing; // needed pieces that are not loaded, ascending
 };
 
-// The pieces that show all vertices of the wanted pieces at these pieces' resolution or finer. Only
-// loaded pieces say which child pieces their clusters have: so call this again when the `missing`
-// pieces have arrived, until none is missing. Then `pieces` are the active pieces of a cut. base:
-// BaseOf the cut. wanted: in any order; those that are not finer than the base cost nothing. O(v
-// log v) for v vertices of the wanted pieces, a wanted piece finer than S counts with the vertices
-// of level S.
+// The pieces that are needed to show all vertices of the wanted pieces at these pieces' resolution
+// or finer. Only a loaded piece says which child pieces its clusters have. So call this again when
+// the `missing` pieces have arrived, until none is missing. Then `pieces` are the active pieces of
+// a cut. base: BaseOf the cut. wanted: in any order; pieces that are not finer than the base are
+// ignored. O(v log v) for v vertices of the wanted pieces; for a piece finer than S, the vertices
+// of level S count.
 Closure MakeClosure(const TreeDepths& depths, Resolution base, std::span<const PieceId> wanted,
   const PieceLookup& lookup);
 
-// The same, called repeatedly. Remembers the closure of each wanted piece for which nothing was
-// missing; it does not change any more. So only the other pieces are processed again.
+// For making closures repeatedly. Remembers the closure of each wanted piece once nothing is
+// missing for it, because it does not change any more. So only the other pieces are processed
+// again.
 class Closures
 {
 public:
@@ -80,7 +83,7 @@ private:
   std::map<PieceId, std::vector<PieceId>> Whole; // by wanted piece
 };
 
-// The own vertex of a piece >= S whose interval holds `key`, or noVertex. O(log).
+// The own vertex whose interval holds `key`, in a piece of a resolution >= S; or noVertex. O(log).
 std::uint32_t IntervalOf(const Piece& piece, VertexKey key);
 
 // Finds clusters of levels coarser than S among the own vertices of pieces.
@@ -90,13 +93,14 @@ public:
   // An own vertex of a piece that was added.
   struct Place
   {
-    std::size_t piece = 0; // its number
+    std::size_t piece = 0; // the number given to Add
     std::uint32_t vertex = 0;
   };
 
   // REQUIRES: a piece of a level coarser than S.
   void Add(const Piece& piece, std::size_t number);
-  // Nothing where no piece owns the cluster. O(log pieces), O(1) where the last one found owns it.
+  // No value if no piece owns the cluster. O(log pieces), or O(1) if the piece that was found last
+  // owns it.
   std::optional<Place> Find(unsigned level, VertexKey rank);
 
 private:
@@ -107,7 +111,7 @@ private:
     std::size_t number = 0;
   };
   std::vector<std::map<VertexKey, Owner>> Levels; // by first rank
-  std::vector<Owner> Last;                        // found, of each level
+  std::vector<Owner> Last;                        // the last one found, for each level
 };
 
 }

@@ -13,7 +13,7 @@ namespace
 
 using Geomorph = std::shared_ptr<const PartGeomorph>;
 
-// The geomorph of a part that is drawn anew. Points without a known parent do not move.
+// The geomorph of a part that is rebuilt. Points without a known parent do not move.
 Geomorph GeomorphOf(
   const DrawnSurface::Part& part, const DrawnSurface& before, const ParentPoints& parents)
 {
@@ -32,8 +32,8 @@ Geomorph GeomorphOf(
   return moves ? std::make_shared<const PartGeomorph>(std::move(geomorph)) : nullptr;
 }
 
-// The geomorph of a part that stays. Only its normals change, because triangles beside it have
-// changed.
+// The geomorph of a part that is not rebuilt. Only its normals change, because triangles beside it
+// have changed.
 Geomorph GeomorphOfNormals(const DrawnSurface::Part& part, const DrawnSurface& before)
 {
   const auto& parts = before.Parts();

@@ -14,16 +14,16 @@
 namespace kdstream
 {
 
-// How a part looked in the previous surface, for renderers that animate the change (geomorph): for
-// each of its points the position and normal (of any length) of its parent vertex, which showed it
-// before (SurfaceParts::Parents).
+// How a part looked in the previous surface, for renderers that animate the change (geomorph). For
+// each point of the part: the position and normal (of any length) of the parent vertex that showed
+// it before (SurfaceParts::Parents).
 struct PartGeomorph
 {
   std::vector<Vec3> points, normals;
 };
 
-// Immutable. If parts and normals are the same objects as in an earlier surface, they need not be
-// drawn anew.
+// Immutable. If a part and its normals are the same objects as in an earlier surface, the renderer
+// need not rebuild them.
 class DrawnSurface
 {
 public:
@@ -31,7 +31,7 @@ public:
   {
     std::shared_ptr<const SurfacePart> part;
     PartNormals::Normals normals;
-    std::shared_ptr<const PartGeomorph> geomorph; // null where nothing moves
+    std::shared_ptr<const PartGeomorph> geomorph; // null if nothing moves
     bool LooksLike(const Part& other) const
     {
       return this->part == other.part && this->normals == other.normals;
@@ -53,7 +53,7 @@ public:
   std::size_t TriangleCount() const { return this->Triangles; }
   bool HasGeomorphs() const;
 
-  // All parts in one (MergeParts), made when it is asked for first. Threads: one at a time.
+  // All parts in one (MergeParts). Made at the first call. Threads: one at a time.
   const Surface& Whole() const;
 
 private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Points of the surface before: see ParentSurface.h.
+// Finds points of the previous surface: see ParentSurface.h.
 #include "filters/core/drawing/ParentSurface.h"
 
 #include <algorithm>
@@ -53,8 +53,8 @@ std::optional<ParentPoint> ParentSurface::FindAbove(
   return found;
 }
 
-// If the cluster of level S is not known: the lowest key that may be below it, or one after all
-// keys.
+// Used if a vertex's cluster of level S is not known: the lowest key that can belong to this
+// cluster. If the surface has coarser parts, a key above all keys, so that nothing is found.
 VertexKey ParentSurface::LeastOf(VertexKey key) const
 {
   const bool anyCoarser = !this->Parts.empty() && this->Parts.front()->piece.resolution <
@@ -76,8 +76,8 @@ std::optional<ParentPoint> ParentSurface::LastUpTo(
                static_cast<std::uint32_t>(place - sources.begin() - 1) });
 }
 
-// The cluster of a resolution from S on whose interval contains a key. Clusters below another
-// cluster of level S, with keys less than `least`, do not count.
+// The cluster of a resolution >= S whose interval contains a key. Clusters with keys below `least`
+// belong to another cluster of level S, and do not count.
 std::optional<ParentPoint> ParentSurface::FindInterval(
   Resolution resolution, VertexKey key, VertexKey least) const
 {
@@ -87,7 +87,7 @@ std::optional<ParentPoint> ParentSurface::FindInterval(
   return found && (*part)->surface.sources[found->point].key >= least ? found : std::nullopt;
 }
 
-// The cluster of a level below S. Ranks go up from piece to piece.
+// The cluster of a level coarser than S. Ranks ascend from piece to piece.
 std::optional<ParentPoint> ParentSurface::FindRank(unsigned level, VertexKey rank) const
 {
   const Resolution resolution = Resolution::Level(level);

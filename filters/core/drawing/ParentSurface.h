@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which points of a surface stood for vertices that came after it: only for SurfaceParts.cxx.
+// Finds which point of an earlier surface stood for a vertex of a later one. Only for
+// SurfaceParts.cxx.
 #pragma once
 
 #include "filters/core/drawing/SurfaceParts.h"
@@ -11,7 +12,7 @@
 namespace kdstream
 {
 
-// What is known of the nodes above a vertex.
+// What is known of a vertex's ancestors.
 struct Lineage
 {
   // The key of the vertex's cluster of level S, or its own key.
@@ -19,7 +20,7 @@ struct Lineage
   std::span<const std::uint32_t> ranks; // at the levels R … S - 1, R first
 };
 
-// If pieces contradict each other, it may find any point.
+// If pieces contradict each other, any point may be found.
 class ParentSurface
 {
 public:
@@ -30,10 +31,10 @@ public:
   {
   }
 
-  // An own vertex of a piece, where it was shown itself. O(log points).
+  // The point of an own vertex of a piece, if the vertex itself was shown. O(log points).
   std::optional<ParentPoint> Find(PieceId piece, std::uint32_t vertex) const;
-  // The vertex itself if it was shown, else the finest node above it that was shown. O(log points)
-  // for each level.
+  // The point of the vertex itself if it was shown, otherwise of the finest ancestor that was
+  // shown. O(log points) for each level.
   std::optional<ParentPoint> FindAbove(const Surface::Source& vertex, const Lineage& lineage) const;
 
 private:

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Normals, part by part: see PartNormals.h.
-//   1. For each part that differs: sum the triangles' area vectors at its points, also at borrowed
-//      ones.
-//   2. Own points of these parts, and of the parts that own their borrowed points: sum what all
-//      parts have.
+//   1. For each part that differs: sum the triangles' area vectors at its points, including
+//      borrowed ones.
+//   2. For own points of these parts, and of the parts from which they borrow points: add the sums
+//      of all parts.
 //   3. Borrowed points get the sums of their owners.
 #include "filters/core/drawing/PartNormals.h"
 
@@ -34,8 +34,8 @@ void ForEachLender(const SurfacePart& part, const Visit& visit)
   }
 }
 
-// Calls visit(own, borrowed) for each point of [begin, end) that `part` borrows and `owner` shows,
-// with its numbers in both. Both ascend.
+// Calls visit(own, borrowed) for each point of [begin, end) that `part` borrows and `owner` shows:
+// the point's numbers in both parts. Both ascend.
 template <class Visit>
 void ForEachLent(const SurfacePart& owner, const SurfacePart& part, std::size_t begin,
   std::size_t end, const Visit& visit)
@@ -93,8 +93,8 @@ void PartNormals::GoTo(const SurfacePartList& parts)
   }
 }
 
-// Which sums may change: those of own points of parts that differ from before, and of parts that
-// own points borrowed by them, now or before.
+// Marks the parts whose sums may change: parts that differ from before, and parts from which these
+// borrow points, now or before.
 void PartNormals::TakeParts(const SurfacePartList& parts)
 {
   std::vector<std::unique_ptr<Known>> before = std::exchange(this->Numbered, {});
@@ -174,7 +174,8 @@ void PartNormals::SumUp(Known& known)
   known.own = std::move(own);
 }
 
-// The normals of all points of a part: those of before where neither own nor borrowed ones differ.
+// The normals of all points of a part; the previous object if neither own nor borrowed ones have
+// changed.
 PartNormals::Normals PartNormals::Spread(const Known& known) const
 {
   const SurfacePart& part = *known.part;

@@ -22,10 +22,10 @@ class PartNormals
 public:
   using Normals = std::shared_ptr<const std::vector<Vec3>>; // one a point of the part
 
-  // Updates the normals to these parts. Normals that do not change stay the same object. The result
-  // depends only on the parts, not on earlier ones. O(points + triangles) of the parts that differ
-  // and of their neighbours, and O(log) for each other part. REQUIRES: triangles name points of
-  // their part.
+  // Updates the normals for these parts. Normals that do not change stay the same object. The
+  // result depends only on the parts, not on earlier ones. O(points + triangles) of the parts that
+  // differ and of their neighbours, and O(log) for each other part. REQUIRES: triangles name points
+  // of their part.
   void GoTo(const SurfacePartList& parts);
 
   // In the order of the parts.
@@ -35,12 +35,12 @@ private:
   struct Known // of one part
   {
     std::shared_ptr<const SurfacePart> part;
-    std::vector<Vec3> given;             // to each of its points, by its own triangles
-    std::vector<const Known*> borrowers; // of its points, in the order of the parts
-    std::vector<Vec3> own;               // the new sums of the own points, until all are spread
+    std::vector<Vec3> given;             // what the part's triangles add at each of its points
+    std::vector<const Known*> borrowers; // parts that borrow its points, in their order
+    std::vector<Vec3> own;               // the own points' new sums, until passed to all borrowers
     bool isNew = true;
-    bool due = true;         // the sums may have changed,
-    bool ownChanged = false; // they have changed, or belong to other points
+    bool due = true;         // whether the sums may have changed
+    bool ownChanged = false; // whether they have changed, or belong to other points
     Normals normals;
 
     Vec3 SumOf(std::size_t ownPoint) const

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Vertices and the nodes of a cut above them: see ShownVertices.h.
+// Finds the nodes of a cut above vertices: see ShownVertices.h.
 #include "filters/core/drawing/ShownVertices.h"
 
 #include <algorithm>
@@ -11,7 +11,7 @@ namespace kdstream
 namespace
 {
 
-// In the order of pieces.
+// A number for a piece, in the order of pieces.
 std::uint64_t KeyOf(PieceId id)
 {
   const unsigned resolution =
@@ -62,7 +62,8 @@ void ShownVertices::GoTo(const Cut& cut, std::vector<const Piece*> pieces)
   {
     this->Ids.clear();
   }
-  // Pieces that are active now or were, but not both, and then those that show other own vertices.
+  // Pieces that were added to or removed from the active ones; later also pieces that show other
+  // own vertices than before.
   Keys changes = Differences(cut.active, this->C.active);
   this->C = cut;
   this->Base = base;
@@ -112,7 +113,8 @@ void ShownVertices::TakePieces(std::vector<const Piece*> pieces)
   }
 }
 
-// Goes through the own vertices; whether any of them is shown by another resolution than before.
+// Processes the own vertices; returns whether any of them is shown by another resolution than
+// before.
 bool ShownVertices::AskOwn(const Piece& piece, Known& known)
 {
   bool changed = known.shown.empty();
@@ -127,7 +129,7 @@ bool ShownVertices::AskOwn(const Piece& piece, Known& known)
   return changed;
 }
 
-// The same with the ghosts.
+// The same for the ghosts.
 bool ShownVertices::AskGhosts(const Piece& piece, Known& known)
 {
   bool changed = false;
@@ -141,8 +143,8 @@ bool ShownVertices::AskGhosts(const Piece& piece, Known& known)
   return changed;
 }
 
-// Also the pieces that may have to be active: those that clusters reach, and those that cover
-// partitions.
+// The pieces that were consulted since the last call. Includes pieces that matter only if they
+// become active: those that hold children of clusters, and those that cover partitions.
 ShownVertices::Keys ShownVertices::TakeAsked(const Piece& piece)
 {
   Keys asked = std::exchange(this->AskedPieces, {});
@@ -171,7 +173,8 @@ ShownVertices::Keys ShownVertices::TakeAsked(const Piece& piece)
   return asked;
 }
 
-// Where an own vertex of another piece is shown, which is noted.
+// The resolution at which an own vertex of another piece is shown. Notes that this piece was
+// consulted.
 Resolution ShownVertices::ShownAtPlace(const Place& place)
 {
   const std::uint64_t key = KeyOf(this->Ids[place.piece]);
@@ -182,7 +185,7 @@ Resolution ShownVertices::ShownAtPlace(const Place& place)
   return this->Numbered[place.piece]->shown[place.vertex];
 }
 
-// The finest ancestor of a vertex whose piece takes part.
+// Looks for the finest ancestor of a vertex whose piece is in the cut.
 ShownVertices::Ancestry ShownVertices::Ask(const Piece& piece, std::uint32_t v)
 {
   const auto row = piece.AncestorsOf(v, this->C.depths);
@@ -244,7 +247,8 @@ Resolution ShownVertices::ShownGhost(const Piece& piece, std::uint32_t v)
                                                                        : ancestry.shown;
 }
 
-// For a reached own vertex of a level below S: whether the pieces of all its children are loaded.
+// For a reached own vertex of a level coarser than S: whether the pieces of all its children are
+// active.
 bool ShownVertices::IsSplit(const Piece& piece, std::uint32_t v) const
 {
   if (piece.childBegin.empty())
@@ -260,7 +264,8 @@ bool ShownVertices::IsSplit(const Piece& piece, std::uint32_t v) const
     });
 }
 
-// Where clusters of level S are reached, or nothing is coarser.
+// For vertices in places where clusters of level S are reached, or where nothing coarser than S is
+// shown.
 Resolution ShownVertices::InPartition(const Piece& piece, std::uint32_t v)
 {
   const std::uint32_t partition = PartitionOfKey(piece.keys[v]);
@@ -356,7 +361,7 @@ std::optional<ShownVertices::Place> ShownVertices::NodeAbove(std::size_t i, std:
   return place < row.size() ? this->Owners.Find(shown.Depth(), row[place]) : std::nullopt;
 }
 
-// For own vertices finer than S, their cluster of level S knows the ancestors.
+// For own vertices finer than S, the ancestors come from their cluster of level S.
 Lineage ShownVertices::LineageOf(std::size_t i, std::uint32_t v)
 {
   const Piece& piece = *this->All[i];

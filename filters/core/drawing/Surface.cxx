@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The drawing rule: see Surface.h. How it goes: SurfaceParts.cxx.
+// The drawing rule: see Surface.h. Implemented in SurfaceParts.cxx.
 #include "filters/core/drawing/Surface.h"
 
 #include "filters/core/drawing/SurfaceParts.h"

@@ -28,8 +28,8 @@ struct Surface
   };
   std::vector<Vec3> points;        // every vertex of the cut, piece by piece
   std::vector<Source> sources;     // one a point
-  std::vector<Triangle> triangles; // sorted, lowest index first; one kept of each orientation
-  // The point arrays that every piece with a point here has, a tuple a point.
+  std::vector<Triangle> triangles; // sorted, lowest index first; of equal ones, one per orientation
+  // The point arrays that all pieces with a point here have; one tuple for each point.
   std::vector<Attribute> attributes{};
 };
 
@@ -37,7 +37,8 @@ struct Surface
 // 1. A piece's triangle is drawn if at least one of its vertices is itself in the cut and none lies
 //    above the cut.
 // 2. Each of its other vertices is moved up to its node in the cut.
-// 3. Degenerate triangles are dropped. Of triangles that coincide one is kept of each orientation.
+// 3. Degenerate triangles are dropped. Of triangles that coincide, one is kept for each
+//    orientation.
 //
 // Complexity O(T log T) for T triangles in the pieces used, in practice nearly O(T). Errors: those
 // of CheckCut; NotFound if MissingPieces is not empty. If pieces contradict each other (CheckPiece

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The drawing rule, part by part: see SurfaceParts.h.
-//   1. The cut's pieces (Cut.h), and where the cut shows their vertices (ShownVertices.h).
+//   1. Find the cut's pieces (Cut.h), and where the cut shows their vertices (ShownVertices.h).
 //   2. For each piece that has changed, find the points that it shows: own vertices in the cut.
 //   3. Draw each of its triangles whose finest corner is one of these points. The other corners
-//      move up to their nodes of the cut, mostly points of other pieces (borrowed points).
+//      move up to the nodes of the cut above them, mostly points of other pieces (borrowed points).
 #include "filters/core/drawing/SurfaceParts.h"
 
 #include "filters/core/SortTriangles.h"
@@ -22,9 +22,10 @@ namespace
 
 constexpr auto stayed = static_cast<std::size_t>(-1);
 
-// The triangles in ascending order, each once. The lowest index of a triangle comes first, and few
-// triangles share it. So triangles go into a bucket for each lowest index, and only two or three
-// must be sorted in a bucket. O(triangles + points), unless some points have very many triangles.
+// The triangles in ascending order, without duplicates. A triangle has its lowest index first, and
+// few triangles share this index. So there is a bucket for each lowest index, in which only two or
+// three triangles must be sorted. O(triangles + points), unless some points have very many
+// triangles.
 std::vector<Triangle> SortedWithoutRepeats(
   const std::vector<Triangle>& triangles, std::size_t points)
 {
@@ -72,7 +73,7 @@ public:
   {
   }
 
-  // Null where the piece shows nothing.
+  // Null if the piece shows nothing.
   std::shared_ptr<const SurfacePart> Draw()
   {
     this->Part.piece = this->P.id;
@@ -115,8 +116,9 @@ private:
     this->Part.surface.sources.push_back({ piece.id.resolution, piece.keys[vertex] });
   }
 
-  // By the numbers of the piece's vertices. The corners that are in the cut themselves are the
-  // finest ones; triangles of the same image are also in the pieces that own the other corners.
+  // The triangles to draw, with the numbers of the piece's vertices. The corners that are in the
+  // cut themselves are the finest ones. Pieces that own the other corners have triangles with the
+  // same image too.
   std::vector<Triangle> DrawnTriangles() const
   {
     std::vector<Triangle> drawn;
@@ -179,15 +181,15 @@ private:
     }
   }
 
-  // The node that shows a vertex: the number of its piece, and that of the own vertex, so that the
-  // order is that of pieces. No other piece shows an own point: if one is found on the way up, the
-  // search ends.
+  // The node that shows a vertex: the number of the node's piece, then of its own vertex there, so
+  // that nodes are ordered by pieces. If the node is one of this part's own points, sets PointOf
+  // and returns noNode, because nothing is borrowed.
   std::uint64_t NodeOf(VertexId corner)
   {
     const auto node = this->View.NodeAbove(this->Number, corner);
     if (!node || !this->View.IsInCut(node->piece, node->vertex))
     {
-      return noNode; // the latter where pieces contradict each other
+      return noNode; // not in the cut: only if pieces contradict each other
     }
     if (node->piece == this->Number)
     {
@@ -199,7 +201,8 @@ private:
 
   const Piece& LenderOf(std::uint64_t node) const { return *this->View.Pieces()[node >> 32]; }
 
-  // Moved, without those that have become degenerate, one of each that fall together.
+  // Adds the triangles with their corners moved up: no degenerate ones, and only one of triangles
+  // that coincide.
   void AddTriangles(const std::vector<Triangle>& drawn)
   {
     std::vector<Triangle> triangles;
@@ -217,7 +220,7 @@ private:
       SortedWithoutRepeats(triangles, this->Part.surface.points.size());
   }
 
-  // Finds each triangle of the piece again among those of the part: what it has become.
+  // Finds for each triangle of the piece the triangle of the part that it has become.
   void AddCorners()
   {
     const std::vector<Triangle>& all = this->Part.surface.triangles; // ascending
@@ -240,7 +243,8 @@ private:
     }
   }
 
-  // The point arrays that all pieces have whose points are here, tuples in the order of the points.
+  // Adds the point arrays that all pieces with points in this part have, with tuples in the order
+  // of the points.
   void AddAttributes()
   {
     for (const Attribute& array : this->P.attributes)
@@ -287,7 +291,7 @@ private:
   const bool KeepsCorners;
   SurfacePart Part;
   std::vector<VertexId> PointOf;   // of each vertex of the piece, or noVertex
-  std::vector<std::uint64_t> Lent; // of each borrowed point, what NodeOf tells
+  std::vector<std::uint64_t> Lent; // NodeOf each borrowed point
 };
 
 Result<std::vector<const Piece*>> FindPieces(const Cut& cut, const PieceLookup& lookup)
@@ -307,7 +311,7 @@ Result<std::vector<const Piece*>> FindPieces(const Cut& cut, const PieceLookup& 
   return pieces;
 }
 
-// The numbers of parts' points in the whole surface.
+// The numbers that the points of parts have in the whole surface.
 class PointNumbers
 {
 public:
@@ -353,10 +357,10 @@ private:
   }
 
   const SurfacePartList& Parts;
-  std::vector<VertexId> First; // point of each
+  std::vector<VertexId> First; // first point of each part
 };
 
-// The arrays that all parts have, tuples of own points.
+// The arrays that all parts have, with the tuples of own points.
 std::vector<Attribute> MergeAttributes(const SurfacePartList& parts)
 {
   std::vector<Attribute> merged;

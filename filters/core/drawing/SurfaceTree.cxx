@@ -11,7 +11,8 @@ namespace
 
 constexpr std::size_t mostInLeaf = 8;
 
-// Twice or thrice the middle of a triangle or point along an axis, in an order that any number has.
+// A sort key along an axis: the coordinate of a point, or three times that of a triangle's centre.
+// Values that are not finite come first.
 double PlaceOf(const Surface& surface, std::uint32_t i, std::size_t axis)
 {
   double sum = 0;

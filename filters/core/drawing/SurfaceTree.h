@@ -13,24 +13,24 @@
 namespace kdstream
 {
 
-// The box of the triangles of a surface, or, where it has none, of its points. O(n).
+// The box of the triangles of a surface, or of its points if it has no triangles. O(n).
 Box BoundsOf(const Surface& surface);
 
 // A tree of boxes over the triangles of a surface, or over its points if it has no triangles. A
 // node is halved at the median of its triangles' centres, along the longest side of the centres'
-// box, until at most eight are left. O(n log n) to make; 16 to 28 bytes a triangle. The surface is
-// not kept.
+// box, until at most eight are left. Construction takes O(n log n); memory 16 to 28 bytes a
+// triangle. Keeps no reference to the surface.
 class SurfaceTree
 {
 public:
   explicit SurfaceTree(const Surface& surface);
 
-  // The box of all of them; empty where there are none.
+  // The box of all triangles or points; empty if there are none.
   const Box& Bounds() const { return this->Boxes[1]; }
 
-  // Visits the tree, the nearer child first. enter(box): a lower bound for the distance of anything
-  // in a box, or infinity to skip it; called again before the farther child is entered. visit(i):
-  // called for a triangle or point.
+  // Visits the tree, the nearer child first. enter(box) returns a lower bound for the distance of
+  // anything in the box, or infinity to skip it; it is called again before the farther child is
+  // entered. visit(i) is called for each triangle or point that is reached.
   template <class Enter, class Visit>
   void Walk(const Enter& enter, const Visit& visit) const
   {

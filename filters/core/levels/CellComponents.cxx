@@ -10,7 +10,8 @@ namespace kdstream
 namespace
 {
 
-// Beyond this number of components the smallest join at once: trying all pairs would take too long.
+// If there are more components than this, the smallest are joined at once: trying all pairs would
+// take too long.
 constexpr std::size_t mostPairs = 16;
 
 Vec3 MeanOf(const CellComponent& component)
@@ -30,7 +31,7 @@ void JoinComponent(std::vector<CellComponent>& components, std::size_t from, std
   }
 }
 
-// All but the largest `most` components join the nearest of these. separate: places in
+// All but the `most` largest components join the nearest of these. separate: places in
 // `components`, ascending.
 void JoinSmallest(
   std::vector<CellComponent>& components, std::vector<std::size_t>& separate, std::size_t most)

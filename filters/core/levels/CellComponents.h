@@ -14,9 +14,9 @@
 namespace kdstream
 {
 
-inline constexpr std::size_t mostCellComponents = 4; // a cell
+inline constexpr std::size_t mostCellComponents = 4; // per cell
 
-// A component of one cell until it is known which stay clusters of their own.
+// A component of one cell, before it is decided which components become clusters of their own.
 struct CellComponent
 {
   std::uint64_t count = 0; // original vertices
@@ -25,11 +25,11 @@ struct CellComponent
   std::size_t joined = 0; // the component that this one is joined to
 };
 
-// Joins components of one cell until at most four are left. First joins all components
-// without triangles. If more than 16 are left, each of the smaller ones joins the nearest of the 16
-// largest. Then, until four are left, one of the smallest components joins another one: the pair
-// with the least distance. Distances are between means; among equals the lowest vertex decides.
-// `components` are ordered by lowest vertex.
+// Joins components of one cell until at most four are left. First joins all components without
+// triangles. If more than 16 are left, each of the smaller ones joins the nearest of the 16
+// largest. Then, until four are left, one of the smallest components joins another one: of these
+// pairs, the one with the least distance. Distances are between means; among equals the lowest
+// vertex decides. `components` are ordered by lowest vertex.
 void LimitComponents(std::vector<CellComponent>& components);
 
 // Groups the members of one cell into clusters. members: ordered by lowest original vertex.

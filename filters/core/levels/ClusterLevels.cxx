@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Levels by clustering: see ClusterLevels.h.
 //   1. The finest level: FinestClusters.h.
-//   2. The pairs of clusters that are linked only by collapsed triangles.
+//   2. The pairs of clusters that only collapsed triangles link.
 //   3. Each coarser level in the same way from the level below it: ClusterRound.h.
 #include "filters/core/levels/ClusterLevels.h"
 
@@ -87,7 +87,7 @@ std::vector<Triangle> ImageInPartitions(std::span<const Triangle> triangles,
 std::vector<Triangle> ImageOfTriangles(
   std::span<const Triangle> triangles, std::span<const VertexId> map, const Execution& execution)
 {
-  // Each chunk maps its own; then all are sorted.
+  // Each chunk maps its own triangles; then all are sorted.
   constexpr std::size_t chunk = std::size_t{ 1 } << 16;
   const std::size_t chunks = (triangles.size() + chunk - 1) / chunk;
   std::vector<std::vector<Triangle>> images(chunks);

@@ -60,10 +60,10 @@ private:
     }
   }
 
-  // Numbers of the level.
+  // a, b: numbers in the level.
   void JoinInCell(VertexId a, VertexId b)
   {
-    a -= this->Below.first; // beyond all clusters where it was below the first one
+    a -= this->Below.first; // huge if it was below the first one
     b -= this->Below.first;
     if (a < this->Root.size() && b < this->Root.size() && this->CellOf(a) == this->CellOf(b))
     {
@@ -96,7 +96,7 @@ private:
     }
   }
 
-  // members: those of a cell, by lowest original vertex.
+  // members: the clusters of a cell, by lowest original vertex.
   void AddCell(std::span<const VertexId> members, std::vector<VertexId>& parents)
   {
     const std::size_t offset = this->Coarser.clusters.size();

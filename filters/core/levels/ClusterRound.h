@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Makes a level by clusters from the next finer one: whole, or the part in some cells of the tree.
-// Only for the makers of levels.
+// Makes a level by clustering the next finer one: the whole level, or its part in some cells of the
+// tree. Only for the makers of levels.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -17,8 +17,8 @@
 namespace kdstream
 {
 
-// Consecutive clusters of a level: all that some cells hold. Links between them, and to clusters of
-// other cells, use numbers of the level.
+// Consecutive clusters of a level: all clusters of some cells. Links between them, and to clusters
+// of other cells, use the numbers that clusters have in the level.
 struct ClusterPart
 {
   std::span<const ClusterSum> clusters;
@@ -26,7 +26,7 @@ struct ClusterPart
   VertexId first = 0;                    // the number of the first cluster
   // All triangles that touch one of the clusters, perhaps more.
   std::span<const Triangle> triangles;
-  // Pairs of clusters that only collapsed triangles, or coincident vertices, tie together.
+  // Pairs of clusters that are connected only by collapsed triangles or coincident vertices.
   std::span<const Link> links;
 };
 
@@ -38,16 +38,17 @@ struct ClusterRules
   Vec3 origin{};       // of the sums
 };
 
-// The clusters of level `depth`, without triangles, from those of level depth + 1: inside each cell
-// the connected clusters join, so that at most four are left (CellComponents.h), or one without
-// components. Numbered by (cell, lowest original vertex); sums go over children by lowest original
-// vertex. parents: for each cluster its place among the coarser ones. REQUIRES: no cell of `depth`
-// is cut. O(c log c + t).
+// Makes the clusters of level `depth`, without triangles, from those of level depth + 1. Inside
+// each cell connected clusters are joined, and at most four clusters are left (CellComponents.h);
+// one if rules.options.byComponents is false. Clusters are ordered by (cell, lowest original
+// vertex); sums go over children by lowest original vertex. parents: for each cluster of `below`
+// the place of its parent in the result. REQUIRES: `below` holds whole cells of `depth`. O(c log c
+// + t).
 CollapseState MakeCoarserClusters(const ClusterPart& below, unsigned depth,
   const ClusterRules& rules, std::vector<VertexId>& parents, const Execution& execution);
 
-// Appends the link that remains of a triangle with exactly two different corners. A link is mapped
-// like such a triangle.
+// If a triangle has exactly two different corners, appends the link between them, which is all that
+// remains of it. A link is mapped like such a triangle.
 inline void AppendLinkOf(const Triangle& t, std::vector<Link>& links)
 {
   const VertexId other = t[0] == t[1] ? t[2] : t[1];
@@ -62,10 +63,11 @@ inline Triangle CollapsedTriangleOf(const Link& link)
   return { link.first, link.first, link.second };
 }
 
-// In order, each once. O(l log l).
+// Sorts links and removes duplicates. O(l log l).
 void SortLinks(std::vector<Link>& links);
 
-// The links between the images of the ends of triangles' edges and links. O(l log l).
+// The links at the next coarser level: those that remain of triangles whose image has exactly two
+// different corners, and the images of links between two different clusters. O(l log l).
 std::vector<Link> ImageOfLinks(
   std::span<const Triangle> triangles, std::span<const Link> links, std::span<const VertexId> map);
 

@@ -54,8 +54,8 @@ Vec3 ClusterSum::Represent(Representative representative, const Vec3& origin) co
   if (representative == Representative::Quadric)
   {
     x = this->quadric.Minimum(x, regularisation);
-    // Each step leaves a thousandth of the way to the planes, so that corners of the boundary are
-    // met.
+    // Each step leaves a thousandth of the way to the planes; several steps reach the corners of
+    // the boundary.
     for (unsigned i = 0; boundary && i < 3; ++i)
     {
       x = this->quadric.Minimum(x, regularisation);

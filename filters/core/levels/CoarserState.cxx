@@ -15,7 +15,7 @@ namespace
 
 constexpr std::size_t stateGrain = 1 << 14;
 
-// Positions, geometric errors and lowest vertices.
+// Sets positions, geometric errors and lowest vertices.
 void Place(const CollapseState& below, const Merging& merging, const CollapseSpace& space,
   Representative representative, std::span<const VertexId> standing, CollapseState& state,
   const Execution& execution)
@@ -57,8 +57,8 @@ Vec3 LightOf(const VertexColor& color)
   return { linear[color[0]], linear[color[1]], linear[color[2]] };
 }
 
-// Collects the colour of a coarser cluster, in linear light: what each triangle of its children
-// says about its place, and the children's own colours.
+// Computes the colour of a coarser cluster, in linear light, from the colours that the triangles of
+// its children have at its position. Children's colours limit the result.
 class MergedColor
 {
 public:
@@ -80,7 +80,7 @@ public:
       this->Area += light.area;
     }
   }
-  // Between the children's; their mean where no triangle is.
+  // Clamped to the range of the children's colours; their mean if there are no triangles.
   VertexColor Color() const
   {
     VertexColor color{};
@@ -102,8 +102,8 @@ private:
   double Area = 0;
 };
 
-// The colours of a coarser level's clusters, whose positions are known, from those of the level
-// below. parents: of each own cluster.
+// The colours of a coarser level's clusters, whose positions are known, from the colours of the
+// level below. parents: the parent of each own cluster.
 std::vector<VertexColor> CoarserVertexColors(const CollapseState& below, const CollapseSpace& space,
   std::span<const VertexId> parents, const ClusterLevel& coarser)
 {

@@ -47,7 +47,7 @@ void JoinCoincidentClusters(FinestClusters& finest, unsigned cellsBelowPartition
     return;
   }
   const std::vector<VertexId> targets = TargetsOf(finest, cellsBelowPartition);
-  // Number of clusters that stay before each cluster.
+  // For each cluster, the number of clusters before it that stay.
   std::vector<VertexId> number(targets.size() + 1, 0);
   for (VertexId c = 0; c < targets.size(); ++c)
   {

@@ -23,7 +23,7 @@ bool IsVertexColors(const AttributeInfo& attribute)
   return RoleOf(attribute) == AttributeRole::Colors;
 }
 
-// Adds up values with weights, and divides.
+// Weighted means: adds up weighted values, then divides.
 class WeightedMeans
 {
 public:

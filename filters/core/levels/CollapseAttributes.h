@@ -4,7 +4,7 @@
 // A level has the colours of the mesh's first array of colours (RoleOf), red, green and blue, as
 // the viewers draw it. The finest level has the means of its clusters, which do not cross edges
 // between colours. Each coarser level gets its colours from the level below. So files and other
-// processes need no more of a level than what is shown. This also averages out noise in the
+// processes need only those data of a level that are shown. This also averages out noise in the
 // colours; sums of the original's quadrics would preserve it.
 #pragma once
 
@@ -31,9 +31,9 @@ struct CollapseAttributes
 
 // The price of attributes, as a share of the model's diagonal: normalScale for a normal that turns
 // by 60° (a difference of length 1), colorScale for a full change of one channel (from 0 to 255).
-// Measured on the coloured vase (doc/benchmarks.md#colours): twice the price of colour makes the
-// pictures' error a little smaller at 16,000 triangles, and a seventh smaller at 4,000; the
-// surface's error becomes a sixth larger at both.
+// Measured on the coloured vase (doc/benchmarks.md#colours): doubling the price of colour makes the
+// error of the pictures a little smaller at 16,000 triangles, and a seventh smaller at 4,000, but
+// the error of the surface a sixth larger at both.
 inline constexpr double normalScale = 1.0 / 4096;
 inline constexpr double colorScale = 1.0 / 330;
 
@@ -50,7 +50,7 @@ CollapseAttributes MeanAttributes(const Mesh& mesh, std::span<const VertexId> cl
   std::span<const ClusterSum> clusters, double diagonal);
 
 // The means of the next coarser level, weighted with the traces of the clusters' quadrics. parents:
-// of each cluster, `count` parents in all.
+// the parent of each cluster. count: the number of parents.
 CollapseAttributes MeanOverChildren(const CollapseAttributes& children,
   std::span<const ClusterSum> clusters, std::span<const VertexId> parents, std::size_t count);
 
@@ -60,11 +60,11 @@ const Attribute* FindVertexColors(std::span<const Attribute> attributes);
 // Byte offset of the vertex colours in a tuple of these arrays; nothing if there are none.
 std::optional<std::size_t> PlaceOfVertexColors(std::span<const AttributeInfo> attributes);
 
-// Whether two points are on either side of an edge of the colours.
+// Whether points a and b are on different sides of an edge between colours.
 bool IsColorEdge(const Attribute& vertexColors, std::size_t a, std::size_t b);
 
 // The finest level's colours: means over the vertices of each cluster, as AttributeSums rounds
-// them. clusterOf as MeanAttributes. Empty where the mesh has no colours.
+// them. clusterOf: as in MeanAttributes. The result is empty if the mesh has no colours.
 std::vector<VertexColor> MeanVertexColors(
   const Mesh& mesh, std::span<const VertexId> clusterOf, std::size_t clusters);
 
@@ -72,19 +72,21 @@ std::vector<VertexColor> MeanVertexColors(
 // vertexColors is empty. REQUIRES: otherwise there is a colour for each tuple.
 void PutVertexColors(std::span<const VertexColor> vertexColors, std::span<Attribute> means);
 
-// Model units of a grey value, where `diagonal` is the model's.
+// The distance, in model units, that costs as much as a difference of one grey value (1/255).
+// diagonal: of the model.
 double GreyValue(double diagonal);
 
-// Whether all corners of triangles have one colour: then the part is as one without colours.
+// Whether all corners of the triangles have the same colour: then the part is treated like one
+// without colours.
 bool IsOfOneColor(std::span<const Triangle> triangles, std::span<const VertexColor> colors);
 
 // Adds the price of colours around the first `own` vertices of a part; adds nothing if the part has
-// a single colour. colors: of all of its vertices, or none. REQUIRES: the part's triangles and
-// positions are known.
+// a single colour. colors: of all vertices of the part; empty: no colours. REQUIRES: the part's
+// triangles and positions are set.
 void AddColorQuadrics(
   std::span<const VertexColor> colors, std::size_t own, double greyValue, CollapsePart& part);
 
-// What a triangle of a level with vertex colours says about colours, in model units.
+// The colour quadric of a triangle of a level with vertex colours, in model units.
 ColorQuadric ColorQuadricOf(const Triangle& t, const std::array<Vec3, 3>& corners,
   std::span<const VertexColor> colors, double greyValue);
 

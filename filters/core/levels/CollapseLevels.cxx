@@ -4,7 +4,8 @@
 //   2. For each coarser level: collapse in parts (CollapseRound.h), or freely for the coarsest
 //      levels (FreeCollapse.h).
 //   3. Group clusters without triangles, and the clusters of nodes that are too full (Merging.h).
-//   4. Number the new clusters, sum up their children (CoarserState.h); make the triangles' image.
+//   4. Number the new clusters, sum up their children (CoarserState.h), and make the image of the
+//      triangles.
 #include "filters/core/levels/CollapseLevels.h"
 
 #include "filters/core/levels/CoarserState.h"
@@ -62,7 +63,8 @@ private:
   std::vector<MergeList> Kept;
 };
 
-// Progress when all levels down to `depth` are made, a part of the next one too.
+// Reports that all levels down to `depth` are made; a fraction of `depth` counts part of the next
+// level.
 Status ReportDepth(const Execution& execution, double depth, unsigned finest)
 {
   return execution.Report(
@@ -83,7 +85,7 @@ public:
   {
   }
 
-  // The state of level L; for each original vertex its cluster.
+  // Makes the state of level L. clusterOf: gets the cluster of each original vertex.
   Result<CollapseState> BuildFinest(const Mesh& mesh, const KdTree& tree,
     const TriangleBuckets& partitionTriangles, std::vector<VertexId>& clusterOf)
   {
@@ -109,7 +111,7 @@ public:
     return state;
   }
 
-  // Level `depth` from the one below it, whose parents are filled.
+  // Makes level `depth` from the level below it, whose parents it fills in.
   Result<CollapseState> BuildCoarser(CollapseState& below, unsigned depth) const
   {
     if (!CollapsesInParts(this->Depths, depth, below.clusters.size(), below.level.triangles.size()))
@@ -128,7 +130,7 @@ public:
     return this->AddTriangles(below, std::move(level.Coarser), std::move(level.Parents), depth);
   }
 
-  // The levels `depth` … coarsestDepth, from the state of the first.
+  // Makes the levels `depth` … coarsestDepth from the state of level `depth`.
   Result<std::vector<ClusterLevel>> BuildAllCoarser(CollapseState state, unsigned depth) const
   {
     std::vector<ClusterLevel> levels(depth + 1);
@@ -165,7 +167,7 @@ public:
   }
 
 private:
-  // Cells of a depth that hold clusters which no triangle touches.
+  // The number of cells of `depth` that hold clusters without triangles.
   std::size_t LooseCells(const CollapseState& below, unsigned depth) const
   {
     std::vector<std::uint8_t> touched(below.clusters.size(), 0);
@@ -203,7 +205,8 @@ private:
     return std::move(coarser);
   }
 
-  // Moves what stands where triangles face the wrong way. depth: the level's.
+  // Moves clusters in places where triangles face the wrong way (FoldOverRepair.h). depth: of the
+  // level.
   void Repair(CollapseState& state, unsigned depth) const
   {
     const BlockParts parts = PartsOfLevel(this->Depths, depth, 0, 0);

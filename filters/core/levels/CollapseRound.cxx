@@ -3,7 +3,8 @@
 //   1. Make lists of merges (PartLists). A sample of the parts collapses as far as any part may
 //      have to, which gives an estimate of the threshold; the other parts collapse only a little
 //      beyond it.
-//   2. Find one threshold for all lists: how many merges of each are taken (MergeThreshold).
+//   2. Find one threshold for all lists: it decides how many merges of each list are taken
+//      (MergeThreshold).
 //   3. Blocks exchange where their clusters go.
 //   4. Nodes that would hold too many clusters take more merges; if these are not enough, their
 //      clusters are grouped by cells.
@@ -27,14 +28,14 @@ namespace
 constexpr std::size_t sampled = 8;    // one part of this number estimates the threshold
 constexpr double beyond = 1.5;        // the others collapse up to this multiple of the estimate
 constexpr std::size_t mostExtra = 32; // clusters of coarse levels; measured
-// Levels coarser than S are made in parts from this level on, and where there are more clusters
-// than such a level has because edges cannot collapse (thousands of small bodies, soups): these may
-// not fit the memory. The numbers are constants and not the memory limit, because the store must
-// not depend on that.
+// Levels coarser than S are made in parts if they are this level or finer. A coarser one is also
+// made in parts if the level below has more clusters than usual, because edges cannot collapse
+// (thousands of small bodies, triangle soups): it may not fit in memory. These numbers are
+// constants instead of depending on the memory limit, because the store must not depend on that.
 constexpr unsigned firstInParts = 16;
 constexpr std::size_t mostCollapsedFreely = (1 << firstInParts) + (1 << (firstInParts - 2));
-// This number of triangles beyond two a cluster (which surfaces have) takes the memory of a cluster
-// (measured).
+// Surfaces have two triangles for each cluster. Of further triangles, this number takes as much
+// memory as a cluster (measured).
 constexpr std::size_t trianglesOfCluster = 10;
 
 }
@@ -88,7 +89,7 @@ Status CollapseRound::Run()
   return this->Finish();
 }
 
-// Progress of a step that goes from one share of the whole to another.
+// A progress function for a step that takes the progress of the whole from `from` to `to`.
 std::function<Status(double)> CollapseRound::ReportFrom(double from, double to) const
 {
   return [this, from, to](double done) { return this->Report(from + (to - from) * done); };
@@ -221,7 +222,7 @@ Status CollapseRound::TakeMoreWhereFull()
 }
 
 // excess: the number of clusters by which each node is too full; 0 outside the block. Takes this
-// number of further merges there, if there are any. Returns whether there were.
+// number of further merges in the node, if there are any. Returns whether any were taken.
 Result<bool> CollapseRound::TakeMore(std::size_t block, const std::vector<std::size_t>& excess)
 {
   const std::size_t parts = this->Lists.Count() / excess.size();
@@ -284,7 +285,8 @@ Status CollapseRound::TakeMoreOfNode(
 // Groups by cells the clusters of nodes that still hold too many.
 Status CollapseRound::GroupFullNodes()
 {
-  // For each node 1 if it is full; then 1 if any is. Numbers, so that ranks can add them.
+  // For each node 1 if it is full; the last entry is 1 if any node is full. Integers, so that ranks
+  // can add them.
   std::vector<std::uint64_t> full(this->NodeCount() + 1, 0);
   KDSTREAM_TRY(this->ForEachBlockHere(
     [&](std::size_t block) -> Status
@@ -312,7 +314,7 @@ Status CollapseRound::GroupFullNodes()
   return {};
 }
 
-// The merges in a block, along edges. Clusters that have lost their triangles are grouped.
+// Applies the taken merges of a block. Groups the clusters that have lost their triangles.
 Result<Merging> CollapseRound::MergingOf(std::size_t block)
 {
   const Result<const CollapseState*> state = this->Blocks.Load(block);
@@ -344,7 +346,7 @@ Status CollapseRound::Finish()
     });
 }
 
-// Calls use(block) for the blocks of this process, loaded, while the next one is being loaded.
+// Loads each block of this process and calls use(block) while the next block is being loaded.
 Status CollapseRound::ForEachBlockHere(const std::function<Status(std::size_t)>& use)
 {
   const BlockRange here = this->Blocks.Here();
@@ -363,7 +365,7 @@ Status CollapseRound::FinishBlock(std::size_t block)
     const Result<std::vector<VertexId>> ghosts = this->Blocks.GhostTargets(TargetStage::Grouped);
     KDSTREAM_TRY(ghosts);
     merging->SetGhosts(*ghosts);
-    merging->GroupLoose(); // clusters whose last triangles are gone by that
+    merging->GroupLoose(); // clusters that have lost their last triangles
   }
   const Result<const CollapseState*> state = this->Blocks.Load(block);
   KDSTREAM_TRY(state);

@@ -2,10 +2,10 @@
 // One round of collapses in parts: from a level in blocks to the next coarser one. Only for the
 // makers of levels.
 //
-// Every part (a partition, or below S a node of the coarser level's pieces) collapses by itself,
-// with the clusters of other parts fixed, and leaves a list of its merges; one threshold cuts all
-// lists. Blocks exchange only that threshold and the places to which their clusters go, so the
-// result does not depend on the number of blocks.
+// Every part (a partition; for levels coarser than S, a node of the coarser level's pieces)
+// collapses by itself, with the clusters of other parts fixed, and makes a list of its merges; one
+// threshold decides how much of every list is used. Blocks exchange only that threshold and the
+// targets of their clusters, so the result does not depend on the number of blocks.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -23,16 +23,16 @@
 namespace kdstream
 {
 
-// Whether the level `depth` is made in parts: down to S, and coarser than S while levels are large.
-// clusters, triangles: of the level below it.
+// Whether level `depth` is made in parts: from L to S always, coarser than S while levels are
+// large. clusters, triangles: of the level below it.
 bool CollapsesInParts(
   const TreeDepths& depths, unsigned depth, std::size_t clusters, std::size_t triangles);
 
-// The number of clusters with triangles that level `depth` is to have: more than 2^depth at small
-// levels, or limbs are lost. Clusters without triangles come in addition.
+// The number of clusters with triangles that level `depth` should have: more than 2^depth at small
+// levels, because otherwise limbs are lost. Clusters without triangles come in addition.
 std::size_t SurfaceWanted(unsigned depth);
 
-// Depth of the parts that the clusters of a level are collapsed in.
+// The depth of the parts in which the clusters of a level collapse.
 unsigned PartDepthOf(const TreeDepths& depths, unsigned depth);
 
 class CollapseRound
@@ -44,8 +44,8 @@ public:
     const CollapseSpace& space, Representative representative, bool byComponents,
     const Execution& execution, const std::function<Status(double)>& report);
 
-  // Errors: those of the blocks and of report. Three passes over the blocks, and up to four more if
-  // nodes would hold too much.
+  // Errors: those of the blocks and of report. Makes three passes over the blocks, and up to four
+  // more if nodes would hold too many clusters.
   Status Run();
 
 private:

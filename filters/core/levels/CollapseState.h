@@ -15,11 +15,11 @@
 namespace kdstream
 {
 
-// The clusters of a block of a level: those at home in one cell of the tree. Before and after them
-// in the level, ascending, are the clusters of other blocks that share a triangle with them
+// The clusters of a block of a level: those at home in one cell of the tree. Before and after them,
+// in ascending order, `level` has the clusters of other blocks that share a triangle with them
 // (ghosts). The triangles are all that touch an own cluster, sorted. Sums and other data exist only
-// for own clusters: ghosts do not move, and a soup has more ghosts than own clusters. A whole level
-// is a block without ghosts.
+// for own clusters: ghosts do not move, and a triangle soup has more ghosts than own clusters. A
+// whole level is a block without ghosts.
 struct CollapseState
 {
   ClusterLevel level;
@@ -34,7 +34,8 @@ struct CollapseState
   bool IsOwn(VertexId cluster) const { return cluster >= this->ownBegin && cluster < this->ownEnd; }
 };
 
-// Where the positions of a state are taken from, and where vertices may go. Absolute.
+// The origin to which positions are relative while edges collapse, and the box in which vertices
+// must stay. Both in absolute coordinates.
 struct CollapseSpace
 {
   Vec3 origin{}; // of the clusters' sums
@@ -44,7 +45,7 @@ struct CollapseSpace
   {
     return { p[0] - this->origin[0], p[1] - this->origin[1], p[2] - this->origin[2] };
   }
-  // Inside the box, without -0.0.
+  // The absolute position, clamped to the box, without -0.0.
   Vec3 Absolute(const Vec3& relative) const
   {
     Vec3 p;
@@ -63,7 +64,7 @@ struct CollapseSpace
   }
 };
 
-// Appends an own cluster of a state to what is collapsed.
+// Appends an own cluster of a state to a part that will be collapsed.
 inline void AppendCluster(
   const CollapseState& state, const CollapseSpace& space, VertexId cluster, CollapsePart& part)
 {
@@ -77,7 +78,7 @@ inline void AppendCluster(
     values + static_cast<std::ptrdiff_t>(state.attributes.components));
 }
 
-// Area that a cluster's triangles have, added up over clusters in their order.
+// Adds the area of each cluster's triangles to `sum`, in the order of the clusters.
 inline double AddAreas(double sum, std::span<const ClusterSum> clusters)
 {
   for (const ClusterSum& cluster : clusters)

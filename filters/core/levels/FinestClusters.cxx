@@ -34,7 +34,7 @@ std::uint32_t Hash(VertexId v)
   return x ^ (x >> 16);
 }
 
-// The form in one lane.
+// The quadric in one lane.
 Quadric QuadricOf(const QuadraticForm<Lanes>& forms, std::size_t lane)
 {
   Quadric quadric;
@@ -88,7 +88,7 @@ public:
   }
 
 private:
-  // The vertex in the mesh.
+  // The id of a vertex in the mesh.
   VertexId IdOf(VertexId v) const { return this->Ids.empty() ? v : this->Ids[v]; }
 
   bool HasColorEdge(VertexId a, VertexId b) const
@@ -117,7 +117,8 @@ private:
     std::iota(root.begin(), root.end(), VertexId{ 0 });
     const std::vector<std::uint32_t> cell =
       CellOfVertex(this->Tree, this->Tree.depths.finest, this->Points.size(), this->Exec);
-    // Ghosts are in no cell. A cell lies in one partition, so partitions do not meet in the forest.
+    // Ghosts are in no cell. A cell lies in one partition, so partitions can be processed in
+    // parallel: they do not share trees of the forest.
     this->ForEachPartition(0, this->Buckets.begin.size() - 1,
       [&](std::size_t partition)
       {
@@ -145,7 +146,7 @@ private:
   }
 
   // Links vertices in the same place into a chain, in the order of the cells. A cell of any depth
-  // is an interval in that order, so the part of a chain in the cell is connected.
+  // is an interval in that order, so the part of a chain inside a cell is connected.
   void JoinCoincident(std::vector<VertexId>& root, const std::vector<std::uint32_t>& cell)
   {
     const std::vector<VertexId> first =
@@ -212,7 +213,7 @@ private:
   }
 
   // Sums up the vertices and triangles of each cluster, in the order of their numbers, so that the
-  // sums do not depend on the threads. In parts, with a progress report after each.
+  // sums do not depend on the threads. Works in parts, and reports progress after each.
   Status SumClusters(
     const std::vector<VertexId>& clusterBegin, const std::vector<std::uint8_t>& surface)
   {
@@ -291,8 +292,8 @@ private:
     }
   }
 
-  // Adds a triangle's plane and its area vector (given twice as long) once to each of its clusters
-  // that belong to the partition.
+  // Adds a triangle's plane and its area vector once to each of the triangle's clusters that belong
+  // to the partition. twice: twice the area vector.
   void AddPlane(const Triangle& triangle, const QuadraticForm<Lanes>& planes,
     const std::array<Lanes, 3>& twice, std::size_t lane, VertexId firstCluster, VertexId endCluster)
   {
@@ -323,9 +324,9 @@ private:
   // Finds the partition's own vertices at the ends of boundary edges, without a list of edges. For
   // each triangle, a vertex adds the hash of the corner after it and subtracts that of the corner
   // before it. An edge that is used equally often in both directions sums to 0 at both ends; a
-  // boundary edge does not. (By chance, with a probability of 2^-32, several sum to 0: the boundary
-  // at this vertex is then not held in place.) Returns whether a sum is not 0. Needs only the
-  // partition's triangles.
+  // boundary edge does not. (With a probability of 2^-32, several boundary edges sum to 0 by
+  // chance: then the boundary at this vertex is not held in place.) Returns whether a sum is not 0.
+  // Needs only the partition's triangles.
   bool FindUnbalanced(std::size_t partition, VertexId firstCluster, VertexId endCluster,
     std::vector<std::uint32_t>& sums) const
   {
@@ -409,7 +410,7 @@ private:
     }
   }
 
-  // edge: two ends and the vertex opposite.
+  // edge: its two ends, and the opposite vertex of its triangle.
   void AddBoundaryEdge(
     const Triangle& edge, VertexId firstCluster, VertexId endCluster, std::vector<VertexId>& ends)
   {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // For each part:
-//   1. Find the triangles that face the wrong way; without any there is nothing to do.
+//   1. Find the triangles that face the wrong way; if there are none, nothing is to be done.
 //   2. List the triangles of each cluster.
-//   3. Go through the clusters of such triangles, ascending, until none can be improved.
+//   3. Visit the clusters of these triangles, in ascending order, until none can be improved.
 #include "filters/core/levels/FoldOverRepair.h"
 
 #include "filters/core/VectorMath.h"
@@ -22,16 +22,16 @@ namespace
 
 constexpr unsigned mostSweeps = 8;
 constexpr unsigned mostSteps = 16;    // of a relaxation
-constexpr double towardsPlanes = 0.5; // after each step: regularisation of the quadric
-// The minimum distance of a vertex from the edges around it, as a share of their length: tried one
+constexpr double towardsPlanes = 0.5; // regularisation of the quadric after each step
+// The least distance of a vertex from the edges around it, as a share of their length. Tried one
 // after the other.
 constexpr std::array<double, 2> margins = { 0.1, 0.02 };
 constexpr std::size_t mostSides = 256; // of a cluster that is moved
 
-// The largest distances from a cluster's planes at which a place is tried, one after the other:
-// near places are found first, for whichever of a triangle's clusters. In lengths of its longest
-// edge. Those beyond `mostOfCoarse` are used only in levels of at least 2^fineLevel clusters: in
-// coarser ones a spike is more visible than a fold.
+// A place is tried only up to a limit distance from the cluster's planes, in lengths of the
+// cluster's longest edge. These limits are used one after the other, so that near places are found
+// first, whichever of a triangle's clusters moves. Limits above `mostOfCoarse` are used only in
+// levels of at least 2^fineLevel clusters: in coarser levels a spike is more visible than a fold.
 constexpr double mostOfCoarse = 0.07;
 // For levels with colours, which have long edges where colours do not matter: there a notch in the
 // outline is more visible than a fold. Measured.
@@ -44,7 +44,8 @@ struct Side
 {
   Vec3 first, second; // the other corners, in the triangle's order
   Vec3 reference;     // where the triangle should face
-  // Across the edge to its inner side, of length 1; 0 where there is none. The edge's length.
+  // The unit vector at a right angle to the edge, towards the inside, or 0 if there is none; and
+  // the edge's length.
   Vec3 inward;
   double length;
 };
@@ -177,7 +178,7 @@ private:
     }
   }
 
-  // The triangles of each cluster, those of one after those of the other.
+  // Lists the triangles of each cluster, cluster by cluster.
   void ListSides()
   {
     this->First.assign(this->Places.size() + 2, 0);
@@ -219,8 +220,8 @@ private:
       }));
   }
 
-  // Goes through the waiting clusters until none moves. Those without a better place within the
-  // limit continue to wait.
+  // Visits the waiting clusters until none moves. Clusters without a better place within the limit
+  // continue to wait.
   void Repair(double limit)
   {
     bool any = true;
@@ -260,7 +261,7 @@ private:
       longest = std::max(longest, SquaredDistance(old, side.first));
     }
     const double tolerated = quadric.At(this->Space.Relative(old));
-    const double scale = longest * quadric.Trace(); // of a limit's square
+    const double scale = longest * quadric.Trace(); // factor on the square of a limit
     const double most = std::max(tolerated, limit * limit * scale);
     Vec3 best = old;
     std::size_t least = opposed;
@@ -308,9 +309,9 @@ private:
     return true;
   }
 
-  // The nearest place, starting from `place`, where all triangles around would face the right way,
-  // if there is one and it is found in a few steps. For a fixed edge and reference direction, the
-  // places where a triangle faces the right way form a half space.
+  // Starting from `place`, the nearest place where all triangles around the cluster would face the
+  // right way, if there is one and it is found in a few steps. For a fixed edge and reference
+  // direction, the places where a triangle faces the right way form a half space.
   Vec3 Relaxed(Vec3 place, double margin, const Quadric& quadric) const
   {
     for (unsigned step = 0; step < mostSteps; ++step)
@@ -356,12 +357,12 @@ private:
   VertexId Begin, End;
   // Of the own clusters:
   std::vector<Vec3> Places;
-  std::vector<Vec3> Facing;        // sums of their triangles' area vectors; 0 after them
-  std::vector<std::uint8_t> Waits; // whether the cluster must be examined
-  std::vector<double> Needs; // the limit below which no place is better; until a neighbour moves
+  std::vector<Vec3> Facing;          // sums of their triangles' area vectors; 0 after them
+  std::vector<std::uint8_t> Waits;   // whether the cluster must be examined
+  std::vector<double> Needs;         // no place below this limit is better, until a neighbour moves
   std::vector<std::uint32_t> First;  // in Around
   std::vector<std::uint32_t> Around; // numbers of triangles
-  std::vector<Side> Sides;           // of the cluster that is looked at
+  std::vector<Side> Sides;           // of the current cluster
 };
 
 }

@@ -10,7 +10,7 @@ Status ForEachLoaded(LevelBlocks& blocks, std::span<const std::size_t> which,
   for (std::size_t i = 0; i < which.size(); ++i)
   {
     KDSTREAM_TRY(blocks.Load(which[i]));
-    const std::size_t tasks = i + 1 < which.size() ? 2 : 1; // use this one, get the next one
+    const std::size_t tasks = i + 1 < which.size() ? 2 : 1; // use this block, fetch the next
     Status used;
     execution.parallelFor(tasks, 1,
       [&](std::size_t begin, std::size_t end)

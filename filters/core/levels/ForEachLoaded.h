@@ -12,8 +12,8 @@
 namespace kdstream
 {
 
-// Calls use(block) for each of these blocks, one after the other; each is loaded before. The next
-// block is loaded while one is used. Errors: those of the blocks and of use.
+// Loads each of these blocks and calls use(block), one block after the other. The next block is
+// fetched while the current one is used. Errors: those of the blocks and of `use`.
 Status ForEachLoaded(LevelBlocks& blocks, std::span<const std::size_t> which,
   const std::function<Status(std::size_t)>& use, const Execution& execution);
 

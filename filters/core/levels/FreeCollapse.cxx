@@ -13,7 +13,7 @@ CollapsePart PartOfWholeLevel(const CollapseState& state, const CollapseSpace& s
   CollapsePart part;
   part.components = state.attributes.components;
   part.bounds = space.RelativeBox();
-  part.keepTopology = false; // handles would take what few vertices there are
+  part.keepTopology = false; // handles would use up the few vertices of these levels
   part.positions.reserve(state.clusters.size());
   part.quadrics.reserve(state.clusters.size());
   for (VertexId c = 0; c < state.clusters.size(); ++c)
@@ -42,7 +42,7 @@ Result<Merging> MergeEdges(CollapseState& below, const CollapseSpace& space,
     Merging merging(below, depths, depth);
     collapse.Apply(merging);
     merging.GroupLoose();
-    // Nodes that would hold too much are continued by themselves.
+    // Only nodes that would hold too many clusters continue to collapse.
     const std::vector<std::size_t> excess = merging.ExcessOfNodes();
     const std::size_t total = std::accumulate(excess.begin(), excess.end(), std::size_t{ 0 });
     if (total == 0 || !more || collapse.VertexCount() == 0)
@@ -74,7 +74,7 @@ Result<Merging> CollapseFreely(CollapseState& below, const CollapseSpace& space,
   if (!full.empty())
   {
     merging->GroupNodes(full, byComponents);
-    merging->GroupLoose(); // what has lost its last triangles by that
+    merging->GroupLoose(); // clusters that have lost their last triangles
   }
   return merging;
 }

@@ -12,19 +12,19 @@
 namespace kdstream
 {
 
-// Where the sums of a level's clusters are put while its edges collapse; the collapse takes about
-// as much memory as the level. This class leaves them in memory.
+// Where the sums of a level's clusters are kept while its edges collapse, because the collapse
+// takes about as much memory as the level. This base class leaves them in memory.
 class SumsAside
 {
 public:
   virtual ~SumsAside() = default;
-  // Leaves none. Errors: its own.
+  // Stores the sums elsewhere and empties `sums`. Errors: those of the implementation.
   virtual Status Put(std::vector<ClusterSum>& /*sums*/) { return {}; }
-  // Gives back what was put.
+  // Restores the sums that Put took.
   virtual Status Return(std::vector<ClusterSum>& /*sums*/) { return {}; }
 };
 
-// What is collapsed of a whole level.
+// A whole level as a part to be collapsed.
 CollapsePart PartOfWholeLevel(const CollapseState& state, const CollapseSpace& space);
 
 class FreeCollapse
@@ -56,11 +56,11 @@ private:
   EdgeCollapse Engine;
 };
 
-// Decides what merges from a whole level to the next coarser one, `depth`. Edges collapse until
-// about `surface` clusters with triangles are left, and then further in nodes that would hold too
-// much (MostOfNode). If edges are not enough, clusters are grouped by cells. Memory about 350 bytes
-// a cluster of surfaces, beside the state without its sums. Keeps references to below and depths.
-// Errors: those of `aside`.
+// Decides which clusters of a whole level merge for the next coarser level, `depth`. Edges collapse
+// until about `surface` clusters with triangles are left, and then further in nodes that would hold
+// too many clusters (MostOfNode). If that is not enough, clusters are grouped by cells. Memory:
+// about 350 bytes for each cluster with triangles, in addition to the state without its sums. Keeps
+// references to below and depths. Errors: those of `aside`.
 Result<Merging> CollapseFreely(CollapseState& below, const CollapseSpace& space,
   const TreeDepths& depths, unsigned depth, std::size_t surface, bool byComponents,
   SumsAside& aside);

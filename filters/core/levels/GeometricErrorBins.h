@@ -12,14 +12,15 @@ namespace kdstream
 {
 
 // A histogram of the clusters' geometric errors, in bins of a 32nd of an octave. The counts of a
-// level's parts are added. 64 KiB.
+// level's parts can be added up. Memory: 64 KiB.
 class GeometricErrorBins
 {
 public:
   // geometricError: not negative.
   void Add(double geometricError);
   std::span<std::uint64_t> Counts() { return this->Bins; }
-  // At most, and hardly less than, what 99 of 100 do not exceed; 0 if there are none. O(bins).
+  // The error that 99 of 100 clusters do not exceed, rounded down to the start of its bin; 0
+  // without clusters. O(bins).
   double Most99() const;
 
 private:

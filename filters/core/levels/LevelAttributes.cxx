@@ -28,7 +28,8 @@ namespace kdstream
 namespace
 {
 
-// Red, green and blue as light, in whole numbers: sums are the same in any order. Alpha as it is.
+// Sums red, green and blue as linear light, in integers, so that sums are the same in any order;
+// alpha as it is.
 class ColorSum
 {
 public:
@@ -49,7 +50,7 @@ public:
     }
     this->Count += child.Count;
   }
-  // Whether bytes may be these sums: the mean is a number.
+  // Whether the bytes can be sums of colours: the means are in range.
   bool IsPossible() const
   {
     const auto mean = [&](std::uint64_t sum, std::uint64_t most)
@@ -142,7 +143,8 @@ static_assert(std::is_trivially_copyable_v<NormalSum> && sizeof(NormalSum) == 56
 static_assert(std::is_trivially_copyable_v<ScalarSum> && sizeof(ScalarSum) == 16);
 static_assert(std::is_trivially_copyable_v<ClassVotes> && sizeof(ClassVotes) == 64);
 
-// The sum in a record. Records are multiples of its alignment, in memory fresh from the allocator.
+// The sum at a place in a record. Records are multiples of the sum's alignment, and start at the
+// beginning of an allocation.
 template <class Sum>
 Sum& SumAt(std::byte* record)
 {

@@ -41,25 +41,26 @@ void AddLevelAttributes(const Mesh& mesh, ClusterLevels& levels);
 class AttributeSums
 {
 public:
-  // Sums of nothing. attributes: of the mesh, those that are not in levels too (ArraysOfLevels).
+  // Empty sums for this number of clusters. attributes: all those of the mesh, including those that
+  // levels do not have (ArraysOfLevels).
   AttributeSums(std::span<const AttributeInfo> attributes, std::size_t clusters);
-  // Sums as Bytes() gave them. Errors: InvalidInput, naming the cluster: bytes that are not whole
-  // records, or that are not sums of any colours.
+  // Restores sums from the result of Bytes(). Errors: InvalidInput if the bytes are not whole
+  // records, or if those of a cluster, which the message names, cannot be sums of any values.
   static Result<AttributeSums> FromBytes(
     std::span<const AttributeInfo> attributes, std::vector<std::byte> bytes);
 
-  // Adds the tuples of original vertices, which ascend by id, to their clusters; vertices of
-  // noVertex, those of other blocks, are skipped. attributes: of the vertices; must include those
-  // of these sums. REQUIRES: one tuple for each vertex.
+  // Adds the tuples of original vertices, which ascend by id, to their clusters. Vertices of other
+  // blocks, whose cluster is noVertex, are skipped. attributes: of the vertices; must include those
+  // that are summed. REQUIRES: one tuple for each vertex.
   void AddVertices(std::span<const Attribute> attributes, std::span<const VertexId> clusterOf);
   // The sums of the next coarser level's `count` clusters: over children by lowest original vertex.
   // parents, lowest: one entry for each cluster. O(c log c); 4 bytes a cluster beside the result.
   AttributeSums MakeCoarser(
     std::span<const VertexId> parents, std::span<const VertexId> lowest, std::size_t count) const;
-  // A tuple a cluster of each array, in their order.
+  // The arrays of the level, each with one tuple for each cluster.
   std::vector<Attribute> Means() const;
 
-  // Whether there is anything to add up.
+  // Whether there is nothing to add up.
   bool Empty() const { return this->Columns.empty(); }
   std::size_t ClusterCount() const { return this->Clusters; }
   // Bytes of a cluster: 40 for colours, 56 for normals, 16 for numbers and 64 for classes; at most

@@ -15,21 +15,21 @@
 namespace kdstream
 {
 
-// The merges of one part, in the order in which they were made; errors never fall. Clusters are
+// The merges of one part, in the order in which they were made; errors never decrease. Clusters are
 // numbered from the block's first own one.
 struct MergeList
 {
   std::vector<Merge> merges;
   std::uint32_t own = 0; // clusters with triangles at first
   bool stuck = false;    // no edge can collapse any more
-  bool whole = false;    // nothing was left out
+  bool whole = false;    // no more merges can be added to the list
 };
 
-// When it is known where clusters go.
+// Which steps the targets of clusters take into account.
 enum class TargetStage
 {
-  Merged, // only by merges of edges
-  Grouped // and clusters in nodes that are too full are grouped by cells
+  Merged, // merges of edges only
+  Grouped // also that clusters of overfull nodes were grouped by cells
 };
 
 // Blocks that follow each other.
@@ -38,9 +38,9 @@ struct BlockRange
   std::size_t begin = 0, end = 0;
 };
 
-// What a round needs of a level. Blocks are the cells of one depth; parts are nodes of the same or
-// a larger depth, each in one block. Implementations decide where the data are: one block, or two
-// (LoadAhead), are in memory at a time.
+// How a round of collapses accesses a level. Blocks are the cells of one depth; parts are nodes of
+// the same or a larger depth, each in one block. Implementations decide where the data are: one
+// block, or two (LoadAhead), are in memory at a time.
 class LevelBlocks
 {
 public:
@@ -48,35 +48,37 @@ public:
 
   // A power of two.
   virtual std::size_t Count() const = 0;
-  // The blocks of this process, if several processes make a level together. Each visits its own
-  // blocks, and calls all functions from Alone on in the same order as the others.
+  // The blocks of this process, if several processes make a level together. Each process visits its
+  // own blocks, and calls all functions from Alone() on in the same order as the other processes.
   virtual BlockRange Here() const { return { 0, this->Count() }; }
   virtual bool Alone() const { return true; }
-  // Adds up the numbers of all processes, one by one.
+  // Adds up the numbers of all processes, element by element.
   virtual Status Sum(std::span<std::uint64_t>) { return {}; }
-  // parts: equally many bytes for each part of the level. Gets those of other processes' parts.
+  // parts: the same number of bytes for each part of the level. Fills in the bytes of the parts of
+  // other processes.
   virtual Status ShareParts(std::span<std::byte>) { return {}; }
-  // Called when all targets of a stage are kept: gets those of ghosts that other processes own.
+  // Called when all targets of a stage are kept: gets the targets of ghosts that other processes
+  // own.
   virtual Status ShareTargets(TargetStage) { return {}; }
 
   // Area of the triangles of all clusters (AddAreas) / number of clusters.
   virtual double AreaPerCluster() const = 0;
   // Fetches the block that Load will be asked for next. Called on another thread than the one that
-  // uses the current block. Load returns the errors.
+  // uses the current block. Load reports the errors.
   virtual void LoadAhead(std::size_t /*block*/) {}
-  // The block until another one is loaded.
+  // Loads a block; the result is valid until another block is loaded.
   virtual Result<const CollapseState*> Load(std::size_t block) = 0;
 
-  // Keeps the merge lists of the block's parts, ascending. Lists returns them until
-  // lists of another block are asked for.
+  // Keeps the merge lists of the block's parts, in the order of the parts. The result of Lists is
+  // valid until it is called for another block.
   virtual Status KeepLists(std::size_t block, std::vector<MergeList>&& lists) = 0;
   virtual Result<std::vector<MergeList>*> Lists(std::size_t block) = 0;
 
-  // Where each own cluster of a block goes, numbered from the first own one.
+  // Keeps the cluster to which each own cluster of a block goes, numbered from the first own one.
   virtual Status KeepTargets(
     std::size_t block, TargetStage stage, std::span<const VertexId> targets) = 0;
-  // For the ghosts of the block that was loaded last, in their order: where they go. Equal numbers
-  // for ghosts that go to the same cluster.
+  // Where the ghosts of the last loaded block go, in their order. Ghosts that go to the same
+  // cluster have equal numbers.
   virtual Result<std::vector<VertexId>> GhostTargets(TargetStage stage) = 0;
 
   // Takes the block's part of the next coarser level (without ghosts and triangles), and for each

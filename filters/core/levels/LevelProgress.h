@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How far step "levels" is: fractions for progress.
+// How far step "levels" has come: fractions for progress.
 #pragma once
 
 #include <cmath>
@@ -7,8 +7,9 @@
 namespace kdstream
 {
 
-// Parts of the time of all levels in memory, measured on 28 million triangles: until the components
-// of the finest level are found, until its clusters are summed, and until these have positions.
+// The share of the time of all levels, in memory, that has passed when the components of the finest
+// level are found, when its clusters are summed, and when these have positions. Measured on 28
+// million triangles.
 inline constexpr double componentsFoundPart = 0.06, clustersSummedPart = 0.28,
                         finestMadePart = 0.37;
 

@@ -10,8 +10,7 @@ namespace kdstream
 enum class LevelMaker
 {
   Collapse, // the finest level by clusters, coarser ones by rounds of edge collapse
-  Cluster   // all by clusters of the tree's cells: with Representative::Mean and one a cell the
-            // paper's method
+  Cluster   // all by clusters of cells; the paper's method if Representative::Mean, one a cell
 };
 
 struct LevelOptions : ClusterOptions
@@ -19,8 +18,8 @@ struct LevelOptions : ClusterOptions
   LevelMaker maker = LevelMaker::Collapse;
 };
 
-// Builds the levels L … options.coarsestDepth of a mesh by the maker that the options name; a mesh
-// without triangles always by clusters. Input and errors: see BuildClusterLevels and
+// Builds the levels L … options.coarsestDepth of a mesh with the maker that the options name; a
+// mesh without triangles always with clusters. Input and errors: see BuildClusterLevels and
 // BuildCollapseLevels. The levels carry the means of normals and colours (AddLevelAttributes).
 Result<ClusterLevels> BuildLevels(const Mesh& mesh, const KdTree& tree,
   const TriangleBuckets& partitionTriangles, const LevelOptions& options,

@@ -17,8 +17,8 @@ Result<double> MergeThreshold::Estimate(std::size_t stride)
   return cheapest->error;
 }
 
-// A list may leave out merges that cost more than its last one. If the last one is not above the
-// threshold, the lists are made whole, and the threshold is found again.
+// A list can leave out merges that cost more than its last one. If the last one is not above the
+// threshold, lists are completed, and the threshold is found again.
 Status MergeThreshold::Take(const std::function<Status(double)>& report)
 {
   std::size_t count = this->CountToTake(1);
@@ -73,7 +73,7 @@ std::size_t MergeThreshold::CountToTake(std::size_t stride) const
   return now - std::min(now, wanted);
 }
 
-// The cheapest `count` merges of the parts 0, stride …; all where there are fewer.
+// The cheapest `count` merges of the parts 0, stride …; all if there are fewer.
 Result<CheapestErrors> MergeThreshold::FindCheapestOf(std::size_t stride, std::size_t count)
 {
   std::size_t all = 0;
@@ -107,8 +107,8 @@ Result<CheapestErrors> MergeThreshold::FindCheapestOf(std::size_t stride, std::s
     forEachError, count, [&](std::span<std::uint64_t> bins) { return this->Blocks.Sum(bins); });
 }
 
-// Merges whose error equals the threshold are taken in the order of the parts. Those in parts of
-// earlier processes are left to these.
+// Merges whose error equals the threshold are taken in the order of the parts. So ties in parts of
+// earlier processes are left to those processes.
 Status MergeThreshold::LeaveTies(CheapestErrors& cheapest)
 {
   if (this->Blocks.Alone())

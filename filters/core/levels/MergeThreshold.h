@@ -25,7 +25,8 @@ inline double ErrorOf(const Merge& merge)
 class MergeThreshold
 {
 public:
-  // surface: clusters with triangles that the coarser level is to have. Keeps references.
+  // surface: the number of clusters with triangles that the coarser level should have. Keeps
+  // references.
   MergeThreshold(LevelBlocks& blocks, PartLists& lists, std::size_t surface)
     : Blocks(blocks)
     , Lists(lists)
@@ -33,11 +34,11 @@ public:
   {
   }
 
-  // The error of the last merge needed if the parts 0, stride, 2 stride … are a sample of all
-  // parts.
+  // Estimates the threshold from a sample, the parts 0, stride, 2 stride …: the error of the last
+  // merge that is needed.
   Result<double> Estimate(std::size_t stride);
   // Takes the cheapest merges of all parts, until only the wanted number of clusters with triangles
-  // is left. Extends lists that end before the threshold; report: progress of that.
+  // is left. Extends lists that end before the threshold. report: gets the progress of that.
   Status Take(const std::function<Status(double)>& report);
 
 private:

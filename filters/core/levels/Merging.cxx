@@ -28,7 +28,7 @@ Merging::Merging(const CollapseState& below, const TreeDepths& depths, unsigned 
 
 void ApplyMerges(std::span<const Merge> merges, std::span<VertexId> into)
 {
-  for (std::size_t i = merges.size(); i-- > 0;) // backwards: where `to` has gone is known
+  for (std::size_t i = merges.size(); i-- > 0;) // backwards: it is already known where `to` goes
   {
     into[merges[i].from] = into[merges[i].to];
   }
@@ -166,7 +166,7 @@ std::vector<VertexId> Merging::Standing() const
   return standing;
 }
 
-// Calls visit(clusters) for each cell's of a sorted list.
+// Calls visit(clusters) for the clusters of each cell in a sorted list.
 template <class Visit>
 void Merging::ForEachCell(std::span<const VertexId> sorted, const Visit& visit) const
 {
@@ -206,7 +206,7 @@ void Merging::GroupLoose()
   this->Follow();
 }
 
-// Standing clusters that triangles link inside one cell, as a forest.
+// The components of standing clusters that triangles link inside a cell, as a forest.
 std::vector<VertexId> Merging::Components() const
 {
   std::vector<VertexId> parent(this->Into.size());

@@ -15,17 +15,18 @@ namespace kdstream
 {
 
 // Applies merges, in the order in which they were made. into: for each cluster the one that it goes
-// to, at first itself. The merges' numbers are positions in this list.
+// to, at first itself. The vertex numbers of merges are positions in this list.
 void ApplyMerges(std::span<const Merge> merges, std::span<VertexId> into);
 
 // For each node whether it has any excess; empty if none has.
 std::vector<std::uint8_t> FullNodes(std::span<const std::size_t> excess);
 
-// Most clusters that a node of a level's pieces may be the home of.
+// The most clusters that may be at home in one node of a level's pieces.
 std::size_t MostOfNode(const TreeDepths& depths, unsigned level);
 
-// Where each own cluster of a block goes; at first to itself. A cluster is at home in the cells
-// that hold its lowest original vertex; it keeps its position unless merged or grouped.
+// Where each own cluster of a block goes; at first to itself. A cluster that goes to itself is
+// called standing. It is at home in the cells that hold its lowest original vertex, and keeps its
+// position unless others merge into it or it is grouped.
 class Merging
 {
 public:
@@ -33,7 +34,7 @@ public:
   {
     Kept,
     Moved,  // by a merge
-    Grouped // to be taken from the sums
+    Grouped // to be computed from the sums
   };
 
   // below: a block of the level; depth: of the next coarser one. Keeps references to both.
@@ -42,13 +43,13 @@ public:
   // Applies merges in the order in which they were made; their numbers count from the first own
   // cluster. Homes are known after GroupLoose.
   void Apply(std::span<const Merge> merges);
-  // Where ghosts go, in their order: equal numbers for those that go to the same cluster.
+  // Sets where ghosts go, in their order. Ghosts that go to the same cluster have equal numbers.
   void SetGhosts(std::span<const VertexId> targets);
-  // Groups the own clusters that no triangle touches, one a cell of this depth. REQUIRED before the
-  // functions below.
+  // Groups the own clusters that no triangle touches: one remains in each cell of this depth.
+  // REQUIRED before the functions below.
   void GroupLoose();
-  // Groups all own clusters at home in the nodes for which full[node] is not 0 by cells of this
-  // depth, or by the components of cells. The nodes are those of the pieces of this depth.
+  // Groups all own clusters that are at home in a node with full[node] != 0: by cells of this
+  // depth, or by components of these cells. The nodes are those of the pieces of this depth.
   void GroupNodes(std::span<const std::uint8_t> full, bool byComponents);
 
   // The cluster that has replaced `cluster`.
@@ -56,18 +57,19 @@ public:
   // Where each own cluster goes, numbered from the first of them.
   std::vector<VertexId> Targets() const;
   std::size_t NodeCount() const { return std::size_t{ 1 } << this->NodeDepth; }
-  // The node that a standing cluster is at home in.
+  // The node in which a standing cluster is at home.
   std::size_t NodeOf(VertexId standing) const
   {
     return this->CellAt(this->NodeDepth, this->Cell[standing]);
   }
   // For each node, by how many own clusters it exceeds what a piece may hold.
   std::vector<std::size_t> ExcessOfNodes() const;
-  // Own standing clusters, by (cell of this depth, lowest original vertex).
+  // The own standing clusters, ordered by (cell of this depth, lowest original vertex).
   std::vector<VertexId> Standing() const;
   std::uint32_t FinestCellOf(VertexId standing) const { return this->Cell[standing]; }
   Position PositionOf(VertexId standing) const { return this->How[standing]; }
-  // Relative. REQUIRES: PositionOf(standing) == Position::Moved.
+  // The new position, relative to CollapseSpace::origin. REQUIRES: PositionOf(standing) ==
+  // Position::Moved.
   const Vec3& MovedTo(VertexId standing) const
   {
     return this->Positions[standing - this->Below.ownBegin];

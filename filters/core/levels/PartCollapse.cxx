@@ -11,8 +11,8 @@ namespace kdstream
 namespace
 {
 
-// A part collapses at most to this share of its clusters, so that the threshold finds enough
-// merges.
+// Parts collapse down to this share of their clusters, if necessary, so that there are enough
+// merges for the threshold.
 constexpr double deepest = 0.25;
 
 }
@@ -29,12 +29,12 @@ PartTriangles::PartTriangles(
   {
     this->begin[p] = std::min(this->begin[p], this->begin[p + 1]);
   }
-  const std::size_t ghosts = parts.count; // a bucket that nobody looks into
+  const std::size_t ghosts = parts.count; // a bucket that is never read
   this->buckets = BucketTriangles(
     block.level.triangles, parts.count + 1,
     [&](VertexId c)
     {
-      const VertexId own = c - block.ownBegin; // huge below the first own one
+      const VertexId own = c - block.ownBegin; // huge if c is below the first own one
       return own < block.OwnCount() ? parts.Of(block.cellOf[own]) : ghosts;
     },
     execution);

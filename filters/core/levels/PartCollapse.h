@@ -15,7 +15,7 @@
 namespace kdstream
 {
 
-// The parts of a block: `count` nodes of one depth, from the first.
+// The parts of a block: `count` nodes of one depth, from `first` on.
 struct BlockParts
 {
   unsigned belowPart = 0; // depths from a part to the finest cells
@@ -27,13 +27,13 @@ struct BlockParts
   }
 };
 
-// What each part of a block has.
+// The clusters and triangles of each part of a block.
 struct PartTriangles
 {
   PartTriangles(
     const CollapseState& block, const BlockParts& parts, const Execution& execution = {});
 
-  std::vector<VertexId> begin; // of each part its first cluster, and the end
+  std::vector<VertexId> begin; // the first cluster of each part, and the end
   // For each part the triangles that touch it; one more bucket for ghosts.
   TriangleBuckets buckets;
 };
@@ -43,8 +43,8 @@ class PartCollapse
 {
 public:
   // share: the number of clusters with triangles that a part keeps on average; every part is
-  // collapsed at least to this number. areaPerVertex: of the level. Keeps references to block and
-  // space.
+  // collapsed at least to this number. areaPerVertex: the average of the level. Keeps references to
+  // block and space.
   PartCollapse(const CollapseState& block, const CollapseSpace& space, const BlockParts& parts,
     std::size_t share, double areaPerVertex, const Execution& execution);
 
@@ -54,7 +54,7 @@ public:
   {
     return this->Of.begin[part + 1] - this->Of.begin[part];
   }
-  // Makes the lists of these parts anew. enough: when a part is down to the share, merges that cost
+  // Makes the lists of these parts anew. enough: once a part is down to the share, merges that cost
   // more than this need not be found. A list made again with a greater `enough` begins with the
   // same merges. O(m log m) for m clusters and triangles.
   void Collapse(

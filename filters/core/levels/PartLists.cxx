@@ -25,7 +25,7 @@ Status PartLists::Make(
   std::vector<std::size_t> blocks = this->BlocksWith(wanted);
   if (this->Engine && !blocks.empty() && this->EngineBlock == blocks.back())
   {
-    std::reverse(blocks.begin(), blocks.end()); // this one is in memory already
+    std::reverse(blocks.begin(), blocks.end()); // the last block is already in memory
   }
   std::size_t done = 0;
   KDSTREAM_TRY(ForEachLoaded(
@@ -39,7 +39,7 @@ Status PartLists::Make(
   return this->Share();
 }
 
-// The blocks of this process that have a part wanted.
+// The blocks of this process that have a wanted part.
 std::vector<std::size_t> PartLists::BlocksWith(const PartFilter& wanted) const
 {
   std::vector<std::size_t> blocks;
@@ -99,7 +99,7 @@ Status PartLists::LoadEngine(std::size_t block)
   KDSTREAM_TRY(state);
   if (!this->Engine || this->EngineBlock != block)
   {
-    this->Engine.reset(); // before the next one is made: two at once would take twice the memory
+    this->Engine.reset(); // before making the next one: two at once take twice the memory
     const BlockParts parts{ this->BelowPart, this->FirstOfBlock(block), this->CountOfBlock() };
     this->Engine.emplace(
       **state, this->Space, parts, this->SharePerPart, this->Blocks.AreaPerCluster(), this->Exec);

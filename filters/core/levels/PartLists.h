@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The merge lists of all parts of a level, in a round of collapses. The lists themselves are with
-// the level's blocks, in memory or in files. Here is what is known of each list, the same in every
-// process. Only for CollapseRound.
+// The merge lists of all parts of a level, in a round of collapses. The lists themselves are kept
+// with the level's blocks, in memory or in files. This class keeps a summary of each list, the same
+// in every process. Only for CollapseRound.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -18,15 +18,15 @@
 namespace kdstream
 {
 
-// What is known of a part's list.
+// Summary of a part's list.
 struct ListSummary
 {
   std::uint32_t clusters = 0;                      // of the part, including those without triangles
   std::uint32_t own = 0;                           // of the part, with triangles, at first
   std::uint32_t merges = 0;                        // in the list
   bool made = false, stuck = false, whole = false; // stuck, whole: as in MergeList
-  double last = 0;       // error of the last merge; -1 where there is none
-  std::size_t taken = 0; // how many merges, from the first, are made
+  double last = 0;                                 // error of the last merge; -1 if there is none
+  std::size_t taken = 0;                           // how many merges, from the first on, are made
 };
 
 class PartLists
@@ -36,9 +36,9 @@ public:
   using UseLists = std::function<Status(std::size_t block, std::vector<MergeList>& lists)>;
   using PartFilter = std::function<bool(std::size_t part)>;
 
-  // parts: their number, a power of two, at least that of the blocks. belowPart: depths from a part
-  // to the finest cells. share: the number of clusters with triangles that a part keeps on average.
-  // Keeps references.
+  // parts: the number of parts, a power of two, at least the number of blocks. belowPart: depths
+  // from a part to the finest cells. share: the number of clusters with triangles that a part keeps
+  // on average. Keeps references.
   PartLists(LevelBlocks& blocks, const CollapseSpace& space, std::size_t parts, unsigned belowPart,
     std::size_t share, const Execution& execution);
 
@@ -49,16 +49,16 @@ public:
   const ListSummary& Of(std::size_t part) const { return this->Summaries[part]; }
   const std::vector<ListSummary>& All() const { return this->Summaries; }
 
-  // Makes the lists of the wanted parts in all blocks, and exchanges what is known of them. enough:
-  // as PartCollapse::Collapse. report(done): progress, 0-1.
+  // Makes the lists of the wanted parts in all blocks, and exchanges their summaries. enough: as in
+  // PartCollapse::Collapse. report(done): progress, 0-1.
   Status Make(const PartFilter& wanted, double enough, const std::function<Status(double)>& report);
   // The same for only one block of this process. Does not exchange anything.
   Status MakeInBlock(std::size_t block, const PartFilter& wanted, double enough);
-  // Exchanges what is known of the lists with other processes. Call it in all of them.
+  // Exchanges the summaries with other processes. All processes must call it.
   Status Share();
   // Goes through the lists of this process, block by block.
   Status ForEachBlock(const UseLists& use);
-  // Frees what was kept to make lists of another block.
+  // Frees the data kept for making lists, unless they are of this block.
   void FreeAllBut(std::size_t block);
 
 private:
@@ -73,7 +73,7 @@ private:
   const Execution& Exec;
   std::vector<ListSummary> Summaries; // of all parts
   std::size_t EngineBlock = 0;
-  std::optional<PartCollapse> Engine; // of the block that lists were made of last
+  std::optional<PartCollapse> Engine; // of the block whose lists were made last
 };
 
 }

@@ -10,7 +10,7 @@ namespace kdstream
 namespace
 {
 
-// The arrays of a glued mesh. Start checks that all pieces have the same.
+// The arrays of a glued mesh. Start checks that all pieces have the same arrays.
 class GluedArrays
 {
 public:
@@ -60,8 +60,8 @@ private:
   std::vector<Attribute>& Arrays;
 };
 
-// Glues pieces into one mesh, in two passes over them: AddOwnVertices of all, then AddTriangles of
-// all.
+// Glues pieces into one mesh, in two passes over them: AddOwnVertices for all, then AddTriangles
+// for all.
 class Gluing
 {
 public:
@@ -99,7 +99,7 @@ public:
     return {};
   }
 
-  // The piece's triangles, and the ghosts that no given partition owns.
+  // Adds the piece's triangles, and the ghosts that no given partition owns.
   Status AddTriangles(const Piece& piece)
   {
     if (piece.ownVertices == 0)
@@ -124,7 +124,7 @@ public:
   Mesh Take() { return std::move(this->Glued); }
 
 private:
-  // A given partition's own vertices in the glued mesh.
+  // Where the own vertices of a given partition are in the glued mesh.
   struct OwnVertices
   {
     VertexId first;
@@ -138,7 +138,8 @@ private:
     return static_cast<VertexId>(this->Glued.points.size() - 1);
   }
 
-  // The glued mesh's vertex for each vertex of the piece; adds those that are not there yet.
+  // For each vertex of the piece its vertex in the glued mesh; adds vertices that are not there
+  // yet.
   Result<std::vector<VertexId>> FindVertices(const Piece& piece)
   {
     std::vector<VertexId> vertices(piece.VertexCount());
@@ -169,7 +170,8 @@ private:
     return vertices;
   }
 
-  // Whether a given partition of a lower number has the triangle too, and gives it.
+  // Whether a given partition with a lower number has the triangle too; then the triangle is taken
+  // from there.
   bool IsOfLowerPartition(const Piece& piece, const Triangle& triangle) const
   {
     return std::any_of(triangle.begin(), triangle.end(),

@@ -8,7 +8,7 @@ namespace kdstream
 
 void SortByPlace(std::span<VertexId> vertices, std::span<const Vec3> points)
 {
-  // Numbers are unlike: no stable sort needed.
+  // All numbers differ, so no stable sort is needed.
   std::sort(vertices.begin(), vertices.end(),
     [&](VertexId a, VertexId b) { return points[a] != points[b] ? points[a] < points[b] : a < b; });
 }

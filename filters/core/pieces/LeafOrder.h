@@ -11,14 +11,14 @@
 namespace kdstream
 {
 
-// Sorts vertices by place: ascending x, then y, then z; those in the same place by their numbers,
-// which must differ. points: of all vertices.
+// Sorts vertices by place: ascending x, then y, then z. Vertices in the same place are sorted by
+// their numbers, which must differ. points: of all vertices.
 void SortByPlace(std::span<VertexId> vertices, std::span<const Vec3> points);
 
 // Numbers the vertices of each cluster of the finest level by place (SortByPlace). The codec
 // (filters/codec/PieceNumbering.h) sorts them again, so that their order costs no bytes. The
-// intervals of clusters do not change. A tree without levels is not changed: its vertices are
-// numbered by id. points: of the original mesh. O(n log n of the largest cluster); clusters in
+// intervals of clusters do not change. A tree without levels is not changed: its vertices keep
+// their order by id. points: of the original mesh. O(n log n of the largest cluster); clusters in
 // parallel.
 void OrderLeaves(VertexTree& tree, std::span<const Vec3> points, const Execution& execution = {});
 

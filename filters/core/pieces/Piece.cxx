@@ -16,13 +16,14 @@ Error Bad(const std::string& what)
   return { ErrorCode::InvalidInput, "piece: " + what };
 }
 
-// One function for all messages of a number: the page pays for each that is put together in place.
+// One function for all messages with a number: building each message where it is used would make
+// the web page larger.
 Error Bad(const char* before, std::uint64_t number, const char* after)
 {
   return Bad(before + std::to_string(number) + after);
 }
 
-// Keys ascend, own ones lie in the piece's node, ghosts outside it.
+// Checks that keys ascend, own ones lie in the piece's node, and ghosts outside it.
 Status CheckKeys(const Piece& piece, const TreeDepths& depths)
 {
   const bool byPartition =
@@ -56,8 +57,8 @@ Status CheckKeys(const Piece& piece, const TreeDepths& depths)
   return {};
 }
 
-// Own vertices of the original are 0, 1, 2 …; ranks of own vertices of a level coarser than S are
-// consecutive.
+// Checks that own vertices of the original are 0, 1, 2 …, and that ranks of own vertices of a level
+// coarser than S are consecutive.
 Status CheckOwnKeys(const Piece& piece, const TreeDepths& depths)
 {
   const bool dense =
@@ -127,7 +128,7 @@ Status CheckChildNodes(const Piece& piece, const TreeDepths& depths)
   return {};
 }
 
-// A cluster has one parent, in whichever list it occurs.
+// Checks that a cluster has the same parent in all lists where it occurs.
 Status CheckAncestors(const Piece& piece, const TreeDepths& depths)
 {
   const AncestorLevels levels = AncestorLevelsOf(piece.id.resolution, depths);
@@ -180,8 +181,9 @@ Status CheckTriangles(const Piece& piece)
     {
       return Bad("triangle ", i, " touches no own vertex");
     }
-    const bool first = (t[0] < t[1] && t[0] < t[2]) || t == RotateLowestFirst(t); // fast, or sure
-    // Two corners as one number: a processor can hardly predict which of them decides.
+    const bool first = (t[0] < t[1] && t[0] < t[2]) || t == RotateLowestFirst(t); // cheap first
+    // Compares two corners as one number, because a processor can hardly predict which of them
+    // decides.
     const std::uint64_t edge = std::uint64_t{ t[0] } << 32 | t[1];
     const std::uint64_t lastEdge = std::uint64_t{ last[0] } << 32 | last[1];
     const bool ascends = edge > lastEdge || (edge == lastEdge && t[2] >= last[2]);

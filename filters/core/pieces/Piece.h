@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A piece: the unit that is stored and streamed (doc/design.md#pieces).
 //
-// All resolutions have one shape of piece: the part of one level, or of the original, in one node
-// of the tree. Its own vertices come first, then the ghosts: vertices of other pieces, repeated so
-// that the triangles on the boundary are whole. Its triangles are all that touch an own vertex.
+// Pieces of all resolutions have the same form: the part of one level, or of the original, in one
+// node of the tree. Its own vertices come first, then the ghosts: vertices of other pieces,
+// repeated so that the triangles on the boundary are whole. Its triangles are all that touch an own
+// vertex.
 #pragma once
 
 #include "filters/core/Attribute.h"
@@ -21,8 +22,9 @@ namespace kdstream
 
 // Identity of a vertex inside its resolution.
 // Original, and levels d >= S: (partition << 32) | index, where index is the vertex's number in its
-// partition (for a level: the first of the interval of original vertices that the cluster covers).
-// Levels d < S: the cluster's rank in its level. Own vertices of a piece have ascending keys.
+// partition. (For a level it is the first number of the interval of original vertices that the
+// cluster covers.) Levels d < S: the cluster's rank in its level. Own vertices of a piece have
+// ascending keys.
 using VertexKey = std::uint64_t;
 
 constexpr VertexKey MakeKey(std::uint32_t partition, std::uint32_t index)
@@ -38,7 +40,7 @@ constexpr std::uint32_t IndexOfKey(VertexKey key)
   return static_cast<std::uint32_t>(key);
 }
 
-// Which piece: a resolution and a node.
+// Names a piece: a resolution and a node.
 struct PieceId
 {
   Resolution resolution;
@@ -57,8 +59,9 @@ struct Piece
 
   std::vector<Vec3> positions; // own, then ghosts
   std::vector<VertexKey> keys; // own (ascending), then ghosts (ascending)
-  // For own vertices of a level: their geometric errors in model units, while it is built. Blobs do
-  // not have them; a page of the tree has the largest of a piece.
+  // For own vertices of a level: their geometric errors in model units. Only while the piece is
+  // built: blobs do not contain them, and a page of the tree contains only the largest of each
+  // piece.
   std::vector<float> geometricErrors;
 
   // The ranks of the ancestors at the levels R … min(d, S) - 1, R first (AncestorLevelsOf): for all
@@ -79,20 +82,21 @@ struct Piece
   std::uint32_t VertexCount() const { return static_cast<std::uint32_t>(this->positions.size()); }
   std::uint32_t GhostCount() const { return this->VertexCount() - this->ownVertices; }
 
-  // The ranks above local vertex `v`, of level R first; empty where the piece carries none for it.
+  // The ranks of the ancestors of local vertex `v`, level R first; empty if the piece has none for
+  // it.
   std::span<const std::uint32_t> AncestorsOf(std::uint32_t v, const TreeDepths& depths) const;
 };
 
 // Checks that a builder for a tree of these depths could have written `piece`: sizes agree; keys
 // ascend and lie in the piece's node (own) or outside it (ghosts); indices are in range; a cluster
 // has one parent, and its child pieces exist at the next level. For decoders: the drawing rule
-// relies only on what is checked here, so hostile bytes cannot break it. O(size), and O(log size)
-// for each cluster that is an ancestor again.
+// relies only on what is checked here, so hostile bytes cannot break it. O(size), plus O(log size)
+// each time that an ancestor appears again.
 Status CheckPiece(const Piece& piece, const TreeDepths& depths);
 
-// Checks that all ranks of vertices coarser than S, and of ancestors, are below the number of
-// clusters of their level. clusters: of each level; empty: unknown, nothing is checked. REQUIRES:
-// sizes of the piece agree. Errors: InvalidInput.
+// Checks that the ranks of ancestors, and of vertices of a level coarser than S, are below the
+// number of clusters of their level. clusters: this number for each level; if empty, nothing is
+// checked. REQUIRES: the sizes in the piece agree. Errors: InvalidInput.
 Status CheckRanks(
   const Piece& piece, const TreeDepths& depths, std::span<const std::uint64_t> clusters);
 

@@ -32,7 +32,7 @@ PieceCutter::PieceCutter(const VertexTree& tree, const Mesh& mesh, Resolution re
   this->FindTriangles(execution);
 }
 
-// Which pieces, and where the own vertices of each begin.
+// Finds the pieces to cut, and where the own vertices of each begin.
 void PieceCutter::FindOwn(const ModelPart& part)
 {
   const unsigned depth = PieceDepth(this->Which, this->Tree.depths);
@@ -56,7 +56,7 @@ void PieceCutter::FindOwn(const ModelPart& part)
   }
 }
 
-// The place of each vertex of the mesh at hand.
+// Finds the place of each vertex of the mesh.
 void PieceCutter::PlaceMesh(const Execution& execution)
 {
   this->Places.resize(this->Tree.original.size());
@@ -70,7 +70,7 @@ void PieceCutter::PlaceMesh(const Execution& execution)
     });
 }
 
-// The triangles of each piece.
+// Finds the triangles of each piece.
 void PieceCutter::FindTriangles(const Execution& execution)
 {
   const bool original = this->Which.IsOriginal();
@@ -107,7 +107,7 @@ VertexId PieceCutter::NumberedAt(VertexId place) const
                                   : this->Tree.levels[this->Which.Depth()].first[place];
 }
 
-// near: the key of a vertex that is probably of the same partition, or 0.
+// near: the key of a vertex that is probably in the same partition, or 0.
 VertexKey PieceCutter::KeyOf(VertexId place, VertexKey near) const
 {
   return this->IsBelowStitch() ? this->Tree.levels[this->Which.Depth()].RankOf(place)
@@ -168,7 +168,7 @@ Piece PieceCutter::Cut(std::size_t i) const
 
   const auto isOwn = [&](VertexId v) { return v >= begin && v < end; };
   std::vector<VertexId> ghosts;
-  std::vector<std::pair<Triangle, std::uint32_t>> triangles; // and their numbers
+  std::vector<std::pair<Triangle, std::uint32_t>> triangles; // with their numbers
   triangles.reserve(this->Buckets.Of(i).size());
   for (const std::uint32_t t : this->Buckets.Of(i))
   {
@@ -219,8 +219,8 @@ Piece PieceCutter::Cut(std::size_t i) const
   return piece;
 }
 
-// The triangles and their arrays; triangles that are equal stay in the order of the input, so that
-// each keeps its own tuples.
+// Adds the triangles and their arrays. Equal triangles stay in the order of the input, so that each
+// keeps its own tuples.
 void PieceCutter::AddTriangles(Piece& piece, VertexId begin, const std::vector<VertexId>& ghosts,
   std::vector<std::pair<Triangle, std::uint32_t>>&& triangles) const
 {
@@ -241,7 +241,7 @@ void PieceCutter::AddTriangles(Piece& piece, VertexId begin, const std::vector<V
     {
       ++turn;
     }
-    // If the triangle has a vertex twice, these two may come first.
+    // If the triangle has a vertex twice, both copies may come first.
     return turn == 0 && local(this->PlaceOf(given[1])) != turned[1] ? 2U : turn;
   };
   for (auto& [triangle, number] : triangles)
@@ -282,7 +282,8 @@ void PieceCutter::AddTriangles(Piece& piece, VertexId begin, const std::vector<V
   }
 }
 
-// Adds arrays of the own vertices from `begin` on and of the ghosts, before the cell arrays.
+// Adds the point arrays, for own vertices from `begin` on and for the ghosts, before the cell
+// arrays.
 void PieceCutter::AddPointArrays(
   Piece& piece, VertexId begin, const std::vector<VertexId>& ghosts) const
 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Numbers from the top down: see VertexNumbers.h.
+// Numbering from the top down: see VertexNumbers.h.
 #include "filters/core/pieces/VertexNumbers.h"
 
 #include "filters/core/RadixSort.h"
@@ -28,7 +28,7 @@ struct Siblings
   }
 };
 
-// Orders by place, then by lowest original vertex.
+// Whether cluster a comes before b: ordered by place, then by lowest original vertex.
 bool IsBefore(const ClusterParents& level, VertexId a, VertexId b)
 {
   return level.positions[a] != level.positions[b] ? level.positions[a] < level.positions[b]
@@ -39,7 +39,8 @@ Siblings GroupSiblings(const ClusterParents& level, std::size_t parents, const E
 {
   constexpr std::size_t grain = 1 << 12; // parents
   Siblings siblings;
-  // Shifted by one parent: where the next cluster goes, in the end where the next parent's begin.
+  // Shifted by one parent: at first where each parent's next cluster goes; in the end, where each
+  // parent's clusters begin.
   std::vector<VertexId> next(parents + 2, 0);
   for (const VertexId parent : level.parents)
   {

@@ -22,7 +22,7 @@ std::vector<std::vector<VertexId>> FirstVertices(
     const ClusterLevel& level = levels.levels[d];
     return ClusterParents{ level.parents, level.lowest, level.positions };
   };
-  // At first the original vertices of each cluster, from the finest level up to S.
+  // First count the original vertices of each cluster, from the finest level up to S.
   std::vector<std::vector<VertexId>> first(levels.levels.size());
   first.back().assign(levels.levels.back().lowest.size(), 0);
   for (const VertexId cluster : levels.finest)

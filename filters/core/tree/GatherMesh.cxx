@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Gathering of a mesh: see GatherMesh.h.
-//   1. Number the vertices anew, partition by partition; move points and their arrays accordingly.
+//   1. Renumber the vertices, partition by partition; move points and their arrays accordingly.
 //   2. Replace corners by new numbers; sort triangles by the partition of the lowest corner, by
 //      counting.
 //   3. Make the buckets; within a bucket triangles keep their order.
@@ -30,7 +30,7 @@ void ForEach(std::size_t count, std::size_t least, const Execution& execution, c
     });
 }
 
-// Moves the tuples: the i-th was tuple from[i].
+// Reorders the tuples: the new i-th one is the old tuple from[i].
 void MoveTuples(Attribute& array, std::span<const std::uint32_t> from, const Execution& execution)
 {
   const std::size_t bytes = array.TupleSize();
@@ -72,7 +72,8 @@ public:
   }
 
 private:
-  // The partition of a new number. O(1): sizes of partitions differ by one at most.
+  // The partition of a vertex with a new number. O(1), because sizes of partitions differ by at
+  // most one.
   std::size_t PartitionOf(VertexId v) const
   {
     std::size_t p = std::min(static_cast<std::size_t>(v * this->Scale), this->Partitions - 1);
@@ -144,8 +145,8 @@ private:
     }
   }
 
-  // Step 2. Returns where each triangle was. Counts each chunk separately; the counts of all chunks
-  // before a chunk say where its triangles go.
+  // Step 2. Returns the old place of each triangle. Counts each chunk separately; the counts of all
+  // chunks before a chunk say where its triangles go.
   std::vector<std::uint32_t> SortTriangles()
   {
     std::vector<Triangle>& triangles = this->Input.triangles;
@@ -188,7 +189,8 @@ private:
     return before;
   }
 
-  // Step 3. A bucket has the triangles that lower partitions own, then its own, which are in order.
+  // Step 3. A bucket first has the triangles that lower partitions own, then the partition's own
+  // ones, which are already in order. before: the old place of each triangle.
   void OrderBuckets(std::span<const std::uint32_t> before)
   {
     TriangleBuckets& buckets = this->Output.buckets;
@@ -211,7 +213,7 @@ private:
   std::size_t Partitions;
   double Scale;                // partitions a vertex
   std::vector<VertexId> Begin; // of each partition, and the end
-  // Number of triangles whose lowest vertex is this one or a lower one.
+  // For each partition the number of triangles that it or a lower partition owns.
   std::vector<std::uint32_t> OwnEnd;
   GatheredMesh Output;
 };
@@ -221,12 +223,12 @@ private:
 bool IsScattered(std::span<const Triangle> triangles, std::span<const std::uint32_t> partitionOf)
 {
   constexpr std::size_t samples = 4096;
-  // Whether most of `count` things are in another partition than the next one.
+  // Whether most of `count` elements are in another partition than the next element.
   const auto mostlyJumps = [&](std::size_t count, const auto& partition)
   {
     if (count < 2 * samples)
     {
-      return false; // all triangles are in the cache
+      return false; // everything is in the cache
     }
     std::size_t jumps = 0;
     for (std::size_t s = 0; s < samples; ++s)

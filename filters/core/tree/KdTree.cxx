@@ -39,7 +39,7 @@ void ForEachBlock(std::size_t count, const Execution& execution, const Body& bod
     });
 }
 
-// What has to be known before the points become records.
+// What must be known before the points become records.
 struct Survey
 {
   Box box;
@@ -128,7 +128,8 @@ Status ClusterWith(std::span<const Vec3> points, const TreeDepths& depths, Clust
   return {};
 }
 
-// The smallest depth at which a cell of `vertices` vertices, halved, has at most `limit`.
+// The smallest depth at which `vertices` vertices, halved at each depth, give cells of at most
+// `limit` vertices.
 unsigned SmallestDepth(std::size_t vertices, std::size_t limit)
 {
   unsigned depth = 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The total order (coordinate, id) as two whole numbers, so that methods can bisect it and count it
-// in bins without knowing what a double is.
+// The total order (coordinate, id) as two integers, so that algorithms can bisect it, or count keys
+// in bins, without handling doubles.
 #pragma once
 
 #include "filters/core/BitCast.h"
@@ -11,7 +11,8 @@
 namespace kdstream
 {
 
-// Numbers in the order of the doubles; 0.0 and -0.0 are the same. REQUIRES: not NaN.
+// Maps doubles to integers in the same order; 0.0 and -0.0 give the same integer. REQUIRES: not
+// NaN.
 inline std::uint64_t OrderedBits(double value)
 {
   const auto bits = BitCast<std::uint64_t>(value + 0.0);
@@ -29,11 +30,11 @@ inline double ValueOfOrderedBits(std::uint64_t ordered)
 struct OrderKey
 {
   std::uint64_t coordinate = 0; // OrderedBits
-  std::uint64_t id = 0;         // below 2^32; as wide as the other, so that files have no gaps
+  std::uint64_t id = 0;         // below 2^32; 64 bits, so that records in files have no padding
 
   bool operator==(const OrderKey&) const = default;
 
-  // Bits, not && and ||: a branch here is taken as often as not.
+  // Bit operations instead of && and ||, because a branch here could not be predicted.
   friend bool operator<(const OrderKey& a, const OrderKey& b)
   {
     return (unsigned(a.coordinate < b.coordinate) |

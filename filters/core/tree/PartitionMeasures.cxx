@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Partition measures: see PartitionMeasures.h. Steps:
-// 1. counts and areas, and the edges of the triangles of every partition
-// 2. sort edges by (ends, partition): edges that occur once are boundary
-// 3. compactness, statistics.
+// 1. Compute counts and areas, and list the edges of the triangles of every partition.
+// 2. Sort edges by (ends, partition): edges that occur only once are on the boundary.
+// 3. Compute compactness and statistics.
 #include "filters/core/tree/PartitionMeasures.h"
 
 #include "filters/core/VectorMath.h"
@@ -38,8 +38,8 @@ double TriangleArea(const Vec3& p, const Vec3& q, const Vec3& r)
   return Length(Cross(Minus(q, p), Minus(r, p))) / 2;
 }
 
-// The points around the origin, scaled to an extent of 1 to 2, so that squares are in the range of
-// doubles. `unit`: the scale, a power of two, so that only the translation rounds.
+// Moves the points to the origin, and scales them to an extent of 1 to 2, so that squares are in
+// the range of doubles. unit: gets the scale, a power of two, so that only the translation rounds.
 Result<std::vector<Vec3>> Scale(std::span<const Vec3> points, double& unit)
 {
   const Box box = BoxOfPoints(points);
@@ -65,7 +65,8 @@ Result<std::vector<Vec3>> Scale(std::span<const Vec3> points, double& unit)
   return scaled;
 }
 
-// Adds counts and areas. Returns the edges of triangles with three places.
+// Adds counts and areas. Returns the edges of triangles whose corners are in three different
+// places.
 std::vector<PartitionEdge> AddTriangles(std::span<const Vec3> points,
   std::span<const Triangle> triangles, const Clustering& clustering,
   std::vector<PartitionMeasure>& partitions)

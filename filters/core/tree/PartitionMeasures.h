@@ -23,7 +23,7 @@ struct PartitionMeasure
   double boundaryLength = 0;      // p of eq. (1), in the unit of the coordinates
   double area = 0;                // w of eq. (1)
   // c = p^2 / (4 pi w): 1 for a disc, 1.27 for a square, more for longer or more jagged shapes. NaN
-  // without area or boundary: degenerate triangles, whole closed components.
+  // if there is no area (degenerate triangles) or no boundary (whole closed components).
   double compactness = 0;
 };
 
@@ -34,7 +34,7 @@ struct Spread
   double maximum = 0;
   double mean = 0;
   double standardDeviation = 0; // of all partitions, not of a sample
-  // maximum / minimum; infinite where only the minimum is 0.
+  // maximum / minimum; infinite if only the minimum is 0.
   double ratio = 0;
 };
 
@@ -43,26 +43,27 @@ struct PartitionMeasures
   std::vector<PartitionMeasure> partitions; // one a cluster
   Spread vertices;
   Spread triangles;
-  Spread compactness;       // of partitions that have a compactness,
-  std::size_t measured = 0; // and the number of these partitions
+  Spread compactness;       // of the partitions that have a compactness
+  std::size_t measured = 0; // the number of partitions that have a compactness
 };
 
 Spread SpreadOf(std::span<const double> values);
 
-// Measures the partitions of a surface that a clustering of its vertices makes. A partition is what
-// is stored and streamed: every triangle that touches one of its vertices, so that triangles
-// between partitions count in each (paper 4.2.4: "we added vertices on the boundary to both
-// partitions"). Its boundary runs along the edges that exactly one of these triangles has, open
-// edges of the mesh too: the perimeter of the patch that a viewer gets. It passes through vertices
-// on one side of the cut, so it is about a tenth longer than the cut itself: a square patch has a
-// compactness of 1.5 instead of 1.27. The values are of the size of those in the paper's Table 2.
-// (If each triangle belonged to one partition only, boundaries would zigzag, and compactness would
-// be 3 to 7 and measure the zigzag: tried.) Partitions of few triangles appear larger than they
-// are. Vertices in the same place count as one for edges, so that repeated vertices make no slits.
-// Triangles with two corners in one place are counted, but have no area and no edges. Input: points
-// are finite, triangles name points. Complexity: O(n + t log t); memory about 50 bytes a triangle.
-// Serial. Errors: InvalidArgument if the clustering does not have one entry for each vertex, or an
-// entry is not a cluster; Cancelled. Source: paper 4.1, eq. (1), and 4.1.1, Table 2.
+// Measures the partitions of a surface that a clustering of its vertices makes. A partition is
+// measured as it is stored and streamed: with every triangle that touches one of its vertices, so a
+// triangle between partitions counts in each of them (paper 4.2.4: "we added vertices on the
+// boundary to both partitions"). Its boundary consists of the edges that only one of these
+// triangles has, including open edges of the mesh: it is the perimeter of the patch that a viewer
+// gets. It passes through vertices on one side of the cut, so it is about a tenth longer than the
+// cut itself: a square patch has a compactness of 1.5 instead of 1.27. The values are of the same
+// magnitude as those in the paper's Table 2. (We also tried giving each triangle to only one
+// partition: boundaries then zigzag, and compactness is 3 to 7 and measures the zigzag.) Partitions
+// of few triangles appear larger than they are. Vertices in the same place count as one for edges,
+// so that repeated vertices make no slits. Triangles with two corners in one place are counted, but
+// have no area and no edges. Input: points are finite, triangles name points. Complexity: O(n + t
+// log t); memory about 50 bytes a triangle. Serial. Errors: InvalidArgument if the clustering does
+// not have one entry for each vertex, or an entry is not a cluster; Cancelled. Source: paper 4.1,
+// eq. (1), and 4.1.1, Table 2.
 Result<PartitionMeasures> MeasurePartitions(std::span<const Vec3> points,
   std::span<const Triangle> triangles, const Clustering& clustering,
   const Execution& execution = {});

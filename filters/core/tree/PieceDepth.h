@@ -19,13 +19,13 @@ unsigned PieceDepth(Resolution resolution, const TreeDepths& depths);
 // R, the finest level that is one piece whatever the model: min(L, 11).
 unsigned PreviewLevel(const TreeDepths& depths);
 
-// At which levels the vertices of a resolution carry their ancestors' ranks
-// (doc/design.md#numbers): `count` levels from `coarsest` = R on, down to min(d, S) - 1.
+// The levels for which vertices of a resolution carry the ranks of their ancestors
+// (doc/design.md#numbers): `count` levels, from `coarsest` = R to min(d, S) - 1.
 struct AncestorLevels
 {
   unsigned coarsest = 0;
   unsigned count = 0;
-  bool own = false; // levels up to S: own vertices and ghosts; finer: only ghosts
+  bool own = false; // whether own vertices carry them (levels up to S), or only ghosts
 
   std::size_t Rows(std::size_t ownVertices, std::size_t ghosts) const
   {

@@ -14,8 +14,8 @@
 namespace kdstream
 {
 
-// Float: 16 bytes, where floats hold every coordinate exactly; double: 32 bytes. Both give the same
-// tree of the same points.
+// Scalar: float (16 bytes) if floats hold every coordinate exactly, otherwise double (32 bytes).
+// Both give the same tree for the same points.
 template <class Scalar>
 struct PointRecord
 {
@@ -28,7 +28,7 @@ struct PointRecord<double>
 {
   std::array<double, 3> p;
   VertexId id;
-  std::uint32_t unused = 0; // no byte of a record is left to chance: records are written to files
+  std::uint32_t unused = 0; // records are written to files, so no byte may be undefined
 };
 
 static_assert(sizeof(PointRecord<float>) == 16 && sizeof(PointRecord<double>) == 32);
@@ -97,7 +97,7 @@ Box BoxOfRecords(std::span<const PointRecord<Scalar>> records)
   {
     return {};
   }
-  // Two at a time: a single minimum would wait for the one before.
+  // Two boxes in turn: with a single one, each minimum would wait for the previous minimum.
   RecordBox<Scalar> even(records[0]), odd(records[0]);
   std::size_t i = 0;
   for (; i + 2 <= records.size(); i += 2)

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The medians of all nodes of a depth at once, for vertices that are on several ranks (paper 4.1,
-// step c): by their bits, so that ranks exchange counts, not vertices.
+// Finds the medians of all nodes of a depth at once, for vertices that are spread over several
+// ranks (paper 4.1, step c). Works on the bits of keys, so that ranks exchange counts, not
+// vertices.
 //
 // Steps:
 // 1. Each rank counts its keys by their highest bits.
-// 2. The counts are added over the ranks: the bin that holds a node's median gives these bits.
+// 2. The counts are added over the ranks: the bin that holds a node's median gives the median's
+//    highest bits.
 // 3. The same for the next bits, among the keys that begin with the known bits.
 #pragma once
 
@@ -22,11 +24,11 @@ namespace kdstream
 class RadixMedians
 {
 public:
-  // The lowest key of the upper half of each node of a depth. vertices: in the whole tree, on all
-  // ranks. forEachKey(visit) -> Status calls visit(node, key) for all vertices of this rank, nodes
-  // from 0 to 2^depth - 1, the same in each call; sum(counts) -> Status adds over the ranks,
-  // element by element. 6 to 24 passes, each of one sum of at most 8 MiB, or 16 counts a node.
-  // REQUIRES: called by all ranks together; keys that differ.
+  // The lowest key of the upper half of each node of a depth. vertices: their number in the whole
+  // tree, on all ranks. forEachKey(visit) -> Status calls visit(node, key) for all vertices of this
+  // rank, with nodes from 0 to 2^depth - 1, and visits the same in each call. sum(counts) -> Status
+  // adds the counts of all ranks, element by element. Makes 6 to 24 passes, each with one sum of at
+  // most 8 MiB, or 16 counts a node. REQUIRES: all ranks call it together; all keys differ.
   template <class ForEachKey, class Sum>
   static Result<std::vector<OrderKey>> Find(
     std::uint64_t vertices, unsigned depth, const ForEachKey& forEachKey, const Sum& sum)
@@ -69,8 +71,8 @@ public:
 private:
   static constexpr unsigned bitsOfKey = 96; // 64 of the coordinate, 32 of the id
 
-  // The number of bits that a pass finds for each of these nodes: more while there are few nodes,
-  // so that bins take at most 8 MiB and are fewer than vertices.
+  // The number of bits that a pass finds for each node. Fewer nodes allow more bits: the bins take
+  // at most 8 MiB (or 16 counts a node), and are fewer than the vertices.
   static unsigned DigitFor(std::size_t nodes, std::uint64_t vertices)
   {
     if (nodes <= 4 && vertices >= std::uint64_t{ 1 } << 16)
@@ -80,14 +82,14 @@ private:
     return nodes <= std::size_t{ 1 } << 12 ? 8 : 4;
   }
 
-  // The bits of a key from `shift` on, the lowest ones first.
+  // The `bits` bits of a key that are above its lowest `shift` bits.
   static std::uint64_t KeyBits(const OrderKey& key, unsigned shift, unsigned bits)
   {
     const std::uint64_t from = shift >= 32 ? key.coordinate >> (shift - 32) : key.id >> shift;
     return from & ((std::uint64_t{ 1 } << bits) - 1);
   }
 
-  // Whether keys agree in the bits from `shift` on.
+  // Whether two keys agree in all bits above their lowest `shift` bits.
   static bool BeginsWith(const OrderKey& a, const OrderKey& b, unsigned shift)
   {
     if (shift >= bitsOfKey)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The k-th of some records on the total order (coordinate, id): paper 4.1 step c, in memory.
+// Selects the k-th of some records in the total order (coordinate, id): paper 4.1 step c, in
+// memory.
 //
 // Steps, after R. W. Floyd and R. L. Rivest, "Expected time bounds for selection" (CACM 18, 1975):
 //   a. Choose a pivot by a sample: just beyond the wanted rank, on the side where more records are.
@@ -20,7 +21,7 @@
 namespace kdstream
 {
 
-// Whether a record comes before a place on the total order along an axis. 0.0 and -0.0 are equal.
+// Whether a record comes before the pivot in the total order along an axis. 0.0 and -0.0 are equal.
 template <class Scalar, std::size_t Axis>
 struct BeforePivot
 {
@@ -32,7 +33,7 @@ struct BeforePivot
     , id(record.id)
   {
   }
-  // Bits, not && and ||: a branch here is taken as often as not.
+  // Bit operations instead of && and ||, because a branch here could not be predicted.
   bool operator()(const PointRecord<Scalar>& record) const
   {
     const Scalar other = record.p[Axis];
@@ -48,9 +49,9 @@ public:
   using Record = PointRecord<Scalar>;
   using Before = BeforePivot<Scalar, Axis>;
 
-  // Afterwards *nth is the record of that rank; smaller records are before it, larger ones after
-  // it. Expected O(n), 1.5 n comparisons; O(n log n) at worst. REQUIRES: first <= nth < last, ids
-  // that differ.
+  // Afterwards *nth is the record that belongs there in sorted order; smaller records are before
+  // it, larger ones after it. Expected O(n), 1.5 n comparisons; O(n log n) at worst. REQUIRES:
+  // first <= nth < last, ids that differ.
   static void Select(Record* first, Record* nth, Record* last)
   {
     constexpr unsigned mostRounds = 40;
@@ -58,7 +59,7 @@ public:
     {
       if (round == mostRounds)
       {
-        // An order that defeats the choice of pivots.
+        // The records are in an order that defeats the choice of pivots.
         std::nth_element(
           first, nth, last, [](const Record& a, const Record& b) { return Before(b)(a); });
         return;
@@ -80,8 +81,9 @@ private:
   static constexpr std::ptrdiff_t fewRecords = 32;
   static constexpr std::ptrdiff_t manyRecords = 600;
 
-  // Sorts a few records: counts for each how many are smaller, and puts it at that place. That
-  // compares more pairs than needed, but without branches and several at a time, which is faster.
+  // Sorts a few records: counts for each record how many are smaller, and puts it at that place.
+  // This compares more pairs than needed, but without branches and several at a time, so it is
+  // faster.
   static void Sort(Record* first, Record* last)
   {
     constexpr std::size_t most = fewRecords;
@@ -98,7 +100,7 @@ private:
     }
     for (std::size_t i = count; i < padded; ++i)
     {
-      coordinates[i] = std::numeric_limits<Scalar>::infinity(); // after all
+      coordinates[i] = std::numeric_limits<Scalar>::infinity(); // sorts after all others
       ids[i] = 0;
     }
     for (std::size_t i = 0; i < count; ++i)
@@ -138,7 +140,7 @@ private:
   {
     const auto size = static_cast<std::uint64_t>(last - first);
     const auto rank = static_cast<std::uint64_t>(nth - first);
-    // About size^(2/3): the cost of the sample against that of a second round.
+    // About size^(2/3): balances the cost of the sample against that of a second round.
     const unsigned bits = static_cast<unsigned>(std::bit_width(size)) * 2 / 3;
     const std::uint64_t sample = std::max<std::uint64_t>(5, std::uint64_t{ 1 } << bits >> 1);
     const std::uint64_t stride = size / sample;
@@ -149,7 +151,7 @@ private:
       const std::uint64_t within = (std::uint64_t{ noise } * stride) >> 32;
       std::swap(first[i], first[i * stride + within]);
     }
-    // Two standard deviations of a rank of the sample, at most.
+    // At most two standard deviations of a rank in the sample.
     const std::uint64_t margin = std::uint64_t{ 1 } << (bits / 2);
     const std::uint64_t scaled = rank * sample / size;
     const std::uint64_t wanted = 2 * rank < size ? std::min(scaled + margin, sample - 1)
@@ -169,7 +171,7 @@ private:
     {
       return first;
     }
-    const Record kept = *begin; // its place is the gap that travels along
+    const Record kept = *begin; // its slot becomes the gap, which moves along
     Record* gap = begin;
     Record* end = begin; // end of the records before the pivot
     for (Record* next = begin + 1; next != last; ++next)

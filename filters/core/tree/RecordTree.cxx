@@ -2,7 +2,7 @@
 // The k-d tree over records: see RecordTree.h. Steps as in the paper's section 4.1:
 //   a. Find the box of the cell's vertices.
 //   b. Find its longest axis.
-//   c. Find the median on the total order (coordinate, id).
+//   c. Find the median in the total order (coordinate, id).
 //   d. Divide the cell into two halves.
 //   e. Repeat for each half.
 // The upper depths are split one after the other, all nodes of a depth in parallel; below
@@ -80,7 +80,8 @@ private:
     return {};
   }
 
-  // Ids ascending. Finest cells hold a few vertices: counting the smaller ones is the fastest way.
+  // Sorts by ascending ids. Finest cells hold few vertices: counting the smaller ids is fastest
+  // there.
   static void SortById(Records cell)
   {
     constexpr std::size_t few = 16;

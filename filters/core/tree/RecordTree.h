@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Builds the k-d tree below one cell, from records in memory: BuildKdTree uses it for the root, the
-// tree out of core for every cell that fits the memory.
+// out-of-core tree for every cell that fits in memory.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -14,12 +14,12 @@ namespace kdstream
 {
 
 // Orders records by finest cell, ids ascending inside each. Input: the records of cell `index` (0 …
-// 2^depth - 1) at `depth` <= depths.finest, ids that differ, finite coordinates whose differences
-// are finite. Output: the records in order; boxes[node] of every node of the subtree down to
-// depths.partition, in a span of 2^(P+1) boxes. An empty span: no boxes, and in finest cells any
-// order. Complexity: O(n (L - depth)); no memory that grows with n. Threads: nodes of one depth,
-// then subtrees; the result does not depend on them. Reports the step "tree" from 0 to 1. Errors:
-// Cancelled. Source: paper 4.1.
+// 2^depth - 1) at `depth` <= depths.finest, all ids differ; coordinates and their differences are
+// finite. Output: the records in order, and boxes[node] of every node of the subtree down to
+// depths.partition, in a span of 2^(P+1) boxes. If the span is empty, no boxes are made, and the
+// order inside finest cells is unspecified. Complexity: O(n (L - depth)); memory does not grow with
+// n. Threads: the nodes of a depth in parallel, then subtrees; the result does not depend on the
+// threads. Reports the step "tree" from 0 to 1. Errors: Cancelled. Source: paper 4.1.
 template <class Scalar>
 Status BuildRecordTree(std::span<PointRecord<Scalar>> records, unsigned depth, std::size_t index,
   const TreeDepths& depths, std::span<Box> boxes, const Execution& execution = {});

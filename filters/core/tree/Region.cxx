@@ -53,7 +53,7 @@ Vec3 Centre(const Box& box)
     box.lo[2] / 2 + box.hi[2] / 2 };
 }
 
-// All boxes are known, and exact.
+// For a tree whose boxes are all known exactly.
 class AllBoxes : public TreeBoxes
 {
 public:
@@ -70,7 +70,7 @@ private:
   std::span<const Box> Boxes;
 };
 
-// A box that a search would look into and that is not known: somewhere in `within`.
+// An unknown box that a search needs; it lies somewhere in `within`.
 struct UnknownBox
 {
   NodeId node;
@@ -83,8 +83,8 @@ void Need(TreeBoxes& boxes, const UnknownBox& unknown)
   unknown.ofPartition ? boxes.NeedOfPartition(unknown.node) : boxes.NeedAround(unknown.node);
 }
 
-// Calls visit(partition's node, its box) for the partitions whose boxes pass `enter`. `nearest`:
-// the child nearer to it is visited first.
+// Calls visit(partition's node, its box) for the partitions whose boxes pass `enter`. nearest: if
+// not null, of two children the one nearer to this point is visited first.
 template <class Enter, class Visit>
 class Descent
 {
@@ -97,7 +97,7 @@ public:
   {
   }
 
-  // Boxes that are unknown and might be part of the region.
+  // Searches down to `depth`; returns the unknown boxes that might be part of the region.
   std::vector<UnknownBox> Into(unsigned depth)
   {
     this->Into(1, depth, {});
@@ -167,7 +167,8 @@ Box Reach(const Box& cell, unsigned rings)
   return reach;
 }
 
-// cell, box: the node, and its exact box. Of more than `most` partitions some.
+// The region around a node. box: the exact box of `cell`. If the region has more than `most`
+// partitions, returns only some of them, but more than `most`.
 std::optional<std::vector<std::uint32_t>> RegionAround(TreeBoxes& boxes, const TreeDepths& depths,
   NodeId cell, const Box& box, unsigned rings, std::size_t most)
 {
@@ -242,7 +243,8 @@ std::optional<std::vector<std::uint32_t>> FindKnownRegion(
 
 NearestAnswer NearestKnownPartition(TreeBoxes& boxes, const TreeDepths& depths, const Vec3& point)
 {
-  // The nearest point is not farther than this: each box that is not empty has a point.
+  // The nearest point is not farther than this, because each box that is not empty contains a
+  // point.
   double most = std::numeric_limits<double>::infinity();
   const auto isNear = [&](const Box& box)
   {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Durability: the bytes are on the disk before the file gets its name, and the name is afterwards.
-// This program's own fsync records its calls.
+// Durability: the bytes are on the disk before the file gets its name, and the name is on the disk
+// afterwards. This program's own fsync records its calls.
 #include "filters/files/Folders.h"
 #include "filters/files/NewFile.h"
 #include "filters/files/WriteWhole.h"
@@ -77,7 +77,7 @@ TEST_F(DurableFile, WaitsForItsBytesThenForItsName)
   EXPECT_EQ(calls, "");
 }
 
-// A failing disk is reported, with the place of the file after the failure.
+// A disk failure is reported, and the message says where the file is now.
 TEST_F(DurableFile, SaysWhereItIsWhenTheFolderFails)
 {
   const TemporaryFolder folder;

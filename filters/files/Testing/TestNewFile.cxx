@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A file that replaces its target when it is complete: no other file is touched on the way, and its
-// permissions stay.
+// A file that replaces its target when it is complete. No other file is changed, and the target's
+// permissions are kept.
 #include "filters/files/NewFile.h"
 
 #include "Testing/Fixtures/TemporaryFolder.h"
@@ -42,7 +42,8 @@ std::set<std::string> NamesIn(const fs::path& folder)
   return names;
 }
 
-// As a user who is not root, in a process of its own: true, or the process ended otherwise.
+// Calls work() in a process of its own, as a user who is not root. Returns whether work() returned
+// true.
 template <class Work>
 bool AsAnybody(const Work& work)
 {
@@ -96,7 +97,7 @@ TEST_F(NewFileTest, IsThereWholeOrNotAtAll)
   EXPECT_EQ(NamesIn(this->Folder.Path), std::set<std::string>{ "out.json" });
 }
 
-// Links with the names of temporary files lead to files of other users.
+// Links with the names of temporary files might lead to files of other users.
 TEST_F(NewFileTest, NoLinkBesideItIsFollowed)
 {
   std::ofstream(this->Folder / "victim") << "precious";
@@ -107,7 +108,7 @@ TEST_F(NewFileTest, NoLinkBesideItIsFollowed)
     fs::create_symlink("victim", this->Folder / name);
   }
   fs::create_symlink("victim", this->Folder / ("out.json.tmp-" + process + "-0"));
-  fs::create_symlink("victim", this->Folder / ".out.json.aaaaaa.unfinished"); // as a leftover
+  fs::create_symlink("victim", this->Folder / ".out.json.aaaaaa.unfinished"); // like a leftover
   const auto before = NamesIn(this->Folder.Path);
   for (const std::string bytes : { "one", "two" })
   {
@@ -184,13 +185,14 @@ TEST_F(NewFileTest, ALinkIsReplacedAndWhatItLeadsToStays)
   EXPECT_FALSE(fs::is_symlink(this->File()));
   EXPECT_EQ(ModeOf(this->File()), 0600U) << "it was private";
   EXPECT_EQ(ReadWhole(this->Folder / "private"), "precious");
-  // Nor is it made writable for everybody, as what a stranger's link leads to may be.
+  // The new file does not become writable for everybody either, even if the target of a stranger's
+  // link is.
   fs::remove(this->File());
   ASSERT_EQ(::chmod((this->Folder / "private").c_str(), 0666), 0);
   fs::create_symlink("private", this->File());
   ASSERT_TRUE(this->Write("x"));
   EXPECT_EQ(ModeOf(this->File()), 0644U);
-  // A link that leads nowhere makes nothing there.
+  // If a link leads nowhere, nothing is created at its target.
   fs::remove(this->File());
   fs::create_symlink("nowhere", this->File());
   ASSERT_TRUE(this->Write("x"));
@@ -223,7 +225,7 @@ TEST_F(NewFileTest, WhatKilledWritersHaveLeftGoesAndWhatIsBeingWrittenStays)
   ASSERT_TRUE(writing->Finish());
 }
 
-// The rename worked: a folder that cannot be synchronized is not reported as a failure.
+// If the rename has worked, a folder that cannot be synchronized is not reported as a failure.
 TEST_F(NewFileTest, IsWrittenInAFolderThatCannotBeRead)
 {
   ASSERT_EQ(::chmod(this->Folder.Path.c_str(), 0777), 0);

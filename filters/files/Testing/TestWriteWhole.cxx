@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a user names as an output: files whole, devices and descriptors written to, never replaced.
+// Writing to an output that a user names: a file is replaced as a whole; devices and descriptors
+// are written to, never replaced.
 #include "filters/files/WriteWhole.h"
 
 #include "Testing/Fixtures/TemporaryFolder.h"
@@ -74,7 +75,7 @@ TEST(WriteWhole, BytesAreCompared)
   EXPECT_FALSE(HasBytes(folder / "none", ""));
   ASSERT_TRUE(WriteWhole(folder / "empty", ""));
   EXPECT_TRUE(HasBytes(folder / "empty", ""));
-  ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0); // that nobody writes to
+  ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0); // no process writes to it
   EXPECT_FALSE(HasBytes(folder / "pipe", ""));
 }
 
@@ -107,7 +108,7 @@ TEST(WriteWhole, AFileIsReadWholeOrNotThere)
   ASSERT_FALSE(directory);
   EXPECT_EQ(directory.GetError().code, ErrorCode::InputOutput);
   EXPECT_TRUE(ReadWholeFile(folder / "a", Links::Follow, bytes.size()));
-  // Which has no end.
+  // A device without an end.
   const auto endless = ReadWholeFile("/dev/zero");
   ASSERT_FALSE(endless);
   EXPECT_EQ(endless.GetError().code, ErrorCode::LimitExceeded);

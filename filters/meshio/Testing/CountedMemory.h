@@ -15,8 +15,8 @@ extern std::size_t liveBytes, peakBytes;
 namespace kdstream::test
 {
 
-// Runs ReadHostile, at most `limit` bytes at a time: it may take at most `most` bytes of memory in
-// all, and must free them.
+// Runs ReadHostile with `limit`. It may take at most `most` bytes of memory in all, and must free
+// them.
 template <class OpenReader>
 bool ReadCounted(
   const OpenReader& open, std::string_view bytes, std::size_t limit, std::size_t most)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// libFuzzer's entry to the PLY reader, and to OFF for what does not begin with "ply": ./dev fuzz.
+// libFuzzer's entry to the PLY reader, and to the OFF reader for input that does not begin with
+// "ply": ./dev fuzz.
 #include "filters/meshio/Testing/ReadHostile.h"
 #include "filters/meshio/ply/OffHeader.h"
 #include "filters/meshio/ply/PlyReader.h"

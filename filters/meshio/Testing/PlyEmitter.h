@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Writes PLY files of every shape, for the tests of the reader. It shares nothing with the code
+// Writes PLY files of every shape, for the tests of the reader. Shares no code with the reader
 // under test.
 #pragma once
 
@@ -43,7 +43,7 @@ struct EmitStyle
   bool comments = false;
 };
 
-// "int16" and "short" are one type: this gives its one-letter code.
+// Returns the one-letter code of a type; "int16" and "short" are the same type.
 inline char EmitTypeCode(const std::string& type)
 {
   const std::vector<std::pair<std::string, char>> codes{ { "char", 'b' }, { "int8", 'b' },
@@ -94,7 +94,7 @@ public:
     return this->Bytes;
   }
 
-  // One value.
+  // Writes one value.
   std::string EmitOne(const std::string& type, double value)
   {
     this->Bytes.clear();

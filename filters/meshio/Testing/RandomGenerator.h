@@ -31,7 +31,7 @@ public:
     return words[this->Pick(words.size())];
   }
 
-  // Any finite bits, often small.
+  // A finite value of any bits; often a small one.
   template <class Real>
   Real AnyReal()
   {
@@ -55,7 +55,7 @@ private:
   std::mt19937_64 Random;
 };
 
-// The shortest text that is read as that value.
+// The shortest text that reads back as this value.
 template <class Real>
 std::string ShortText(Real value)
 {
@@ -63,7 +63,8 @@ std::string ShortText(Real value)
   return std::string(text, std::to_chars(text, text + sizeof(text), value).ptr);
 }
 
-// What a disk or a foe makes of good bytes: one change. lines: pieces of text that mean something.
+// Makes one change to good bytes, as a failing disk or an attacker might. lines: pieces of text
+// that mean something in the format.
 inline void Mutate(
   std::string& bytes, RandomGenerator& generator, const std::vector<std::string>& lines)
 {
@@ -73,32 +74,32 @@ inline void Mutate(
   const std::size_t at = generator.Pick(bytes.size());
   switch (generator.Pick(8))
   {
-    case 0: // one bit
+    case 0: // change one bit
       bytes[at] = static_cast<char>(bytes[at] ^ (1 << generator.Pick(8)));
       break;
-    case 1: // one byte
+    case 1: // change one byte
       bytes[at] = static_cast<char>(generator.Pick(256));
       break;
-    case 2: // the end is missing
+    case 2: // cut off the end
       bytes.resize(at + 1);
       break;
-    case 3: // a part is missing
+    case 3: // remove a part
       bytes.erase(at, 1 + generator.Pick(16));
       break;
-    case 4: // a part is there twice
+    case 4: // repeat a part
       bytes.insert(generator.Pick(bytes.size()), bytes.substr(at, 1 + generator.Pick(64)));
       break;
-    case 5: // four bytes that are all ones
+    case 5: // set four bytes to ones
       bytes.replace(at, 4, "\xff\xff\xff\xff");
       break;
-    case 6: // a number of the text
+    case 6: // change a number of the text
     {
       const std::size_t digit = std::min(bytes.find_first_of("0123456789", at), bytes.size());
       const std::size_t end = std::min(bytes.find_first_not_of("0123456789", digit), bytes.size());
       bytes.replace(digit, end - digit, generator.PickOf(numbers));
       break;
     }
-    default: // a line more
+    default: // add a line
       bytes.insert(std::min(bytes.find('\n', at) + 1, bytes.size()), generator.PickOf(lines));
   }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Random meshes in random OBJ dresses, with what a reader must make of them.
+// Random meshes in random OBJ notation, with the mesh that a reader must make of them.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -32,7 +32,7 @@ public:
   {
   }
 
-  // A file of 3 to `mostPlaces` + 2 places and at most twice as many faces.
+  // Makes a file of 3 to `mostPlaces` + 2 places and at most twice as many faces.
   RandomObj Make(std::uint64_t mostPlaces)
   {
     RandomGenerator& generator = this->Chooser;
@@ -42,13 +42,13 @@ public:
     this->Blank = generator.PickOf({ " ", "\t", "  " });
     this->Doubles = generator.Chance(0.5);
     this->Obj.scalarType = this->Doubles ? ScalarType::Float64 : ScalarType::Float32;
-    this->Colors = generator.Pick(4); // none, up to 1, up to 255, not all
+    this->Colors = generator.Pick(4); // 0: none; up to 1; up to 255; not all places
     this->Counts = { 3 + generator.Pick(mostPlaces), 0, 0 };
     this->Named[1] = generator.Chance(0.3);
     this->Named[2] = generator.Chance(0.3);
     for (const std::size_t part : { 1U, 2U })
     {
-      // They may be there without being named.
+      // Elements may be in the file without being named.
       this->Counts[part] =
         this->Named[part] || generator.Chance(0.1) ? 1 + generator.Pick(mostPlaces) : 0;
     }
@@ -61,7 +61,7 @@ public:
   RandomGenerator& Generator() { return this->Chooser; }
 
 private:
-  using Corner = std::array<std::uint64_t, 3>; // from 1, 0: none
+  using Corner = std::array<std::uint64_t, 3>; // counted from 1; 0 if there is none
 
   template <class Real>
   std::string Number(Real value)
@@ -138,7 +138,7 @@ private:
     this->Text += line + this->Newline;
   }
 
-  // Between two words: a blank, or the end of a line that goes on.
+  // The gap between two words: a blank, or a backslash and a line break.
   std::string Gap()
   {
     return this->Chooser.Chance(0.03) ? this->Blank + "\\" + this->Newline : this->Blank;
@@ -200,7 +200,7 @@ private:
         this->Text += (part == 1 && (named[1] || named[2])) || further ? "/" : "";
         if (named[part])
         {
-          // Few combinations, so that they come again.
+          // Few different combinations, so that they occur again.
           corner[part] =
             1 + generator.Pick(
                   part == 0 ? this->Counts[0] : std::min<std::uint64_t>(this->Counts[part], 3));
@@ -219,7 +219,8 @@ private:
     }
   }
 
-  // A vertex for each combination: the first of a place is that of the place.
+  // Makes a vertex for each combination. The first combination of a place has the number of the
+  // place.
   void Describe()
   {
     RandomObj& obj = this->Obj;
@@ -234,7 +235,7 @@ private:
     std::array<bool, 3> used{};
     for (const std::size_t part : { 1U, 2U })
     {
-      used[part] = this->Corners.empty() && this->Counts[part] == this->Counts[0]; // of a cloud
+      used[part] = this->Corners.empty() && this->Counts[part] == this->Counts[0]; // for a cloud
       for (Corner& vertex : vertices)
       {
         vertex[part] = used[part] ? vertex[0] : 0;
@@ -340,8 +341,8 @@ private:
   std::array<bool, 3> Named{};
   std::array<std::vector<Vec3>, 3> Values;
   std::vector<std::uint8_t> Bytes; // colours
-  std::vector<Corner> Corners;     // three a triangle
-  PolygonFaces Polygons;           // of these
+  std::vector<Corner> Corners;     // three for each triangle
+  PolygonFaces Polygons;           // of these triangles
 };
 
 }

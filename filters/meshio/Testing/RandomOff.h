@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Random meshes in random OFF dresses.
+// Random meshes in random OFF notation.
 #pragma once
 
 #include "filters/meshio/Testing/RandomGenerator.h"

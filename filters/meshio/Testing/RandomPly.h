@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Random meshes in random PLY dresses, with what a reader must make of them.
+// Random meshes in random PLY notation, with the mesh that a reader must make of them.
 #pragma once
 
 #include "filters/core/CutPolygon.h"
@@ -35,7 +35,7 @@ public:
   {
   }
 
-  // A file of at most `mostVertices` vertices and twice as many faces.
+  // Makes a file of at most `mostVertices` vertices and twice as many faces.
   RandomPly Make(std::uint64_t mostVertices)
   {
     this->Ply = {};
@@ -103,8 +103,8 @@ private:
       "int8", "uint8", "int16", "uint16", "int32", "uint32", "float32", "float64" });
   }
 
-  // A finite value of the type: any bits for floats, often small, sometimes at the ends of the
-  // range.
+  // A finite value of the type: for floats any bits, often a small value, sometimes one at the ends
+  // of the range.
   double AnyValue(const std::string& type)
   {
     switch (EmitTypeCode(type))
@@ -146,7 +146,7 @@ private:
     return std::isfinite(value) ? static_cast<double>(value) : 0.5;
   }
 
-  // Extra properties between which the wanted ones are put; their values come with the records.
+  // Extra properties, among which the wanted ones are placed; their values come with the records.
   std::vector<EmitProperty> MakeExtras()
   {
     std::vector<EmitProperty> extras;
@@ -159,7 +159,7 @@ private:
           { name, this->AnyType(), list ? this->PickOf({ "uchar", "int", "uint16" }) : "" });
       }
     }
-    // Groups, sometimes with a property of another type or without one.
+    // Groups of properties, sometimes with one of another type or with one missing.
     for (const auto& [names, types] : { std::pair{ std::vector<std::string>{ "nx", "ny", "nz" },
                                           std::vector<std::string>{ "float", "double" } },
            std::pair{ std::vector<std::string>{ "red", "green", "blue", "alpha" },
@@ -308,7 +308,7 @@ private:
     elements.push_back(std::move(element));
   }
 
-  // Triangles in the order of the file, and the names of what is left out.
+  // Records the triangles in the order of the file, and the names of what the reader leaves out.
   void Describe(const std::vector<EmitElement>& elements)
   {
     this->DescribeArrays(elements);
@@ -354,7 +354,7 @@ private:
     return name == "x" || name == "y" || name == "z";
   }
 
-  // What the reader must make of an element's properties.
+  // The arrays that the reader must make from an element's properties.
   struct Array
   {
     AttributeInfo info;
@@ -445,7 +445,7 @@ private:
     return arrays;
   }
 
-  // Fills this->Kept, and the attributes without values.
+  // Fills this->Kept, and adds the attributes, without values.
   void DescribeArrays(const std::vector<EmitElement>& elements)
   {
     this->Kept.clear();

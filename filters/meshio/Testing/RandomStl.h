@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Random soups in random STL dresses, with what a reader must make of them.
+// Random triangle soups in random STL notation, with the mesh that a reader must make of them.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -14,7 +14,7 @@ namespace kdstream::test
 struct RandomStl
 {
   std::string bytes;
-  std::vector<Vec3> points; // three a triangle
+  std::vector<Vec3> points; // three for each triangle
   ScalarType scalarType = ScalarType::Float32;
 };
 
@@ -95,7 +95,7 @@ private:
     this->Capitals = generator.Chance(0.3);
     const std::string newline = generator.PickOf({ "\n", "\r\n", "\r", "\n\n  " });
     const std::string blank = generator.PickOf({ " ", "\t", "   " });
-    // Only the names of solids need their line.
+    // Only the names of solids need a line break after them.
     const std::string between = generator.Chance(0.3) ? blank : newline;
     const std::string name = generator.PickOf({ "", " a b", " facet normal", " solid endsolid" });
     const std::string begin = this->Word("solid") + name + newline;

@@ -25,7 +25,7 @@ struct Contents
   Status status;
 };
 
-// Leaves out the array of colours that is added to those of the file (ShownColors.h).
+// Removes the colour array that the reader adds to those of the file (ShownColors.h).
 inline void DropShownColors(Contents& contents)
 {
   if (("\n" + contents.info.tolerance.ToLines()).find("\nreading ") != std::string::npos)
@@ -47,7 +47,7 @@ inline Contents ReadAll(
     return contents;
   }
   contents.info = (*reader)->Info();
-  EXPECT_LE((*reader)->FileSize(), std::filesystem::file_size(file)); // without padding
+  EXPECT_LE((*reader)->FileSize(), std::filesystem::file_size(file)); // padding does not count
   for (const bool vertices : { true, false })
   {
     for (;;)
@@ -75,12 +75,12 @@ inline Contents ReadAll(
       }
     }
   }
-  contents.info = (*reader)->Info(); // what was ignored at the end is known now
+  contents.info = (*reader)->Info(); // by now it is known what was ignored at the end
   EXPECT_LE(contents.mesh.triangles.size(), contents.info.mostTriangles);
   return contents;
 }
 
-// Bits, not values: -0 and 0 differ.
+// Compares bits, not values: -0 and 0 differ.
 inline bool SameBits(const std::vector<Vec3>& a, const std::vector<Vec3>& b)
 {
   return a.size() == b.size() &&

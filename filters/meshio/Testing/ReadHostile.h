@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Reads any bytes with a reader, for its fuzzer and its mutation test, and checks the promises that
-// every caller relies on.
+// Gives any bytes to a reader, for its fuzzer and its mutation test, and checks the promises on
+// which every caller relies.
 #pragma once
 
 #include "filters/meshio/ByteSource.h"
@@ -28,7 +28,7 @@ inline void Require(bool holds, const char* what)
   }
 }
 
-// A file in memory that holds the bytes; it is gone when the object is.
+// A file in memory that holds the bytes; it exists as long as the object.
 class MemoryFile
 {
 public:
@@ -52,7 +52,8 @@ private:
 
 using OpenReader = Result<std::unique_ptr<MeshReader>> (*)(ByteSource source);
 
-// Reads everything, `limit` records at a time. True if it is a mesh; aborts if a promise is broken.
+// Reads everything, `limit` records at a time. Returns true if it is a mesh; aborts if the reader
+// breaks a promise.
 inline bool ReadHostile(OpenReader open, const MemoryFile& file, std::size_t limit)
 {
   Result<ByteSource> source = ByteSource::Open(file.Name());
@@ -114,7 +115,7 @@ inline bool ReadHostile(OpenReader open, const MemoryFile& file, std::size_t lim
   return true;
 }
 
-// A libFuzzer target: one call for all and many small ones must agree.
+// A libFuzzer target: reading all records in one call must give the same as many small calls.
 inline void ReadHostileBothWays(OpenReader open, const std::uint8_t* data, std::size_t size)
 {
   const MemoryFile file(std::string_view(reinterpret_cast<const char*>(data), size));

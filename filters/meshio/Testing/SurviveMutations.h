@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Shared by the tests of readers on damaged files: seeded mutations of good files, each read at
+// Tests readers with damaged files: makes seeded mutations of good files, and reads each one at
 // once and in chunks.
 #pragma once
 
@@ -13,8 +13,8 @@
 namespace kdstream::test
 {
 
-// Maker: RandomObjMaker or RandomStlMaker. read(bytes, limit): whether the file is a mesh. lines:
-// those of Mutate.
+// Maker: RandomObjMaker or RandomStlMaker. read(bytes, limit) returns whether the file is a mesh.
+// lines: see Mutate.
 template <class Maker, class Read>
 void SurviveMutations(const Read& read, const std::vector<std::string>& lines)
 {

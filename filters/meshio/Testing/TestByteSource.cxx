@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// ByteSource: a file in blocks, wherever one starts to look.
+// ByteSource: reads a file in blocks correctly, from any position.
 #include "Testing/Fixtures/ErrorAt.h"
 #include "filters/meshio/ByteSource.h"
 #include "filters/meshio/Testing/ScratchFolder.h"

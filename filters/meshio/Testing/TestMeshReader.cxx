@@ -161,7 +161,7 @@ TEST(MeshReader, ContentOfAnotherFormatIsReported)
   }
 }
 
-// A ZIP archive of these names, stored, each with a byte in it.
+// A ZIP archive of uncompressed files with these names, each holding one byte.
 std::string ZipOf(const std::vector<std::string>& names)
 {
   const auto number = [](std::size_t value, std::size_t bytes)
@@ -186,7 +186,7 @@ std::string ZipOf(const std::vector<std::string>& names)
          number(0, 2);
 }
 
-// By what is in them, whatever they are called, and else by their names.
+// They are recognised by their content, whatever their names are, or else by their names.
 TEST(MeshReader, FormatsThatAreNotReadAreNamed)
 {
   const ScratchFolder folder;
@@ -240,7 +240,7 @@ TEST(MeshReader, FormatsThatAreNotReadAreNamed)
     messageOf("a.rar", "Rar!\x1A\x07"), "is compressed (.rar): unpack it first, by unrar x");
   EXPECT_EQ(messageOf("a.tar", std::string(257, 'a') + "ustar" + std::string(300, '\0')),
     "is an archive (.tar): unpack it first, by tar xf");
-  // An archive whose directory is damaged.
+  // An archive with a damaged directory.
   std::string damaged = ZipOf({ "3D/3dmodel.model" });
   damaged[damaged.size() - 4] = '\x7f';
   EXPECT_EQ(messageOf("a.zip", damaged), "is compressed (.zip): unpack it first, by unzip");

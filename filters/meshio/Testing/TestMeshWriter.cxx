@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// MeshWriter: every format is read back by a few lines of its own here, exactly.
+// MeshWriter: for every format, a few lines of independent code here read the file back exactly.
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/ErrorAt.h"
 #include "filters/meshio/MeshReader.h"
@@ -89,7 +89,7 @@ std::string Written(const Mesh& mesh, const std::string& name)
   return written ? ScratchFolder::Read(folder.File(name)) : "";
 }
 
-// A number as text in the type of the mesh.
+// Parses a number in the scalar type of the mesh.
 double FromText(const std::string& word, ScalarType type)
 {
   return type == ScalarType::Float32 ? static_cast<double>(std::strtof(word.c_str(), nullptr))
@@ -119,7 +119,7 @@ const Attribute* RoleIn(const Mesh& mesh, AttributeRole role)
   return found == mesh.attributes.end() ? nullptr : &*found;
 }
 
-// The last words of a line are a tuple, or zeros where it is not finite.
+// Expects the tuple as the last words of a line; zeros if a value of it is not finite.
 void ExpectTextTuple(
   const std::vector<std::string>& words, const Attribute& array, std::size_t tuple)
 {
@@ -276,7 +276,7 @@ TEST(MeshWriter, WritesStlWithCornersAndNormals)
   {
     if (mesh.triangles.empty() && !mesh.points.empty())
     {
-      continue; // refused
+      continue; // the writer refuses this
     }
     const std::string bytes = Written(mesh, "mesh.stl");
     ASSERT_EQ(bytes.size(), 84 + 50 * mesh.triangles.size());
@@ -306,7 +306,7 @@ TEST(MeshWriter, WritesStlWithCornersAndNormals)
   }
 }
 
-// The appended arrays lie where the XML says.
+// Also checks that the appended arrays lie where the XML says.
 TEST(MeshWriter, WritesVtpThatReadsBack)
 {
   for (const Mesh& mesh : Meshes())
@@ -315,7 +315,8 @@ TEST(MeshWriter, WritesVtpThatReadsBack)
     const bool cloud = mesh.triangles.empty();
     const bool single = mesh.scalarType == ScalarType::Float32;
     const std::size_t data = After(text, "<AppendedData encoding=\"raw\">\n_");
-    // Where an array's bytes are, and how many the XML leaves for it.
+    // Returns where an array's bytes are, and checks the number of bytes that is written before
+    // them.
     const auto arrayOf = [&](const std::string& name, std::uint64_t bytes)
     {
       const std::size_t tag = text.find("Name=\"" + name + "\"");

@@ -102,7 +102,8 @@ TEST(NumberText, DistinguishesTooLargeFromTooSmall)
   ExpectNumber<double>("-0." + zeros + "1e+600", -0.0);
 }
 
-// The C library is the oracle: in the "C" locale strtof and strtod round once too.
+// The C library gives the expected values: in the "C" locale, strtof and strtod round only once,
+// too.
 TEST(NumberText, RoundsAsTheCLibraryDoes)
 {
   std::mt19937_64 random(7);
@@ -129,7 +130,7 @@ TEST(NumberText, RoundsAsTheCLibraryDoes)
   }
 }
 
-// Decimals of few digits are read by a way of their own.
+// Decimals of few digits have their own code path.
 TEST(NumberText, RoundsShortDecimalsAsTheCLibraryDoes)
 {
   std::mt19937_64 random(11);
@@ -158,7 +159,7 @@ TEST(NumberText, RoundsShortDecimalsAsTheCLibraryDoes)
       random() % 2 == 0 ? "" : (random() % 2 == 0 ? "e-" : "E") + std::to_string(random() % 50);
     expectSame(text);
   }
-  // So near to the middle of two floats that the nearest double is the middle.
+  // Values so near to the middle between two floats that the nearest double is exactly the middle.
   for (int i = 0; i < 20000; ++i)
   {
     const float low = std::uniform_real_distribution<float>(1e-5F, 1e5F)(random);
@@ -183,7 +184,7 @@ TEST(NumberText, RoundsShortDecimalsAsTheCLibraryDoes)
   }
 }
 
-// Whether a file of that one number is read as floats.
+// Tests whether a file with only this number is read as floats.
 TEST(NumberText, DecimalsThatFloatsDistinguish)
 {
   const auto suffice = [](std::string_view word)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The OBJ reader: random meshes in every notation are read back exactly with any chunks;
-// handwritten files for what random ones do not reach; every error names its place.
+// The OBJ reader: random meshes in every notation are read back exactly, with any chunk size.
+// Handwritten files test what random ones do not reach. Every error names its place.
 #include "filters/meshio/MeshWriter.h"
 #include "filters/meshio/ObjStatements.h"
 #include "filters/meshio/Testing/RandomObj.h"
@@ -68,7 +68,7 @@ TEST(ObjReader, ReadsRandomFilesBack)
   }
 }
 
-// Several blocks; more further vertices and tables than memory holds.
+// The file has several blocks, and more further vertices and tables than fit into memory.
 TEST(ObjReader, ReadsLargeFilesBack)
 {
   for (unsigned seed = 600; seed < 612; ++seed)
@@ -186,7 +186,7 @@ TEST(ObjReader, NumbersAfterTheCoordinatesAreTakenForWhatTheyAre)
   };
   for (const Case& c : cases)
   {
-    for (const std::string corner : { "", "/1" }) // with tables, too
+    for (const std::string corner : { "", "/1" }) // second: with tables
     {
       SCOPED_TRACE(c.after[0] + corner);
       const Contents read = ReadBytes(
@@ -205,7 +205,7 @@ TEST(ObjReader, NumbersAfterTheCoordinatesAreTakenForWhatTheyAre)
   }
 }
 
-// What is not read of them is named.
+// The message names the numbers that are not read.
 TEST(ObjReader, NumbersThatMeanNothingAreNamed)
 {
   const auto ignored = [](const std::string& words)
@@ -305,7 +305,7 @@ TEST(ObjReader, DropsWhatItCanDoWithoutAndCountsIt)
     { "v 1.#QNAN 0 0 # none\n" + threePlaces + "v 0 0 -1.#INF\nf 2 3 4\n",
       { "2 points are not finite and are dropped; the first: vertex 0 (line 1), whose x is nan" },
       3, 1, {} },
-    // One point, though it has two normals.
+    // counts as one point, although it has two normals
     { threePlaces + "v 0 nan 0\nvn 0 0 1\nvn 1 0 0\nf 1//1 2//1 3//1\nf 1//1 2//1 4//1\n"
                     "f 1//1 2//1 4//2\n",
       { "1 point is not finite and is dropped: vertex 3, whose y is nan",
@@ -353,7 +353,8 @@ TEST(ObjReader, DropsWhatItCanDoWithoutAndCountsIt)
   }
 }
 
-// Vertices by normal: those of a place that is not finite go, the others keep their normals.
+// One place has several vertices, by normal. Those of a place that is not finite are dropped, and
+// the others keep their normals.
 TEST(ObjReader, AttributesStayWithTheirVertices)
 {
   const Contents read = ReadBytes("v 0 0 0\nv inf 0 0\nv 2 0 0\nv 3 0 0\nvn 0 0 0\nvn 2 0 0\n"
@@ -422,7 +423,7 @@ TEST(ObjReader, TextureCoordinatesThatAreTooLargeAreNotNumbers)
   EXPECT_EQ(coordinates.Get(2, 1), 2);
 }
 
-// In one line that is longer than a block; the lines after it are still numbered.
+// The polygon is on one line that is longer than a block; later lines still have the right numbers.
 TEST(ObjReader, PolygonsInLongLines)
 {
   for (const std::string end : { "\n", "\r\n", "\r" })
@@ -448,7 +449,7 @@ TEST(ObjReader, PolygonsInLongLines)
 TEST(ObjReader, TablesNeedAFolder)
 {
   const ScratchFolder folder;
-  // More than stays in memory.
+  // More records than stay in memory.
   std::string text = threePlaces + "vn 0 0 1\n";
   for (int i = 0; i < 100000; ++i)
   {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The OBJ reader on damaged files: seeded mutations of good ones. It must not crash, must keep its
-// promises if it accepts a file, and must never take memory for what is not there.
+// promises if it accepts a file, and must never allocate memory for data that the file does not
+// have.
 #include "filters/meshio/ObjReader.h"
 #include "filters/meshio/Testing/CountedMemory.h"
 #include "filters/meshio/Testing/RandomObj.h"
@@ -15,9 +16,9 @@ namespace kdstream::test
 namespace
 {
 
-// True if the file is a mesh. The memory may be: the block (at most the file); the tables of files
-// that name normals (their caches grow by blocks of 4 KiB); triangles of 12 bytes for corners of
-// two in a vector that doubles; and the memory for cutting a polygon.
+// Returns true if the file is a mesh. The memory limit covers: the block (at most the file); the
+// tables of files that name normals (their caches grow by blocks of 4 KiB); triangles of 12 bytes,
+// from corners of two bytes, in a vector that doubles; and the memory for cutting a polygon.
 bool ReadWithinMemory(std::string_view bytes, std::size_t limit)
 {
   return ReadCounted([](ByteSource source) { return OpenObjReader(std::move(source), {}, {}); },

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The OFF reader: what the programs that write it put into it, and errors that name their place.
+// The OFF reader: reads what programs write into OFF files, and its errors name their place.
 #include "filters/meshio/Testing/RandomOff.h"
 #include "filters/meshio/Testing/ReadAll.h"
 #include "filters/meshio/Testing/ScratchFolder.h"

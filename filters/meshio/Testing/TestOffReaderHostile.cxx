@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The OFF reader on damaged files: seeded mutations of good ones. It must not crash, must keep its
-// promises if it accepts a file, and must never take memory for what is not there.
+// promises if it accepts a file, and must never allocate memory for data that the file does not
+// have.
 #include "filters/meshio/Testing/CountedMemory.h"
 #include "filters/meshio/Testing/RandomOff.h"
 #include "filters/meshio/Testing/ReadHostile.h"
@@ -15,7 +16,7 @@ namespace kdstream::test
 namespace
 {
 
-// True if the file is a mesh. Memory while it is read, all at once: as of a PLY.
+// Returns true if the file is a mesh. The memory limit for reading, all at once, is that of PLY.
 bool ReadWithinMemory(std::string_view bytes, std::size_t limit)
 {
   return ReadCounted([](ByteSource source) { return OpenOffReader(std::move(source), {}, {}); },

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// OutputFile: whole or not at all, and the first error is the one that is reported.
+// OutputFile: the file appears whole or not at all, and the first error is reported.
 #include "Testing/Fixtures/ErrorAt.h"
 #include "filters/meshio/OutputFile.h"
 #include "filters/meshio/Testing/ScratchFolder.h"
@@ -106,7 +106,7 @@ TEST(OutputFile, SaysWhyItCannotBeOpened)
   EXPECT_FALSE(onFolder.Open(folder.File(".")));
 }
 
-// A limit on the size of files stands in for a full disk.
+// A limit on the file size simulates a full disk.
 TEST(OutputFile, SaysThatTheDiskIsFullAndRemovesItsFile)
 {
   const ScratchFolder folder;

@@ -42,7 +42,7 @@ Read ReadFile(const std::string& bytes)
   return read;
 }
 
-// A file of one vertex (7, 8, 9) with these further properties and values.
+// Reads a file of one vertex (7, 8, 9) with these further properties and values.
 Read ReadVertex(const Names& properties, const std::string& values)
 {
   std::string header = "ply\nformat ascii 1.0\nelement vertex 1\nproperty uchar x\n"
@@ -54,7 +54,7 @@ Read ReadVertex(const Names& properties, const std::string& values)
   return ReadFile(header + "end_header\n7 8 9 " + values + "\n");
 }
 
-// "name:type:components", "cell " before those of faces.
+// Descriptions of the form "name:type:components", with "cell " before arrays of faces.
 Names Described(const std::vector<AttributeInfo>& infos)
 {
   Names names;
@@ -118,7 +118,7 @@ TEST(PlyArrays, WhatDoesNotFitTogetherStaysApart)
   ExpectArrays({ "int _0", "int _1" }, { "_0:int32:1", "_1:int32:1" });
   ExpectArrays(
     { "uint id_int64_0", "uint id_int64_1", "uint id_int64_2" }, { "id_int64:uint32:3" });
-  // A second group of a kind is plain arrays.
+  // A second group of the same kind becomes plain arrays.
   ExpectArrays({ "float s", "float t", "float u", "float v" },
     { "s:float32:1", "t:float32:1", "TCoords:float32:2" });
   ExpectArrays(
@@ -136,7 +136,7 @@ TEST(PlyArrays, InvalidNamesAreReported)
       "e:int32:1" });
   ExpectArrays({ "int caf\xE9", "int %0a", "list uchar int l", "int " + std::string(300, 'n') }, {},
     { "vertex.caf\xE9", "vertex.%0a", "vertex.l", "vertex." + std::string(300, 'n') });
-  // The same name twice: the first that is found counts, groups first.
+  // If two arrays get the same name, the first one found counts; groups are found first.
   ExpectArrays({ "float Normals", "float nx", "float ny", "float nz", "int a%62", "int ab" },
     { "Normals:float32:3", "ab:int32:1" }, { "vertex.Normals", "vertex.ab" });
 }
@@ -188,7 +188,8 @@ TEST(PlyArrays, AtMost255AreRead)
     (i < 255 ? arrays : ignored).push_back(i < 255 ? name + ":uint8:1" : "vertex." + name);
   }
   ExpectArrays(properties, arrays, ignored);
-  // An array of more components than can be counted is many arrays of one.
+  // An array with more components than a component number can count becomes many arrays of one
+  // component.
   Names numbered, apart;
   for (int i = 0; i < 256; ++i)
   {
@@ -269,7 +270,7 @@ TEST(PlyArrays, FacesGiveTheirValuesToEachTriangle)
   {
     EXPECT_EQ(read.mesh.attributes.at(0).Get(i, 0), parts[i]);
   }
-  // Without strips the colours count, for triangles.
+  // Without strips, the colours are read, for each triangle.
   const Read faces =
     ReadFile("ply\nformat ascii 1.0\n" + vertices +
              "element face 1\nproperty uchar red\nproperty list uchar int vertex_indices\n"
@@ -280,7 +281,8 @@ TEST(PlyArrays, FacesGiveTheirValuesToEachTriangle)
   EXPECT_EQ(RoleOf(faces.info.attributes[0]), AttributeRole::Other);
 }
 
-// Few bytes must not become many: a polygon's properties are repeated for each of its triangles.
+// A few bytes must not take much memory: a polygon's properties are repeated for each of its
+// triangles.
 TEST(PlyArrays, APolygonRepeatsNoMoreThanTheFileWarrants)
 {
   for (const std::string index : { "uint", "uchar" }) // the fast path and the slow one
@@ -308,7 +310,7 @@ TEST(PlyArrays, APolygonRepeatsNoMoreThanTheFileWarrants)
       }
       const Read read = ReadFile(bytes);
       const std::size_t repeated = static_cast<std::size_t>(corners - 3) * 8000;
-      // The face at which it is too much.
+      // The face at which the limit is exceeded.
       const std::size_t last = 16 * bytes.size() / repeated;
       EXPECT_EQ(read.error, last >= static_cast<std::size_t>(faces)
                               ? ""

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// PlyReader: random files of every shape are read back exactly; handwritten files for what random
-// ones do not reach; every error names its place.
+// PlyReader: random files of every shape are read back exactly. Handwritten files test what random
+// ones do not reach. Every error names its place.
 #include "filters/meshio/Testing/RandomPly.h"
 #include "filters/meshio/Testing/ReadAll.h"
 #include "filters/meshio/Testing/ScratchFolder.h"
@@ -58,7 +58,7 @@ const std::string asciiVertices = "ply\nformat ascii 1.0\nelement vertex 4\nprop
                                   "property float y\nproperty float z\n";
 const std::string fourPoints = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n";
 
-// An ASCII file with four points and faces as text.
+// An ASCII file with four points, and with these lines of faces.
 std::string WithFaces(std::size_t count, const std::string& faces,
   const std::string& list = "property list uchar int vertex_indices\n")
 {
@@ -76,7 +76,7 @@ std::string BinaryWithFace(
          list + "end_header\n" + std::string("\1\2\3\4\5\6", 6) + faceBytes;
 }
 
-// What a binary file with these values in the vertices' floats says.
+// A binary PLY file with these points; x and z are floats, y is a double.
 std::string BinaryPoints(const std::vector<std::vector<double>>& points, EmitEncoding encoding)
 {
   EmitElement element{ "vertex",
@@ -100,7 +100,7 @@ TEST(PlyReader, ReadsRandomFilesBack)
   }
 }
 
-// Files of several blocks: records and lists lie across their borders.
+// Files of several blocks, in which records and lists cross the borders of blocks.
 TEST(PlyReader, ReadsRandomLargeFilesBack)
 {
   for (unsigned seed = 1000; seed < 1015; ++seed)
@@ -122,7 +122,7 @@ TEST(PlyReader, ReadsPolygonsAndStripsInTheOrderOfTheFile)
                                    { 0, 1, 2 }, { 0, 2, 3 }, { 3, 3, 1 } }));
 }
 
-// A header that counts too few faces loses the others, but not silently.
+// If a header counts too few faces, the others are not read, but reported.
 TEST(PlyReader, ReportsBytesAfterTheEnd)
 {
   const auto reported = [](const std::string& bytes)
@@ -141,7 +141,7 @@ TEST(PlyReader, ReportsBytesAfterTheEnd)
   const std::string unread = " bytes after the end are not read";
   const std::vector<std::string> none;
   const std::string more = WithFaces(1, "3 0 1 2\n3 1 2 3\n");
-  EXPECT_EQ(reported(more), after(9, more, unread)); // with the end of the face's line
+  EXPECT_EQ(reported(more), after(9, more, unread)); // with the line break of the face
   EXPECT_EQ(reported(WithFaces(1, "3 0 1 2\n \r\n\n")), none);
   EXPECT_EQ(reported(WithFaces(1, "3 0 1 2\n\x1A")), none);
   const std::string blank = WithFaces(1, "3 0 1 2\n" + std::string(5000, '\n'));
@@ -153,9 +153,9 @@ TEST(PlyReader, ReportsBytesAfterTheEnd)
   EXPECT_EQ(reported(twice), after(4, twice, unread));
   const std::string padded = BinaryWithFace(list, face + std::string(100, '\0'));
   EXPECT_EQ(reported(padded), after(100, padded, " zeros after the end are padding"));
-  // A cloud has an end, too.
+  // Bytes after the end of a cloud are reported, too.
   EXPECT_EQ(reported(asciiVertices + "end_header\n" + fourPoints + "left over\n").size(), 1U);
-  // Elements that the header counts after the faces are accepted.
+  // Elements that the header declares after the faces are accepted.
   std::string edges = WithFaces(1, "3 0 1 2\n0 1\n");
   edges.insert(
     edges.find("end_header"), "element edge 1\nproperty int vertex1\nproperty int vertex2\n");
@@ -216,8 +216,8 @@ TEST(PlyReader, ReadsARecordLargerThanABlock)
 
 TEST(PlyReader, RoundsTextOnceToTheTypeOfTheProperty)
 {
-  // 1 + 2^-24 + 2^-60 is above the middle between two floats, but exactly at it after rounding to
-  // double.
+  // 1 + 2^-24 + 2^-60 is just above the middle between two floats; rounded to double, it is exactly
+  // the middle.
   const std::string tie =
     "1.000000059604644775390625000000867361737988403547205962240695953369140625";
   const std::string header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n"
@@ -317,8 +317,8 @@ TEST(PlyReader, DropsCoordinatesThatAreNotFinite)
   }
 }
 
-// In chunks of any size: faces of dropped vertices are dropped, the others have the new numbers,
-// and tuples stay with their vertices and triangles.
+// With chunks of any size: faces of dropped vertices are dropped, the other faces get the new
+// numbers, and tuples stay with their vertices and triangles.
 TEST(PlyReader, FacesAndArraysFollowDroppedVertices)
 {
   const std::string header =
@@ -335,7 +335,7 @@ TEST(PlyReader, FacesAndArraysFollowDroppedVertices)
   std::vector<int> faces;
   for (int f = 0; f < 198; ++f)
   {
-    // A triangle, or a quad whose last corner is the first again.
+    // A triangle, or a quad whose last corner repeats the first.
     const bool quad = f % 5 == 0;
     body += (quad ? "4 " : "3 ") + std::to_string(f) + " " + std::to_string(f + 1) + " " +
             std::to_string(f + 2) + (quad ? " " + std::to_string((f * 31) % 200) : "") + " " +
@@ -467,18 +467,18 @@ TEST(PlyReader, DropsWhatLinesHoldBeyondTheHeader)
     std::vector<std::string>{ "3 lines have more values than the header names: they are not read; "
                               "the first: vertex 0 (line 10)" });
   EXPECT_FALSE(read.info.tolerance.Check(true));
-  // A record may take several lines, but not a part of the next one's.
+  // A record may take several lines, but none of these may hold part of the next record.
   ExpectError(asciiVertices + "end_header\n0 0 0\n0 0\n1 0 0\n0 1 0\n0 0 1\n", "vertex 1 (line 9)");
   const Contents spread =
     ReadBytes(asciiVertices + "end_header\n0\n0 0\n1 0 0 255\n0 1\n0\n0 0\n1\n");
   ASSERT_TRUE(spread.status) << spread.status.GetError().message;
   EXPECT_EQ(spread.mesh.points[3], (Vec3{ 0, 0, 1 }));
   EXPECT_EQ(spread.info.tolerance.Of(Lapse::ValuesNotNamed), 1U);
-  // Neither a line for each record, nor one for each element.
+  // The file has neither a line for each record nor a line for each element.
   ExpectError(asciiVertices + "end_header\n0 0 0 1 0 0\n0 1 0\n0 0 1\n", "vertex 0 (line 8)");
 }
 
-// Without regard to lines.
+// Line breaks do not matter in such a file.
 TEST(PlyReader, ReadsElementsThatStandInOneLine)
 {
   const std::string points = "0 0 0 1 0 0 0 1 0 0 0 1", faces = "3 0 1 2 4 0 1 2 3 3 1 2 3";
@@ -582,8 +582,8 @@ TEST(PlyReader, NamesWhereATruncatedFileEnds)
     ExpectError(bytes, what);
     ExpectError(bytes, "byte " + std::to_string(byte));
   };
-  // Text gives out at the end of the file; of a binary record that is cut off, its beginning is
-  // known.
+  // In a text, the error names the end of the file. For a binary record that is cut off, it names
+  // where the record begins.
   const std::string text = asciiVertices + "end_header\n0 0 0\n1 0";
   expectTruncated(text, "vertex 1 of 4", text.size());
   expectTruncated(asciiVertices + "end_header\n", "vertex 0 of 4", asciiVertices.size() + 11);
@@ -592,13 +592,13 @@ TEST(PlyReader, NamesWhereATruncatedFileEnds)
   const std::string binary =
     BinaryPoints({ { 1, 2, 3 }, { 4, 5, 6 }, { 7, 8, 9 } }, EmitEncoding::LittleEndian);
   expectTruncated(binary.substr(0, binary.size() - 1), "vertex 2 of 3", binary.size() - 16);
-  // An element that is skipped.
+  // An element that is skipped is truncated.
   const std::string cameras =
     "ply\nformat binary_little_endian 1.0\nelement camera 9223372036854775808\nproperty int f\n"
     "element vertex 1\nproperty float x\nproperty float y\nproperty float "
     "z\nend_header\n12345678ab";
   expectTruncated(cameras, "camera 2 of 9223372036854775808", cameras.size() - 2);
-  // The list is whole, what follows it is not.
+  // The list is complete, but the value after it is not.
   const std::string face =
     BinaryWithFace("property list uchar int vertex_indices\nproperty float quality\n",
       "\3" + std::string(12, '\0') + "123");
@@ -609,7 +609,7 @@ TEST(PlyReader, NamesWhereATruncatedFileEnds)
   expectTruncated(most, "vertex 0 of 4294967294", most.size());
 }
 
-// Every cut of every encoding is an error and no crash.
+// Files of every encoding, cut off at every byte, give an error and no crash.
 TEST(PlyReader, RefusesEveryTruncation)
 {
   for (const EmitEncoding encoding :
@@ -623,7 +623,7 @@ TEST(PlyReader, RefusesEveryTruncation)
         { "face", { { "flag", "short", "" }, { "vertex_indices", "int", "uchar" } },
           { { { 1 }, { 0, 1, 2 } }, { { 10 }, { 0, 1, 2, 2 } } } } });
     EXPECT_TRUE(ReadBytes(bytes).status);
-    // Without its last newline an ASCII file is whole.
+    // An ASCII file is complete without its last line break.
     const std::size_t whole = bytes.size() - (encoding == EmitEncoding::Ascii ? 1 : 0);
     for (std::size_t length = 0; length < whole; ++length)
     {
@@ -657,7 +657,7 @@ TEST(PlyReader, RefusesHeadersWithoutAMesh)
     "", ErrorCode::LimitExceeded);
 }
 
-// In files with more vertices than a signed index can count, an index below zero is still none.
+// In files with more vertices than a signed index can count, a negative index is still not valid.
 TEST(PlyReader, TakesNoNegativeIndexForALargeOne)
 {
   const ScratchFolder folder;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // PlyReader on damaged files: thousands of seeded mutations of good ones. It must not crash, must
-// keep its promises if it accepts a file, and must never take memory for what is not there: every
-// allocation is counted.
+// keep its promises if it accepts a file, and must never allocate memory for data that the file
+// does not have: every allocation is counted.
 #include "filters/meshio/Testing/CountedMemory.h"
 #include "filters/meshio/Testing/RandomPly.h"
 #include "filters/meshio/Testing/ReadHostile.h"
@@ -15,9 +15,9 @@ namespace kdstream::test
 namespace
 {
 
-// True if the file is a mesh. The memory may be: the block (at most the file); a header's names;
-// triangles of 12 bytes for indices of one byte in a vector that doubles; and the memory for
-// cutting a polygon.
+// Returns true if the file is a mesh. The memory limit covers: the block (at most the file); a
+// header's names; triangles of 12 bytes, from indices of one byte, in a vector that doubles; and
+// the memory for cutting a polygon.
 bool ReadWithinMemory(std::string_view bytes, std::size_t limit)
 {
   return ReadCounted([](ByteSource source) { return PlyReader::Open(std::move(source)); }, bytes,
@@ -41,32 +41,32 @@ void Mutate(std::string& bytes, RandomPlyMaker& maker)
   const std::size_t at = maker.Pick(bytes.size());
   switch (maker.Pick(8))
   {
-    case 0: // one bit
+    case 0: // change one bit
       bytes[at] = static_cast<char>(bytes[at] ^ (1 << maker.Pick(8)));
       break;
-    case 1: // one byte
+    case 1: // change one byte
       bytes[at] = static_cast<char>(maker.Pick(256));
       break;
-    case 2: // the end is missing
+    case 2: // cut off the end
       bytes.resize(at + 1);
       break;
-    case 3: // a part is missing
+    case 3: // remove a part
       bytes.erase(at, 1 + maker.Pick(16));
       break;
-    case 4: // a part is there twice
+    case 4: // repeat a part
       bytes.insert(maker.Pick(bytes.size()), bytes.substr(at, 1 + maker.Pick(64)));
       break;
-    case 5: // four bytes that are all ones
+    case 5: // set four bytes to ones
       bytes.replace(at, 4, "\xff\xff\xff\xff");
       break;
-    case 6: // a number of the text
+    case 6: // change a number of the text
     {
       const std::size_t digit = std::min(bytes.find_first_of("0123456789", at), bytes.size());
       const std::size_t end = std::min(bytes.find_first_not_of("0123456789", digit), bytes.size());
       bytes.replace(digit, end - digit, maker.PickOf(numbers));
       break;
     }
-    default: // a line of the header
+    default: // add a line to the header
       bytes.insert(std::min(bytes.find('\n', at / 4) + 1, bytes.size()), maker.PickOf(lines));
   }
 }

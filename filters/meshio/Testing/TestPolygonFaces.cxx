@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Concave polygons of OBJ and PLY files: cut correctly, and in the same way whether the mesh is
-// read into one piece, or its faces without vertices.
+// Concave polygons of OBJ and PLY files are cut correctly. The cut is the same whether the mesh is
+// read as a whole, or faces are read into a mesh without vertices.
 #include "filters/core/VectorMath.h"
 #include "filters/meshio/Testing/RandomObj.h"
 #include "filters/meshio/Testing/RandomPly.h"
@@ -15,8 +15,8 @@ namespace kdstream::test
 namespace
 {
 
-// Reads like an out-of-core build: vertices, and then faces, some at a time, each time into a new
-// mesh.
+// Reads as an out-of-core build does: first vertices and then faces, a few at a time, each time
+// into a new mesh.
 Mesh ReadApart(const std::filesystem::path& file, std::size_t limit)
 {
   const Result<std::unique_ptr<MeshReader>> reader = MeshReader::Open(file);
@@ -71,7 +71,7 @@ std::string BinaryPly()
 
 }
 
-// A fan would give 14.
+// The area is right; a fan would give 14.
 TEST(PolygonFaces, ANotchedSquareHasItsArea)
 {
   const ScratchFolder folder;
@@ -114,7 +114,7 @@ TEST(PolygonFaces, RandomFilesAreTheSameInPieces)
   }
 }
 
-// A convex polygon is the fan that it always was.
+// The triangles of a convex polygon are its fan.
 TEST(PolygonFaces, ConvexOnesAreFans)
 {
   const ScratchFolder folder;

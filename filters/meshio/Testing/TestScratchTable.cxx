@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// ScratchTable: records on disk are those that were put there, in any order of access.
+// ScratchTable: records come back as they were written, in any order of access.
 #include "filters/meshio/ScratchTable.h"
 #include "filters/meshio/Testing/RandomGenerator.h"
 #include "filters/meshio/Testing/ScratchFolder.h"
@@ -27,7 +27,7 @@ TEST(ScratchTable, HoldsWhatIsPutThere)
   {
     RandomGenerator generator(seed);
     ScratchTable<Record> table(folder.File(""));
-    // Up to five times what stays in memory.
+    // Up to five times as many records as stay in memory.
     std::vector<std::uint64_t> expected;
     for (std::uint64_t i = 0, count = 1 + generator.Pick(600000); i < count; ++i)
     {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Colours of every kind become the array that viewers show, with any chunks; the file's own arrays
-// stay.
+// Colours of every kind become the array that viewers show, with any chunk size; the file's own
+// arrays stay.
 #include "filters/meshio/ShownColors.h"
 #include "filters/meshio/Testing/ReadAll.h"
 #include "filters/meshio/Testing/ScratchFolder.h"
@@ -19,8 +19,8 @@ struct Case
 {
   std::vector<std::string> properties; // of a vertex, after z
   std::vector<std::string> values;     // of two vertices
-  std::string reading;                 // what is reported; empty: nothing
-  std::vector<double> colors;          // empty: none
+  std::string reading;                 // what is reported; empty if nothing is
+  std::vector<double> colors;          // expected; empty if there are none
 };
 
 Contents ReadPly(const Case& c, std::size_t limit)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Skipping in mesh files: what is read after it is what is read there anyway.
+// Skipping in mesh files: vertices and faces after a skipped part are the same as without skipping.
 #include "filters/meshio/MeshReader.h"
 #include "filters/meshio/Testing/RandomPly.h"
 #include "filters/meshio/Testing/RandomStl.h"
@@ -18,7 +18,7 @@ namespace
 
 constexpr std::size_t all = std::numeric_limits<std::size_t>::max();
 
-// The vertices and faces from some on, by skipping or by reading those before.
+// Reads vertices and faces from the given numbers on, after skipping or reading the earlier ones.
 Mesh ReadFrom(
   const std::filesystem::path& file, std::uint64_t vertex, std::uint64_t face, bool skip)
 {
@@ -27,7 +27,7 @@ Mesh ReadFrom(
   Mesh mesh, dropped;
   if (skip)
   {
-    // In two steps: the second one begins where the first has led.
+    // Skips in two steps: the second begins where the first one ended.
     EXPECT_EQ(*(*reader)->SkipVertices(vertex / 2), vertex / 2);
     EXPECT_EQ(*(*reader)->SkipVertices(vertex - vertex / 2), vertex - vertex / 2);
   }
@@ -67,7 +67,7 @@ void CheckSkipping(RandomGenerator& generator, const std::string& name, const st
   EXPECT_EQ(skipped.attributes, read.attributes);
 }
 
-// A binary file of four vertices and faces of these corners.
+// A binary file of four vertices, and of faces with these corners.
 std::string WithFaces(const std::vector<std::string>& faces)
 {
   std::string bytes = "ply\nformat binary_little_endian 1.0\nelement vertex 4\nproperty uchar x\n"
@@ -105,8 +105,9 @@ TEST(Skipping, LeadsWhereReadingDoes)
   }
 }
 
-// A quad and a line have the same bytes as two triangles: a reader that skipped the quad would
-// continue at a wrong place. The reader of the part with the quad, or the line, notices.
+// A quad and a line have the same number of bytes as two triangles, so a reader that skips the quad
+// continues at a wrong offset. The reader that reads the part with the quad, or with the line,
+// notices.
 TEST(Skipping, ReadersOfOtherPartsSeeThatFacesAreNotTriangles)
 {
   const std::string triangle("\0\1\2", 3), quad("\0\1\2\3", 4), line("\1\2", 2);

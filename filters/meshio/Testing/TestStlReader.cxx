@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The STL reader: random soups in every notation are read back exactly with any chunks; handwritten
-// files for what random ones do not reach; every error names its place.
+// The STL reader: random soups in every notation are read back exactly, with any chunk size.
+// Handwritten files test what random ones do not reach. Every error names its place.
 #include "filters/meshio/MeshWriter.h"
 #include "filters/meshio/Testing/RandomStl.h"
 #include "filters/meshio/Testing/ReadAll.h"
@@ -34,7 +34,7 @@ void ExpectReadBack(unsigned seed, std::uint64_t mostFacets, std::uint64_t mostL
   std::vector<Vec3> places = stl.points;
   for (Vec3& place : places)
   {
-    place = { place[0] + 0.0, place[1] + 0.0, place[2] + 0.0 }; // no -0.0
+    place = { place[0] + 0.0, place[1] + 0.0, place[2] + 0.0 }; // turns -0.0 into 0.0
   }
   EXPECT_TRUE(SameBits(read.mesh.points, places));
   EXPECT_TRUE(read.mesh.attributes.empty());
@@ -72,7 +72,7 @@ TEST(StlReader, ReadsRandomFilesBack)
   }
 }
 
-// Corners are joined whose numbers are alike: 0.0 and -0.0 are one place.
+// Corners with equal numbers are joined: 0.0 and -0.0 are the same place.
 TEST(StlReader, NegativeZerosAreZeros)
 {
   std::string facet = oneFacet;
@@ -91,7 +91,7 @@ TEST(StlReader, NegativeZerosAreZeros)
   EXPECT_TRUE(SameBits(binary.mesh.points, onePlace));
 }
 
-// Several blocks, many batches.
+// The file has several blocks and many batches.
 TEST(StlReader, ReadsLargeFilesBack)
 {
   for (unsigned seed = 400; seed < 412; ++seed)
@@ -138,10 +138,10 @@ TEST(StlReader, BinaryFilesMayBeginWithSolid)
   const Contents read = ReadBytes(BinaryStl("solid ascii\n" + oneFacet, onePlace));
   ASSERT_TRUE(read.status) << read.status.GetError().message;
   EXPECT_TRUE(SameBits(read.mesh.points, onePlace));
-  // Without its last byte it is a binary file all the same.
+  // A binary file without its last byte is still recognised as binary.
   const std::string whole = BinaryStl("solid exported", onePlace);
   ExpectError(whole.substr(0, whole.size() - 1));
-  // Nothing but the triangle tells that this is not a text.
+  // Only the triangle shows that this is not a text.
   ExpectError("solid" + std::string(75, ' ') + "\xFE\xFF\xFF\xFF" + whole.substr(84));
 }
 
@@ -178,7 +178,7 @@ TEST(StlReader, ReadsLoopsOfAnyNumberOfVertices)
     ASSERT_EQ(read.mesh.points.size(), 15U);
     EXPECT_EQ(read.mesh.triangles.size(), 5U);
     EXPECT_TRUE(std::equal(expected.begin(), expected.end(), read.mesh.points.begin()));
-    double area = 0; // of the arrow, whose notch is not filled
+    double area = 0; // area of the arrow: its notch stays empty
     for (std::size_t i = 9; i < 15; i += 3)
     {
       const Vec3* const p = read.mesh.points.data() + i;
@@ -191,7 +191,7 @@ TEST(StlReader, ReadsLoopsOfAnyNumberOfVertices)
       (std::vector<std::string>{
         "3 faces have fewer than three corners and are dropped; the first: facet 0, of 2" }));
   }
-  // A polygon with a vertex that is not finite loses all its triangles.
+  // If a vertex of a polygon is not finite, all triangles of the polygon are dropped.
   const std::string bad = "solid a\n" + facet(arrow) + facet("vertex 9 nan 9\n" + quad) + oneFacet;
   for (const std::size_t limit : { everything, std::size_t{ 1 } })
   {
@@ -202,7 +202,8 @@ TEST(StlReader, ReadsLoopsOfAnyNumberOfVertices)
   }
 }
 
-// Whole facets go, whichever of their vertices is not finite, and whatever the chunks.
+// Facets are dropped as a whole, whichever of their vertices is not finite, and with any chunk
+// size.
 TEST(StlReader, DropsFacetsThatAreNotFinite)
 {
   std::vector<Vec3> points;
@@ -379,7 +380,7 @@ TEST(StlReader, ReadsTextsOfOtherPrograms)
     ASSERT_EQ(info.ignoredAttributes.size(), 1U);
     EXPECT_EQ(info.ignoredAttributes[0].find("words between facets that STL does not have ('"), 0U);
   }
-  // A facet whose first word is damaged is not passed over.
+  // A facet with a damaged first word is an error: it is not skipped.
   for (const auto& [begin, message] :
     { std::pair{ "solid a\n" + oneFacet, "facet 1: 'faset' where 'facet' or 'endsolid' is" },
       { "solid a\n# remark ", "facet 0: '#' where 'facet' or 'endsolid' is" },

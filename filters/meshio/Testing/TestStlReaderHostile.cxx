@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The STL reader on damaged files: seeded mutations of good ones. It must not crash, must keep its
-// promises if it accepts a file, and must never take memory for what is not there.
+// promises if it accepts a file, and must never allocate memory for data that the file does not
+// have.
 #include "filters/meshio/StlReader.h"
 #include "filters/meshio/Testing/CountedMemory.h"
 #include "filters/meshio/Testing/RandomStl.h"
@@ -15,8 +16,8 @@ namespace kdstream::test
 namespace
 {
 
-// True if the file is a mesh. The memory may be: the block (at most the file), the binary reader's
-// batch, and points of 24 bytes for text of six in a vector that doubles.
+// Returns true if the file is a mesh. The memory limit covers: the block (at most the file), the
+// binary reader's batch, and points of 24 bytes, from text of six bytes, in a vector that doubles.
 bool ReadWithinMemory(std::string_view bytes, std::size_t limit)
 {
   return ReadCounted([](ByteSource source) { return OpenStlReader(std::move(source), {}); }, bytes,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// TextLines: lines as editors of all systems end them, and texts as they begin and end them.
+// TextLines: lines end as editors of all systems end them; texts begin and end as these write them.
 #include "filters/meshio/Testing/ScratchFolder.h"
 #include "filters/meshio/TextLines.h"
 
@@ -17,7 +17,7 @@ struct Lines
   std::string error;
 };
 
-// Twice: from the beginning again.
+// Reads the lines twice; the second time after Restart.
 Lines ReadLines(const std::string& bytes)
 {
   const ScratchFolder folder;

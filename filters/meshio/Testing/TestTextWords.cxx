@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// TextWords: the words of a text, wherever the blocks of the file end.
+// TextWords: finds the words of a text, wherever the blocks of the file end.
 #include "filters/meshio/Testing/RandomGenerator.h"
 #include "filters/meshio/Testing/ScratchFolder.h"
 #include "filters/meshio/TextWords.h"
@@ -18,7 +18,8 @@ TEST(TextWords, GivesAllWordsAndSkipsLines)
     RandomGenerator generator(seed);
     std::string text;
     std::vector<std::string> words;
-    // From far below to above two blocks; words and gaps that lie across their ends.
+    // Sizes from a few bytes to more than two blocks, so that words and gaps cross the ends of
+    // blocks.
     const std::size_t size = generator.Pick(5 * ByteSource::blockSize / 2);
     while (text.size() < size)
     {

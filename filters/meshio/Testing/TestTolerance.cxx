@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Tolerance: counts by kind, how they are reported, and how they pass to another process.
+// Tolerance: counts by kind, how they are reported, and how they are sent to another process.
 #include "filters/meshio/Tolerance.h"
 
 #include <gtest/gtest.h>

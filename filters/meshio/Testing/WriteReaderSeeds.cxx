@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Writes the seed corpus of the readers' fuzz targets: small files of every format and notation, a
-// folder for each target. WriteReaderSeeds FOLDER; ./dev fuzz calls it.
+// Writes the seed corpus of the readers' fuzz targets: small files of every format and notation, in
+// one folder for each target. Usage: WriteReaderSeeds FOLDER; ./dev fuzz calls it.
 #include "filters/meshio/Testing/RandomObj.h"
 #include "filters/meshio/Testing/RandomOff.h"
 #include "filters/meshio/Testing/RandomPly.h"

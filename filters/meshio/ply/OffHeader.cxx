@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// OFF files as the text of a PLY: see OffHeader.h. Steps:
-// 1. the header
-// 2. all lines: what they have after places and corners, whether floats are enough
-// 3. a PLY header for this.
+// Reads OFF files as the text of a PLY: see OffHeader.h. Steps:
+// 1. read the header
+// 2. look at all lines: what they have after places and corners, whether floats are enough
+// 3. make a PLY header from this.
 #include "filters/meshio/ply/OffHeader.h"
 
 #include "filters/meshio/NumberText.h"
@@ -27,13 +27,13 @@ namespace
 constexpr std::size_t longestLine = std::size_t{ 16 } << 20;
 constexpr std::uint64_t linesPerReport = 1 << 16;
 
-// The numbers of a line after its place, or after its corners: at most three of a normal, four of a
-// colour, two of a texture coordinate.
+// The numbers of a line after its place or its corners: at most three of a normal, four of a colour
+// and two of a texture coordinate.
 struct NumbersAfter
 {
   static constexpr std::size_t most = 9;
   std::array<double, most> values{};
-  std::size_t count = 0; // all that are there
+  std::size_t count = 0; // of all numbers on the line
 };
 
 bool IsNormal(const double* v)
@@ -42,11 +42,11 @@ bool IsNormal(const double* v)
   return std::abs(v[0] * v[0] + v[1] * v[1] + v[2] * v[2] - 1) < rounding;
 }
 
-// The columns that all lines of vertices, or of faces, have.
+// Finds the columns that all lines of vertices, or all lines of faces, have.
 class OffColumns
 {
 public:
-  // others: numbers that are not colours; if there is a normal, three of them.
+  // others: how many numbers are not colours; a normal counts as three.
   OffColumns(bool hasNormals, std::size_t others)
     : HasNormals(hasNormals)
     , Others(others)
@@ -65,7 +65,7 @@ public:
     const double* const v = after.values.data();
     this->NormalsFirst += this->HasNormals && IsNormal(v) ? 1 : 0;
     this->NormalsLast += this->HasNormals && IsNormal(v + colors) ? 1 : 0;
-    for (const std::size_t way : { 0, 1 }) // after a normal, or before it
+    for (const std::size_t way : { 0, 1 }) // colours after a normal, or before it
     {
       const double* const color = v + (this->HasNormals && way == 0 ? 3 : 0);
       for (std::size_t k = 0; k < colors; ++k)
@@ -76,12 +76,12 @@ public:
       }
     }
   }
-  // Whether all lines have the numbers that are not colours; and whether some lines have more.
+  // Whether all lines have the numbers that are not colours. andMore: lines may have more numbers.
   bool HaveOthers(bool andMore) const
   {
     return this->Least >= this->Others && (andMore || this->Most == this->Others);
   }
-  // Three or four, of every line; else 0.
+  // The number of colour columns that every line has, three or four; else 0.
   std::size_t Colors() const
   {
     const std::size_t colors = this->Least - std::min(this->Least, this->Others);
@@ -122,10 +122,10 @@ public:
   }
 
   Status ReadHeader();
-  // All other lines.
+  // Looks at all other lines.
   Status LookAtLines(const Execution& execution);
   PlyHeader MakeHeader(Tolerance& reported) const;
-  // Where the lines of vertices and faces are, without comments after these.
+  // Where the lines of vertices and faces begin and end, without comments after them.
   std::uint64_t BodyBegin() const { return this->Body; }
   std::uint64_t BodyEnd() const { return this->End; }
 
@@ -142,13 +142,13 @@ private:
     const char* element, std::uint64_t index, std::uint64_t there, std::uint64_t expected);
 
   TextLines Lines;
-  std::string_view Rest; // of the line, without its comment
-  bool Held = false;     // NextLine gives this line once more
+  std::string_view Rest; // of the line, without comment
+  bool Held = false;     // whether NextLine returns this line once more
   bool HasNormals = false, HasColors = false, HasTexture = false;
   std::uint64_t Vertices = 0, Faces = 0, Body = 0, End = 0, LineBegin = 0;
-  bool IsWhole = false;    // as many lines as vertices and faces
-  bool IsInHeader = false; // the first vertex is in the line of the numbers
-  std::string Short;       // what is wrong with the first line of too few numbers
+  bool IsWhole = false;    // there is one line for each vertex and face
+  bool IsInHeader = false; // the first vertex is on the line of the counts
+  std::string Short;       // about the first line with too few numbers
   OffColumns OfVertices{ false, 0 }, OfFaces{ false, 0 };
   DecimalPrecision Precision;
 };
@@ -177,7 +177,7 @@ Result<bool> OffText::NextLine()
   }
 }
 
-// Across lines; empty at the end.
+// The next word, also across lines; empty at the end.
 Result<std::string_view> OffText::HeaderWord()
 {
   std::string_view word = TakeWord(this->Rest);
@@ -200,7 +200,7 @@ Status OffText::HeaderNumber(const char* what, std::uint64_t& number)
                                " where the number of " + what + " is expected");
 }
 
-// The first word, which says what vertices have.
+// Reads the first word, which says what vertices have.
 Status OffText::ReadKind()
 {
   const Result<std::string_view> first = this->HeaderWord();
@@ -212,9 +212,9 @@ Status OffText::ReadKind()
   {
     return BadInput("is not an OFF file: it does not begin with OFF", Remedy::Rename);
   }
-  // In small letters n is that of normals: nOFF has its dimensions after it.
+  // In lower case, n means normals; in nOFF, it means that the number of dimensions follows.
   const bool isSmall = first->substr(at, off.size()) == off;
-  // Numbers may follow without a blank.
+  // Numbers may follow the word without a blank.
   this->Rest = { first->data() + at + off.size(),
     first->size() - at - off.size() + this->Rest.size() };
   std::string_view next = this->Rest;
@@ -242,7 +242,7 @@ Status OffText::ReadKind()
                  ", which is not read" };
 }
 
-// The number of edges, which is ignored: after that of faces, or by itself on the next line.
+// Skips the number of edges. It follows the number of faces, or is the only word on the next line.
 Status OffText::PassEdges()
 {
   this->Body = this->Lines.End();
@@ -269,7 +269,7 @@ Status OffText::PassEdges()
   return {};
 }
 
-// The body goes on in the line of the header: numbers count, not lines.
+// Called if the body begins on the line of the header: then numbers matter, not lines.
 Status OffText::BeginInHeader()
 {
   if (this->HasNormals || this->HasColors || this->HasTexture)
@@ -281,7 +281,8 @@ Status OffText::BeginInHeader()
       Remedy::InMessage);
   }
   const std::string_view line = this->Lines.Line();
-  // The line's bytes besides its text: a byte order mark before it, its end after it.
+  // The bytes of the line that are not in its text: a byte order mark before it, and its line
+  // break.
   const std::uint64_t others = this->Lines.End() - this->LineBegin - line.size();
   this->Body = this->LineBegin + (others >= utf8Mark.size() ? utf8Mark.size() : 0) +
                static_cast<std::uint64_t>(this->Rest.data() - line.data());
@@ -311,7 +312,7 @@ void OffText::ReadNumbersAfter(OffColumns& columns)
   columns.Add(after);
 }
 
-// Remembers the first line of fewer numbers than it should have.
+// Remembers the first line that has fewer numbers than it should have.
 void OffText::LookForShort(
   const char* element, std::uint64_t index, std::uint64_t there, std::uint64_t expected)
 {
@@ -324,8 +325,8 @@ void OffText::LookForShort(
   }
 }
 
-// Where lines do not count, the numbers must be just those of vertices and faces. Too few are
-// reported when they are read.
+// Called if line breaks do not matter: the file must then have exactly the numbers of the vertices
+// and faces. Too few are reported later, when they are read.
 Status OffText::LookAtNumbers(const Execution& execution)
 {
   const std::string header = "line " + std::to_string(this->Lines.Number());
@@ -388,7 +389,7 @@ Status OffText::LookAtLines(const Execution& execution)
     KDSTREAM_TRY(more);
     if (!*more && this->IsWhole && !this->Short.empty())
     {
-      return Error{ ErrorCode::InvalidInput, this->Short }; // further lines cannot complete it
+      return Error{ ErrorCode::InvalidInput, this->Short }; // more lines cannot help
     }
     if (!*more || this->IsWhole)
     {
@@ -421,7 +422,7 @@ Status OffText::LookAtLines(const Execution& execution)
   }
 }
 
-// Where lines are not those of vertices and faces: only what every OFF has.
+// If there is not one line for each vertex and face, the header has only what every OFF has.
 PlyHeader OffText::MakeHeader(Tolerance& reported) const
 {
   PlyHeader header;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which scalar properties of a PLY element make up which array: see PlyArrays.h.
+// Finds out which scalar properties of a PLY element make up which array: see PlyArrays.h.
 #include "filters/meshio/ply/PlyArrays.h"
 
 #include "filters/core/Texts.h"
@@ -25,7 +25,7 @@ AttributeType TypeOf(PlyType type)
   return types[static_cast<std::size_t>(type)];
 }
 
-// The type of the properties that hold an array, and how many make up a component.
+// The type of the properties that hold an array, and how many properties make up one component.
 struct PropertyKind
 {
   PlyType type;
@@ -59,7 +59,7 @@ PropertyKind KindOf(AttributeType type)
   return { PlyType::Float64 };
 }
 
-// Properties that are one array by convention. The last of four is optional.
+// Properties that form one array by convention. The last of four is optional.
 struct KnownGroup
 {
   std::array<std::string_view, 4> properties;
@@ -78,7 +78,7 @@ constexpr std::array<KnownGroup, 7> knownGroups{ {
   { { "texture_u", "texture_v", "", "" }, 2, false, "TCoords" },
 } };
 
-// %HH becomes a byte; any other % is one.
+// Turns each %HH into a byte; any other % stays.
 std::string Unescape(std::string_view name)
 {
   std::string plain;
@@ -101,8 +101,8 @@ void AppendEscaped(std::string& text, char byte)
   text += digits[value & 15U];
 }
 
-// The name of an array as a property's name. `guarded`: its first and last byte are escaped in any
-// case, so that it neither is nor ends like a known name.
+// The property name for an array's name. `guarded`: the first and last byte are escaped in any
+// case, so that the result neither is a known name nor ends like one.
 std::string Escape(std::string_view name, bool guarded)
 {
   std::string text;
@@ -164,7 +164,7 @@ public:
   }
 
 private:
-  // The property of that name; anyCase: or, if there is none, of that name in another case.
+  // The property with this name. anyCase: if there is none, one with this name in another case.
   std::size_t Find(std::string_view name, bool anyCase) const
   {
     const std::size_t exact = this->Element.Find(name);
@@ -182,7 +182,7 @@ private:
     return static_cast<std::size_t>(std::find_if(all.begin(), all.end(), same) - all.begin());
   }
 
-  // The property of that name and type, unless it is used.
+  // The property with this name and type, unless it is already used.
   std::optional<std::size_t> FindFree(std::string_view name, PlyType type, bool anyCase) const
   {
     const std::size_t p = name.empty() ? this->Used.size() : this->Find(name, anyCase);
@@ -218,7 +218,7 @@ private:
     {
       properties.push_back(*alpha);
     }
-    // A second group is neither a colour nor a texture coordinate, if there is a first one.
+    // If there is already a colour or texture coordinate, a second group does not become another.
     const bool second = this->Names.contains(std::string(group.name)) ||
                         (group.color && this->Names.contains("RGBA"));
     if (!second)
@@ -227,7 +227,7 @@ private:
     }
   }
 
-  // NAME_0 NAME_1 …, from property p on.
+  // Takes the array NAME_0 NAME_1 …, beginning at property p.
   bool TakeNumbered(std::size_t p)
   {
     const PlyProperty& first = this->Element.properties[p];
@@ -291,7 +291,7 @@ private:
   std::vector<PlyArray> Arrays;
 };
 
-// The groups that are read as such an array, the most usual one first.
+// The known groups that are read as this array, the most usual one first.
 std::vector<const KnownGroup*> GroupsOf(const AttributeInfo& array)
 {
   const PropertyKind kind = KindOf(array.type);
@@ -310,8 +310,8 @@ std::vector<const KnownGroup*> GroupsOf(const AttributeInfo& array)
   return groups;
 }
 
-// The names of the properties of one array: of each of its groups, or, where there is none, its
-// plain name; as the last choice its guarded name.
+// The property names to try for one array. The first choices are the known groups that are read as
+// this array; if there are none, its plain name. The last choice is the guarded name.
 std::vector<std::string> PropertyNames(const AttributeInfo& array, std::size_t choice, bool& isLast)
 {
   const PropertyKind kind = KindOf(array.type);
@@ -356,9 +356,9 @@ void AddPlyProperties(std::span<const Attribute* const> arrays, PlyElement& elem
   {
     taken[p] = p;
   }
-  // An array whose properties would be read as something else gets its next names, the last of
-  // which are guarded. Its new names can change how another array is read, so this is repeated
-  // until all are read back correctly, as they are when all are guarded.
+  // If an array's properties would be read as something else, the array gets the next choice of
+  // names, at last the guarded ones. New names can change how another array is read. So this is
+  // repeated until all arrays are read back correctly; with only guarded names they always are.
   std::vector<std::size_t> choice(arrays.size(), 0);
   for (bool again = true; again;)
   {

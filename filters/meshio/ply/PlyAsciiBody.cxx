@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// ASCII PLY records: words between blanks, one record in a line, or all values of elements in one
-// line; and those of OFF, which may have comments. Part of step "read".
+// Reads the records of ASCII PLY: words between blanks, with one record on a line, or all values of
+// elements on one line. Also reads those of OFF, which may have comments. Part of step "read".
 #include "filters/meshio/NumberText.h"
 #include "filters/meshio/QuotedText.h"
 #include "filters/meshio/ply/PlyBody.h"
@@ -43,7 +43,7 @@ public:
 
 private:
   Status NextWord(const PlyPlace& place, std::string_view& word);
-  // Whether what begins so is a comment.
+  // Whether a word that begins with this character is a comment.
   bool IsComment(char c) const { return c == '#' && this->Header.hasComments; }
   Status SkipComment();
   template <class T>
@@ -56,7 +56,7 @@ private:
   Status KeepOrSkip(const PlyPlace& place, std::size_t property, PlyArraySink& arrays);
   Status EndRecord(const PlyPlace& place, bool isSkipped);
   Status LookAtLines(const PlyPlace& place);
-  // Takes note of the blanks before a word.
+  // Looks for a line break in the blanks before a word.
   void PassBlanks(std::string_view blanks)
   {
     const bool breaks =
@@ -68,25 +68,25 @@ private:
   PlyPlace At(const PlyPlace& place) const { return this->At(place, this->Source.Position()); }
   PlyPlace At(const PlyPlace& place, std::uint64_t byte) const;
 
-  // What the lines of the body are, where a record and its line do not end together.
+  // What a line of the body is. Found out when a record and its line do not end together.
   enum class Lines
   {
     Unknown,
-    Records, // a record each: what else is in them is not read
-    Free     // values of whole elements
+    Records, // one record each; further words are not read
+    Free     // the values of whole elements
   };
 
   const PlyHeader& Header;
   ByteSource& Source;
-  std::uint64_t Begin; // of the body
+  std::uint64_t Begin; // where the body begins
   Lines LinesAre = Lines::Unknown;
-  // About the current record: its words so far; its words on its first line (0 until it continues
-  // on another line); the place of its first byte.
+  // About the current record: the number of its words so far; how many of them are on its first
+  // line (0 until it continues on another line); where its first byte is.
   std::uint64_t Words = 0, WordsOfFirstLine = 0, RecordBegin = 0;
 };
 
-// Adds to a place the line that this byte is in, or ends. Reads the file up to there, for an error
-// that ends the reading.
+// Adds to a place the number of the line in which this byte is, or which it ends. Counts by reading
+// the file up to there, so this is only for errors that end the reading.
 PlyPlace AsciiBody::At(const PlyPlace& place, std::uint64_t byte) const
 {
   Result<ByteSource> again = this->Source.Again();
@@ -112,7 +112,7 @@ PlyPlace AsciiBody::At(const PlyPlace& place, std::uint64_t byte) const
   return again ? PlyPlace{ place.element, place.record, line } : place;
 }
 
-// The next word, wherever it stands; the view holds until the next call.
+// The next word, on this line or a later one; the view is valid until the next call.
 Status AsciiBody::NextWord(const PlyPlace& place, std::string_view& word)
 {
   for (;;)
@@ -135,7 +135,7 @@ Status AsciiBody::NextWord(const PlyPlace& place, std::string_view& word)
     if (static_cast<std::size_t>(ahead->end() - begin) <= maximumWord + 1 &&
         begin != ahead->begin())
     {
-      continue; // what is left in memory may be the beginning of a word only
+      continue; // a word may be only partly in memory
     }
     const char* limit = begin + std::min<std::ptrdiff_t>(ahead->end() - begin, maximumWord + 1);
     const char* end = std::find_if(begin, limit, IsSeparator);
@@ -151,7 +151,7 @@ Status AsciiBody::NextWord(const PlyPlace& place, std::string_view& word)
   }
 }
 
-// Goes to the end of the line.
+// Skips to the end of the line.
 Status AsciiBody::SkipComment()
 {
   for (;;)
@@ -167,7 +167,7 @@ Status AsciiBody::SkipComment()
   }
 }
 
-// A number of the property's type.
+// Reads a number of the property's type.
 template <class T>
 Status AsciiBody::ReadNumber(const PlyPlace& place, const PlyProperty& property, T& value)
 {
@@ -197,7 +197,7 @@ Status AsciiBody::ReadReal(const PlyPlace& place, const PlyProperty& property, d
     });
 }
 
-// A property that is not a coordinate: into its array if it has one.
+// Reads a property that is not a coordinate; if it belongs to an array, keeps the value there.
 Status AsciiBody::KeepOrSkip(const PlyPlace& place, std::size_t property, PlyArraySink& arrays)
 {
   const PlyProperty& kept = place.element.properties[property];
@@ -216,7 +216,7 @@ Status AsciiBody::KeepOrSkip(const PlyPlace& place, std::size_t property, PlyArr
     });
 }
 
-// Counts and indices may exceed the range of their property's type: a list limits them more.
+// Reads a count or an index. It may exceed the range of its type: the list limits it more strictly.
 Status AsciiBody::ReadInteger(const PlyPlace& place, std::string_view what, std::int64_t& value)
 {
   std::string_view word;
@@ -239,7 +239,7 @@ Status AsciiBody::ReadListCount(
   {
     return this->At(place).BadListCount(property, count);
   }
-  // Every value takes a blank and a digit.
+  // Every value needs a blank and a digit.
   if (static_cast<std::uint64_t>(count) > this->Source.Remaining() / 2)
   {
     return place.ListPastEnd(property, count, this->Source.Position());
@@ -262,7 +262,8 @@ Status AsciiBody::SkipProperty(const PlyPlace& place, const PlyProperty& propert
   return {};
 }
 
-// A record that continues into the line of the next one: how many of its words are on its own line.
+// The error for a record that continues into the next record's line. there: how many of its words
+// are on its own line.
 Error AsciiBody::TooShort(const PlyPlace& place, std::uint64_t there, std::uint64_t all) const
 {
   const bool isPoint = place.element.name == "vertex" && place.element.properties.size() == 3;
@@ -271,8 +272,8 @@ Error AsciiBody::TooShort(const PlyPlace& place, std::uint64_t there, std::uint6
       std::to_string(all) + (isPoint ? " coordinates" : " values") };
 }
 
-// A record ends with its line, unless all values of elements are in one line. If lines are records,
-// a record may take several lines, but a line cannot have parts of two.
+// A record ends with its line, unless all values of elements are on one line. If lines are records,
+// a record may take several lines, but no line may have parts of two records.
 Status AsciiBody::EndRecord(const PlyPlace& place, bool isSkipped)
 {
   const std::uint64_t all = std::exchange(this->Words, 0);
@@ -310,9 +311,10 @@ Status AsciiBody::EndRecord(const PlyPlace& place, bool isSkipped)
   return {};
 }
 
-// A line continues after its record. If there are lines for all records, lines have more values
-// than the header names. If there are not more lines than elements, each line has a whole element,
-// or all. Errors: InvalidInput for other numbers of lines; InputOutput.
+// Called when a line goes on after its record. Counts the lines. If there are enough lines for all
+// records, the lines have more values than the header names. If there are no more lines than
+// elements, a line holds a whole element, or several. Errors: InvalidInput for a number of lines
+// between these; InputOutput.
 Status AsciiBody::LookAtLines(const PlyPlace& place)
 {
   if (this->LinesAre != Lines::Unknown)

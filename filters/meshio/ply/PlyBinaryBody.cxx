@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Binary PLY records of either byte order. Records of fixed size are decoded a batch at a time,
-// column by column; a run of triangles goes through a loop of its own; everything else is read
-// value by value. Part of step "read".
+// column by column; runs of triangles have their own loop; everything else is read value by value.
+// Part of step "read".
 #include "filters/meshio/MakeRoom.h"
 #include "filters/meshio/ply/PlyBinaryRecord.h"
 
@@ -55,12 +55,12 @@ private:
   static std::int64_t LoadInteger(PlyType type, const char* bytes);
   static std::optional<std::int64_t> LoadWhole(PlyType type, const char* bytes);
   static double LoadReal(PlyType type, const char* bytes);
-  // Coordinate k of records that lie `stride` bytes apart; true if all are finite.
+  // Reads coordinate k of records that are `stride` bytes apart; true if all values are finite.
   template <class T>
   static bool DecodeColumn(
     const char* bytes, std::size_t stride, std::size_t count, Vec3* points, std::size_t k);
 
-  // `count` values of records that lie `stride` bytes apart.
+  // Copies `count` values of records that are `stride` bytes apart.
   template <class T>
   static void CopyColumn(const char* from, std::size_t stride, std::size_t count, std::uint8_t* to,
     std::size_t toStride);
@@ -88,7 +88,7 @@ double BinaryBody<Swap>::LoadReal(PlyType type, const char* bytes)
     type, [bytes]<class T>() { return static_cast<double>(Load<T, Swap>(bytes)); });
 }
 
-// The next `bytes` bytes, which belong to the record `place`.
+// Returns the next `bytes` bytes, which belong to the record at `place`.
 template <bool Swap>
 Result<std::string_view> BinaryBody<Swap>::Need(const PlyPlace& place, std::size_t bytes)
 {
@@ -146,7 +146,7 @@ Status BinaryBody<Swap>::SkipProperties(const PlyPlace& place, std::size_t begin
   return {};
 }
 
-// Like SkipProperties, but what belongs to an array goes there.
+// Like SkipProperties, but values that belong to an array are kept in it.
 template <bool Swap>
 Status BinaryBody<Swap>::KeepOrSkip(
   const PlyPlace& place, std::size_t begin, std::size_t end, PlyArraySink& arrays)
@@ -253,7 +253,7 @@ Result<bool> BinaryBody<Swap>::ReadFixedPoints(const PlyElement& element,
     for (const PlyArraySink::Column& column : arrays.Columns())
     {
       const std::size_t tuple = arrays.TupleSize(column.array);
-      // The first column of an array makes room for its tuples.
+      // The first column of an array makes room for the array's tuples.
       std::uint8_t* const to = column.tupleOffset == 0
                                  ? arrays.Extend(column.array, number)
                                  : arrays.Last(column.array, number) + column.tupleOffset;
@@ -268,7 +268,7 @@ Result<bool> BinaryBody<Swap>::ReadFixedPoints(const PlyElement& element,
   return finite;
 }
 
-// A point whose record holds lists too.
+// Reads a point whose record has lists, too.
 template <bool Swap>
 Status BinaryBody<Swap>::ReadPoint(const PlyPlace& place,
   const std::array<std::size_t, 3>& coordinates, Vec3& point, PlyArraySink& arrays)
@@ -312,9 +312,9 @@ Result<bool> BinaryBody<Swap>::ReadPoints(const PlyElement& element,
   return false;
 }
 
-// The fast path: reads faces while they are completely in memory, have few corners and valid
-// indices; returns how many. ReadFace handles the face at which it stops, or reports what is wrong.
-// Keeps: whether there are arrays.
+// The fast path: reads faces while they are completely in memory and have few corners and valid
+// indices; returns how many. ReadFace handles the face at which it stops, or reports what is wrong
+// with it. Keeps: whether there are arrays.
 template <bool Swap>
 template <bool Keeps>
 Result<std::size_t> BinaryBody<Swap>::ReadFaceRun(const FaceLayout& layout, const PlyPlace& first,
@@ -375,7 +375,7 @@ Result<std::size_t> BinaryBody<Swap>::ReadFaceRun(const FaceLayout& layout, cons
   return number;
 }
 
-// The arrays of a face whose record lies in memory whole.
+// Keeps the array values of a face whose whole record is in memory.
 template <bool Swap>
 void BinaryBody<Swap>::KeepRecord(
   const FaceLayout& layout, const char* list, const char* afterList, PlyArraySink& arrays)

@@ -45,7 +45,7 @@ T Load(const char* bytes)
   }
 }
 
-// Bytes of a record, or of some of its properties, if none of them is a list.
+// The number of bytes of a record, or of some of its properties, if none of them is a list.
 struct RecordSize
 {
   bool fixed = true;
@@ -66,17 +66,17 @@ inline RecordSize SizeOfProperties(const PlyElement& element, std::size_t begin,
 // Polygons of more corners than this take the slow path.
 inline constexpr std::int64_t mostFastCorners = 64;
 
-// Where the corners are in a face's record, if it has no other list and indices have four bytes (as
-// in nearly all files).
+// Where the corners are in a face's record. Applies if the record has no other list and indices
+// have four bytes, as in nearly all files.
 struct FaceLayout
 {
   bool applies = false;
   std::size_t cornerList = 0;       // the property with the corners
-  std::vector<std::size_t> offsets; // of each property, as if the list had no bytes
+  std::vector<std::size_t> offsets; // of each property, if the list took no bytes
   std::size_t listOffset = 0;
   std::size_t countSize = 0;
   std::size_t triangleSize = 0; // bytes of a record with three corners
-  std::uint64_t indexLimit = 0; // a negative index, read as unsigned, must be at least this
+  std::uint64_t indexLimit = 0; // valid indices are below; negative ones, read as unsigned, not
   PlyType countType = PlyType::UInt8;
 
   FaceLayout(const PlyElement& element, std::size_t list, const PlyFaceSink& sink)

@@ -9,8 +9,8 @@ namespace kdstream
 namespace
 {
 
-// For a 4-byte number that is too large: a hint that it would fit with its bytes in the other
-// order, else nothing.
+// A hint for a 4-byte number that is too large, if it would fit with its bytes in the other order;
+// else empty.
 std::string OtherByteOrder(std::int64_t number, std::uint64_t limit)
 {
   constexpr std::int64_t large = 1 << 16;

@@ -29,7 +29,7 @@ struct TypeName
   PlyType type;
 };
 
-// The first name of each type is the one that messages use.
+// The first name of each type is the one used in messages.
 constexpr std::array<TypeName, 18> typeNames{ { { "char", PlyType::Int8 },
   { "uchar", PlyType::UInt8 }, { "short", PlyType::Int16 }, { "ushort", PlyType::UInt16 },
   { "int", PlyType::Int32 }, { "uint", PlyType::UInt32 }, { "int64", PlyType::Int64 },
@@ -45,8 +45,8 @@ std::optional<PlyType> FindType(std::string_view name)
   return found == typeNames.end() ? std::nullopt : std::optional(found->type);
 }
 
-// Names are used in messages and lists of names as they are. Those of arrays may be escaped
-// (PlyArrays).
+// Whether the name is fit for messages and lists, where names appear unchanged. Names of arrays may
+// be escaped (PlyArrays).
 bool IsGoodName(std::string_view name)
 {
   return name.size() <= 1024 && std::none_of(name.begin(), name.end(),
@@ -60,7 +60,7 @@ std::vector<std::string_view> WordsOf(std::string_view line)
   return words;
 }
 
-// The lines of the header, one after the other. The first one decides how lines end.
+// Returns the lines of the header one by one. The first line decides how lines end.
 class LineReader
 {
 public:
@@ -75,7 +75,7 @@ public:
     }
   }
 
-  // Empty at the end: a line without its terminator does not count.
+  // Empty at the end: an unterminated line does not count.
   std::optional<std::string_view> Next()
   {
     const std::size_t end = this->Bytes.find(this->Terminator, this->Consumed);
@@ -84,7 +84,7 @@ public:
       return std::nullopt;
     }
     std::string_view line = this->Bytes.substr(this->Consumed, end - this->Consumed);
-    while (line.ends_with('\r')) // two, where a program turned \n into \r\n twice
+    while (line.ends_with('\r')) // two if a program converted \n to \r\n twice
     {
       line.remove_suffix(1);
     }
@@ -105,7 +105,7 @@ private:
   std::size_t Number = 0;
 };
 
-// Takes the words of one line after the other, and builds the header.
+// Takes the words of each line in turn, and builds the header.
 class HeaderBuilder
 {
 public:
@@ -240,7 +240,7 @@ private:
     PlyProperty property;
     property.isList = words.size() > 1 && words[1] == "list";
     const std::size_t nameBegin = property.isList ? 4 : 2;
-    // A name may have blanks: "scalar_Scalar field".
+    // A name may contain blanks: "scalar_Scalar field".
     const std::string_view name =
       words.size() > nameBegin
         ? std::string_view(words[nameBegin].data(),

@@ -92,35 +92,36 @@ struct PlyElement
   std::uint64_t count = 0; // a claim, like everything in a header
   std::vector<PlyProperty> properties;
 
-  // Number of the first property of that name, or properties.size().
+  // The number of the first property with this name; properties.size() if there is none.
   std::size_t Find(std::string_view property) const;
-  // The same of the list that has a face's corners: by its name, else the only list of integers.
+  // The number of the list with a face's corners: found by its name, else the only list of
+  // integers.
   std::size_t FindCorners() const;
 };
 
-// Whether the name is one for the list of a face's corners: vertex_indices, vertex_index or
+// Whether a list with this name has a face's corners: vertex_indices, vertex_index or
 // vertex_indexes, in any case.
 bool IsNameOfCorners(std::string_view property);
 
 struct PlyHeader
 {
   PlyEncoding encoding = PlyEncoding::Ascii;
-  bool hasComments = false; // # begins one in the body (OffHeader.h)
-  // A line before the elements that neither belongs to the format nor ends with a number:
+  bool hasComments = false; // whether # begins a comment in the body (OffHeader.h)
+  // A line before the elements that is not part of the format and does not end with a number:
   // "'Created' (header line 3)"; empty if there is none.
   std::string strayLine{};
   std::vector<PlyElement> elements;
-  std::vector<std::string> textures;     // of "comment TextureFile" lines, quoted for messages
-  std::vector<std::string> textureFiles; // the same as written, with blanks
+  std::vector<std::string> textures;     // names in "comment TextureFile" lines, quoted
+  std::vector<std::string> textureFiles; // the same as the file has them, with blanks
 };
 
 // Reads the header and leaves `source` at the first byte of the body. Lines may end in LF, CRLF or
-// CR; "comment" and "obj_info" lines are skipped; both families of type names are known ("uchar"
-// and "uint8"), and int64 and uint64, which other programs add to the format's. The elements
-// "vertex", "face" and "tristrips" may be written in capitals, and become lower case. If a property
-// is named twice, the first counts (Find). Errors: InvalidInput naming the line: not a PLY file, no
-// end_header in the first MiB, an unknown word or type, a count that is not a number below 2^64, an
-// element named twice.
+// CR. "comment" and "obj_info" lines are skipped. Both families of type names are known ("uchar"
+// and "uint8"), and also int64 and uint64, which other programs have added to the format. The
+// elements "vertex", "face" and "tristrips" may be written in capitals, and become lower case. If
+// two properties have the same name, the first counts (Find). Errors: InvalidInput naming the line:
+// not a PLY file, no end_header in the first MiB, an unknown word or type, a count that is not a
+// number below 2^64, two elements of the same name.
 Result<PlyHeader> ReadPlyHeader(ByteSource& source);
 
 }

@@ -19,7 +19,7 @@ namespace
 {
 
 constexpr std::uint64_t mostPlyVertices = noVertex - 1;
-// Bytes of repeated face attributes for each byte of the file.
+// How many bytes the repeated attributes of faces may take for each byte of the file.
 constexpr std::uint64_t mostRepeated = 16;
 
 }
@@ -152,8 +152,8 @@ Status PlyReader::UnderstandFaces(std::size_t element, PlyFaceSink::Kind kind)
   return {};
 }
 
-// Bounded by the bytes that are left beside the least of all other values: each number is a
-// corner that makes a triangle.
+// A bound from the bytes that remain if all other values take the fewest bytes possible: each
+// number that fits into them could be a corner, and each corner could make a triangle.
 std::uint64_t PlyReader::MostTriangles() const
 {
   if (this->Faces.empty())
@@ -161,7 +161,7 @@ std::uint64_t PlyReader::MostTriangles() const
     return 0;
   }
   const bool isText = this->Header.encoding == PlyEncoding::Ascii;
-  const auto bytesOf = [&](PlyType type) // at least a digit and a blank in a text
+  const auto bytesOf = [&](PlyType type) // in a text, at least a digit and a blank
   { return isText ? std::size_t{ 2 } : SizeOf(type); };
   std::uint64_t rest = this->Source.Size() - this->Source.Position() + (isText ? 1 : 0);
   std::uint64_t ofCorner = sizeof(double);
@@ -184,13 +184,13 @@ std::uint64_t PlyReader::MostTriangles() const
     {
       least += bytesOf(property.isList ? property.countType : property.type);
     }
-    // The claim of an element that does not fit the file is ignored.
+    // If an element's claim does not fit into the file, it is ignored.
     rest -= least > 0 && element.count <= rest / least ? least * element.count : 0;
   }
   return rest / ofCorner;
 }
 
-// Point arrays, then cell arrays; marks every property of which something is made.
+// Lists point arrays, then cell arrays, and marks all properties that are used.
 void PlyReader::FindAttributes()
 {
   for (const PlyElement& element : this->Header.elements)
@@ -218,8 +218,8 @@ void PlyReader::FindAttributes()
   this->FindFaceAttributes();
 }
 
-// The arrays that every element with faces has, in the order of the first element: a triangle
-// without a value could not be distinguished from one with it.
+// Takes the arrays that every element with faces has, in the order of the first element. Others are
+// left out, because their missing values could not be distinguished from real ones.
 void PlyReader::FindFaceAttributes()
 {
   std::vector<std::vector<PlyArray>> ofElement;
@@ -302,8 +302,8 @@ void PlyReader::ListIgnoredAttributes()
   }
 }
 
-// Brings the source to a record of an element: on from here, or on from the element's beginning if
-// that is ahead.
+// Moves the source to a record of an element: forward from the current record, or, if the source is
+// already past the wanted record, from the beginning of the element.
 Status PlyReader::MoveTo(std::size_t element, std::uint64_t record)
 {
   if (element < this->CurrentElement ||
@@ -419,9 +419,9 @@ Result<std::uint64_t> PlyReader::SkipSomeFaces(std::uint64_t count)
   return done;
 }
 
-// The bytes of each of `number` faces up to the end, of which the first is at `begin`, where there
-// is just room for as many triangles: as a polygon has three corners at least, all are triangles
-// then. 0: they may differ.
+// The size of a face in bytes, if all `number` faces from offset `begin` to the end of the file
+// must be triangles. This is so if the rest of the file is exactly as large as this number of
+// triangles, because a polygon has at least three corners. 0: the sizes may differ.
 std::uint64_t PlyReader::BytesOfTriangles(
   const FaceElement& faces, std::uint64_t begin, std::uint64_t number) const
 {
@@ -446,7 +446,7 @@ std::uint64_t PlyReader::BytesOfTriangles(
   return rest % bytes == 0 && rest / bytes == number ? bytes : 0;
 }
 
-// Whether what was skipped can have been triangles: so are those that were read, up to here.
+// Whether the faces that were skipped can all be triangles: checks that those read up to here were.
 Status PlyReader::CheckTriangles(const FaceElement& faces) const
 {
   const std::uint64_t expected = this->TrianglesBegin + this->FacesRead * this->TriangleBytes;
@@ -461,7 +461,7 @@ Status PlyReader::CheckTriangles(const FaceElement& faces) const
     Remedy::CopyAgain);
 }
 
-// Checks the number of triangles that a build relies on.
+// Checks that there are not more triangles than a build relies on.
 Status PlyReader::CountTriangles(const PlyElement& element, std::uint64_t made)
 {
   this->TrianglesMade += made;
@@ -537,14 +537,14 @@ Result<std::size_t> PlyReader::ReadSomeTriangles(Mesh& mesh, std::size_t limit)
   return static_cast<std::size_t>(done);
 }
 
-// Counts lines with more values than the properties of their records.
+// Counts lines that have more values than their records have properties.
 void PlyReader::CountLongLines()
 {
   this->FileInfo.tolerance.Count(
     Lapse::ValuesNotNamed, this->Body->TakeLongLines(), this->Body->FirstLongLine());
 }
 
-// Takes places from the mesh's points if it has all of them, else from a table.
+// Takes the positions from the mesh's points if the mesh has all of them, else from a table.
 Status PlyReader::CutPolygons(Mesh& mesh)
 {
   if (this->Polygons.Empty())
@@ -564,7 +564,8 @@ Status PlyReader::CutPolygons(Mesh& mesh)
     mesh.triangles, [&](VertexId vertex) { return this->Places->Get(vertex); });
 }
 
-// Looks at the first points of a cloud in bytes. Of a mesh the indices show the order.
+// Checks the byte order by the first points of a binary point cloud. In a mesh, the indices show
+// the order.
 Status PlyReader::CheckOrder() const
 {
   constexpr std::uint64_t most = 4096;
@@ -589,14 +590,14 @@ Status PlyReader::CheckOrder() const
                                 std::min(most, vertices.count), points, noArrays);
   if (!read)
   {
-    return {}; // errors are reported when the reader reaches them
+    return {}; // the reader reports errors when it reaches them
   }
   return isInteger ? CheckByteOrderOfIntegers(points, type == PlyType::Int32)
                    : CheckByteOrder(points,
                        type == PlyType::Float32 ? ScalarType::Float32 : ScalarType::Float64);
 }
 
-// Goes through the vertices once more.
+// Reads the vertices once more, into a table of positions.
 Status PlyReader::KeepPlaces()
 {
   constexpr std::uint64_t atOnce = std::uint64_t{ 1 } << 15;
@@ -626,9 +627,9 @@ Status PlyReader::KeepPlaces()
   return {};
 }
 
-// Skips what follows the faces, so that a file truncated there is refused. If the header counts too
-// few faces, some follow the last one: they are not read, but reported. Blanks at the end of a file
-// are ignored.
+// Skips the elements after the faces, so that a file truncated there is refused. If the header
+// counts too few faces, the remaining ones follow the last one: they are not read, but reported.
+// Blanks at the end of a file are ignored.
 Status PlyReader::CheckBytesAfterEnd()
 {
   this->CheckedBytesAfterEnd = true;

@@ -15,36 +15,38 @@ namespace kdstream
 {
 
 // ASCII and binary PLY of either byte order, version 1.0. Elements and properties may come in any
-// order. The vertices are always read first: a file with its faces before its vertices is read
+// order. The vertices are always read first, so a file that has faces before vertices is read
 // twice.
 //
-// Read: element "vertex" (x, y, z of any scalar type), "face" and "tristrips" (the list that
-// PlyElement::FindCorners finds, of whole numbers of any type), and their other scalar properties
-// as attributes (names: PlyArrays.h), at most 255; properties of faces only if every element with
+// Read: element "vertex" (x, y, z of any scalar type); elements "face" and "tristrips" (the list
+// that PlyElement::FindCorners finds, of whole numbers of any type). Their other scalar properties
+// become attributes (names: PlyArrays.h), at most 255; those of faces only if every element with
 // faces has them. Everything else is skipped, and named in Info().ignoredAttributes. Bytes after
 // the end are counted when the end is reached.
-// - Coordinates are Float32 if x, y and z all are float or integers of at most 16 bits, which
-//   floats hold exactly; else Float64. ASCII values are rounded once, to the type of the header.
-// - A strip of fewer than three vertices has no triangle and is skipped; a polygon of fewer is
-//   counted.
-// - A file that has more triangles than there is room for beside all that its header claims
-//   (Info().mostTriangles) is refused when they are read: it is truncated, or has faces of fewer
-//   than two vertices where as many triangles would just fit.
+// - Coordinates are Float32 if x, y and z are all floats or integers of at most 16 bits, which
+//   floats hold exactly; else Float64. ASCII values are rounded once, to the type in the header.
+// - A strip of fewer than three vertices has no triangle and is skipped; a polygon of fewer than
+//   three is counted.
+// - Info().mostTriangles is how many triangles the file has room for beside everything else that
+//   its header claims. A file with more is refused when they are read: it is truncated, or has
+//   faces of fewer than two vertices although its bytes could only just hold this number of
+//   triangles.
 //
 // Memory: one block of the file, and the vectors that the caller passes. These grow with the bytes
-// that were read, never by a claim of the header or a list. One face can have as many triangles as
-// the file has bytes; its attributes, repeated for each, may take 16 times the file's bytes.
+// that were read, never because of a claim in the header or in a list. One face can have as many
+// triangles as the file has bytes; its attributes, repeated for each triangle, can take 16 times
+// the file's bytes.
 class PlyReader : public MeshReader
 {
 public:
   // Errors: those of ReadPlyHeader; InvalidInput for a header without vertices, coordinates or
   // corners; LimitExceeded for more vertices than VertexId can number. scratch: a folder for a
   // table of positions, needed when polygons are read into a mesh without vertices (see
-  // MeshReader::ReadTriangles); empty: the system's.
+  // MeshReader::ReadTriangles); if empty, the system's folder.
   static Result<std::unique_ptr<MeshReader>> Open(
     ByteSource source, const std::filesystem::path& scratch = {});
-  // The same for a body at which `source` stands, with a header made by other code. reported: the
-  // counts that this code has reported.
+  // The same for a body at which `source` stands, with a header that other code has made. reported:
+  // the counts that this code has already reported.
   static Result<std::unique_ptr<MeshReader>> OpenAs(ByteSource source, PlyHeader header,
     const std::filesystem::path& scratch, const Tolerance& reported = {});
 
@@ -102,27 +104,28 @@ private:
 
   std::size_t VertexElement = 0;
   std::array<std::size_t, 3> Coordinates{}; // numbers of the properties x, y, z
-  std::vector<std::vector<bool>> Read;      // [element][property]: whether anything is made of it
+  std::vector<std::vector<bool>> Read;      // [element][property]: whether it is used
   PlyArraySink VertexArrays;
-  std::size_t PointArrays = 0; // the first of Info().attributes
+  std::size_t PointArrays = 0; // the number of point arrays, the first of Info().attributes
   std::vector<FaceElement> Faces;
 
-  // Where the source stands, and where every element begins that has been reached.
+  // Where the source stands, and where each element begins that has been reached so far.
   std::size_t CurrentElement = 0;
   std::uint64_t CurrentRecord = 0;
   std::vector<std::uint64_t> ElementBegins;
 
   std::uint64_t VerticesRead = 0;
   std::size_t FaceElementsDone = 0;
-  std::uint64_t FacesRead = 0; // of Faces[FaceElementsDone]
+  std::uint64_t FacesRead = 0; // of the element Faces[FaceElementsDone]
   std::uint64_t TrianglesMade = 0;
-  // Where some of these were skipped because all must be triangles: of one, and where the first is.
+  // If faces were skipped on the assumption that all are triangles: the bytes of one face, and
+  // where the first face begins.
   std::uint64_t TriangleBytes = 0, TrianglesBegin = 0;
   std::filesystem::path Scratch;
   PolygonFaces Polygons;
-  std::unique_ptr<ScratchTable<Vec3>> Places; // of all vertices; made for the first polygon
+  std::unique_ptr<ScratchTable<Vec3>> Places; // of all vertices; made at the first polygon
   bool CheckedBytesAfterEnd = false;
-  bool Finite = false; // whether all vertices that were read last are known to be
+  bool Finite = false; // whether all vertices of the last read are known to be finite
   std::optional<Error> Failure;
 };
 

@@ -20,7 +20,7 @@ inline BlobsRequest AskPartitions(const std::vector<std::uint32_t>& numbers)
   return asked;
 }
 
-// Pieces of a level; { 0, { 1 } } is one that every model with levels has.
+// A request for pieces of a level. Every model with levels has piece 1 of level 0.
 inline BlobsRequest AskPieces(std::uint8_t level, const std::vector<std::uint32_t>& nodes)
 {
   BlobsRequest asked;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// libFuzzer's entry to the protocol's parsers: the first byte chooses the parser. Frames are cut
-// from the rest, each after a byte with its length, and go through one assembler.
+// libFuzzer's entry to the protocol's parsers: the first byte chooses the parser. For frames, the
+// rest is a sequence of frames, each after a byte with its length; all go to the same assembler.
 #include "filters/model/ModelJson.h"
 #include "filters/protocol/BinaryFrame.h"
 #include "filters/protocol/ControlMessage.h"

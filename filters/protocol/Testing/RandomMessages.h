@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Random but valid messages, from a seed: what must survive the way through JSON.
+// Random but valid messages from a seed, which must not change when they are written to JSON and
+// read again.
 #pragma once
 
 #include "filters/model/Testing/RandomModels.h"

@@ -46,7 +46,7 @@ Result<std::optional<FrameAssembler::Blob>> Give(FrameAssembler& assembler, cons
   return assembler.Accept(*frame);
 }
 
-// The bytes of unfinished blobs: what the assembler would take more without them.
+// The bytes of unfinished blobs: how many bytes less the assembler accepts because of them.
 std::size_t BytesIn(FrameAssembler assembler)
 {
   std::size_t room = 0;
@@ -138,7 +138,7 @@ TEST(TestBinaryFrame, RefusesHeadersOutOfRange)
   EXPECT_FALSE(with(19, 0xFF)); // larger than any blob
   for (std::size_t size = 0; size <= frameHeaderBytes; ++size)
   {
-    EXPECT_FALSE(ParseFrame(std::span(good).first(size))) << size; // cut, or without payload
+    EXPECT_FALSE(ParseFrame(std::span(good).first(size))) << size; // truncated, or without payload
   }
 }
 
@@ -166,18 +166,18 @@ TEST(TestBinaryFrame, RefusesGapsOverlapsAndStrangers)
     frame(one, 6, 9),                  // gap
     frame(one, 3, 10),                 // another total
     frame(BlobId::Partition(2), 3, 9), // another blob
-    frame(BlobId::Partition(2), 0, 9), // another blob's start
+    frame(BlobId::Partition(2), 0, 9), // the start of another blob
   };
   for (const auto& bad : wrong)
   {
     FrameAssembler assembler;
     ASSERT_TRUE(assembler.Accept(frame(one, 0, 9)));
     EXPECT_FALSE(assembler.Accept(bad));
-    EXPECT_EQ(BytesIn(assembler), 0u); // forgotten, and usable again
+    EXPECT_EQ(BytesIn(assembler), 0u); // the unfinished blob is dropped; the assembler works on
     EXPECT_TRUE(assembler.Accept(frame(one, 0, 9)));
   }
   FrameAssembler assembler;
-  EXPECT_FALSE(assembler.Accept(frame(one, 3, 9))); // no start
+  EXPECT_FALSE(assembler.Accept(frame(one, 3, 9))); // does not start at offset 0
 }
 
 TEST(TestBinaryFrame, ForgetsCancelledRequests)
@@ -200,7 +200,7 @@ TEST(TestBinaryFrame, UnfinishedBlobsAreBoundedTogether)
   std::uint32_t request = 0;
   bool refused = false;
   std::size_t held = 0;
-  // A sender that starts blob after blob of the largest size and never ends one.
+  // A sender that starts blob after blob of the largest size, and never finishes one.
   for (std::size_t sent = 0; !refused && sent <= 2 * std::size_t{ maximumBlobBytes };
        sent += part.size())
   {
@@ -236,5 +236,5 @@ TEST(TestBinaryFrame, HostileFramesNeverGiveAWrongSize)
       }
     }
   }
-  EXPECT_GT(whole, 100); // the mutations leave enough whole
+  EXPECT_GT(whole, 100); // enough messages are still valid after the mutations
 }

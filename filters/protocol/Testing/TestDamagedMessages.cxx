@@ -61,14 +61,15 @@ std::vector<std::pair<FrameHeader, Bytes>> EveryFrame()
   };
 }
 
-// What the parser makes of the text, or nothing.
+// The parsed message; no value if there was an error.
 template <class Message>
 std::optional<Message> Taken(Result<Message> parsed)
 {
   return parsed ? std::optional(std::move(*parsed)) : std::nullopt;
 }
 
-// Calls `look` with the text cut after each byte but the last: none of these is a message.
+// Calls `look` with the text truncated after each byte except the last: none of these texts is a
+// message.
 template <class Look>
 void CutEverywhere(const std::string& text, const Look& look)
 {
@@ -81,8 +82,8 @@ void CutEverywhere(const std::string& text, const Look& look)
 template <class Look>
 void ChangeEverywhere(const std::string& text, const Look& look)
 {
-  // With a sanitizer each bit is flipped, in at most some 256 places: all values in all places take
-  // six minutes.
+  // With a sanitizer, only single bits are flipped, in about 256 places at most, because all values
+  // in all places take six minutes.
   const std::size_t step = fixtures::sanitized ? 1 + text.size() / 256 : 1;
   for (std::size_t place = 0; place < text.size(); place += step)
   {
@@ -183,8 +184,8 @@ TEST(TestDamagedMessages, OfServers)
   EXPECT_GT(taken, 100u);
 }
 
-// A frame that has lost bytes at its end may be a valid frame with less payload: then it is exactly
-// that, and completes no blob.
+// A frame that has lost bytes at its end can be a valid frame with less payload. Then it must be
+// exactly that, and complete no blob.
 TEST(TestDamagedMessages, Frames)
 {
   for (const auto& [header, payload] : EveryFrame())

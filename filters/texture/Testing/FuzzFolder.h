@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Shared by the fuzz targets of textured files: a folder in memory for a mesh and the files that it
-// names, and the conditions for everything that was read.
+// names, and the conditions that everything read must fulfil.
 #pragma once
 
 #include "filters/codec/TextureTile.h"
@@ -17,7 +17,7 @@
 namespace kdstream::test
 {
 
-// There is a picture in it, "a.png". It stays, as fuzzers end without an end.
+// The folder has a picture, "a.png". It is never removed, because fuzzers do not end normally.
 class FuzzFolder
 {
 public:
@@ -52,8 +52,8 @@ inline void Require(bool holds)
   }
 }
 
-// A tile can be made of everything that was read, whatever coordinates corners have; every other
-// picture is one that could not be read.
+// A tile can be made of everything that was read, whatever coordinates the corners have. Here every
+// other picture is one that could not be read.
 inline void CheckTile(const TexturedMesh& textured)
 {
   std::vector<Picture> pictures(textured.pictures.size());
@@ -73,7 +73,7 @@ inline void CheckTile(const TexturedMesh& textured)
   (void)EncodeTextureTile(made->tile, textured.mesh.triangles);
 }
 
-// Everything names what is there, before and after baking.
+// All numbers name elements that exist, before and after baking.
 inline void CheckTextured(TexturedMesh textured)
 {
   Mesh& mesh = textured.mesh;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// libFuzzer's entry to OBJ files with materials, read and baked: ./dev fuzz. The mesh is before the
-// first byte 0, its library "m.mtl" after it.
+// libFuzzer's entry to OBJ files with materials, which are read and baked: ./dev fuzz. The mesh
+// comes before the first 0 byte, its library "m.mtl" after it.
 #include "filters/texture/FindTextures.h"
 #include "filters/texture/Testing/FuzzFolder.h"
 

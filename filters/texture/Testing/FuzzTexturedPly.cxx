@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// libFuzzer's entry to PLY files with pictures, read and baked: ./dev fuzz.
+// libFuzzer's entry to PLY files with pictures, which are read and baked: ./dev fuzz.
 #include "filters/texture/FindTextures.h"
 #include "filters/texture/Testing/FuzzFolder.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Pictures that our own writer does not make: PNGs of all kinds, JPEGs in CMYK and in scans,
-// headers that claim more than there is.
+// headers that claim more than the file holds.
 #pragma once
 
 #include "filters/texture/CompressJpeg.h"
@@ -18,8 +18,8 @@ namespace kdstream::test
 
 using Bytes = std::vector<std::uint8_t>;
 
-// A PNG of any depth and colour type, with rows as libpng packs them, `row` bytes each. A palette
-// is (1, 2, 3), red, green, (9, 8, 7), blue; alphas: of its first colours.
+// A PNG of any depth and colour type, with rows of `row` bytes each, packed as libpng packs them. A
+// palette is (1, 2, 3), red, green, (9, 8, 7), blue. alphas: of its first colours.
 inline Bytes RawPng(unsigned width, unsigned height, int depth, int type, Bytes rows,
   std::size_t row, bool interlaced = false, Bytes alphas = {})
 {
@@ -59,7 +59,7 @@ inline Bytes RawPng(unsigned width, unsigned height, int depth, int type, Bytes 
   return bytes;
 }
 
-// 8 x 8, mid-grey.
+// A mid-grey picture of 8 x 8.
 inline Bytes CmykJpeg()
 {
   return CompressJpeg(
@@ -67,7 +67,7 @@ inline Bytes CmykJpeg()
     [](std::size_t, Bytes& row) { std::fill(row.begin(), row.end(), std::uint8_t{ 100 }); });
 }
 
-// 64 x 32 in scans, mid-grey.
+// A mid-grey picture of 64 x 32, in scans.
 inline Bytes ProgressiveJpeg()
 {
   return CompressJpeg(
@@ -75,7 +75,7 @@ inline Bytes ProgressiveJpeg()
     [](std::size_t, Bytes& row) { std::fill(row.begin(), row.end(), std::uint8_t{ 100 }); });
 }
 
-// The PNG with another size in its header, whose checksum is right.
+// The PNG with another size in its header, and a correct checksum.
 inline Bytes PngClaiming(Bytes png, std::uint32_t width, std::uint32_t height)
 {
   const auto put = [&](std::size_t at, std::uint32_t value)
@@ -120,7 +120,7 @@ inline Bytes JpegClaiming(Bytes jpeg, unsigned width, unsigned height)
   return jpeg;
 }
 
-// A WebP of 16383 x 16383 that is a header and nothing else.
+// A WebP of 16383 x 16383 that consists of only a header.
 inline Bytes WebpOfNothing()
 {
   return { 'R', 'I', 'F', 'F', 36, 0, 0, 0, 'W', 'E', 'B', 'P', 'V', 'P', '8', 'L', 24, 0, 0, 0,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What vertices get of the texels around them.
+// BakeTextures: the colours that vertices get from the texels around them.
 #include "filters/texture/BakeTextures.h"
 #include "filters/texture/WritePicture.h"
 
@@ -26,7 +26,7 @@ PictureSource Embedded(const Picture& picture)
   return { "picture", {}, 0, 0, EncodePicture(picture, PictureType::Png) };
 }
 
-// A square of two triangles, its whole picture on it: v is 0 at y = 1.
+// A square of two triangles, covered by the whole picture: v is 0 at y = 1.
 TexturedMesh Square(const Picture& picture)
 {
   TexturedMesh textured;
@@ -130,17 +130,17 @@ TEST(BakeTextures, FineTexelsGiveTheirMeanInLinearLight)
   ASSERT_TRUE(report);
   for (std::size_t v = 0; v < 4; ++v)
   {
-    EXPECT_NEAR(ColorsOf(textured).Get(v, 0), 188, 5); // half of the light; one texel: 0 or 255
+    EXPECT_NEAR(ColorsOf(textured).Get(v, 0), 188, 5); // half the light; one texel: 0 or 255
   }
   EXPECT_NEAR(report->texels, 64 * 64, 1e-6);
   EXPECT_NEAR(report->texelsPerVertex, 64 * 16, 1e-6);
-  // Black is 188 off, white 67.
+  // Black texels differ by 188, white ones by 67.
   EXPECT_NEAR(report->loss, std::sqrt((188 * 188 + 67 * 67) / 2.0), 4);
 }
 
 TEST(BakeTextures, NearTexelsCountMore)
 {
-  // Dark above, bright below.
+  // The picture is dark above and bright below.
   TexturedMesh textured = Square(Grey(1, 2, { 0, 255 }));
   ASSERT_TRUE(BakeTextures(textured));
   const Attribute& colors = ColorsOf(textured);
@@ -159,7 +159,7 @@ TEST(BakeTextures, LossIsWhatALoopOverTexelsFinds)
   TexturedMesh textured = Square(Grey(16, 16, texels));
   const Result<BakeReport> report = BakeTextures(textured);
   ASSERT_TRUE(report);
-  // The same error by sampling finely, without the sums that BakeTextures uses.
+  // Computes the same error by fine sampling, without the sums that BakeTextures uses.
   const Attribute& colors = ColorsOf(textured);
   double sum = 0;
   constexpr int side = 512;
@@ -180,7 +180,7 @@ TEST(BakeTextures, BeyondTheEdgeIsWhatTheWrapSays)
   const auto at = [](TextureWrap wrap, float place, bool across)
   {
     TexturedMesh textured =
-      Square(across ? Grey(2, 1, { 10, 200 }) : Grey(1, 2, { 10, 200 })); // low: 10
+      Square(across ? Grey(2, 1, { 10, 200 }) : Grey(1, 2, { 10, 200 })); // at the low end: 10
     const PictureCoordinate c =
       across ? PictureCoordinate{ place, 0.5F } : PictureCoordinate{ 0.5F, place };
     textured.corners = { { c, c, c }, { c, c, c } };
@@ -266,7 +266,7 @@ TEST(BakeTextures, VerticesInOnePlaceHaveOneColourUnlessTheirNormalsDiffer)
   normals.values.resize(6 * normals.TupleSize());
   for (std::size_t v = 0; v < 6; ++v)
   {
-    normals.Set(v, 2, v == 0 ? -1 : 1); // they differ only at the first place
+    normals.Set(v, 2, v == 0 ? -1 : 1); // normals differ only at the first place
   }
   split.mesh.attributes.push_back(normals);
   ASSERT_TRUE(BakeTextures(split));
@@ -283,7 +283,7 @@ TEST(BakeTextures, AlphaIsAMeanOfItsOwn)
   ASSERT_TRUE(BakeTextures(textured));
   ASSERT_EQ(ColorsOf(textured).components, 4);
   EXPECT_EQ(ColorsOf(textured).Get(0, 0), 50);
-  EXPECT_GT(ColorsOf(textured).Get(0, 3), 140); // on the left
+  EXPECT_GT(ColorsOf(textured).Get(0, 3), 140); // the left side
   EXPECT_LT(ColorsOf(textured).Get(1, 3), 110);
   ASSERT_TRUE(BakeTextures(opaque));
   EXPECT_EQ(ColorsOf(opaque).components, 3);

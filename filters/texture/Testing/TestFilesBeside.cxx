@@ -38,7 +38,7 @@ TEST(FilesBeside, FindsFilesHoweverTheyAreNamed)
   EXPECT_EQ(find("maps\\deep.png"), "Maps/Deep.PNG");
   EXPECT_EQ(find("Maps/Deep.PNG"), "Maps/Deep.PNG");
   EXPECT_EQ(find("q\"q.png"), "q\"q.png");
-  // Several fit, or none: where it should be.
+  // If several files fit, or none, the result is where the file should be.
   EXPECT_EQ(find("same.png"), "same.png");
   EXPECT_EQ(find("SAME.png"), "SAME.png");
   EXPECT_EQ(find("\"gone.png\""), "gone.png");

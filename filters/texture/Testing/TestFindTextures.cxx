@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// FindTextures: where a mesh's colours come from: existing pictures that faces use, else its
-// vertices' own colours, else colours of materials.
+// FindTextures: mesh colours come from existing pictures that faces use; else from the vertices'
+// own colours; else from colours of materials.
 #include "filters/meshio/Testing/ScratchFolder.h"
 #include "filters/texture/FindTextures.h"
 
@@ -27,7 +27,7 @@ TextureKind TextureKindOf(const FoundTextures& found)
                         : TextureKind::Pictures;
 }
 
-// A triangle, with colours or without.
+// A triangle, whose vertices have colours or not.
 std::string Obj(const std::string& library, bool colored, const std::string& face)
 {
   const std::string color = colored ? " 1 0 0\n" : "\n";
@@ -121,7 +121,7 @@ TEST(FindTextures, WhatTexturedFilesHoldBesidesIsReported)
   EXPECT_EQ(read->tolerance.Of(Lapse::PaddedEnd), 100U);
 }
 
-// Lists of coordinates that are empty say nothing, beside those of vertices.
+// Empty lists of coordinates in faces do not count if vertices have coordinates.
 TEST(FindTextures, CoordinatesOfVerticesCountWhereNoFaceHasSome)
 {
   const ScratchFolder folder;

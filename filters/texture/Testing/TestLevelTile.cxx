@@ -22,14 +22,14 @@ namespace
 constexpr double pi = 3.14159265358979;
 using Rgb = std::array<double, 3>; // 0-255
 
-// What everything is painted in, by its place.
+// The colour of everything at a place.
 Rgb PaintAt(const Vec3& p)
 {
   return { 128 + 100 * std::sin(4 * p[0] + 1), 128 + 100 * std::sin(5 * p[1]),
     128 + 100 * std::sin(3 * p[2] - 2) };
 }
 
-// Half a sphere, x >= 0 or x <= 0, of rings × rings × 4 triangles, more or less.
+// Half a sphere, x >= 0 or x <= 0, of about rings × rings × 4 triangles.
 Piece HalfSphere(int rings, bool right)
 {
   Piece piece;
@@ -72,7 +72,7 @@ Piece Joined(const Piece& a, const Piece& b)
   return both;
 }
 
-// Painted by two maps, of z >= 0 and of z < 0; a triangle is in the one of its middle.
+// Textured by two maps, for z >= 0 and for z < 0; the centre of a triangle decides.
 FinerTile WithTexture(Piece piece)
 {
   constexpr std::uint32_t side = 400;
@@ -111,7 +111,7 @@ Result<std::shared_ptr<const FinerColors>> Prepared(const FinerTile& finer)
   return std::shared_ptr<const FinerColors>(std::make_shared<const FinerColors>(finer));
 }
 
-// Two halves, read one at a time.
+// Two halves of a sphere, which are read one at a time.
 struct PaintedSphere
 {
   FinerTile left = WithTexture(HalfSphere(24, false)), right = WithTexture(HalfSphere(24, true));
@@ -128,7 +128,7 @@ Rgb TexelOf(const Picture& picture, double x, double y)
   return { double(texel[0]), double(texel[1]), double(texel[2]) };
 }
 
-// The mean difference over places of the triangles, grey values.
+// The mean difference at places in the triangles, in grey values.
 double DifferenceOf(const Piece& piece, const TextureTile& tile)
 {
   const auto picture = DecodePicture(tile.image);
@@ -173,7 +173,7 @@ double AreaOf(const std::array<std::array<double, 2>, 3>& at)
 TEST(LevelCharts, EachTriangleIsInOneAndTurnsTheSameWay)
 {
   Piece piece = Joined(HalfSphere(9, false), HalfSphere(9, true));
-  piece.triangles.push_back({ 3, 3, 5 }); // without area
+  piece.triangles.push_back({ 3, 3, 5 }); // a triangle without area
   const auto charts = GrowLevelCharts(piece.positions, piece.triangles, 0.02);
   EXPECT_LT(charts.size(), piece.triangles.size() / 8);
   std::map<std::uint32_t, int> count;
@@ -203,7 +203,7 @@ TEST(LevelCharts, EachTriangleIsInOneAndTurnsTheSameWay)
     std::all_of(count.begin(), count.end(), [](const auto& of) { return of.second == 1; }));
 }
 
-// A ramp that winds twice around an axis: its normals agree, but it lies over itself.
+// A ramp that winds twice around an axis: its normals agree, but it overlaps itself.
 TEST(LevelCharts, NothingLiesOverAnother)
 {
   std::vector<Vec3> points;
@@ -248,7 +248,7 @@ TEST(LevelTile, ShowsWhatTheFinerTilesShow)
   ASSERT_TRUE(made) << made.GetError().message;
   ASSERT_EQ(made->tile.corners.size(), level.triangles.size());
   EXPECT_LT(DifferenceOf(level, made->tile), 4);
-  // About this number of texels for each vertex, and the gutters.
+  // About this number of texels for each vertex, plus the gutters.
   EXPECT_LT(made->counts.texels, 3 * 64 * level.positions.size());
   EXPECT_TRUE(DecodeTextureTile(EncodeTextureTile(made->tile, level.triangles), level.triangles));
 
@@ -257,7 +257,7 @@ TEST(LevelTile, ShowsWhatTheFinerTilesShow)
   EXPECT_EQ(again->tile.image, made->tile.image);
 }
 
-// And from that tile again, as the levels below it do.
+// Samples again from that tile, as coarser levels do.
 TEST(LevelTile, IsGoodEnoughForTheNextCoarserOne)
 {
   const PaintedSphere sphere;
@@ -292,7 +292,7 @@ TEST(LevelTile, HasNoMoreBytesThanItMay)
   EXPECT_LE(std::max(small->tile.width, small->tile.height), 64U);
 }
 
-// Both sides of a leaf are painted, each in its colour.
+// The two sides of a leaf have different colours.
 TEST(LevelTile, DistinguishesTheTwoSidesOfALeaf)
 {
   FinerTile leaf;
@@ -309,7 +309,7 @@ TEST(LevelTile, DistinguishesTheTwoSidesOfALeaf)
   leaf.tile.corners = { { red, red, red }, { red, red, red }, { blue, blue, blue },
     { blue, blue, blue } };
   Piece level = leaf.piece;
-  for (std::size_t v = 0; v < 4; ++v) // as a level may have it: the sides have crossed
+  for (std::size_t v = 0; v < 4; ++v) // the two sides have crossed, as in a level
   {
     level.positions[v][2] = 0.002;
   }
@@ -329,8 +329,8 @@ TEST(LevelTile, DistinguishesTheTwoSidesOfALeaf)
   }
 }
 
-// A wall, red, whose foot is an edge to an underside, blue. The level's wall is inside of it: near
-// the edge the underside is nearer.
+// A red wall meets a blue underside at its foot. The level's wall lies inside of the finer wall, so
+// near the edge the underside is nearer.
 TEST(LevelTile, AnEdgeShowsOneSide)
 {
   const auto add = [](Piece& piece, VertexId cells, const auto& placeOf)

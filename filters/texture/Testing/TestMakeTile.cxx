@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Texture tiles: their texels are those of the pictures, wherever a triangle looks.
+// Texture tiles: every triangle finds the texels of its picture.
 #include "filters/texture/MakeTile.h"
 #include "filters/texture/PackBoxes.h"
 #include "filters/texture/PictureTexels.h"
@@ -39,15 +39,15 @@ struct Scene
   TexturedTriangles textured;
 };
 
-// Strips of triangles that cross seams, mirrored ones, ones far outside 0-1, single triangles, some
-// without coordinates or pictures.
+// Strips of triangles that cross seams, mirrored strips, strips far outside 0-1, and single
+// triangles; some have no coordinates or pictures.
 Scene RandomScene(unsigned seed)
 {
   std::mt19937 random(seed);
   Scene scene;
   for (std::size_t i = 0; i < 3; ++i)
   {
-    const std::size_t height = 20 + random() % 60, width = 20 + random() % 60; // compilers differ
+    const std::size_t height = 20 + random() % 60, width = 20 + random() % 60; // in a fixed order
     scene.pictures.push_back(RandomPicture(random, width, height));
   }
   scene.textures.pictures = 3;
@@ -88,7 +88,7 @@ Scene RandomScene(unsigned seed)
   return scene;
 }
 
-// The texel that the whole picture has at a place, as the material shows it.
+// The texel of the whole picture at a place, as the material shows it.
 Texel Shown(const Scene& scene, const TexturedMaterial& material, const PlaceInPicture& place)
 {
   Texel texel =
@@ -104,7 +104,7 @@ Texel TexelOf(const Picture& picture, double x, double y)
   return rgba;
 }
 
-// A mixture of the corners, at random.
+// A weighted mean of the corners.
 template <class Corners>
 std::array<double, 2> Mix(const Corners& corners, const std::array<double, 3>& weights)
 {
@@ -124,7 +124,7 @@ bool NearEdge(double texel)
 
 }
 
-// Random places in triangles with a picture, and two texels around: what linear filters read.
+// Tests random places in textured triangles, and two texels around them, which linear filters read.
 TEST(MakeTile, LosslessTexelsAreThoseOfThePictures)
 {
   std::size_t looked = 0, unpainted = 0;
@@ -204,7 +204,7 @@ TEST(MakeTile, LossyOnesHaveTheSamePlaces)
   }
 }
 
-// An evenly painted mesh stays so, whatever it is halved to.
+// A mesh of only one colour keeps it, however often its tile is halved.
 TEST(MakeTile, LargeOnesAreHalved)
 {
   Scene scene = RandomScene(5);
@@ -231,10 +231,10 @@ TEST(MakeTile, LargeOnesAreHalved)
   }
 }
 
-// What lies beside them is noise: the worst that there can be. Linear filters read four texels.
+// Around the patches is noise, the worst case. Linear filters read four texels.
 TEST(MakeTile, FlatColoursDoNotBleed)
 {
-  std::map<unsigned, int> worst; // of each quality
+  std::map<unsigned, int> worst; // by quality
   for (unsigned seed = 0; seed < 40; ++seed)
   {
     Scene scene = RandomScene(seed);
@@ -277,7 +277,7 @@ TEST(MakeTile, FlatColoursDoNotBleed)
       }
     }
   }
-  // What quantising and YUV of 8 bits leave of a colour.
+  // The error that quantisation and 8-bit YUV cause.
   EXPECT_LE(worst[90], 4);
   EXPECT_LE(worst[75], 6);
 }

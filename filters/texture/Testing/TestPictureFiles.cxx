@@ -62,7 +62,7 @@ TEST(Picture, LosslessOnesComeBackToTheBit)
   Picture clear = Noise(17, 5, 4, 10);
   for (std::size_t i = 3; i < clear.texels.size(); i += 4)
   {
-    clear.texels[i] |= 1; // what cannot be seen has no colour in WebP
+    clear.texels[i] |= 1; // WebP drops the colour of invisible texels
   }
   const Result<Picture> seen = DecodePicture(EncodePicture(clear, PictureType::Webp));
   ASSERT_TRUE(seen);
@@ -128,7 +128,7 @@ TEST(Picture, ScansWithoutEndAreRefused)
 {
   const Bytes whole = ProgressiveJpeg();
   EXPECT_EQ(ErrorOf(whole), "none");
-  // The last scan, from its tables on, again and again.
+  // Repeats the last scan with its tables many times.
   std::size_t scan = whole.size() - 2;
   while (whole[scan] != 0xFF || whole[scan + 1] != 0xDA)
   {
@@ -154,12 +154,12 @@ TEST(Picture, ThoseThatNeedAllTexelsAreKnownBefore)
   Bytes cut = EncodePicture(picture, PictureType::Jpeg);
   for (; !cut.empty(); cut.pop_back())
   {
-    static_cast<void>(IsDecodedByRows(cut)); // for sanitizers
+    static_cast<void>(IsDecodedByRows(cut)); // only for sanitizers
   }
   EXPECT_FALSE(IsDecodedByRows(cut));
 }
 
-// The rows of what has come of it are there before the rest.
+// The rows that the first bytes give are delivered before the other bytes are read.
 TEST(Picture, ALossyWebpComesRowByRow)
 {
   class CountedRows : public PictureRows

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Decoded pictures in files, and paint as arrays: what goes in comes out.
+// Decoded pictures in files, and materials as arrays, come back as they were written.
 #include "filters/texture/TextureArrays.h"
 #include "filters/texture/TextureFolder.h"
 #include "filters/texture/WritePicture.h"
@@ -188,7 +188,7 @@ TEST_F(TestTextureFolder, WrongOnesAreRefused)
   EXPECT_NE(this->WhyNot().find("cannot be read: "), std::string::npos);
 }
 
-// Whatever a chart needs, as each wrap mode has it: texel by texel.
+// Compares any box that a chart may need, texel by texel, with what each wrap mode gives.
 TEST(TexelSource, BoxesAnywhereAreWrapped)
 {
   std::mt19937 random(3);
@@ -238,7 +238,7 @@ TEST(TextureArrays, ComeBackFromAPiece)
     { { { -0.0F, 1e30F }, { 5, 6 }, { 7, 8 } } } };
   textured.materialOf = { 4, 70000 };
   AddTextureArrays(textured);
-  AddTextureArrays(textured); // in place of the first ones
+  AddTextureArrays(textured); // replaces the first ones
   ASSERT_EQ(textured.mesh.attributes.size(), 2U);
   Piece piece;
   piece.triangles = textured.mesh.triangles;
@@ -257,7 +257,7 @@ TEST(TextureArrays, ComeBackFromAPiece)
   EXPECT_FALSE(TakeTextureArrays(third, 70001)) << "no materials";
 }
 
-// Of a tileset there are more than a process may have open files.
+// A tileset may have more pictures than a process may have open files.
 TEST_F(TestTextureFolder, MorePicturesThanOpenFiles)
 {
   constexpr std::uint8_t count = 250;

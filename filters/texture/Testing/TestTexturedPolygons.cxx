@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Concave polygons of textured OBJ and PLY files: cut correctly, and each corner keeps its texture
-// coordinate.
+// Concave polygons of textured OBJ and PLY files are cut correctly, and each corner keeps its
+// texture coordinate.
 #include "filters/core/VectorMath.h"
 #include "filters/meshio/Testing/ScratchFolder.h"
 #include "filters/texture/FindTextures.h"

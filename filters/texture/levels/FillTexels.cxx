@@ -12,14 +12,14 @@ namespace
 
 constexpr std::uint8_t emptyLevelTexel = 128;
 
-using TexelSum = std::array<float, 5>; // of RGBA, and how many
+using TexelSum = std::array<float, 5>; // of RGBA, and their number
 struct TexelLayer
 {
   std::size_t width = 1, height = 1;
   std::vector<TexelSum> sums;
 };
 
-// Texels of a layer from the layer of half the size.
+// Fills the texels of a layer from the layer of half the size.
 void FillLayer(TexelLayer& layer)
 {
   if (layer.width == 1 && layer.height == 1)

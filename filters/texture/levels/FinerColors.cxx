@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Colours of a finer piece: see FinerColors.h.
+// Looks up colours of a finer piece: see FinerColors.h.
 #include "filters/texture/levels/FinerColors.h"
 
 #include "filters/core/TriangleDistance.h"
@@ -16,11 +16,12 @@ namespace kdstream
 namespace
 {
 
-// The largest side of a box's grid cells: with it all sums stay finite.
+// The largest side of a grid cell: with this limit, all sums stay finite.
 constexpr double largestSide = 1e300;
 constexpr std::uint64_t texelsOfLargeImage = 1 << 21;
-// Cosines between normals. From the first one on surfaces face the same way: of a rough one, and of
-// the simpler one that stands for it. Below the second one a walk does not go on: around an edge.
+// Cosines between normals. Above the first, surfaces face the same way: such as a rough surface and
+// the simpler one that replaces it. Below the second, a walk stops, because it would go around an
+// edge.
 constexpr double agreeing = 0.7, turningAway = 0.5;
 
 }
@@ -167,8 +168,8 @@ Color FinerColors::At(
   return this->ColorOn(shown, near, this->CoordinatesOf(near, nearest));
 }
 
-// Whether a grid of cells of this.Side is small: it has few cells, and triangles that span many of
-// them are few. Sets Counts.
+// Whether a grid with cells of side this->Side is small: it has few cells, and few triangles span
+// many of them. Sets Counts.
 bool FinerColors::CountCells()
 {
   constexpr double mostCells = 1 << 20, cellsOfTriangle = 32;
@@ -226,12 +227,12 @@ void FinerColors::MakeGrid()
   }
 }
 
-// An edge with more than two triangles joins only the first two.
+// If an edge has more than two triangles, only the first two are neighbours.
 void FinerColors::FindNeighbours()
 {
   struct EdgeSide
   {
-    std::uint64_t vertices; // the lower vertex in the upper half
+    std::uint64_t vertices; // the lower vertex in the upper half of the number
     std::uint32_t triangle, edge;
   };
   const std::vector<Triangle>& triangles = this->Finer.piece.triangles;
@@ -301,8 +302,8 @@ void FinerColors::VisitCells(std::uint32_t t, const Visit& visit) const
   }
 }
 
-// Cells in shells around the place's own, until no shell can have what is nearer; but where little
-// is as near as what is known already, just that.
+// Searches cells in shells around the place's own cell, until no further shell can have a nearer
+// triangle. If the triangle known so far is near, searches only the few cells within its distance.
 void FinerColors::FindNearest(Search& search) const
 {
   if (search.found != noNear && search.reach <= this->Side)
@@ -376,8 +377,8 @@ void FinerColors::SearchCell(std::size_t cell, Search& search) const
 void FinerColors::Look(std::uint32_t t, Search& search) const
 {
   const Triangle& corners = this->Finer.piece.triangles[t];
-  // A triangle that faces elsewhere counts as farther: at a right angle by its size, from behind by
-  // twice.
+  // A triangle that faces elsewhere counts as farther away: at a right angle by one cell side, from
+  // behind by more than two.
   const double turned =
     std::max(agreeing - Dot(this->Balls[t].normal, search.normal), 0.0) / agreeing * this->Side;
   const double squared = turned * turned + SquaredToTriangle(search.from, this->PointOf(corners[0]),
@@ -390,25 +391,25 @@ void FinerColors::Look(std::uint32_t t, Search& search) const
   }
 }
 
-// Coordinates of the projection on the triangle's plane: along its first and its third edge, from
-// its first corner. 0 where it has no area.
+// The coordinates of the place, projected to the triangle's plane: along the first and the third
+// edge, from the first corner; 0 if the triangle has no area.
 std::array<double, 2> FinerColors::CoordinatesOf(std::uint32_t t, const Vec3& place) const
 {
   const Vec3 way = Minus(place, this->PointOf(this->Finer.piece.triangles[t][0]));
   return { Dot(way, this->Balls[t].first), Dot(way, this->Balls[t].third) };
 }
 
-// Whether a place is so near to a triangle's plane that none is looked for that is nearer.
+// Whether a place is so near to a triangle's plane that no nearer triangle is searched for.
 bool FinerColors::IsClose(std::uint32_t t, const Vec3& place, const Vec3& normal) const
 {
-  constexpr double close = 0.25; // of the triangle's size
+  constexpr double close = 0.25; // relative to the triangle's size
   const Ball& ball = this->Balls[t];
   const double above = Dot(ball.normal, Minus(place, ball.middle)), most = close * ball.radius;
   return Dot(ball.normal, normal) >= turningAway && above * above <= most * most;
 }
 
-// To the triangle that a place lies above. False: it is not found in a few steps, or is not close;
-// t is then a triangle on the way.
+// Walks to the triangle over which a place lies. False if it is not found in a few steps, or is not
+// close; t is then a triangle on the way.
 bool FinerColors::WalkFrom(
   std::uint32_t& t, const Vec3& place, const Vec3& normal, std::array<double, 2>& coordinates) const
 {
@@ -443,7 +444,7 @@ Color FinerColors::ColorOn(
   return this->ColorAt(*shown.picture, along(0) * shown.scale - 0.5, along(1) * shown.scale - 0.5);
 }
 
-// Between the middles of four texels.
+// Interpolates between the centres of four texels.
 Color FinerColors::ColorAt(const Picture& picture, double x, double y) const
 {
   const auto inside = [](double at, std::size_t side)

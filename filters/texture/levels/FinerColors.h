@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Colours of a finer piece by places in space. Part of step "encode" of the pipeline picture:
-// texture tiles.
+// Looks up the colours of a finer piece at places in space. Part of step "encode" of the pipeline
+// picture: texture tiles.
 #pragma once
 
 #include "filters/codec/TextureTile.h"
@@ -26,19 +26,19 @@ struct FinerTile
   TextureTile tile;
 };
 
-// As ByteOfLinear, but where a value is within 2^-15 of the next byte's: by a table. REQUIRES: a
-// number.
+// As ByteOfLinear, but by a table. The result can differ only if the value is within 2^-15 of the
+// border between two bytes. REQUIRES: value is not NaN.
 std::uint8_t QuickByteOfLinear(double value);
 
-// Half as wide and high, or a texel more: means in linear light.
+// Halves width and height, rounded up. Texels are means in linear light.
 Picture HalfOf(const Picture& picture);
 
-// A finer piece, prepared for samples: finds the triangle that is nearest to a place, by walking
-// over edges from one that is near, or by a grid of cubes. Any number of threads.
+// A finer piece, prepared for samples. Finds the triangle that is nearest to a place, by walking
+// over edges from a triangle nearby, or by a grid of cubes. Any number of threads may use it.
 class FinerColors
 {
 public:
-  // O(triangles log triangles) where they are of about one size.
+  // O(triangles log triangles) if triangles have about the same size.
   explicit FinerColors(FinerTile finer);
 
   const FinerTile& Of() const { return this->Finer; }
@@ -47,22 +47,23 @@ public:
   struct Shown
   {
     const Picture* picture = nullptr;
-    double scale = 1; // of the image, to the tile's
+    double scale = 1; // factor from the tile's texels to the picture's
   };
-  // Decoded when it is asked for first, and then kept. oneLarge: held from then on, by an image of
-  // more than 2 million texels; null: not. Errors: Damaged where the image cannot be decoded, or
-  // has another size than the tile states.
+  // The image is decoded at the first call, and then kept. oneLarge: an image of more than 2
+  // million texels locks it from then on; null: no lock. Errors: Damaged if the image cannot be
+  // decoded, or has another size than the tile states.
   Result<Shown> HalvedBy(unsigned halvings, std::mutex* oneLarge) const;
 
-  // About, with the image.
+  // The approximate memory, with the image.
   std::size_t Bytes() const;
   bool IsLarge() const;
 
-  // At the nearest place of the surface: RGB in linear light, and alpha, 0-255. normal: of the
-  // surface that is coloured, of length 1 or 0; what faces elsewhere counts as farther. Of a piece
-  // without triangles: black. near: a triangle where the search begins, or noNear; the one that is
-  // found. A triangle a few edges from there is taken where the place is close to its inside,
-  // without looking for a nearer one: so the colour depends on `near` a little.
+  // The colour at the nearest place of the surface: RGB in linear light, and alpha, 0-255; black if
+  // the piece has no triangles. normal: of the surface that gets the colour, of length 1 or 0;
+  // triangles that face elsewhere count as farther away. near: the triangle where the search
+  // begins, or noNear; afterwards the triangle that was found. If the place is close to the inside
+  // of a triangle a few edges away from `near`, this triangle is taken, even if another one is
+  // nearer. So the colour depends on `near` a little.
   Color At(const Shown& shown, const Vec3& place, const Vec3& normal, std::uint32_t& near) const;
   static constexpr std::uint32_t noNear = 0xFFFFFFFF;
 
@@ -71,14 +72,14 @@ private:
   {
     Vec3 middle{};
     double radius = 0;
-    Vec3 normal{};         // of length 1; 0 of a triangle without area
-    Vec3 first{}, third{}; // what is added to CoordinatesOf along a way; 0 without area
+    Vec3 normal{};         // of length 1; 0 if the triangle has no area
+    Vec3 first{}, third{}; // gradients of CoordinatesOf; 0 without area
   };
   struct Search
   {
     const Vec3& from;
     const Vec3& normal;
-    double best, reach; // the squared distance, and its root
+    double best, reach; // squared distance of the best, and its root
     std::uint32_t found;
   };
   using Cell = std::array<std::int64_t, 3>;
@@ -90,7 +91,7 @@ private:
   bool WalkFrom(std::uint32_t& t, const Vec3& place, const Vec3& normal,
     std::array<double, 2>& coordinates) const;
   Cell CellOf(const Vec3& place) const;
-  std::pair<Cell, Cell> CellsOf(std::uint32_t t) const; // the least and the greatest
+  std::pair<Cell, Cell> CellsOf(std::uint32_t t) const; // the lowest and the highest
   std::size_t NumberOf(std::int64_t x, std::int64_t y, std::int64_t z) const
   {
     return static_cast<std::size_t>((z * this->Counts[1] + y) * this->Counts[0] + x);
@@ -112,14 +113,14 @@ private:
   const FinerTile Finer;
   const std::array<double, 256>& Linear;
   std::vector<Ball> Balls;
-  std::vector<std::array<std::uint32_t, 3>> Beside; // over the edge from each corner to the next
+  std::vector<std::array<std::uint32_t, 3>> Beside; // neighbour over each corner's edge to the next
   Box Bounds;
-  double Side = 0; // of a cell
+  double Side = 0; // of a grid cell
   Cell Counts{};
-  std::vector<std::uint32_t> First, Listed; // of each cell, its triangles
+  std::vector<std::uint32_t> First, Listed; // the triangles of each cell
   mutable std::mutex Decoding;
-  mutable std::map<unsigned, Picture> Pictures;  // by halvings
-  mutable std::unique_lock<std::mutex> OneLarge; // of a large image
+  mutable std::map<unsigned, Picture> Pictures;  // by number of halvings
+  mutable std::unique_lock<std::mutex> OneLarge; // locked for a large image
 };
 
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Charts of a level's piece: see LevelCharts.h.
+// Makes charts of a level's piece: see LevelCharts.h.
 #include "filters/texture/levels/LevelCharts.h"
 
 #include "filters/core/VectorMath.h"
@@ -15,17 +15,17 @@ namespace
 {
 
 constexpr std::uint32_t noChart = std::numeric_limits<std::uint32_t>::max();
-constexpr double growsTo = 0.6, steepest = 0.4; // cosines to the chart's normal
-constexpr double mostSquares = 1 << 22;         // that are looked at for a chart
-constexpr double largestChart = 1e300;          // longer ones have squares of this size
-constexpr int turns = 8;                        // of the axes, within a quarter
+constexpr double growsTo = 0.6, steepest = 0.4; // cosines of the angle to the chart's normal
+constexpr double mostSquares = 1 << 22;         // the most squares that are examined for a chart
+constexpr double largestChart = 1e300;          // longer sides are cut to this length
+constexpr int turns = 8;                        // directions of the axes, within a quarter turn
 
 using ChartPlace = std::array<double, 2>;
 
-// An edge, once for each of its triangles.
+// An edge; once for each of its triangles.
 struct ChartEdge
 {
-  std::uint64_t vertices; // the lower vertex in the upper half
+  std::uint64_t vertices; // the lower vertex in the upper half of the number
   std::uint32_t triangle;
   bool operator<(const ChartEdge& other) const
   {
@@ -34,7 +34,7 @@ struct ChartEdge
   }
 };
 
-// On which side of a line a place is; what is on the line is on one side, the same for both
+// On which side of a line a place is. A place on the line counts as on one side, the same for both
 // directions of the line.
 bool IsLeftOf(const ChartPlace& a, const ChartPlace& b, const ChartPlace& p)
 {
@@ -44,7 +44,7 @@ bool IsLeftOf(const ChartPlace& a, const ChartPlace& b, const ChartPlace& p)
   return turned ? side < 0 : side >= 0;
 }
 
-// Which squares of a plane are taken.
+// Which squares of a plane are already covered.
 class TakenSquares
 {
 public:
@@ -66,8 +66,8 @@ public:
     this->Taken.assign(static_cast<std::size_t>(this->Width * this->Height), false);
   }
 
-  // Takes the squares whose middles a triangle covers, counter-clockwise. False, and nothing is
-  // taken, if one of them is.
+  // Takes the squares whose centres a counter-clockwise triangle covers. If one of them is already
+  // taken, takes none and returns false.
   bool Take(const std::array<ChartPlace, 3>& corners)
   {
     this->Found.clear();
@@ -174,7 +174,8 @@ private:
       }
     }
     std::sort(edges.begin(), edges.end());
-    // Each triangle is beside the one before it and the one after it of an edge.
+    // If several triangles share an edge, each is a neighbour of the one before it and the one
+    // after it in the list.
     std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
     for (std::size_t i = 1; i < edges.size(); ++i)
     {
@@ -199,7 +200,7 @@ private:
 
   LevelChart ChartFrom(std::uint32_t seed)
   {
-    Vec3 sum{}; // of normals, by area
+    Vec3 sum{}; // sum of normals, weighted by area
     std::vector<std::uint32_t> grown = this->GrownFrom(seed, sum);
     const double length = Length(sum);
     LevelChart chart;
@@ -268,7 +269,7 @@ private:
     return places;
   }
 
-  // The triangles that lie beside each other on the plane.
+  // The triangles that can lie side by side on the plane.
   std::vector<std::uint32_t> Unfold(std::vector<std::uint32_t> grown, const Vec3& normal) const
   {
     const auto [u, v] = AxesOf(normal);
@@ -307,7 +308,7 @@ private:
     }
   }
 
-  // The box of the least area, lying: shelves are low then.
+  // Chooses the box of the smallest area, and lays it on its longer side, so that shelves are low.
   void ChooseAxes(LevelChart& chart, const Vec3& normal) const
   {
     const auto [u, v] = AxesOf(normal);
@@ -317,7 +318,7 @@ private:
     LevelChart best;
     for (int turn = 0; turn < turns; ++turn)
     {
-      // Nearly even angles, without a sine: the tangent of a half.
+      // Nearly even angles, without a sine: from the tangent of half the angle.
       const double half = 0.41421356237309503 * turn / turns;
       const double cosine = (1 - half * half) / (1 + half * half);
       const double sine = 2 * half / (1 + half * half);
@@ -346,8 +347,8 @@ private:
   const std::span<const Vec3> Points;
   const std::span<const Triangle> Triangles;
   const double Spacing;
-  std::vector<Vec3> Normals; // of length 1; 0 of a triangle without area
-  std::vector<double> Areas; // twice
+  std::vector<Vec3> Normals; // of length 1; 0 for a triangle without area
+  std::vector<double> Areas; // twice the areas
   // For each triangle, the triangles that share an edge with it.
   std::vector<std::uint32_t> FirstBeside, Beside;
   std::vector<std::uint32_t> ChartOf, Seen; // by number of the chart

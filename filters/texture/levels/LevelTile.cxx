@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. how far apart texels are  2. charts, packed  3. which triangle each texel shows  4. the
-// texel's colour, finer piece by finer piece  5. texels that no chart covers  6. encode, again with
-// fewer texels where the image is too large.
+// Steps:
+// 1. decide how far apart texels are
+// 2. make charts, and pack them
+// 3. find out which triangle each texel shows
+// 4. find the texels' colours, finer piece by finer piece
+// 5. fill texels that no chart covers
+// 6. encode; if the image is too large, repeat with fewer texels.
 #include "filters/texture/levels/LevelTile.h"
 
 #include "filters/core/Light.h"
@@ -26,14 +30,15 @@ namespace kdstream
 namespace
 {
 
-constexpr std::int64_t levelGutter = 2; // of the tile's texels
+constexpr std::int64_t levelGutter = 2; // in texels of the tile
 constexpr unsigned mostPictureHalvings = 6;
-constexpr double wider = 1.15; // the next try
+constexpr double wider = 1.15; // factor for the next try
 constexpr std::uint32_t noOwner = std::numeric_limits<std::uint32_t>::max();
 
 using TexelPlaces = std::array<std::array<double, 2>, 3>; // of a triangle's corners, in texels
 
-// Where texels lie in space: from a corner of a triangle texels to the right and down.
+// The plane in space on which texels lie: a triangle's corner, and steps of one texel to the right
+// and down.
 struct TexelPlane
 {
   std::array<double, 2> from{}; // the corner, in texels
@@ -118,7 +123,7 @@ private:
     }
   }
 
-  // How far apart the finer texels are; 0 where they show no surface.
+  // Measures how far apart the finer texels are; 0 if they show no surface.
   Status MeasureFiner(double& spacing) const
   {
     double area = 0, texels = 0;
@@ -149,7 +154,7 @@ private:
     std::array<std::int64_t, 2> size{};
     for (std::size_t k = 0; k < 2; ++k)
     {
-      // Far more than any tile has: to be tried again with less.
+      // The limit is far more than any tile has; such a tile is tried again with fewer texels.
       const double texels = std::min((chart.hi[k] - chart.lo[k]) / this->Spacing, 1e6);
       size[k] = static_cast<std::int64_t>(std::ceil(texels > 0 ? texels : 0)) + 1 + 2 * levelGutter;
     }
@@ -189,7 +194,7 @@ private:
     }
   }
 
-  // In the tile.
+  // The place of a point in the tile.
   std::array<double, 2> PlaceOf(std::size_t chart, const Vec3& point) const
   {
     const LevelChart& c = this->Charts[chart];
@@ -211,7 +216,7 @@ private:
     return places;
   }
 
-  // The nearest triangle of each texel; and where corners lie.
+  // Finds the nearest triangle of each texel, and where corners lie.
   void FindOwners()
   {
     const auto size = static_cast<std::size_t>(this->Packed.width * this->Packed.height);
@@ -236,10 +241,11 @@ private:
     }
   }
 
-  // Texels in a triangle, and in the gutter around it where no other triangle is nearer.
+  // Claims the texels in a triangle, and those in the gutter around it to which no other triangle
+  // is nearer.
   void Claim(std::size_t chart, std::uint32_t t, const TexelPlaces& at, std::vector<float>& outside)
   {
-    std::array<std::array<double, 3>, 3> lines{}; // how far right of each edge a place is
+    std::array<std::array<double, 3>, 3> lines{}; // distance outside of each edge
     for (std::size_t k = 0; k < 3; ++k)
     {
       const auto &a = at[k], &b = at[(k + 1) % 3];
@@ -276,10 +282,10 @@ private:
     }
   }
 
-  // Beyond the triangle's edges too.
+  // Also for texels beyond the triangle's edges.
   TexelPlane PlaneOf(std::uint32_t t, const TexelPlaces& at) const
   {
-    constexpr double leastTexels = 1e-9; // twice the area; what has less is a point
+    constexpr double leastTexels = 1e-9; // twice the area; less is a point
     const Triangle& corners = this->P.triangles[t];
     const Vec3& a = this->P.positions[corners[0]];
     const double ux = at[1][0] - at[0][0], uy = at[1][1] - at[0][1];
@@ -308,7 +314,7 @@ private:
     return squared;
   }
 
-  // The finer piece with the nearest box; `last` if its box contains the point.
+  // The finer piece with the nearest box; `last` if no box is nearer than its box.
   std::size_t NearestPlace(const Vec3& point, std::size_t last) const
   {
     std::size_t nearest = last;
@@ -327,7 +333,7 @@ private:
 
   Status Sample()
   {
-    constexpr double mostRatio = 1.5; // texel size, relative to the texels that are sampled
+    constexpr double mostRatio = 1.5; // size of a texel relative to the sampled texels
     double ratio = this->Finest > 0 ? this->Spacing / this->Finest : 1;
     for (this->Halvings = 0; ratio > mostRatio && this->Halvings < mostPictureHalvings; ratio /= 2)
     {
@@ -357,7 +363,7 @@ private:
     return {};
   }
 
-  // The middle of a texel that has an owner.
+  // The centre of a texel that has an owner.
   Vec3 PointOf(std::uint32_t texel) const
   {
     const TexelPlane& plane = this->Planes[this->Owners[texel]];
@@ -377,7 +383,7 @@ private:
     }
     const auto shown = colors.HalvedBy(this->Halvings, this->Options.oneLarge);
     KDSTREAM_TRY(shown);
-    // Where the search begins: at what was found for the texel to the left, or above.
+    // Where searches begin: at the triangle found for the texel to the left, or above.
     std::vector<std::uint32_t> nearAbove(
       static_cast<std::size_t>(this->Packed.width), FinerColors::noNear);
     std::uint32_t near = FinerColors::noNear;
@@ -427,15 +433,15 @@ private:
   const Piece& P;
   const FinerTiles& Finer;
   const LevelTileOptions& Options;
-  // Of texels, and of texels of the finer tiles (0: none), model units.
+  // The distance of texels, and of texels of the finer tiles (0: none), in model units.
   double Spacing = 1, Finest = 0;
-  unsigned Halvings = 0;     // of finer pictures
-  std::vector<Vec3> Normals; // of triangles, of length 1; 0 without area
+  unsigned Halvings = 0;     // of the finer pictures
+  std::vector<Vec3> Normals; // of the triangles, of length 1; 0 without area
   std::vector<LevelChart> Charts;
   PackedBoxes Packed;
-  std::vector<std::uint32_t> Owners;  // of each texel, a triangle
-  std::vector<std::uint32_t> Charted; // of each triangle, its chart
-  std::vector<TexelPlane> Planes;     // of each triangle
+  std::vector<std::uint32_t> Owners;  // for each texel, a triangle
+  std::vector<std::uint32_t> Charted; // for each triangle, its chart
+  std::vector<TexelPlane> Planes;     // for each triangle
   std::vector<std::uint8_t> Texels;   // RGBA
   std::vector<bool> HasColor;
   bool HasAlpha = false;

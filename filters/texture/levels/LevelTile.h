@@ -21,18 +21,20 @@ namespace kdstream
 struct LevelTileOptions
 {
   unsigned quality = 90; // of WebP, 1-100
-  // Texels of the surface for each vertex of the piece, unless the finer texels are farther apart.
+  // The number of texels on the surface for each vertex of the piece. Fewer if the finer texels are
+  // farther apart.
   double texelsPerVertex = 36;
-  // The most texels of a tile's side: they are farther apart if it would be longer.
+  // The largest side of a tile, in texels. If a side would be longer, texels are farther apart.
   std::int64_t mostSide = 1024;
-  // The most bytes of the image: texels are farther apart if it would have more. 0: any number.
+  // The maximum size of the image in bytes. If it would be larger, texels are farther apart. 0: no
+  // limit.
   std::size_t mostBytes = 0;
-  // Held while there is a finer image of more than 2 million texels: one at a time, for their
-  // memory. Null: any number.
+  // Locked while a finer image of more than 2 million texels exists, so that only one at a time
+  // takes this memory. Null: no limit.
   std::mutex* oneLarge = nullptr;
 };
 
-// Pieces of the next finer resolution around a piece.
+// The pieces of the next finer resolution around a piece.
 struct FinerTiles
 {
   struct Place
@@ -41,22 +43,23 @@ struct FinerTiles
     bool below = true; // true: the tile covers part of the piece; false: it is beside the piece
   };
   std::vector<Place> places;
-  // Reads the tile at a place. Called more than once.
+  // Reads the tile at a place. May be called several times for a place.
   std::function<Result<std::shared_ptr<const FinerColors>>(std::size_t)> read;
 };
 
-// A tile of the piece's triangles, in charts of GrowLevelCharts with a gutter of two texels.
-// - A texel has the colour at the nearest place of a finer piece: the one whose box is nearest to
-//   the texel. Surfaces that face elsewhere count as farther. The finer picture is halved, in
-//   linear light, until its texels are about as large.
-// - Texels of the gutter are sampled too, on the plane of the nearest triangle: a filter reads the
-//   same on both sides of a chart's border.
-// - What is left between charts has the mean of what is around it.
+// Makes a tile of the piece's triangles, in the charts of GrowLevelCharts, with a gutter of two
+// texels.
+// - A texel has the colour at the nearest place of a finer piece: the piece whose box is nearest to
+//   the texel. Surfaces that face elsewhere count as farther away. The finer picture is halved, in
+//   linear light, until its texels have about the same size.
+// - Texels of the gutter are sampled, too, on the plane of the nearest triangle. So a filter reads
+//   the same on both sides of a chart's border.
+// - Texels between charts have the mean of the texels around them.
 //
-// Time: O(texels + triangles log triangles) for triangles of about one size, and the finer pieces.
-// Memory: some 30 bytes a texel, and one finer tile, decoded. The same bytes for the same input and
-// version of libwebp. Errors: those of finer.read; Damaged where a finer tile's image cannot be
-// decoded; LimitExceeded where libwebp refuses.
+// Time: O(texels + triangles log triangles) for triangles of about the same size, plus the time for
+// the finer pieces. Memory: about 30 bytes a texel, and one decoded finer tile. The same input and
+// version of libwebp give the same bytes. Errors: those of finer.read; Damaged if a finer tile's
+// image cannot be decoded; LimitExceeded if libwebp refuses.
 Result<MadeTile> MakeLevelTile(
   const Piece& piece, const FinerTiles& finer, const LevelTileOptions& options);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a session asks of a line, for tests of lines.
+// Requests of a session, for tests of connections.
 #pragma once
 
 #include "viewer/session/SessionTypes.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A session that gets what it asks a source for.
+// Lets a session get everything that it requests from a source.
 #pragma once
 
 #include "viewer/client/ModelSource.h"
@@ -10,7 +10,7 @@
 namespace kdstream::testing
 {
 
-// Until nothing is outstanding; false where the source falls silent.
+// Runs until nothing is outstanding; false if the source stops answering.
 inline bool Settle(ViewerSession& session, ModelSource& source)
 {
   for (;;)

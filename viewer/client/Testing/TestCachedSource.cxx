@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What was seen before comes from the disk, with the server and without it.
+// What was fetched before comes from the disk, with the server and without it.
 #include "Testing/Fixtures/Eventually.h"
 #include "viewer/client/CachedSource.h"
 
@@ -24,7 +24,7 @@ namespace
 
 constexpr int large = 800;
 
-// A source whose partitions come with a wrong byte.
+// A source whose partitions arrive with a wrong byte.
 class Garbling final : public ModelSource
 {
 public:
@@ -67,8 +67,8 @@ protected:
     return CachedSource::Offline(*DiskCache::Open(this->Folder.Path, this->MostBytes), origin);
   }
 
-  // Looks at the whole torus, in a window of this number of pixels; returns the triangles that are
-  // shown.
+  // Shows the whole torus in a window of this width in pixels; returns the number of shown
+  // triangles.
   static std::uint64_t ShowWhole(ModelSource& source, ViewerSession& session, int width = 100)
   {
     session.Resize({ width, width * 3 / 4, 1 });
@@ -100,7 +100,7 @@ TEST_F(TestCachedSource, ASecondViewAsksTheServerForNothing)
   EXPECT_EQ(ShowWhole(*this->Online(), second), shown);
   EXPECT_EQ(this->Model->TakeRead(), std::vector<std::string>());
   EXPECT_TRUE(AllFromCache(second));
-  // In a larger window: the rest.
+  // A larger window needs more: only the rest is read.
   ViewerSession third;
   ShowWhole(*this->Online(), third, large);
   const auto more = this->Model->TakeRead();
@@ -132,7 +132,7 @@ TEST_F(TestCachedSource, ARegionIsAskedForWithoutWhatIsThere)
     tap(session, *source);
     EXPECT_EQ(this->Model->TakeRead().empty(), again);
   }
-  // Some of it: a wider region.
+  // A wider region: some of it is in the cache.
   options.rings = 2;
   const auto source = this->Online();
   ViewerSession session(options);
@@ -143,7 +143,7 @@ TEST_F(TestCachedSource, ARegionIsAskedForWithoutWhatIsThere)
   EXPECT_LT(read.size(), session.GetStatus().region->partitions);
 }
 
-// A server finds the partitions of a region itself, so the client has to name those that it has.
+// Of the blobs of a region, only those that are not in the cache are requested from the server.
 TEST_F(TestCachedSource, ARegionIsAskedForWithoutWhatIsKept)
 {
   class Listening final : public ModelSource
@@ -180,7 +180,7 @@ TEST_F(TestCachedSource, ARegionIsAskedForWithoutWhatIsKept)
   const auto found = source.Take();
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].blob, protocol::BlobId::Partition(3));
-  // What is cancelled: the server's part there, ours here.
+  // A cancel goes to the server for its part of the request, and removes our cached answers.
   source.Send(region);
   SessionRequest cancel;
   cancel.kind = SessionRequest::Kind::Cancel;
@@ -202,7 +202,7 @@ TEST_F(TestCachedSource, WithoutTheServerEverythingThatWasSeenIsThere)
   EXPECT_EQ(ShowWhole(**source, session), shown);
   EXPECT_EQ(session.GetStatus().error, "");
   EXPECT_TRUE(AllFromCache(session));
-  // What was not seen is said not to be there, and the rest stays.
+  // There is a message about what is not in the cache, and the rest stays.
   session.Resize({ large, large * 3 / 4, 1 });
   EXPECT_TRUE(Settle(session, **source));
   EXPECT_NE(session.GetStatus().error.find("http://a:1 cannot be reached"), std::string::npos)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A client whose thread runs out of memory at any place: the connection is lost, or a request
-// fails, with a message; the program does not end, and nobody waits forever.
+// A client whose thread runs out of memory, at any place. Then the connection is lost, or a request
+// fails, with a message; but the program does not end, and nobody waits forever.
 #include "viewer/client/ServerClient.h"
 
 #include "server/http/HttpServer.h"
@@ -22,10 +22,10 @@
 namespace
 {
 
-// Threads that never fail: those that are there when a client is made.
+// Threads whose allocations never fail: those that exist before a client is made.
 std::array<pid_t, 128> others{};
 std::atomic<std::size_t> otherCount{ 0 };
-// How many allocations of the client's thread succeed before one fails; negative: all do.
+// How many allocations of the client's thread succeed before one fails; negative: all succeed.
 std::atomic<std::int64_t> allocationsLeft{ -1 };
 
 bool FailsNow()
@@ -41,7 +41,8 @@ bool FailsNow()
 
 }
 
-// Not inlined: the compiler would take one half of a pair for a mistake.
+// Not inlined: otherwise the compiler sees only one half of a pair of new and delete, and takes it
+// for a mistake.
 [[gnu::noinline]] void* operator new(std::size_t bytes)
 {
   void* const memory = FailsNow() ? nullptr : std::malloc(bytes > 0 ? bytes : 1);
@@ -52,7 +53,7 @@ bool FailsNow()
   return memory;
 }
 
-// Sorting algorithms allocate their buffers by this operator.
+// Sorting algorithms allocate their buffers with this operator.
 [[gnu::noinline]] void* operator new(std::size_t bytes, const std::nothrow_t& /*no throw*/) noexcept
 {
   return FailsNow() ? nullptr : std::malloc(bytes > 0 ? bytes : 1);
@@ -84,7 +85,7 @@ void ExemptThreads()
   otherCount = count;
 }
 
-// Whether the session has got all, or said why not, before the deadline.
+// Whether, before the deadline, the session has everything, or has a message that says why not.
 bool Exchange(ServerClient& client, ViewerSession& session)
 {
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
@@ -108,7 +109,7 @@ bool Exchange(ServerClient& client, ViewerSession& session)
   return false;
 }
 
-// Whether an allocation failed in it.
+// Shows the torus with this number of successful allocations. Returns whether an allocation failed.
 bool LookAtTorus(const std::string& url, std::int64_t allocations)
 {
   allocationsLeft = allocations;

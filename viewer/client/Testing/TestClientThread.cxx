@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The thread of a ModelSource: order, failures, and its end.
+// The thread of a ModelSource: the order of tasks, failures, and how it ends.
 #include "filters/core/CaughtError.h"
 #include "viewer/client/ClientThread.h"
 
@@ -33,7 +33,7 @@ std::string MessagesOf(const std::vector<ClientEvent>& events)
   return all;
 }
 
-// Until `count` events have come.
+// Waits until `count` events have arrived.
 std::string Await(ClientThread& thread, std::size_t count)
 {
   std::vector<ClientEvent> all;
@@ -66,7 +66,7 @@ TEST(ClientThread, RunsTasksInOrder)
   EXPECT_FALSE(thread.Wait(std::chrono::milliseconds(0)));
 }
 
-// The first answer to a failure fails itself.
+// Here onFailure throws when it is called first.
 TEST(ClientThread, ATaskThatThrowsIsNotTheEnd)
 {
   int failures = 0;

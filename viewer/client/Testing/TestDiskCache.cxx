@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Blobs on the disk: found again, also by other programs, the least recently used removed first,
-// damaged ones never returned.
+// Blobs on the disk: they are found again, also by other programs; the least recently used are
+// removed first; damaged ones are never returned.
 #include "viewer/client/DiskCache.h"
 
 #include "Testing/Fixtures/TemporaryFolder.h"
@@ -58,7 +58,7 @@ void Sql(const std::filesystem::path& folder, const std::string& sql)
   sqlite3_close(database);
 }
 
-// Once they are on the disk.
+// Finds an entry, after waiting until it is on the disk.
 std::optional<Bytes> FindSoon(DiskCache& cache, const CacheKey& key)
 {
   for (int i = 0; i < 500; ++i)
@@ -72,7 +72,7 @@ std::optional<Bytes> FindSoon(DiskCache& cache, const CacheKey& key)
   return std::nullopt;
 }
 
-// Otherwise anybody who may write to the folder could cause computing without an end.
+// Otherwise anybody who may write to the folder could make this program compute without end.
 TEST(TestDiskCache, TablesOfAnotherProgramAreReplaced)
 {
   const std::string endless = "(WITH RECURSIVE c(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM c) "
@@ -108,7 +108,7 @@ TEST(TestDiskCache, KeepsWhatWasPutBeyondItsLife)
     {
       cache->Put(Key(i), Content(i));
     }
-    cache->Put(Key(1), Content(1001)); // instead of the first
+    cache->Put(Key(1), Content(1001)); // replaces the first
   }
   const auto cache = Open(folder / "new/folder");
   EXPECT_EQ(cache->Find(Key(1)), Content(1001));
@@ -116,7 +116,7 @@ TEST(TestDiskCache, KeepsWhatWasPutBeyondItsLife)
   {
     EXPECT_EQ(cache->Find(Key(i)), Content(i));
   }
-  // Another origin, build or name is another entry.
+  // Another origin, build or name means another entry.
   EXPECT_FALSE(cache->Find({ "http://b:1", "digest", "partitions/2" }));
   EXPECT_FALSE(cache->Find({ "http://a:1", "other", "partitions/2" }));
   EXPECT_FALSE(cache->Find({ "http://a:1", "digest", "partitions/200" }));
@@ -137,7 +137,7 @@ TEST(TestDiskCache, WhatWasUsedLongestAgoGoesFirst)
   Sql(folder.Path, "UPDATE entries SET used = rowid");
   {
     const auto cache = Open(folder.Path);
-    EXPECT_TRUE(cache->Find(Key(3))); // used now
+    EXPECT_TRUE(cache->Find(Key(3))); // counts as a use
   }
   {
     const auto cache = Open(folder.Path, 50'000);
@@ -226,7 +226,7 @@ TEST(TestDiskCache, AnotherVersionsFileAndNoDatabaseBeginAnew)
   EXPECT_EQ(Open(folder.Path)->Find(Key(3)), Content(3));
 }
 
-// A file that may not grow is as a full disk.
+// A limit on the size of files stands for a full disk.
 TEST(TestDiskCache, AFullDiskIsReportedOnceAndWhatIsThereStays)
 {
   const TemporaryFolder folder;
@@ -263,8 +263,8 @@ TEST(TestDiskCache, AFullDiskIsReportedOnceAndWhatIsThereStays)
   EXPECT_FALSE(cache->Find(Key(3)));
 }
 
-// In /tmp, say: the cache does not decide who may write there. Its file is readable only by the
-// owner.
+// For example in /tmp: the cache does not decide who may write there. But its file is readable only
+// by the owner.
 TEST(TestDiskCache, AFolderThatWasThereKeepsItsPermissions)
 {
   const TemporaryFolder folder;
@@ -284,7 +284,8 @@ TEST(TestDiskCache, AFolderThatWasThereKeepsItsPermissions)
   EXPECT_EQ(modeOf(folder / "new/cache"), 0700U);
 }
 
-// Another program's long transaction is not damage: no entry is removed, and readers do not wait.
+// A long transaction of another program is not damage: no entry is removed, and readers do not
+// wait.
 TEST(TestDiskCache, ABusyFileIsNotADamagedOne)
 {
   const TemporaryFolder folder;
@@ -293,7 +294,7 @@ TEST(TestDiskCache, ABusyFileIsNotADamagedOne)
   ASSERT_TRUE(FindSoon(*before, Key(1)));
   sqlite3* other = nullptr;
   ASSERT_EQ(sqlite3_open((folder / "blobs.sqlite").c_str(), &other), SQLITE_OK);
-  sqlite3_busy_timeout(other, 60000); // the cache writes too, when something was found
+  sqlite3_busy_timeout(other, 60000); // the cache also writes when something was found
   ASSERT_EQ(sqlite3_exec(other, "BEGIN IMMEDIATE", nullptr, nullptr, nullptr), SQLITE_OK);
   const auto busy = DiskCache::Open(folder.Path, plenty);
   ASSERT_TRUE(busy) << busy.GetError().message;
@@ -306,7 +307,7 @@ TEST(TestDiskCache, ABusyFileIsNotADamagedOne)
   sqlite3_close(other);
 }
 
-// Another program makes the new file at the same time: it is waited for, a little.
+// If another program makes the new file at the same time, the cache waits for a moment.
 TEST(TestDiskCache, ANewFileMayBeBusyForAMoment)
 {
   const TemporaryFolder folder;
@@ -327,7 +328,8 @@ TEST(TestDiskCache, ANewFileMayBeBusyForAMoment)
   EXPECT_EQ(FindSoon(**cache, Key(1)), Content(1));
 }
 
-// Nor is a file that another program has for itself, and whose version cannot be asked for.
+// A file is not damaged either if another program has locked it, so that its version cannot be
+// read.
 TEST(TestDiskCache, ALockedFileStaysAsItIs)
 {
   const TemporaryFolder folder;
@@ -344,12 +346,13 @@ TEST(TestDiskCache, ALockedFileStaysAsItIs)
   Sql(folder.Path, "SELECT x FROM precious");
 }
 
-// A program that keeps the file busy is not waited for again and again: this is reported once.
+// If another program keeps the file busy, the cache does not wait again and again, and reports this
+// once.
 TEST(TestDiskCache, AFileThatStaysBusyIsReportedOnce)
 {
   const TemporaryFolder folder;
   Open(folder.Path)->Put(Key(1), Content(1));
-  for (const std::string mode : { "NORMAL", "EXCLUSIVE" }) // which lets nobody read
+  for (const std::string mode : { "NORMAL", "EXCLUSIVE" }) // EXCLUSIVE: nobody can read
   {
     sqlite3* other = nullptr;
     ASSERT_EQ(sqlite3_open((folder / "blobs.sqlite").c_str(), &other), SQLITE_OK);
@@ -381,7 +384,7 @@ TEST(TestDiskCache, AFileThatStaysBusyIsReportedOnce)
   EXPECT_EQ(FindSoon(*cache, Key(5)), Content(5));
 }
 
-// Where others may write to the folder, its name may lead to anything.
+// In a folder that others may write to, the name may lead to any file.
 TEST(TestDiskCache, AnotherUsersFileThatALinkLeadsToIsNotTouched)
 {
   const TemporaryFolder folder;
@@ -393,13 +396,13 @@ TEST(TestDiskCache, AnotherUsersFileThatALinkLeadsToIsNotTouched)
   EXPECT_EQ(cache.GetError().message, "does not belong to this user, and is not used");
   EXPECT_EQ(fixtures::ReadWhole(folder / "victim"), std::string(5000, 'v'));
   EXPECT_TRUE(std::filesystem::is_symlink(folder / "cache/blobs.sqlite"));
-  // Nor is a file made where the link leads to nothing.
+  // If the link leads to nothing, no file is made there.
   std::filesystem::remove(folder / "victim");
   EXPECT_FALSE(DiskCache::Open(folder / "cache", plenty));
   EXPECT_FALSE(std::filesystem::exists(folder / "victim"));
 }
 
-// SQLite would write through it, or believe what it says.
+// SQLite would write through such a link, or trust such a file.
 TEST(TestDiskCache, FilesOfOthersBesideTheFileAreNotTouched)
 {
   for (const std::string ending : { "-wal", "-shm", "-journal" })

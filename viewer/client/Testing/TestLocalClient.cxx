@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Stores of this machine as a session's source.
+// Stores on this machine as a session's source.
 #include "viewer/client/LocalClient.h"
 #include "viewer/client/Testing/SettledSession.h"
 #include "viewer/client/Testing/TorusCatalog.h"
@@ -61,7 +61,7 @@ TEST(TestLocalClient, WhatIsDamagedOrNotThereIsReported)
   EXPECT_NE(session.GetStatus().error.find("its checksum is wrong"), std::string::npos)
     << session.GetStatus().error << depths.finest;
 
-  ViewerSession unknowing; // of the list
+  ViewerSession unknowing; // it has not been given the list
   ASSERT_TRUE(unknowing.SelectModel("nobody"));
   ASSERT_TRUE(Settle(unknowing, source));
   EXPECT_NE(unknowing.GetStatus().error.find("nobody"), std::string::npos);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A store whose levels have no numbers of vertices, from before levels had any: it is shown as any
-// other, from this machine and from a server, but cannot be coloured by its numbers.
+// An old store, whose levels do not have the numbers of vertices (as levels have now). It is shown
+// like any other store, from this machine and from a server, but cannot be coloured by these
+// numbers.
 #include "Testing/Fixtures/Meshes.h"
 #include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/build/Builder.h"
@@ -47,7 +48,7 @@ protected:
   std::filesystem::path Now() const { return this->Folder / "now.kds"; }
   std::filesystem::path Old() const { return this->Folder / "old" / "torus.kds"; }
 
-  // Preview, level, a region of the original, and all of it.
+  // Checks that preview, level, a region of the original, and all of the original are shown.
   void ExpectShown(ModelSource& source)
   {
     ASSERT_EQ(source.Models().size(), 1U);

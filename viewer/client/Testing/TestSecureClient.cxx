@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A session by https: over our server's TLS, and with servers that must not be trusted.
+// A session over https: with our server, and with servers that must not be trusted.
 #include "viewer/client/ServerClient.h"
 
 #include "server/http/HttpServer.h"
@@ -23,7 +23,7 @@ namespace
 class TestSecureClient : public ::testing::Test
 {
 protected:
-  void SetUp() override { WriteSelfSigned(this->Certificate, this->Key); } // of localhost
+  void SetUp() override { WriteSelfSigned(this->Certificate, this->Key); } // for localhost
 
   void Start(bool secure = true)
   {
@@ -42,7 +42,7 @@ protected:
   {
     return scheme + host + ":" + std::to_string(this->Server->Port());
   }
-  // Why there is no connection.
+  // Connects, and returns the error.
   static Error Refusal(const std::string& url, const std::string& authorities)
   {
     const auto client = ServerClient::Connect(url, "", authorities);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whole sessions over loopback: with our server, through a line that breaks, and with a server of
-// plain files.
+// Whole sessions over loopback: with our server, over a connection that breaks, and with a server
+// of plain files.
 #include "viewer/client/ServerClient.h"
 
 #include "filters/model/ModelJson.h"
@@ -49,7 +49,7 @@ public:
     if (!this->Stopped.exchange(true))
     {
       boost::system::error_code error;
-      tcp::socket knock(this->Context); // wakes accept up
+      tcp::socket knock(this->Context); // wakes up accept
       knock.connect({ boost::asio::ip::address_v4::loopback(), this->Port }, error);
       this->Accepting.join();
       this->Listening.close(error);
@@ -108,7 +108,7 @@ void Copy(tcp::socket& from, tcp::socket& to, std::atomic<std::int64_t>& budget)
   to.shutdown(tcp::socket::shutdown_both, error);
 }
 
-// A line to `port` that is cut whenever `budget` bytes have come through it.
+// Passes on connections to `port`, and cuts each one when its budget of bytes has come through.
 Acceptor::Serve ProxyTo(std::uint16_t port, std::function<std::int64_t()> budgetOfNext)
 {
   return [port, budgetOfNext](tcp::socket& client)
@@ -124,7 +124,7 @@ Acceptor::Serve ProxyTo(std::uint16_t port, std::function<std::int64_t()> budget
   };
 }
 
-// GET of the torus's blobs as a static host gives them: no stream.
+// Serves the torus's blobs by GET, like a static host, without a stream.
 void ServeFiles(tcp::socket& socket)
 {
   boost::beast::flat_buffer buffer;
@@ -194,7 +194,7 @@ void DoubleTap(ViewerSession& session, double time, double x, double y)
   }
 }
 
-// Browse, then a region on the ring.
+// Browses, then picks a region on the ring.
 void Walk(ServerClient& client, ViewerSession& session)
 {
   session.SetModels(client.Models());
@@ -264,8 +264,8 @@ TEST_F(TestServerClient, GetsARegionFromAHostOfPlainFiles)
 
 TEST_F(TestServerClient, ALineThatBreaksOftenStillBringsEverything)
 {
-  // Each connection is cut after a while, in the middle of frames; if it made progress, the next
-  // one is allowed.
+  // Each connection is cut after some bytes, in the middle of a frame. Because it has made
+  // progress, the client connects again at once.
   std::atomic<std::int64_t> connections{ 0 };
   Acceptor proxy(ProxyTo(
     this->Server->Port(), [&connections] { return std::int64_t{ 20000 } + 7001 * connections++; }));
@@ -285,13 +285,13 @@ TEST_F(TestServerClient, ALostServerIsAnErrorWithAReason)
   session.Resize({ 800, 600, 1 });
   ASSERT_TRUE(session.SelectModel("torus"));
   Exchange(**client, session);
-  this->Server.reset(); // the connection ends, and no new one is answered
+  this->Server.reset(); // the connection ends, and there is no new one
   DoubleTap(session, 1, 600, 300);
   Exchange(**client, session);
   const std::string error = session.GetStatus().error;
   EXPECT_NE(error.find("the connection to 127.0.0.1:"), std::string::npos) << error;
   EXPECT_NE(error.find(" was lost: "), std::string::npos) << error;
-  EXPECT_GT(session.GetStatus().triangles, 0u); // what was shown stays
+  EXPECT_GT(session.GetStatus().triangles, 0u); // what was shown stays visible
 }
 
 TEST_F(TestServerClient, ADamagedBlobIsNamedAndTheRestIsShown)
@@ -325,7 +325,7 @@ TEST_F(TestServerClient, CancelledRequestsEnd)
     session.Resize({ 800, 600, 1 });
     ASSERT_TRUE(session.SelectModel("torus"));
     Exchange(**client, session);
-    // Here and there, before anything has come.
+    // Taps at several places before anything has arrived.
     for (int k = 0; k < 5; ++k)
     {
       DoubleTap(session, 1 + k, k % 2 == 0 ? 600 : 200, 300);
@@ -373,7 +373,8 @@ TEST_F(TestClientWithToken, GetsWhatItAllows)
   ExpectWholeWalk(session);
 }
 
-// What it may not have is not asked for, unless the person does: then it is said.
+// What the client may not have is not requested, unless the user asks for it: then there is a
+// message.
 TEST_F(TestClientWithToken, ShowsTheLevelsWhereItMayHaveNoMore)
 {
   auto client = ServerClient::Connect(this->Server->Url(), Token("levels"));
@@ -400,7 +401,7 @@ TEST_F(TestClientWithToken, ShowsTheLevelsWhereItMayHaveNoMore)
   EXPECT_GT(session.Scene().surface->Whole().triangles.size(), 0u) << "what there is stays";
 }
 
-// Neither by the view nor level by level anything finer is asked for, or missed.
+// Neither in view mode nor in level mode is anything finer requested or missed.
 TEST_F(TestClientWithToken, ShowsThePreviewWhereItMayHaveNoMore)
 {
   auto client = ServerClient::Connect(this->Server->Url(), Token("preview"));
@@ -456,7 +457,7 @@ TEST_F(TestClientWithToken, SaysWhyItIsRefused)
     << session.GetStatus().error;
 }
 
-// The answer of a server that is being restarted.
+// A server that is being restarted answers that it is busy.
 TEST_F(TestServerClient, ABusyServerIsAskedForItsModelsAgain)
 {
   std::atomic<int> asked{ 0 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// When a line connects, sends, fetches, waits and gives up, without sockets and clocks.
+// When a ServerLine connects, sends, fetches, waits and gives up, without sockets and clocks.
 #include "viewer/client/ServerLine.h"
 
 #include "filters/model/ModelJson.h"
@@ -31,7 +31,8 @@ ModelDescription Model()
   return model;
 }
 
-// "connect", "close", "fetch PATH", or what is sent: "open m", "partitions 1 2".
+// The actions as texts: "connect", "close", "fetch PATH", or the message that is sent, such as
+// "open m" or "partitions 1 2".
 std::vector<std::string> Actions(ServerLine& line)
 {
   std::vector<std::string> names;
@@ -103,10 +104,10 @@ void Stream(ServerLine& line, double now)
 {
   EXPECT_EQ(Actions(line), Names{ "connect" });
   line.Send(OpenModel(1), now);
-  EXPECT_EQ(Actions(line), Names{}); // not before there is a connection
+  EXPECT_EQ(Actions(line), Names{}); // sent only when there is a connection
   line.SocketOpened(now);
   EXPECT_EQ(Actions(line), Names{ "open m" });
-  SendOpened(line, 2, now); // its second number: the first was said into the air
+  SendOpened(line, 2, now); // number 2: message 1 was lost, without a connection
   const auto events = line.TakeEvents();
   ASSERT_EQ(events.size(), 1u);
   EXPECT_EQ(events[0].kind, EventKind::Opened);
@@ -123,7 +124,7 @@ TEST(TestServerLine, APatientLineTriesForAsLongAsItTakesAndAsksAgainForWhatIsOut
   SendPartition(line, 3, 1, 1);
   EXPECT_EQ(line.TakeEvents().size(), 1u);
 
-  // Lost: at once anew; then after 1, 2, 4, 5, 5 … seconds.
+  // After a loss it connects again at once, and then after 1, 2, 4, 5, 5 … seconds.
   line.SocketEnded(false, "reset", 10);
   EXPECT_EQ(line.GetState(), State::Connecting);
   EXPECT_EQ(Actions(line), Names{ "connect" });
@@ -146,7 +147,8 @@ TEST(TestServerLine, APatientLineTriesForAsLongAsItTakesAndAsksAgainForWhatIsOut
   EXPECT_EQ(line.Trouble(), "");
   EXPECT_EQ(Actions(line), (Names{ "open m", "partitions 2" }));
 
-  // After something has come, a loss is tried again at once, and waits begin anew.
+  // After something has arrived, it connects again at once after a loss, and the pauses begin again
+  // at 1 s.
   SendOpened(line, 4, now);
   line.SocketEnded(false, "reset", now);
   EXPECT_EQ(Actions(line), Names{ "connect" });
@@ -171,7 +173,7 @@ void StreamAtRest(ServerLine& line)
 
 }
 
-// A restart ends all connections at the same moment.
+// This matters when a server restarts, which ends all connections at the same moment.
 TEST(TestServerLine, WhoWaitsForNothingComesBackLaterOrWhenSomethingIsAskedFor)
 {
   for (const bool patient : { true, false })
@@ -229,7 +231,7 @@ TEST(TestServerLine, RetryNowMakesTheNextTickTry)
   line.RetryNow();
   line.Tick(0.1);
   EXPECT_EQ(Actions(line), Names{ "connect" });
-  line.Tick(100); // once
+  line.Tick(100); // RetryNow counts once
   EXPECT_EQ(Actions(line), Names{});
 }
 
@@ -268,7 +270,7 @@ TEST(TestServerLine, GivesUpAConnectionThatIsStalled)
   line.Tick(39.1);
   EXPECT_EQ(line.GetState(), State::Connecting);
   EXPECT_EQ(Actions(line), Names{ "connect" });
-  // What the old one still says is not heard.
+  // What the old connection still sends is ignored.
   SendPartition(line, 3, 2, 39.2);
   line.TakeEvents();
   line.SocketOpened(40);
@@ -276,7 +278,8 @@ TEST(TestServerLine, GivesUpAConnectionThatIsStalled)
   SendOpened(line, 4, 40);
   SendPartition(line, 5, 2, 41);
   line.SocketText(protocol::WriteServerMessage({ 5, protocol::EndAnswer{ 1, 3, 0, false } }), 41);
-  // Silent, but owing nothing; and what is asked for after a long rest has its full time.
+  // Silence does not count while nothing is outstanding; a request after a long rest has the full
+  // timeout.
   line.Tick(500);
   EXPECT_EQ(line.GetState(), State::Streaming);
   line.Send(Partitions(3, { BlobId::Partition(7) }), 500);
@@ -296,7 +299,7 @@ TEST(TestServerLine, GivesUpAConnectionThatDoesNotKeepToTheProtocol)
   line.SocketOpened(1);
   Actions(line);
   line.SocketFrame(std::vector<std::uint8_t>(7), 1);
-  EXPECT_EQ(line.GetState(), State::Lost); // it had brought nothing
+  EXPECT_EQ(line.GetState(), State::Lost); // the connection had brought nothing
 }
 
 TEST(TestServerLine, AConnectionThatGarblesEveryFrameIsTriedEverMoreRarely)
@@ -304,7 +307,7 @@ TEST(TestServerLine, AConnectionThatGarblesEveryFrameIsTriedEverMoreRarely)
   ServerLine line(Patient());
   Stream(line, 0);
   const std::vector<std::uint8_t> garbled(7);
-  // The first retry is immediate; after only a greeting the next one is not.
+  // The first retry is immediate. The next one is not, if only the model was opened in between.
   line.SocketFrame(garbled, 1);
   EXPECT_EQ(Actions(line), Names{ "connect" });
   line.SocketOpened(1);
@@ -344,7 +347,8 @@ TEST(TestServerLine, WithoutAStreamEverythingIsFetched)
   const std::string path = "fetch /api/models/m/" + std::string(32, 'a') + "/partitions/";
   EXPECT_EQ(Actions(line), Names{ path + "1" });
 
-  // No server: it is asked again for the same, later and later; in between nothing else.
+  // Without a server, the same GET is repeated, with growing pauses; nothing else is fetched in
+  // between.
   const auto gone = [](const char* why) { return Error{ ErrorCode::InputOutput, why }; };
   line.Fetched(gone("no route"), 10);
   EXPECT_EQ(line.Trouble(), "no route");
@@ -360,7 +364,7 @@ TEST(TestServerLine, WithoutAStreamEverythingIsFetched)
   EXPECT_EQ(Actions(line), Names{ path + "1" });
   EXPECT_TRUE(line.TakeEvents().empty());
 
-  // A refusal is an answer.
+  // A refusal counts as an answer.
   line.Fetched(HttpReply{ 404, R"({"error":"no such blob"})" }, 13);
   EXPECT_EQ(line.Trouble(), "");
   EXPECT_EQ(Actions(line), Names{ path + "2" });
@@ -369,7 +373,7 @@ TEST(TestServerLine, WithoutAStreamEverythingIsFetched)
   EXPECT_EQ(events[0].kind, EventKind::BlobFailed);
   EXPECT_EQ(events[0].message, "the server says 404: no such blob");
 
-  // What was cancelled while it was away is not asked for again.
+  // What was cancelled while the server was away is not fetched again.
   SessionRequest cancel;
   cancel.kind = SessionRequest::Kind::Cancel;
   cancel.id = 2;
@@ -387,7 +391,7 @@ TEST(TestServerLine, WithoutAStreamEverythingIsFetched)
 namespace
 {
 
-// A line that fetches, with model m open.
+// Makes the line fetch by GET, with model m open.
 void Get(ServerLine& line)
 {
   Actions(line);
@@ -427,7 +431,7 @@ TEST(TestServerLine, ABusyServerIsAskedForAStreamAgainWhenItSays)
 {
   ServerLine line(Patient());
   Stream(line, 0);
-  line.SocketEnded(false, "going away", 10); // it stops, and another one takes its place
+  line.SocketEnded(false, "going away", 10); // the server stops; another one replaces it
   EXPECT_EQ(Actions(line), Names{ "connect" });
   line.SocketEnded(false, "the server says 503", 10, 7);
   EXPECT_EQ(Actions(line), Names{ "close" });
@@ -505,7 +509,8 @@ TEST(TestServerLine, WhoMayNotHaveAModelHasNoDamage)
   EXPECT_EQ(line.GetState(), State::Getting);
 }
 
-// What this client may not have keeps it from nothing else; a token may come later.
+// A client that may not have something still gets everything else. A token may come later, so then
+// it asks again.
 TEST(TestServerLine, APatientLineAsksAgainOnlyForWhatItMayHaveLater)
 {
   ServerLine line(Patient());
@@ -591,7 +596,7 @@ TEST(TestServerLine, AServerWithoutAStreamIsAskedForOneLater)
   EXPECT_EQ(Actions(line), Names{ "connect" });
   line.Send(Partitions(3, { BlobId::Partition(1) }), 61);
   EXPECT_EQ(Actions(line), Names{});
-  line.SocketEnded(false, "reset", 62); // still none, or none that answers
+  line.SocketEnded(false, "reset", 62); // still no stream, or no answer
   EXPECT_EQ(line.GetState(), State::Getting);
   EXPECT_EQ(Actions(line), Names{ partition1 });
   line.Fetched(HttpReply{ 200, "abc" }, 62);
@@ -617,7 +622,7 @@ TEST(TestServerLine, ClientsComeBackAtDifferentTimes)
   {
     ServerLine line(options);
     const double now = 100 + i * 1e-6;
-    line.SocketEnded(false, "reset", now); // at once
+    line.SocketEnded(false, "reset", now); // connects again at once
     line.SocketEnded(false, "reset", now);
     pauses.push_back(line.NextTick() - now);
     EXPECT_GE(pauses.back(), 1);

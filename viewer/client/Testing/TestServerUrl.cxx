@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Addresses of servers, and what is wrong with the others.
+// Addresses of servers, and the errors for texts that are none.
 #include "viewer/client/ServerUrl.h"
 
 #include <gtest/gtest.h>

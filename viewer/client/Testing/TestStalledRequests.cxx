@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A server that never sends the outstanding blob, but always something else, is given up, and the
-// message names the piece; a slow server, or one with another order, is not.
+// A server that never sends an outstanding blob, but always something else, is given up, and the
+// message names the piece. A slow server, or one that sends in another order, is not given up.
 #include "viewer/client/ServerLine.h"
 #include "viewer/client/Testing/SessionRequests.h"
 
@@ -38,7 +38,7 @@ ServerLineOptions Page()
   return options;
 }
 
-// A line, the server at its other end, and the time.
+// A ServerLine, the server at its other end, and a clock.
 class StreamTest
 {
 public:
@@ -78,7 +78,7 @@ public:
       protocol::WriteServerMessage({ this->OpenWire, protocol::OpenedAnswer{ model } }), this->Now);
     this->Listen();
   }
-  // `seconds` pass, in which the host looks now and then.
+  // Lets `seconds` pass; the host calls Tick now and then.
   void Pass(double seconds)
   {
     for (double end = this->Now + seconds; this->Now < end;)
@@ -103,7 +103,7 @@ public:
     this->Line.Send(cancel, this->Now);
     this->Listen();
   }
-  // One frame of a blob of this size.
+  // The server sends one frame of a blob of `total` bytes.
   void SayFrame(
     std::uint32_t wire, std::uint32_t partition, std::uint32_t offset = 0, std::uint32_t total = 3)
   {
@@ -136,7 +136,7 @@ public:
 
   ServerLine Line;
   double Now = 0;
-  std::vector<Asked> Asking; // over this connection, in order
+  std::vector<Asked> Asking; // requests over this connection, in order
   std::vector<ClientEvent> Events;
 
 private:
@@ -168,7 +168,7 @@ private:
   std::uint32_t OpenWire = 0;
 };
 
-// What a server may say for ever instead of partition 1.
+// What a server may send forever instead of partition 1.
 using Chatter = std::function<void(StreamTest& stream, std::uint32_t step)>;
 const std::map<std::string, Chatter> chatters{
   { "answers to what was asked for later",
@@ -225,7 +225,7 @@ TEST(TestStalledRequests, AServerThatAlwaysSendsOthersIsGivenUpAndThePieceIsName
     EXPECT_EQ(stream.Line.Trouble(),
       "the connection to server:1 was lost: the oldest request was not answered");
 
-    // The others are asked for again.
+    // The other blobs are requested again.
     stream.Open();
     stream.SayOpened();
     ASSERT_FALSE(stream.Asking.empty()) << what;
@@ -233,7 +233,7 @@ TEST(TestStalledRequests, AServerThatAlwaysSendsOthersIsGivenUpAndThePieceIsName
     EXPECT_EQ(std::count(left.begin(), left.end(), 1u), 0) << what;
     EXPECT_EQ(std::count(left.begin(), left.end(), 3u), 1) << what;
 
-    // And so is the piece, when it is asked for anew.
+    // The session may request the failed piece again.
     stream.Ask(3, { 1 });
     EXPECT_EQ(stream.Asking.back().partitions, std::vector<std::uint32_t>{ 1 });
     stream.SayFrame(stream.Asking.front().wire, 3);
@@ -265,7 +265,7 @@ TEST(TestStalledRequests, AModelThatIsNeverOpenedIsNamedToo)
   EXPECT_EQ(events[0].request, 1u);
 }
 
-// A host whose timer asks NextTick is informed in time, and never of what does not count.
+// NextTick gives a host's timer the time of the next timeout, and no time for what does not count.
 TEST(TestStalledRequests, TheNextTickIsWhenPatienceEnds)
 {
   constexpr double never = std::numeric_limits<double>::infinity();
@@ -297,7 +297,7 @@ struct Blob
 constexpr std::uint32_t largeBlob = 600'000;
 constexpr double slowLine = 5'000; // bytes a second
 
-// The next frame of a blob comes as slowly as the line is.
+// Sends the next frame of a blob, as slowly as the connection is.
 void SendFrame(StreamTest& stream, Blob& blob)
 {
   const std::uint32_t bytes = std::min<std::uint32_t>(
@@ -385,7 +385,7 @@ TEST(TestStalledRequests, OneThatSendsInTurnsIsNotGivenUp)
   ExpectAllArrived(stream, 8);
 }
 
-// What was cancelled may be on its way still.
+// A cancelled blob may still be in flight.
 TEST(TestStalledRequests, WhatWasCancelledMayComeBefore)
 {
   StreamTest stream;
@@ -402,7 +402,7 @@ TEST(TestStalledRequests, WhatWasCancelledMayComeBefore)
   ExpectAllArrived(stream, 1);
 }
 
-// The line was fast, with much in flight, and became slow.
+// The connection was fast, with much in flight, and has become slow.
 TEST(TestStalledRequests, MuchThatWasCancelledMayComeBefore)
 {
   StreamTest stream;

@@ -45,7 +45,7 @@ std::vector<protocol::ClientMessage> Parse(const std::vector<std::string>& texts
   std::vector<protocol::ClientMessage> messages;
   for (const std::string& text : texts)
   {
-    const auto message = protocol::ParseClientMessage(text); // refuses what is too long
+    const auto message = protocol::ParseClientMessage(text); // refuses messages that are too long
     EXPECT_TRUE(message) << text;
     messages.push_back(*message);
   }
@@ -99,11 +99,11 @@ TEST(TestStreamConversation, LongListsAreCutAndTheNumberOfMessagesInFlightIsLimi
   }
   EXPECT_EQ(asked, request.blobs);
   const auto events = conversation.TakeEvents();
-  EXPECT_EQ(events.size(), 10000u); // all blobs, and nothing about an end
+  EXPECT_EQ(events.size(), 10000u); // all blobs, and no event about an end
   EXPECT_FALSE(conversation.IsWaiting());
 }
 
-// Whatever they are: one kind of message.
+// Blobs of all kinds are requested by one kind of message.
 TEST(TestStreamConversation, BlobsOfAnyKindAreAskedForByTheirNames)
 {
   StreamConversation conversation;
@@ -149,7 +149,7 @@ TEST(TestStreamConversation, ErrorsReachTheirRequests)
   Receive(conversation, 1, protocol::ErrorAnswer{ 500, "again", BlobId::Partition(0) });
   Receive(conversation, 1, protocol::ErrorAnswer{ 500, "not asked", BlobId::Partition(7) });
   Receive(conversation, 2, protocol::ErrorAnswer{ 409, "no model is open", std::nullopt });
-  Receive(conversation, 3, protocol::EndAnswer{}); // without the blob
+  Receive(conversation, 3, protocol::EndAnswer{}); // the end, without the blob
   Receive(conversation, 99, protocol::ErrorAnswer{ 404, "nobody asked", std::nullopt });
   const auto events = conversation.TakeEvents();
   ASSERT_EQ(events.size(), 3u);
@@ -170,7 +170,7 @@ TEST(TestStreamConversation, ACancelEndsARequestWithoutAnswers)
   cancel.kind = Kind::Cancel;
   cancel.id = 1;
   conversation.Send(cancel, 0);
-  conversation.Send(cancel, 0); // twice does no harm
+  conversation.Send(cancel, 0); // a second cancel does no harm
   const auto messages = Parse(conversation.TakeMessages());
   ASSERT_EQ(messages.size(), 1u);
   EXPECT_TRUE(std::holds_alternative<protocol::CancelRequest>(messages[0].body));
@@ -179,7 +179,7 @@ TEST(TestStreamConversation, ACancelEndsARequestWithoutAnswers)
   Receive(conversation, 1, protocol::EndAnswer{ 1, 3, 0, true });
   EXPECT_TRUE(conversation.TakeEvents().empty());
   EXPECT_FALSE(conversation.IsWaiting());
-  // What waits in line is not even sent.
+  // A cancelled request that still waits is never sent.
   for (std::uint32_t id = 2; id < 2 + 2 * StreamConversation::mostUnfinished; ++id)
   {
     conversation.Send(Partitions(id, 1, id), 0);
@@ -206,12 +206,12 @@ TEST(TestStreamConversation, ANewConnectionGoesOnWhereTheOldOneEnded)
   EXPECT_EQ(std::get<protocol::BlobsRequest>(messages[1].body).blobs,
     (std::vector{ BlobId::Partition(0), BlobId::Partition(2) }));
   Receive(conversation, messages[0].request, protocol::OpenedAnswer{ Model('a') });
-  EXPECT_TRUE(conversation.TakeEvents().empty()); // the session has opened it once
+  EXPECT_TRUE(conversation.TakeEvents().empty()); // for the session it is open already
   ReceiveBlob(conversation, messages[1].request, BlobId::Partition(0));
   EXPECT_EQ(conversation.TakeEvents().size(), 1u);
 }
 
-// A region is asked for from the tap outwards. What a lost connection left of it is, too.
+// A region is requested from the tap outwards; so is the rest of it after a lost connection.
 TEST(TestStreamConversation, ANewConnectionAsksInTheOrderOfTheRequest)
 {
   StreamConversation conversation;
@@ -252,7 +252,7 @@ TEST(TestStreamConversation, AnotherBuildOfTheModelIsNotMixedWithTheFirst)
     EXPECT_EQ(event.kind, EventKind::RequestFailed);
     EXPECT_NE(event.message.find("replaced"), std::string::npos);
   }
-  // Opening it again is allowed.
+  // The model may be opened again.
   conversation.TakeMessages();
   conversation.Send(OpenModel(4, "m"), 0);
   const auto again = Parse(conversation.TakeMessages());
@@ -271,7 +271,7 @@ TEST(TestStreamConversation, NonsenseEndsTheConnectionNotTheProgram)
   EXPECT_FALSE(conversation.ReceiveFrame(std::vector<std::uint8_t>{ 1, 2, 3 }, 0));
   const std::vector<std::uint8_t> payload{ 1, 2 };
   EXPECT_FALSE(conversation.ReceiveFrame(
-    protocol::EncodeFrame({ 1, BlobId::Partition(0), 1, 3 }, payload), 0)); // a gap
+    protocol::EncodeFrame({ 1, BlobId::Partition(0), 1, 3 }, payload), 0)); // after a gap
   std::mt19937 random(1);
   for (int i = 0; i < 2000; ++i)
   {

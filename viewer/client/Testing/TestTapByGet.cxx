@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A tap on a slow line without a stream: the session, the line and GETs, one after the other.
-// Earlier requests do not delay it, even if the line was fast until then, so that much is in
-// flight.
+// A tap on a slow connection without a stream: a session, a ServerLine, and GETs, one after the
+// other. Earlier requests do not delay the tap, even if the connection was fast until then, so that
+// much is in flight.
 #include "viewer/client/ServerLine.h"
 
 #include "filters/model/ModelJson.h"
@@ -44,7 +44,7 @@ public:
     this->Pump();
   }
 
-  // Gets one thing. False where nothing was asked for.
+  // Answers one GET. False if nothing was requested.
   bool Answer()
   {
     this->Session.BeginFrame();
@@ -77,7 +77,7 @@ public:
     {
     }
   }
-  // What the session wants is asked for, as far as one GET at a time goes.
+  // Passes on requests and events, as far as one GET at a time allows.
   void Pump()
   {
     for (bool busy = true; busy;)
@@ -104,7 +104,7 @@ public:
     EXPECT_LE(this->Asked.size(), 1u);
   }
 
-  std::vector<BlobId> Got; // in order
+  std::vector<BlobId> Got; // the fetched blobs, in order
   double Now = 1;          // s
   double BytesPerSecond = 4e6;
 
@@ -151,7 +151,8 @@ TEST(TestTapByGet, ATapComesBeforeWhatWasAskedForEarlier)
   const auto region = session.GetStatus().region;
   ASSERT_FALSE(session.IsIdle());
 
-  // Of earlier requests only those in flight were answered; then the tree, and the way down.
+  // Of the earlier requests, only those in flight were answered; then came the tree, and the pieces
+  // on the way down.
   const NodeId cell = region->cell;
   const TreeDepths& depths = server.Codec().depths;
   std::size_t others = 0;
@@ -166,7 +167,7 @@ TEST(TestTapByGet, ATapComesBeforeWhatWasAskedForEarlier)
   EXPECT_LE(before, 10u);
   EXPECT_LT(firstShown - tapped, 1.5) << "seconds";
 
-  // And all of the region before what else is seen.
+  // All of the region arrives before other visible pieces.
   while (session.GetStatus().region->shown < session.GetStatus().region->partitions)
   {
     ASSERT_TRUE(host.Answer());

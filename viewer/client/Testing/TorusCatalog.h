@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a real server serves in the viewers' tests: one torus, kept in memory.
+// What a real server serves in tests of viewers: one torus, in memory.
 #pragma once
 
 #include "server/session/Catalog.h"

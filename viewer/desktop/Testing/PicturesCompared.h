@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How much two PNG files differ, and where, for tests.
+// For tests: how much two PNG files differ, and where.
 #pragma once
 
 #include <vtkImageData.h>
@@ -16,8 +16,8 @@
 namespace kdstream::testing
 {
 
-// Calls visit(column, row) for each pixel that differs by more than 8 of 255, row 0 at the bottom;
-// returns the number of pixels, 0 if the pictures have different sizes.
+// Calls visit(column, row) for each pixel that differs by more than 8 of 255 in a channel; row 0 is
+// at the bottom. Returns the number of pixels; 0 if the pictures have different sizes.
 template <class Visit>
 vtkIdType ForEachThatDiffers(
   const std::filesystem::path& a, const std::filesystem::path& b, const Visit& visit)
@@ -59,7 +59,7 @@ inline double ShareThatDiffers(const std::filesystem::path& a, const std::filesy
   return size == 0 ? 1 : static_cast<double>(different) / static_cast<double>(size);
 }
 
-// How many pixels have that colour; tolerance: of a channel, 0-255.
+// Counts the pixels of this colour. tolerance: per channel, 0-255.
 inline vtkIdType CountOfColor(
   const std::filesystem::path& file, const std::array<int, 3>& color, int tolerance = 4)
 {
@@ -80,7 +80,7 @@ inline vtkIdType CountOfColor(
   return count;
 }
 
-// The box around them: least column and row, most column and row.
+// The box around the pixels that differ: least column and row, greatest column and row.
 inline std::array<int, 4> BoxThatDiffers(
   const std::filesystem::path& a, const std::filesystem::path& b)
 {

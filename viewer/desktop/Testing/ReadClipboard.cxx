@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a person would paste: see ReadClipboard.h.
+// Reads what a user would paste: see ReadClipboard.h.
 #include "viewer/desktop/Testing/ReadClipboard.h"
 
 #include <chrono>

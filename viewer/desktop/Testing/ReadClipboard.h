@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a person would paste: for tests of what is copied.
+// For tests of what is copied: reads what a user would paste.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 namespace kdstream::testing
 {
 
-// The X server's CLIPBOARD as UTF-8; empty if no program offers any within five seconds.
+// Returns the X server's CLIPBOARD as UTF-8; empty if no program offers any within five seconds.
 std::string ReadClipboard();
 
 }

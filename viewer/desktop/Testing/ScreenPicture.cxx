@@ -33,7 +33,7 @@ ScreenPicture LookAtScreen(int left, int top, int width, int height)
   {
     for (int x = 0; x < width; ++x)
     {
-      const unsigned long pixel = XGetPixel(image.get(), x, y); // 24 bits, by xvfb-run's option
+      const unsigned long pixel = XGetPixel(image.get(), x, y); // 24 bits, as xvfb-run was told
       for (const int shift : { 16, 8, 0 })
       {
         picture.rgb.push_back(static_cast<std::uint8_t>(pixel >> shift & 255));

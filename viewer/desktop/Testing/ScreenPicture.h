@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the X server's screen shows: for tests of what a person sees.
+// For tests: what the X server's screen shows to a user.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ struct ScreenPicture
   bool operator==(const ScreenPicture&) const = default;
 };
 
-// This part of the screen now. Throws std::runtime_error if there is no screen.
+// Reads this part of the screen. Throws std::runtime_error if there is no screen.
 ScreenPicture LookAtScreen(int left, int top, int width, int height);
 
 }

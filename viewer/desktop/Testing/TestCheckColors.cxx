@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The message where a model does not have the array that is requested for its colours.
+// The error message if a model lacks the array that was requested for its colours.
 #include "viewer/desktop/CheckColors.h"
 
 #include <gtest/gtest.h>

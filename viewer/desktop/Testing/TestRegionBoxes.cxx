@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Boxes before a surface: only their own pixels change, also where ambient occlusion is drawn.
+// Boxes in front of a surface: only the boxes' own pixels change, even with ambient occlusion.
 #include "viewer/desktop/RegionBoxes.h"
 
 #include "Testing/Fixtures/ExtrudedSurface.h"
@@ -14,8 +14,8 @@ namespace
 
 constexpr int side = 200;
 
-// A plane across the line of sight, with ambient occlusion, and boxes. Points outside the picture
-// make the range of the near and far planes larger.
+// A plane at right angles to the line of sight, with ambient occlusion and boxes. Points outside
+// the picture increase the distance between the near and far planes.
 struct BoxedPlane
 {
   Stage stage{ WindowBackend::Egl, side, side };
@@ -75,7 +75,7 @@ TEST(RegionBoxes, WhatIsBehindTheSurfaceIsHidden)
   EXPECT_EQ(plane.DrawBoxes({}).rgb, without.rgb);
 }
 
-// The model has a part of the window and another layer than the lowest.
+// The model has only a part of the window, and is not in its lowest layer.
 TEST(RegionBoxes, FollowTheModelsPartOfTheWindow)
 {
   BoxedPlane plane;

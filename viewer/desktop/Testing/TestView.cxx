@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-view as a user runs it: playing sessions, what it shows and writes about them, exit
-// codes and error lines. What pictures show: TestViewPictures; what it keeps: TestViewCache.
+// kdstream-view as a user runs it: playing sessions, what it shows and writes, exit codes and error
+// messages. TestViewPictures tests the pictures, TestViewCache what is kept for later runs.
 #include "viewer/desktop/Testing/ViewTest.h"
 #include "viewer/session/SessionFile.h"
 
@@ -23,7 +23,7 @@ using kdstream::testing::ViewTest;
 namespace
 {
 
-// Browses, zooms in on the ring, streams a region there.
+// Shows the preview, zooms in on the ring, and streams a region there.
 constexpr const char* walk =
   "{\"select\":\"torus\"}\n{\"wait\":\"idle\"}\n{\"screenshot\":\"preview.png\"}\n"
   "{\"t\":0,\"touches\":[{\"id\":1,\"x\":280,\"y\":150},{\"id\":2,\"x\":320,\"y\":150}]}\n"
@@ -91,7 +91,7 @@ TEST_F(TestView, WhatNeedsAModelWaitsForIt)
   const std::string zoom = "{\"zoom\":3,\"x\":150,\"y\":100}\n" + wait;
   this->Write("patient.jsonl", select + wait + zoom);
   this->Write("hasty.jsonl", select + zoom);
-  this->Write("alone.jsonl", zoom); // of the only model
+  this->Write("alone.jsonl", zoom); // not selected, but it is the only model
   for (const std::string name : { "patient", "hasty", "alone" })
   {
     ASSERT_EQ(this->View("--offscreen auto --size 200x150 --replay " + name +
@@ -130,7 +130,7 @@ TEST_F(TestView, AViewThatWritesNothingSaysSo)
   EXPECT_EQ(this->Err, "");
 }
 
-// By the view, with one level, and all: what is shown and what it took.
+// What is shown, and what it costs, with each value of --detail.
 TEST_F(TestView, DetailFollowsTheViewOrIsOneForAll)
 {
   std::map<std::string, nlohmann::json> reports;
@@ -156,7 +156,7 @@ TEST_F(TestView, DetailFollowsTheViewOrIsOneForAll)
   EXPECT_LT(reports["level"].at("peak_triangles"), triangles);
   EXPECT_NE(pictures["level"], pictures["full"]);
 
-  // A budget that the preview fills.
+  // With a budget that the preview uses up.
   ASSERT_EQ(this->View("--offscreen auto --size 1200x900 --triangles 1000 --report report.json "
                        "--screenshot p.png"),
     0);
@@ -191,7 +191,7 @@ TEST_F(TestView, ADamagedBlobIsAnErrorLineAndTheRestIsShown)
   EXPECT_EQ(this->Err.rfind("kdstream-view: error: http://127.0.0.1:", 0), 0u) << this->Err;
   EXPECT_NE(this->Err.find(protocol::BlobName(*this->Models.model->damaged)), std::string::npos);
   EXPECT_TRUE(this->IsPicture("region.png"));
-  // Pictures from before are whole.
+  // Pictures that were written before the failure are complete.
   const auto incomplete = [](const std::string& name)
   {
     return "kdstream-view: warning: " + name +
@@ -202,7 +202,7 @@ TEST_F(TestView, ADamagedBlobIsAnErrorLineAndTheRestIsShown)
   EXPECT_NE(this->Err.find(incomplete("region.png")), std::string::npos) << this->Err;
 }
 
-// A picture of nothing would pass for one of the model.
+// An empty picture could be taken for a picture of the model.
 TEST_F(TestView, APictureOfNothingIsNotWritten)
 {
   const TreeDepths& depths = kdstream::testing::ServedTorus().Description().depths;

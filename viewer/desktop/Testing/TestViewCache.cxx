@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What kdstream-view keeps for later runs: stores that it builds of meshes, and what servers sent.
+// What kdstream-view keeps for later runs: stores built from meshes, and data from servers.
 #include "viewer/desktop/Testing/ViewTest.h"
 
 #include <gtest/gtest.h>
@@ -59,13 +59,13 @@ TEST_F(TestViewCache, AMeshIsBuiltOnceAndKeptInTheCache)
   ASSERT_EQ(this->Run("'My solid.ply' " + view), 0) << this->Err;
   EXPECT_EQ(std::filesystem::last_write_time(store), built) << "it was there";
   EXPECT_EQ(ReadText(this->Folder / "p.png"), picture);
-  // The store itself, and the folder that it is in.
+  // The store itself can be opened, and the folder that it is in.
   for (const auto& path : { store, store.parent_path() })
   {
     ASSERT_EQ(this->Run("'" + path.string() + "' " + view), 0) << this->Err;
     EXPECT_EQ(ReadText(this->Folder / "p.png"), picture);
   }
-  // Another mesh takes its place where the cache is full; what is shown stays.
+  // If the cache is full, another mesh replaces this one; the store that is shown stays.
   this->Write("other.ply", TetrahedronPly() + "\n");
   ASSERT_EQ(this->Run("other.ply " + view + " --cache-size 1"), 0) << this->Err;
   list();
@@ -99,7 +99,7 @@ TEST_F(TestViewCache, WhatWasSeenIsThereWithoutTheServer)
   EXPECT_EQ(this->Err.rfind("kdstream-view: warning: " + url + ": ", 0), 0u) << this->Err;
   EXPECT_NE(this->Err.find("; only cached data is shown\n"), std::string::npos) << this->Err;
   EXPECT_EQ(ReadText(this->Folder / "c.png"), ReadText(this->Folder / "a.png"));
-  // If many parts are missing, some are named, then their number.
+  // If many parts are missing, only some are named; then the number of the others is given.
   ASSERT_EQ(this->Run(url + " " + view + "e.png --detail full --cache kept"), 1);
   std::size_t lines = 0;
   for (auto at = this->Err.find(": error: "); at != std::string::npos; ++lines)
@@ -108,7 +108,7 @@ TEST_F(TestViewCache, WhatWasSeenIsThereWithoutTheServer)
   }
   EXPECT_EQ(lines, 2u) << this->Err;
   EXPECT_NE(this->Err.find(" more errors of this kind\n"), std::string::npos) << this->Err;
-  // A folder that cannot be made does not prevent showing, if there is a server.
+  // If the cache folder cannot be made, the model is shown anyway, because the server has it.
   EXPECT_EQ(this->Run(url + " " + view + "d.png --cache s.json"), 1);
   EXPECT_NE(this->Err.find("warning: s.json: "), std::string::npos) << this->Err;
 }
@@ -131,8 +131,8 @@ TEST_F(TestViewCache, AMeshIsSeenWhereNothingCanBeKept)
   EXPECT_TRUE(std::filesystem::is_empty(this->Folder / "brief"));
 }
 
-// In a cache that others may write to. The mesh is shown in each case, and the obstacle is reported
-// and not changed.
+// The cache is a folder that others can write to. In each case the mesh is shown, and the obstacle
+// is reported and left as it is.
 TEST_F(TestViewCache, FilesThatOthersPlantedAreNotTouched)
 {
   namespace fs = std::filesystem;
@@ -227,7 +227,7 @@ TEST_F(TestViewCache, FilesThatOthersPlantedAreNotTouched)
   }
 }
 
-// It is only a cache.
+// A damaged store does no harm, because the cache can be built again.
 TEST_F(TestViewCache, ADamagedStoreIsMadeAnew)
 {
   this->Write("mesh.ply", TetrahedronPly());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What kdstream-view's pictures show besides the model: light, colours of an array and their
-// legend, a link's view and its distances.
+// What kdstream-view's pictures show besides the shape: light, the colours of an array and their
+// legend, and the view and distances of a link.
 #include "viewer/desktop/Testing/PicturesCompared.h"
 #include "viewer/desktop/Testing/ViewTest.h"
 
@@ -38,7 +38,7 @@ TEST_F(TestViewPictures, LightShowsReliefUnlessItIsPlain)
   EXPECT_NE(view(" --light plain"), usual);
 }
 
-// A cloud with an intensity and classes, as PLY.
+// A point cloud with an intensity and a class for each point, as PLY.
 std::string CloudWithArrays()
 {
   std::string ply = "ply\nformat ascii 1.0\nelement vertex 3600\nproperty float x\n"
@@ -53,7 +53,7 @@ std::string CloudWithArrays()
   return ply;
 }
 
-// What is not geometry travels, and is shown.
+// Arrays other than the coordinates are streamed, and can be shown.
 TEST_F(TestViewPictures, ColoursByAnArray)
 {
   this->Write("cloud.ply", CloudWithArrays());
@@ -82,7 +82,8 @@ TEST_F(TestViewPictures, ColoursByAnArray)
   EXPECT_EQ(this->Run(view + "e.png --colour-by reflectance --colour-range 2,1"), 2) << this->Err;
 }
 
-// Only where colours are those of an array, only in --screenshot, and in its corner.
+// There is a legend only if the colours are those of an array, only in the picture of --screenshot,
+// and only in the picture's corner.
 TEST_F(TestViewPictures, APictureHasALegend)
 {
   this->Write("cloud.ply", CloudWithArrays());
@@ -98,7 +99,8 @@ TEST_F(TestViewPictures, APictureHasALegend)
     const double share = ShareThatDiffers(this->Folder / "with.png", this->Folder / "without.png");
     EXPECT_GT(share, 0.01) << array;
     EXPECT_LT(share, 0.2) << array;
-    // Words, and the map's upper end or the class "ground", which no light shades.
+    // The colour of the text, and a colour that no light shades: the map's upper end or that of the
+    // class "ground".
     const std::array<int, 3> words{ 235, 235, 235 };
     const std::array<int, 3> shown =
       array == "reflectance" ? std::array{ 250, 230, 36 } : std::array{ 160, 112, 60 };
@@ -145,7 +147,7 @@ TEST_F(TestViewPictures, ALinkOpensTheViewThatItNames)
   EXPECT_EQ(ReadText(this->Folder / "b.png"), ReadText(this->Folder / "a.png")) << "by its page";
   ASSERT_EQ(this->Run(url + "/m/torus/ --colour-by partition --detail level" + view + "b.png"), 0)
     << this->Err;
-  // The link of one report shows the same elsewhere.
+  // The link in one report shows the same view in another run.
   this->Write("zoom.jsonl",
     "{\"turning\":\"upright\"}\n{\"select\":\"torus\"}\n{\"select\":\"torus\"}\n"
     "{\"wait\":\"idle\"}\n{\"zoom\":2,\"x\":120,\"y\":70}\n{\"wait\":\"idle\"}\n");
@@ -166,7 +168,8 @@ TEST_F(TestViewPictures, ALinkOpensTheViewThatItNames)
   EXPECT_NE(this->Err.find("cannot be combined with --replay"), std::string::npos) << this->Err;
 }
 
-// Lines, ends and figures of what was measured: in --screenshot, of a session or of its link.
+// Pictures of --screenshot show the lines, ends and figures of distances, whether a session
+// measured them or a link to that session's view has them.
 TEST_F(TestViewPictures, APictureHasTheDistancesOfItsLink)
 {
   const std::string url = this->Server->Url();
@@ -187,7 +190,7 @@ TEST_F(TestViewPictures, APictureHasTheDistancesOfItsLink)
   ASSERT_NE(begin, std::string::npos) << link;
   ASSERT_EQ(this->Run("'" + url + "#" + link + "'" + view + "link.png"), 0) << this->Err;
   EXPECT_LT(ShareThatDiffers(this->Folder / "last.png", this->Folder / "link.png"), 0.002) << link;
-  // The same view without them.
+  // The same view without the distances.
   std::string bare = link;
   bare.erase(begin, link.find('&', begin + 1) - begin);
   ASSERT_EQ(this->Run("'" + url + "#" + bare + "'" + view + "bare.png"), 0) << this->Err;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a report counts as seen: the first picture, and the last that showed something else.
+// The times in a report: the first picture, and the last that showed something new.
 #include "viewer/desktop/ViewReport.h"
 #include "viewer/session/Testing/SessionsByView.h"
 
@@ -20,7 +20,7 @@ nlohmann::json Reported(const ViewReport& report, const ViewerSession& session)
   return nlohmann::json::parse(report.Json(session.GetTraffic(), "model=torus"));
 }
 
-// Frames as a viewer draws them, and each some time after the one before.
+// Draws frames as a viewer does, with some time between them.
 class Frames
 {
 public:
@@ -80,7 +80,7 @@ TEST(TestViewReport, WhatIsSettledStaysSo)
   EXPECT_EQ(frames.All().at("link"), "model=torus");
 }
 
-// The same shape, painted otherwise.
+// The shape stays the same, but textures still arrive.
 TEST(TestViewReport, APictureIsNotSettledBeforeItsTextures)
 {
   MemoryServer server(MakeTorus(200, 80), 128, 2);
@@ -90,7 +90,7 @@ TEST(TestViewReport, APictureIsNotSettledBeforeItsTextures)
   session.Resize({ width, height, 1 });
   session.Zoom(8, onRingX, onRingY);
   Frames frames(session);
-  std::uint64_t shape = 0, pictures = 0; // frames that brought another one
+  std::uint64_t shape = 0, pictures = 0; // frames that brought a new one
   double settled = 0;
   do
   {

@@ -42,9 +42,9 @@ namespace
 
 const std::string program = KDSTREAM_PROGRAMS "/kdstream-view";
 constexpr int windowWidth = 800, windowHeight = 600;
-constexpr auto patience = 60s; // of each step, on a machine that does other things too
+constexpr auto patience = 60s; // per step, even on a busy machine
 
-// The same ring under several names.
+// A catalog with the same ring under several names.
 class Rings : public Catalog
 {
 public:
@@ -90,7 +90,7 @@ protected:
   }
   static void Hands(const std::string& what) { Do("xdotool " + what + " >/dev/null"); }
 
-  // Opens the window and waits until it is there.
+  // Starts the program, and waits until its window is there.
   void Open(const std::string& arguments)
   {
     this->Process = ::fork();
@@ -105,7 +105,7 @@ protected:
     Hands("search --sync --onlyvisible --class kdstream-view");
   }
 
-  // Presses keys, or Ctrl-C in the terminal, until the program has ended; its exit code.
+  // Presses keys, or Ctrl-C in the terminal, until the program has ended; returns its exit code.
   int End(bool inTerminal = false)
   {
     if (inTerminal)
@@ -144,7 +144,7 @@ protected:
     return count;
   }
 
-  // Presses S until two pictures of the model are alike; the name of the last.
+  // Presses S until two consecutive pictures of the model are equal; returns the last one's name.
   std::string SettledPicture(const std::string& model)
   {
     std::filesystem::path before;
@@ -156,8 +156,8 @@ protected:
         this->Folder / (model + (count > 1 ? "-" + std::to_string(count) : "") + ".png");
       while (!std::filesystem::exists(now) && std::chrono::steady_clock::now() < last)
       {
-        // Again if nothing was shown yet; otherwise the picture comes late, and another key press
-        // would write a picture after the next step.
+        // Press again only if nothing was shown yet. Otherwise the picture is just late, and a
+        // second key press would write a picture after the next step.
         Hands("key s");
         const int waits = count > 1 ? 200 : 20;
         for (int i = 0; i < waits && !std::filesystem::exists(now); ++i)
@@ -181,7 +181,7 @@ protected:
   pid_t Process = -1;
 };
 
-// The middle of a preview in the strip of three.
+// The position of the middle of preview `i` in the strip of three.
 std::string Preview(int i)
 {
   constexpr int step = 138;
@@ -198,15 +198,15 @@ TEST_F(TestWindow, WhatAPersonDoesIsShownAndPlaysAgain)
 {
   this->Open(this->Server->Url() + " --size " + Size() +
              " --record r.jsonl --report report.json --stats stats.json");
-  // The first model's preview, above the strip.
+  // The preview of the first model, above the strip.
   const std::string preview = this->SettledPicture("first");
-  // A click on another preview: that model, in the whole window.
+  // A click on another preview opens that model in the whole window.
   Hands("mousemove " + Preview(1) + " click 1");
   const std::string opened = this->SettledPicture("second");
   ASSERT_FALSE(opened.empty());
   EXPECT_EQ(ShareThatDiffers(this->Folder / preview, this->Folder / opened), 1)
     << "the strip has gone: the model has the whole window";
-  // The wheel, on the ring.
+  // The wheel zooms in on the ring.
   Hands("mousemove 400 420");
   for (int i = 0; i < 4; ++i)
   {
@@ -214,7 +214,7 @@ TEST_F(TestWindow, WhatAPersonDoesIsShownAndPlaysAgain)
   }
   const std::string near = this->SettledPicture("second");
   EXPECT_GT(ShareThatDiffers(this->Folder / opened, this->Folder / near), 0.05);
-  // A drag turns it; a double click streams the original.
+  // A drag turns the model; a double click streams the original there.
   Hands("mousedown 1 mousemove_relative -- 30 0 mousemove_relative -- 60 10 mouseup 1");
   const std::string turned = this->SettledPicture("second");
   EXPECT_GT(ShareThatDiffers(this->Folder / near, this->Folder / turned), 0.02);
@@ -227,7 +227,7 @@ TEST_F(TestWindow, WhatAPersonDoesIsShownAndPlaysAgain)
   EXPECT_GT(report.at("blobs"), 5);
   EXPECT_GT(nlohmann::json::parse(ReadWhole(this->Folder / "stats.json")).size(), 5u);
 
-  // The recording, without a window, elsewhere.
+  // The recording is replayed without a window, in another folder.
   const TemporaryFolder again;
   Do("cd '" + again.Path.string() + "' && '" + program + "' " + this->Server->Url() + " --size " +
      Size() + " --offscreen x11 --replay '" + (this->Folder / "r.jsonl").string() + "'");
@@ -239,7 +239,8 @@ TEST_F(TestWindow, WhatAPersonDoesIsShownAndPlaysAgain)
   }
 }
 
-// What was set when it began, and while it went on, is in the recording: it needs no options.
+// A recording has the settings at its beginning and those made later, so its replay needs no
+// options.
 TEST_F(TestWindow, SettingsAreRecorded)
 {
   this->Open(this->Server->Url() + " --model second --size " + Size() +
@@ -264,7 +265,7 @@ TEST_F(TestWindow, SettingsAreRecorded)
   }
 }
 
-// K goes from array to array, and back to the model's own colours; a recording has it.
+// K cycles through the arrays, and back to the model's own colours; a recording has these steps.
 TEST_F(TestWindow, ColoursByTheNextArray)
 {
   std::ofstream cloud(this->Folder / "cloud.ply");
@@ -309,7 +310,7 @@ TEST_F(TestWindow, KeysOpenPanelsAndGoFromModelToModel)
   {
     Hands("key " + std::string(key));
   }
-  // Panels are in no picture.
+  // Pictures do not show panels.
   Hands("key F1");
   const std::string withHelp = this->SettledPicture("third");
   EXPECT_EQ(ShareThatDiffers(this->Folder / third, this->Folder / withHelp), 0);
@@ -326,7 +327,8 @@ TEST_F(TestWindow, KeysOpenPanelsAndGoFromModelToModel)
   EXPECT_EQ(this->End(), 0) << this->Err();
 }
 
-// With the first picture that shows their button pressed: a new panel is measured before.
+// A panel appears in the same picture in which its button is shown as pressed, although a new panel
+// must be measured first.
 TEST_F(TestWindow, PanelsAreThereWithTheirButton)
 {
   this->Open(this->Server->Url() + " --model third --size " + Size());
@@ -356,7 +358,8 @@ TEST_F(TestWindow, PanelsAreThereWithTheirButton)
   EXPECT_EQ(this->End(), 0) << this->Err();
 }
 
-// Somebody who looks at the screen all the while sees the list of keys, though no picture has it.
+// The list of keys stays on the screen while a picture is written, though the picture does not have
+// it.
 TEST_F(TestWindow, PanelsStayWhileAPictureIsWritten)
 {
   this->Open(this->Server->Url() + " --model third --size " + Size());
@@ -422,7 +425,7 @@ TEST_F(TestWindow, ToolsMeasureAndCopy)
   EXPECT_NE(recorded.find("{\"side\":\"top\"}"), std::string::npos) << recorded;
 }
 
-// Beside the store that is shown; keys that are typed as text are not commands.
+// The notes are saved beside the store that is shown. Keys that are typed as text are not commands.
 TEST_F(TestWindow, NotesAreWrittenAndSteppedThrough)
 {
   const std::string tools = program.substr(0, program.rfind("kdstream-view"));
@@ -453,25 +456,25 @@ TEST_F(TestWindow, NotesAreWrittenAndSteppedThrough)
   };
   this->Open("vase.kds --size " + Size());
   const std::string first = this->SettledPicture("vase");
-  // "Add a note here", its title and text, "Keep this note".
+  // Press "Add a note here", type title and text, press "Keep this note".
   const std::string add = "sleep 1 key n sleep 1 mousemove 570 153 click 1 sleep 1 ";
   Hands(add + "type 'A quakex'");
   Hands("key BackSpace");
-  Hands("key Return"); // to the text
+  Hands("key Return"); // on to the text
   Hands("type 'of 1687'");
   Hands("key Return");
   Hands("type 'q'");
-  Hands("key Escape"); // out of the field, with what is in it
-  Hands("key q");      // asks first
+  Hands("key Escape"); // leave the field, and keep its text
+  Hands("key q");      // does not quit yet, but asks
   Hands("sleep 1 mousemove 560 370 click 1 sleep 1 key n");
   Hands("mousemove 300 400 mousedown 1 mousemove_relative -- 90 0 mousemove_relative -- 90 20 "
         "mouseup 1");
   const std::string turned = this->SettledPicture("vase");
   EXPECT_GT(ShareThatDiffers(this->Folder / first, this->Folder / turned), 0.01);
-  // "Save notes", below the list.
+  // Press "Save notes", below the list.
   Hands("key n sleep 1 mousemove 700 159 click 1 sleep 1");
   notesAre({ { "A quake", "of 1687\nq", "" } });
-  // The note: its view again.
+  // A click on the note shows its view again.
   Hands("mousemove 560 104 click 1 sleep 1");
   const std::string again = this->SettledPicture("vase");
   EXPECT_LE(ShareThatDiffers(this->Folder / first, this->Folder / again), 0.01);
@@ -526,7 +529,7 @@ TEST_F(TestWindow, AnInterruptBeforeAnythingIsSeenIsAFailure)
   EXPECT_EQ(this->End(true), 0) << "as if it had been closed";
 }
 
-// In the words of a look without a window; the window stays, with the model's own colours.
+// The message is the same as without a window. The window stays, with the model's own colours.
 TEST_F(TestWindow, AnArrayThatTheModelHasNotIsReported)
 {
   std::ofstream(this->Folder / "cloud.ply")

@@ -27,9 +27,9 @@ std::string ReadText(const std::filesystem::path& file)
 
 ViewTest::ViewTest()
 {
-  ::unsetenv("XDG_CACHE_HOME"); // nothing is kept but where a test says
+  ::unsetenv("XDG_CACHE_HOME"); // nothing is kept unless a test asks for it
   ::unsetenv("HOME");
-  ::unsetenv("DISPLAY"); // a window would wait for somebody
+  ::unsetenv("DISPLAY"); // a window would wait for a user
   std::string name = (std::filesystem::temp_directory_path() / "kdstream-view-XXXXXX").string();
   this->Folder = ::mkdtemp(name.data());
   this->Server = std::move(*HttpServer::Start(this->Models, {}));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Shared by the tests that run kdstream-view: a folder in which it runs, a server of a torus, its
+// Shared by the tests that run kdstream-view: a folder to run it in, a server with a torus, and its
 // output.
 #pragma once
 
@@ -24,7 +24,7 @@ protected:
   ViewTest();
   ~ViewTest() override;
 
-  // Runs kdstream-view with this server's URL in the test's folder; the exit code.
+  // Runs kdstream-view with this server's URL in the test's folder. Returns the exit code.
   int View(const std::string& options) { return this->Run(this->Server->Url() + " " + options); }
   int Run(const std::string& arguments);
   void Write(const std::string& name, const std::string& text)

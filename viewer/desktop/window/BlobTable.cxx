@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is shown, in numbers, and what came of it: see Panels.h.
+// Tables of what is shown and of the blobs that were fetched for it: see Panels.h.
 
 #include "filters/program/ProgressReporter.h"
 #include "viewer/desktop/window/Panels.h"
@@ -52,7 +52,7 @@ std::string RegionText(const ViewerStatus& status)
                        : "none: double-click the surface";
 }
 
-// Ends the table; the width of a window around it in which no column is cut off.
+// Ends the table. Returns the width of a window around it at which no column is cut off.
 float EndTable()
 {
   const ImGuiTable& table = *ImGui::GetCurrentTable();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the window says of colours: see ColorPanel.h.
+// The window's panels about colours: see ColorPanel.h.
 #include "viewer/desktop/window/ColorPanel.h"
 
 #include "viewer/desktop/LegendText.h"
@@ -21,7 +21,7 @@ ImU32 Ink(const Color& color)
   return IM_COL32(color[0], color[1], color[2], 255);
 }
 
-// The numbers of the array at the ends of the map.
+// Lets the user choose the values of the array at the two ends of the colour map.
 void DrawRange(const ScalarDescription& scalar, ColorChoice& colors)
 {
   const Coloring now = ColoringOf(colors, std::vector<ScalarDescription>{ scalar });
@@ -72,7 +72,7 @@ void DrawAttributeChoice(const ScalarDescription& scalar, ColorChoice& colors)
   ImGui::Unindent();
 }
 
-// A column of it: text to the left of the bar, so that it stands at the edge.
+// Draws a column of the legend. Text is to the left of the bar, so that the bar is at the edge.
 void DrawBar(const ColorLegend& legend, ImDrawList& drawing, ImVec2 from, ImVec2 to, float line)
 {
   const auto count = legend.colors.size() - 1;

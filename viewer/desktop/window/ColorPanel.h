@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the window says of colours: which there are to choose from, and what they mean.
+// The window's panels about colours: what can be chosen, and what the colours mean.
 #pragma once
 
 #include "filters/model/ModelDescription.h"
@@ -10,15 +10,16 @@ namespace kdstream
 
 struct PanelFacts;
 
-// Between Begin and End of a panel of ImGui.
+// Call this between Begin and End of an ImGui window.
 void DrawColorChoice(const PanelFacts& facts, ColorChoice& colors);
 
-// Draws the legend at the right edge, above the lowest `below` pixels; nothing if no attribute is
-// shown. It is in the background, so that it appears in pictures that are written, too.
+// Draws the legend at the right edge, above the lowest `below` pixels; draws nothing if no
+// attribute is shown. The legend is in ImGui's background, so it is also part of the pictures that
+// are written.
 void DrawColorLegend(const PanelFacts& facts, const ColorChoice& colors, double below);
 
-// The next choice of colours: the model's own, then each of its arrays of numbers, then its own
-// again. model: null if none is open.
+// Cycles through the choices of colours: the model's own, then each of its arrays of numbers, then
+// its own again. model: null if none is open.
 ColorChoice NextColors(const ColorChoice& colors, const ModelDescription* model);
 
 }

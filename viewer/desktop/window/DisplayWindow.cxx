@@ -16,7 +16,7 @@
 #include <cstring>
 #include <utility>
 
-// After our headers: X11's define words such as Status as macros.
+// These are included after our headers, because X11 defines words such as Status as macros.
 #include <X11/Xatom.h>
 #include <X11/Xutil.h>
 #include <X11/extensions/XInput2.h>
@@ -45,7 +45,7 @@ Display* DisplayOf(vtkRenderWindow& window)
   return reinterpret_cast<::Window>(window.GetGenericWindowId());
 }
 
-// Control characters count as none.
+// The text that a key types; empty for control characters.
 std::string TextOfKey(const std::string& key)
 {
   std::array<char, 8> text{};
@@ -55,7 +55,7 @@ std::string TextOfKey(const std::string& key)
                                                                                    : "";
 }
 
-// The desktop's scale by its settings; 1 without one.
+// The desktop's scale, by its settings; 1 if nothing is set.
 double RatioOf(Display* display)
 {
   const char* dpi = XGetDefault(display, "Xft", "dpi");
@@ -83,7 +83,7 @@ bool HasWindowManager(Display* display)
   return items == 1;
 }
 
-// Asks the window manager.
+// Asks the window manager to switch full screen on or off.
 void AskForFullScreen(Display* display, ::Window window, bool full)
 {
   XEvent event{};
@@ -94,7 +94,7 @@ void AskForFullScreen(Display* display, ::Window window, bool full)
   event.xclient.data.l[0] = full ? 1 : 0;
   event.xclient.data.l[1] =
     static_cast<long>(XInternAtom(display, "_NET_WM_STATE_FULLSCREEN", False));
-  event.xclient.data.l[3] = 1; // an ordinary program
+  event.xclient.data.l[3] = 1; // the request comes from an ordinary application
   XSendEvent(display, DefaultRootWindow(display), False,
     SubstructureNotifyMask | SubstructureRedirectMask, &event);
 }
@@ -129,7 +129,7 @@ Result<std::unique_ptr<DisplayWindow>> DisplayWindow::Make(
   KDSTREAM_TRY(window);
   std::unique_ptr<DisplayWindow> made(new DisplayWindow);
   made->Shown = *window;
-  // VTK warns that it has no style to choose by default, which would cost 6 MB; we want none.
+  // VTK would warn that no default style is linked. The style would cost 6 MB, and we want none.
   vtkObject::GlobalWarningDisplayOff();
   made->Interactor = vtkSmartPointer<vtkRenderWindowInteractor>::New();
   vtkObject::GlobalWarningDisplayOn();
@@ -180,7 +180,7 @@ void DisplayWindow::Add(WindowEvent event)
 {
   const bool isButton =
     event.kind == WindowEvent::Kind::Press || event.kind == WindowEvent::Kind::Release;
-  // Events before a button event are not later than it.
+  // Events that precede a button event in the queue are not later than it.
   event.time = this->ButtonTimes.empty() ? Seconds() : this->ButtonTimes.front();
   if (isButton && !this->ButtonTimes.empty())
   {
@@ -249,8 +249,8 @@ void DisplayWindow::Note(vtkObject* /*caller*/, unsigned long event, void* /*dat
   }
 }
 
-// Otherwise fingers come to the window as a mouse, one at a time. Servers that support gestures
-// (version 2.4 of the extension) also report pinches of trackpads.
+// Without this, fingers would come to the window as a mouse, one at a time. Servers that support
+// gestures (version 2.4 of the extension) also report pinches of trackpads.
 void DisplayWindow::ListenToFingers()
 {
   Display* display = DisplayOf(*this->Shown);
@@ -280,7 +280,7 @@ void DisplayWindow::ListenToFingers()
   XISelectEvents(display, IdOf(*this->Shown), &mask, 1);
 }
 
-// VTK's interactor would throw them away.
+// Takes the events of fingers from the queue, because VTK's interactor would discard them.
 void DisplayWindow::TakeFingers()
 {
   Display* display = DisplayOf(*this->Shown);
@@ -316,7 +316,7 @@ void DisplayWindow::TakeFingers()
   }
 }
 
-// Servers report the total scale since the pinch began.
+// Servers report the total scale since the pinch began; an event has the change since the last.
 void DisplayWindow::AddPinch([[maybe_unused]] const void* data)
 {
 #ifdef XI_GesturePinchBegin
@@ -345,8 +345,9 @@ void DisplayWindow::Wait(std::chrono::milliseconds atMost)
   }
 }
 
-// The times of the server's events by our clock, in order: when they happened, not when a slow
-// frame received them. The event with the shortest delay gives the difference of the two clocks.
+// Converts the times of the server's events, in order, to our clock. These are the times when the
+// events happened, not when a slow frame received them. The difference of the two clocks is that of
+// the event with the shortest delay.
 std::vector<double> DisplayWindow::TimesOf(const std::vector<unsigned long>& serverTimes)
 {
   std::vector<double> times;
@@ -354,7 +355,7 @@ std::vector<double> DisplayWindow::TimesOf(const std::vector<unsigned long>& ser
   {
     return times;
   }
-  // Milliseconds of 32 bits, which begin again after 49 days.
+  // Server times are milliseconds in 32 bits, which start again from 0 after 49 days.
   const auto last = static_cast<std::uint32_t>(serverTimes.back());
   const auto passed = static_cast<std::int32_t>(last - this->LastServerTime);
   const double seen = Seconds();
@@ -369,19 +370,19 @@ std::vector<double> DisplayWindow::TimesOf(const std::vector<unsigned long>& ser
   return times;
 }
 
-// VTK's interactor does not report when a button was pressed.
+// Notes the times of button events, because VTK's interactor does not report them.
 void DisplayWindow::NoteButtonTimes()
 {
   std::vector<unsigned long> serverTimes;
   const auto note = [](Display* /*display*/, XEvent* event, XPointer noted) -> Bool
   {
     const bool isButton = (event->type == ButtonPress || event->type == ButtonRelease) &&
-                          event->xbutton.button <= Button3; // beyond these is the wheel
+                          event->xbutton.button <= Button3; // higher numbers are the wheel
     if (isButton)
     {
       reinterpret_cast<std::vector<unsigned long>*>(noted)->push_back(event->xbutton.time);
     }
-    return False; // False: the event stays in the queue
+    return False; // the event stays in the queue
   };
   XEvent unused;
   XCheckIfEvent(DisplayOf(*this->Shown), &unused, note, reinterpret_cast<XPointer>(&serverTimes));
@@ -391,7 +392,7 @@ void DisplayWindow::NoteButtonTimes()
 
 std::vector<WindowEvent> DisplayWindow::TakeEvents()
 {
-  XPending(DisplayOf(*this->Shown)); // reads what has come
+  XPending(DisplayOf(*this->Shown)); // reads what has arrived
   this->TakeFingers();
   this->NoteButtonTimes();
   this->Interactor->ProcessEvents();
@@ -409,13 +410,13 @@ void DisplayWindow::SetTitle(const std::string& title)
   Display* display = DisplayOf(*this->Shown);
   const ::Window window = IdOf(*this->Shown);
   this->Shown->SetWindowName(whole.c_str());
-  // VTK sets only the old property, which has no letters beyond Latin's.
+  // VTK sets only the old property, which is limited to Latin letters.
   XChangeProperty(display, window, XInternAtom(display, "_NET_WM_NAME", False),
     XInternAtom(display, "UTF8_STRING", False), 8, PropModeReplace,
     reinterpret_cast<const unsigned char*>(whole.data()), static_cast<int>(whole.size()));
 }
 
-// VTK's own way makes another window, and everything in the graphics memory anew.
+// VTK's own way would make another window, and upload everything to graphics memory again.
 void DisplayWindow::SetFullScreen(bool full)
 {
   if (full == this->FullScreen)

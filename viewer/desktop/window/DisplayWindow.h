@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A window on an X server: VTK's own, with VTK's interactor. Reports mouse, keys and fingers as
-// events. Fingers come by the X Input Extension, which VTK 9.1 does not support.
+// A window on an X server: VTK's own window, with VTK's interactor. It reports mouse, keys and
+// fingers as events. Fingers are read by the X Input Extension, because VTK 9.1 does not support
+// them.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -35,10 +36,10 @@ public:
   vtkRenderWindow& Window() { return *this->Shown; }
   int Width() const;  // pixels
   int Height() const; // pixels
-  // Pixels for one point of the screen: what the desktop says of its fonts (Xft.dpi, 96 a point).
+  // Pixels per point of the screen, by the desktop's setting for fonts (Xft.dpi; 96 dpi give 1).
   double PixelRatio() const { return this->Ratio; }
 
-  // Waits for input or another event of the window, at most this time.
+  // Waits for input or another event of the window, but no longer than this.
   void Wait(std::chrono::milliseconds atMost);
   // The user's actions since the last call, in order.
   std::vector<WindowEvent> TakeEvents();
@@ -46,7 +47,7 @@ public:
   bool TakeDamage();
   bool WantsToClose() const { return this->Closed; }
 
-  // A title of "" is that of the program.
+  // An empty title stands for the program's name.
   void SetTitle(const std::string& title);
   bool IsFullScreen() const { return this->FullScreen; }
   void SetFullScreen(bool full);
@@ -69,7 +70,7 @@ private:
   double Ratio = 1;
   std::deque<double> ButtonTimes;      // of presses and releases that VTK has not reported yet
   std::uint32_t LastServerTime = 0;    // ms
-  std::optional<double> ServerSeconds; // that time by our clock
+  std::optional<double> ServerSeconds; // LastServerTime by our clock
   double LastTime = 0;
   int FingersOpcode = 0; // of the X Input Extension; 0 if the server lacks it
   double PinchScale = 1; // since the trackpad's pinch began

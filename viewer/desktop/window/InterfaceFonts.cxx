@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The letters of the window's texts: see InterfaceLayer.h.
+// Fonts for the window's texts: see InterfaceLayer.h.
 #include "viewer/desktop/window/InterfaceLayer.h"
 
 #include <fontconfig/fontconfig.h>
@@ -14,7 +14,7 @@ namespace kdstream
 namespace
 {
 
-constexpr int mostFonts = 8; // each adds letters that the fonts before it lack
+constexpr int mostFonts = 8; // each adds letters that the previous fonts lack
 
 struct FontFile
 {
@@ -35,7 +35,7 @@ struct Destroy
 using PatternOwner = std::unique_ptr<FcPattern, Destroy<FcPatternDestroy>>;
 using LettersOwner = std::unique_ptr<FcCharSet, Destroy<FcCharSetDestroy>>;
 
-// The sans serif font that has most of these letters; none of it where nothing is found.
+// Finds the sans serif font that has most of these letters. If none is found, the file is empty.
 FontFile FindFont(const std::set<char32_t>& letters)
 {
   const LettersOwner wanted(FcCharSetCreate());
@@ -76,7 +76,7 @@ FontFile FindFont(const std::set<char32_t>& letters)
   return found;
 }
 
-// The font library's form, which must live as long as the atlas.
+// Letters as ranges, in the form that ImGui expects. They must live as long as the atlas.
 const ImWchar* RangesOf(const std::set<char32_t>& letters)
 {
   static std::vector<std::unique_ptr<ImVector<ImWchar>>> kept;

@@ -24,7 +24,7 @@ namespace
 
 constexpr double textHeight = 15; // points
 
-// Since 1.87 ImGui takes keys as events; before, as a table of what is down.
+// Since 1.87, ImGui takes keys as events; before, it read a table of the pressed keys.
 #define KDSTREAM_IMGUI_KEY_EVENTS (IMGUI_VERSION_NUM >= 18700)
 #if KDSTREAM_IMGUI_KEY_EVENTS
 constexpr auto keypadEnter = ImGuiKey_KeypadEnter;
@@ -39,7 +39,7 @@ constexpr auto controlKey = ImGuiKey_ModCtrl;
 constexpr auto shiftKey = ImGuiKey_ModShift;
 #endif
 
-// Keys of text fields, and X's names for them.
+// The keys that text fields use, and X's names for these keys.
 constexpr std::array<std::pair<decltype(ImGuiKey_Tab), std::string_view>, 16> keys{
   { { ImGuiKey_Tab, "Tab" }, { ImGuiKey_LeftArrow, "Left" }, { ImGuiKey_RightArrow, "Right" },
     { ImGuiKey_UpArrow, "Up" }, { ImGuiKey_DownArrow, "Down" }, { ImGuiKey_Home, "Home" },
@@ -68,7 +68,7 @@ void SetModifiers(ImGuiIO& io, bool control, bool shift)
 #endif
 }
 
-// Whether text waits for the next frame.
+// Whether there is typed text that ImGui takes only in the next frame.
 bool TextWaits([[maybe_unused]] const ImGuiIO& io)
 {
 #if KDSTREAM_IMGUI_KEY_EVENTS
@@ -99,7 +99,7 @@ public:
       return 1;
     }
     ImDrawData drawn = *drawing;
-#if IMGUI_VERSION_NUM >= 18980 // a vector
+#if IMGUI_VERSION_NUM >= 18980 // CmdLists is a vector
     drawn.CmdLists.resize(0);
     for (ImDrawList* const list : drawing->CmdLists)
     {
@@ -142,7 +142,7 @@ ImVec4 Rgba(int hex, float opacity)
   return { part(16), part(8), part(0), opacity };
 }
 
-// The page's: stone on slate.
+// The colours of the web page: stone on slate.
 void SetColors(ImGuiStyle& style)
 {
   ImGui::StyleColorsDark(&style);
@@ -263,9 +263,9 @@ bool InterfaceLayer::TakesKeys() const
   return ImGui::GetIO().WantTextInput;
 }
 
-// The text that a key writes, or else that it is pressed in this frame; false if it must wait for
-// the next frame. A field takes text before keys, and recognizes a key again only after it was
-// released.
+// Passes a key to ImGui: the text that it types or, if it types none, the key itself. Returns false
+// if the key must wait for the next frame. A field takes text before keys, and recognizes a second
+// press of a key only after a frame in which the key was up.
 bool InterfaceLayer::TakeKey(const WindowEvent& event)
 {
   ImGuiIO& io = ImGui::GetIO();
@@ -278,7 +278,7 @@ bool InterfaceLayer::TakeKey(const WindowEvent& event)
     io.AddInputCharactersUTF8(event.text.c_str());
     return true;
   }
-  if (event.key == "Escape") // ImGui would take back what was written
+  if (event.key == "Escape") // ImGui's Escape would undo what was typed
   {
     const bool isWritten = !TextWaits(io);
     if (isWritten)
@@ -303,7 +303,7 @@ bool InterfaceLayer::TakeKey(const WindowEvent& event)
   return true;
 }
 
-// As many events as one frame can take: one change of each button, one press of a key.
+// Takes as many events as fit into one frame: one change of each button, one press of a key.
 void InterfaceLayer::TakeEvents()
 {
   using Kind = WindowEvent::Kind;
@@ -337,7 +337,7 @@ void InterfaceLayer::TakeEvents()
     }
     if (moves && std::find(changed.begin(), changed.end(), true) != changed.end())
     {
-      return; // what counts is where the button was pressed
+      return; // a press counts where it happened: later moves wait
     }
     io.MousePos = { static_cast<float>(event.x), static_cast<float>(event.y) };
     if (isDown || isUp)
@@ -361,7 +361,7 @@ void InterfaceLayer::Begin(int width, int height, double seconds)
   {
     this->FontsAreDue = false;
     LoadFonts(*io.Fonts, textHeight * this->Ratio, this->Letters);
-#if IMGUI_VERSION_NUM < 19200 // later ones make textures of fonts by themselves
+#if IMGUI_VERSION_NUM < 19200 // later versions make font textures themselves
     ImGui_ImplOpenGL3_DestroyFontsTexture();
     ImGui_ImplOpenGL3_CreateFontsTexture();
 #endif

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Dear ImGui in a VTK window: a renderer on top of the others, and passing mouse and keys to the
-// widgets.
+// Dear ImGui in a VTK window: draws in a renderer on top of the others, and passes mouse and keys
+// to the widgets.
 #pragma once
 
 #include "viewer/desktop/window/WindowEvent.h"
@@ -26,38 +26,37 @@ namespace kdstream
 class InterfaceLayer
 {
 public:
-  // layer: of the window, on top of which this is.
+  // layer: the layer of the window that ImGui draws in, on top of the lower ones.
   InterfaceLayer(vtkRenderWindow& window, int layer, double pixelRatio);
   ~InterfaceLayer();
   InterfaceLayer(const InterfaceLayer&) = delete;
   InterfaceLayer& operator=(const InterfaceLayer&) = delete;
 
-  // Makes sure that these letters can be drawn.
+  // Makes sure that the letters of this text can be drawn.
   void KnowText(std::string_view text);
 
-  // Takes the mouse, fingers as if they were a mouse, and keys while text is written.
+  // Takes mouse events, fingers as if they were a mouse, and keys while the user types text.
   void Handle(const WindowEvent& event);
-  // Whether keys belong into a field that is written into.
+  // Whether keys go to a text field that is being edited.
   bool TakesKeys() const;
   // Whether widgets were drawn at this pixel.
   bool IsOver(double x, double y) const;
 
-  // Widgets are described between these two calls. End returns whether they must be described
-  // again: there are more mouse and key events than one pass can take, or windows have moved (a new
+  // Describe the widgets between these two calls. End returns whether they must be described again:
+  // because one pass cannot take all mouse and key events, or because windows have moved (a new
   // window is first measured, invisibly).
   void Begin(int width, int height, double seconds);
   bool End();
 
-  // Whether it is certain which field gets the keys: all mouse events have been passed to the
-  // widgets, and all keys except letters, which may have changed the field.
+  // Whether it is certain which field gets the keys. It is certain when the widgets have received
+  // all events except typed letters; other events could have changed the field.
   bool IsSettled() const;
 
-  // Which part of the interface is drawn. Pictures of the model include what is behind the widgets
-  // (ImGui's background), and a part in front of them that is not shown on the screen (its
-  // foreground).
+  // Which part of the interface is drawn. Pictures of the model include ImGui's background, which
+  // is behind the widgets. They also include ImGui's foreground, which is not shown on the screen.
   enum class Part
   {
-    Shown, // all but the foreground
+    Shown, // all except the foreground
     Background,
     Foreground,
     None
@@ -65,11 +64,11 @@ public:
   void Draw(Part part);
 
 private:
-  // The shape of a window of widgets.
+  // A window of widgets: its place and size.
   struct Shape
   {
     unsigned id;
-    bool isNew; // or not seen yet
+    bool isNew; // or has not been seen yet
     float left, top, width, height;
     bool operator==(const Shape&) const = default;
   };
@@ -84,17 +83,18 @@ private:
   std::set<char32_t> Letters;
   bool FontsAreDue = true;
   std::deque<WindowEvent> Events;
-  bool KeyIsDown = false, KeyWasDown = false; // in this frame, in the last one
+  bool KeyIsDown = false, KeyWasDown = false; // in this frame; in the last one
   std::vector<Shape> Shapes;                  // the shapes of the last frame
 };
 
-// ---- The letters of the window's texts: the desktop's fonts, by fontconfig (InterfaceFonts.cxx).
+// ---- Letters for the window's texts, from the desktop's fonts, by fontconfig
+// (InterfaceFonts.cxx).
 
 // The code points of a UTF-8 text; other bytes are skipped.
 std::set<char32_t> LettersOf(std::string_view text);
 
-// Fills the atlas with the desktop's sans serif font, at this height in pixels, and with other
-// fonts for the missing `letters`. If the desktop has no font: the library's own small one.
+// Fills the atlas with the desktop's sans serif font at this height in pixels. Takes letters that
+// this font lacks from other fonts. If the desktop has no font, takes the small one of Dear ImGui.
 void LoadFonts(ImFontAtlas& atlas, double height, const std::set<char32_t>& letters);
 
 }

@@ -87,7 +87,7 @@ Status NotesBook::Keep(
 
 void NotesBook::Move(std::size_t index, int step)
 {
-  const std::size_t to = index + static_cast<std::size_t>(step); // wraps below 0
+  const std::size_t to = index + static_cast<std::size_t>(step); // wraps around below 0
   if (to < this->All.size())
   {
     std::vector<Note> notes = this->All;

@@ -41,7 +41,7 @@ NotesWishes NotesPanel::Draw(const NotesBook& book, int width, double ratio)
     { static_cast<float>(width) - scaled(10), scaled(64) }, ImGuiCond_Appearing, { 1, 0 });
   ImGui::SetNextWindowSize({ scaled(panelWidth), scaled(360) }, ImGuiCond_Appearing);
   if (ImGui::Begin("Notes", &this->isOpen,
-        ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoCollapse)) // Tab goes on
+        ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoCollapse)) // Tab stays in fields
   {
     if (draft != this->Drafts.end())
     {
@@ -94,7 +94,8 @@ void NotesPanel::DrawList(const NotesBook& book, NotesWishes& wishes)
   for (std::size_t i = 0; i < notes.size(); ++i)
   {
     ImGui::PushID(static_cast<int>(i));
-    // ImGui does not show what follows ##, and so no part of a title is lost.
+    // ImGui does not show what follows ## in a label. So titles are no labels: they are shown
+    // whole.
     if (ImGui::Selectable("##note"))
     {
       wishes.show = i;

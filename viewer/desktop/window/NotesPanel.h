@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Notes on the model in Dear ImGui: a tour of them, and an author's desk.
+// Notes on the model in Dear ImGui: a tour of the notes, and fields for an author to edit them.
 #pragma once
 
 #include "viewer/desktop/window/NotesBook.h"
@@ -13,12 +13,12 @@
 namespace kdstream
 {
 
-// What a person asked for in one frame.
+// What the user asked for in one frame.
 struct NotesWishes
 {
   struct Written
   {
-    std::optional<std::size_t> index; // nothing: a new note, on what is seen
+    std::optional<std::size_t> index; // nothing: a new note, on the current view
     std::string title, text;
   };
   std::optional<std::size_t> show, remove;
@@ -32,17 +32,17 @@ class NotesPanel
 public:
   bool isOpen = false;
 
-  // width: of the window, pixels. ratio: pixels a point.
+  // width: of the window, pixels. ratio: pixels per point.
   NotesWishes Draw(const NotesBook& book, int width, double ratio);
-  // Drops the text in the model's fields.
+  // Discards the text in this model's fields.
   void EndEdit(const std::string& model) { this->Drafts.erase(model); }
-  // Whether something is written, on any model, that would be lost.
+  // Whether there is text in the fields of any model that would be lost.
   bool HasDraft() const;
 
 private:
   void DrawShown(const NotesBook& book, NotesWishes& wishes) const;
   void DrawList(const NotesBook& book, NotesWishes& wishes);
-  // The text for one model is kept while others are viewed.
+  // The text for one model is kept while other models are viewed.
   struct Fields
   {
     std::optional<std::size_t> index;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The panels of the window: see Panels.h. BlobTable.cxx has the list of blobs.
+// The panels of the window: see Panels.h. The list of blobs is in BlobTable.cxx.
 #include "viewer/desktop/window/Panels.h"
 
 #include "filters/program/ProgressReporter.h"
@@ -18,12 +18,12 @@ namespace kdstream
 namespace
 {
 
-// Points.
+// Sizes in points.
 constexpr double tileWidth = 128;
 constexpr double tileHeight = 104;
 constexpr double tileText = 22;
 constexpr double gap = 10;
-constexpr double narrowWidth = 920; // of a window
+constexpr double narrowWidth = 920; // narrower windows have no room for two panels
 
 constexpr ImGuiWindowFlags plain = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
                                    ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav |
@@ -78,8 +78,8 @@ SessionStep GoStep(const char* where)
   return { SessionStep::Kind::Go, {}, where };
 }
 
-// "Level 14 of 16 · 33 k triangles", or "Up to the original · 871 k triangles" if a budget leaves
-// much of it coarser.
+// Returns "Level 14 of 16 · 33 k triangles"; or "Up to the original · 871 k triangles" if the
+// budget leaves much of the surface coarser.
 std::string DescribeSurface(const PanelFacts& facts)
 {
   const ViewerStatus& status = facts.status;
@@ -218,8 +218,8 @@ PanelWishes Panels::Draw(const PanelFacts& facts, const std::vector<Tile>& tiles
   return wishes;
 }
 
-// Tools and details appear in one place, settings and notes in another; in a narrow window all
-// appear in the same place. A panel that is opened replaces the panel in its place.
+// Tools and details appear in one place, settings and notes in another; in a narrow window, all
+// appear in the same place. A panel that is opened closes the panel that was in its place.
 void Panels::CloseCovered(const PanelFacts& facts)
 {
   const std::array<bool*, 4> open{ &this->toolsOpen, &this->detailsOpen, &this->settingsOpen,
@@ -311,10 +311,10 @@ void Panels::DrawTitle(const PanelFacts& facts)
   const ModelSummary* model = SelectedModel(facts);
   if (!model)
   {
-    this->BelowTitle = Scaled(facts, 64); // as settings are below the tools
+    this->BelowTitle = Scaled(facts, 64); // the settings then start just below the tools
     return;
   }
-  // Below the tools if there is no room beside them.
+  // The title goes below the tools if there is no room beside them.
   const bool isNarrow = facts.width < narrowWidth * facts.ratio;
   ImGui::SetNextWindowPos(Place(gap * facts.ratio, (isNarrow ? 62 : gap) * facts.ratio));
   ImGui::Begin("##title", nullptr, plain | ImGuiWindowFlags_AlwaysAutoResize);
@@ -385,7 +385,7 @@ void Panels::DrawTiles(const PanelFacts& facts, const std::vector<Tile>& tiles,
   const double bottom = tiles.back().top + tiles.back().height + text + space;
   ImGui::SetNextWindowPos(Place(left, top));
   ImGui::SetNextWindowSize(Place(right - left, bottom - top));
-  // The previews lie below: nothing may cover them.
+  // The previews are drawn below this window, so it must not cover them.
   ImGui::Begin("##models", nullptr,
     plain | ImGuiWindowFlags_NoBackground | ImGuiWindowFlags_NoScrollWithMouse);
   if (ImGui::IsWindowHovered() && ImGui::GetIO().MouseWheel != 0)
@@ -394,7 +394,7 @@ void Panels::DrawTiles(const PanelFacts& facts, const std::vector<Tile>& tiles,
     this->FirstTile =
       back ? this->FirstTile - std::min<std::size_t>(this->FirstTile, 1) : this->FirstTile + 1;
   }
-  // Where there are more than have room.
+  // Buttons to scroll, if there are more previews than there is room for.
   const double middle = tiles.front().top + 0.4 * tiles.front().height;
   if (this->FirstTile > 0)
   {
@@ -495,7 +495,7 @@ void Panels::DrawDetails(const PanelFacts& facts)
 {
   ImGui::SetNextWindowPos(Place(gap * facts.ratio, this->BelowTitle), ImGuiCond_Appearing);
   ImGui::SetNextWindowSize(Place(560 * facts.ratio, 420 * facts.ratio), ImGuiCond_Appearing);
-  // As wide as its columns, where the window has room.
+  // As wide as the columns need, if the window has room.
   const double most = facts.width - 2 * gap * facts.ratio;
   ImGui::SetNextWindowSizeConstraints(
     Place(std::min<double>(this->DetailsWidth, most), 0), Place(FLT_MAX, FLT_MAX));
@@ -563,7 +563,8 @@ void Panels::DrawError(const PanelFacts& facts, PanelWishes& wishes)
   ImGui::End();
 }
 
-// Not while an error is shown in the same place, because the error is more important.
+// Warnings are not shown while an error is shown in the same place, because the error is more
+// important.
 void Panels::DrawWarnings(const PanelFacts& facts)
 {
   const std::string& error = facts.status.error;

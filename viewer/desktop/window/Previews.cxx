@@ -16,7 +16,7 @@ namespace kdstream
 namespace
 {
 
-constexpr int previewSide = 160; // pixels; the size does not change what is fetched
+constexpr int previewSide = 160; // this size does not change what is fetched
 
 SessionOptions PreviewOptions()
 {
@@ -25,7 +25,7 @@ SessionOptions PreviewOptions()
   return options;
 }
 
-// By an angle about an axis of length 1 through the origin.
+// Turns v by an angle about an axis of length 1 through the origin.
 Vec3 Turned(const Vec3& v, const Vec3& axis, double angle)
 {
   const double cosine = std::cos(angle);
@@ -136,7 +136,7 @@ bool Previews::Load()
   return this->Finish();
 }
 
-// The next of those that are placed.
+// Starts to load the next preview that has a tile and is missing, unless one is being loaded.
 void Previews::Ask()
 {
   if (this->Loading)
@@ -186,7 +186,7 @@ void Previews::Aim(Entry& entry) const
   ViewerScene turned = entry.view;
   turned.eye = focal + Turned(entry.view.eye - focal, entry.up, this->Angle);
   turned.up = Turned(entry.view.up, entry.up, this->Angle);
-  // Cannot fail: its camera was valid, and this one has the same distance.
+  // This cannot fail: the earlier camera was valid, and this one has the same distance.
   (void)entry.scene->Follow(turned);
 }
 

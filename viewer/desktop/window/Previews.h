@@ -17,37 +17,39 @@ class vtkRenderWindow;
 namespace kdstream
 {
 
-// A part of the window, pixels from its upper left corner.
+// A part of the window, in pixels from the window's upper left corner.
 struct Tile
 {
-  std::size_t model = 0; // in the list
+  std::size_t model = 0; // number in the list
   double left = 0, top = 0, width = 0, height = 0;
 };
 
-// Models are opened one after the other, as they are first placed, on a connection of their own.
+// Opens one model at a time: the next one that has a tile and no preview yet. Uses a connection of
+// its own.
 class Previews
 {
 public:
-  // layer: of the window. source: may be null, then there are none.
+  // layer: of the window. source: if it is null, there are no previews.
   Previews(vtkRenderWindow& window, int layer, std::unique_ptr<ModelSource> source);
   ~Previews();
 
-  // These tiles are shown from now on, and no others.
+  // Shows these tiles from now on, and no others.
   void Place(const std::vector<Tile>& tiles, int windowWidth, int windowHeight);
-  // They turn by an angle about their models' up axes, radians.
+  // Turns the previews by an angle about their models' up axes, radians.
   void Turn(double angle);
-  // Takes what has come, asks for what is missing. Returns whether there is something new to draw.
+  // Takes what has arrived, and requests what is missing. Returns whether there is something new to
+  // draw.
   bool Load();
-  // Whether something is on its way.
+  // Whether a preview is being loaded.
   bool IsLoading() const { return this->Loading.has_value(); }
-  // Why a model has none; empty if it has, or may have one.
+  // Why a model has no preview; empty if it has one, or may still get one.
   const std::string& TroubleOf(std::size_t model) const { return this->Entries[model].trouble; }
   bool AnyIsShown() const;
 
 private:
   struct Entry
   {
-    std::unique_ptr<SessionScene> scene; // made once the preview has a place
+    std::unique_ptr<SessionScene> scene; // made when the preview is first placed
     bool isThere = false, isPlaced = false;
     std::string trouble;
     ViewerScene view; // its surface is in `scene`

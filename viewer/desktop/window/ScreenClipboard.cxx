@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Texts for other programs to paste: see ScreenClipboard.h.
+// Copies texts for other programs to paste: see ScreenClipboard.h.
 //
-// Uses a connection and an invisible window of its own, because VTK's event loop would drop
+// Uses a connection and an invisible window of its own, because VTK's event loop would drop the
 // requests of other programs.
 #include "viewer/desktop/window/ScreenClipboard.h"
 
@@ -15,7 +15,7 @@ namespace kdstream
 {
 namespace
 {
-constexpr std::size_t mostBytes = std::size_t{ 64 } << 10; // longer ones would have to go in parts
+constexpr std::size_t mostBytes = std::size_t{ 64 } << 10; // longer texts must be sent in parts
 }
 
 struct ScreenClipboard::State
@@ -75,7 +75,7 @@ void ScreenClipboard::Serve()
   }
 }
 
-// The text itself, or the available formats; None for others.
+// Answers with the text or with the list of available formats; with None for other formats.
 void ScreenClipboard::State::Answer(const XSelectionRequestEvent& asked) const
 {
   XEvent answer{};

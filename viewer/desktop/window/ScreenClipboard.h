@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Texts for other programs to paste, by the X server's selection CLIPBOARD (ICCCM, section 2).
+// Copies texts for other programs to paste, by the X server's selection CLIPBOARD (ICCCM, section
+// 2).
 #pragma once
 
 #include <memory>
@@ -17,9 +18,9 @@ public:
   ScreenClipboard(const ScreenClipboard&) = delete;
   ScreenClipboard& operator=(const ScreenClipboard&) = delete;
 
-  // Copies UTF-8, at most 64 KiB. False if there is no X server.
+  // Copies a UTF-8 text of at most 64 KiB. Returns false if there is no X server.
   bool Put(std::string text);
-  // Answers requests since the last call: call it several times a second.
+  // Answers the requests since the last call; call this several times a second.
   void Serve();
 
 private:

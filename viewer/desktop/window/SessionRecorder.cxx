@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is done in a window, as a session file that plays again.
+// Records what is done in a window as a session file: see SessionRecorder.h.
 #include "viewer/desktop/window/SessionRecorder.h"
 
 #include "filters/core/SystemReason.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is done in a window, as a session file that plays again.
+// Records what is done in a window as a session file, which can be replayed.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -11,21 +11,21 @@
 namespace kdstream
 {
 
-// Writes every step to the disk at once. If the user waited until everything had arrived before a
-// step, a wait is recorded before it, so that a replay waits there, too.
+// Writes every step to the disk at once. If the user did a step only after everything had arrived,
+// a wait is recorded before the step, so that a replay waits there, too.
 class SessionRecorder
 {
 public:
-  // Records nothing where `file` is empty. Errors: InputOutput.
+  // Records nothing if `file` is empty. Errors: InputOutput.
   static Result<SessionRecorder> Make(const std::string& file);
 
   bool IsOn() const { return this->Output.is_open(); }
 
-  // The session is idle; call before the steps that come then.
+  // The session is idle. Call this before adding the steps that follow.
   void NoteIdle() { this->IsIdle = true; }
   void Add(const SessionStep& step);
-  // Ends with a wait for everything that was requested. Errors: InputOutput if anything could not
-  // be written.
+  // Ends the file with a wait for everything that was requested. Errors: InputOutput if anything
+  // could not be written.
   Status Finish();
 
 private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Opening what the command line names: see SourceOpening.h.
+// Opens what the command line names: see SourceOpening.h.
 #include "viewer/desktop/window/SourceOpening.h"
 
 #include "filters/core/CaughtError.h"
@@ -12,10 +12,10 @@
 namespace kdstream
 {
 
-// The thread's and the window's; it lives as long as either.
+// Shared by the thread and the window; it exists until both have released it.
 struct SourceOpening::State
 {
-  std::mutex mutex; // of all below
+  std::mutex mutex; // guards everything below
   bool givenUp = false;
   std::string reported;
   std::optional<Result<OpenedSources>> ended;
@@ -34,7 +34,7 @@ Result<OpenedSources> OpenBoth(const ViewOptions& options,
   opened.models = std::move(*models);
   if (opened.models->Models().size() > 1)
   {
-    // Warnings were reported already when `source` was opened.
+    // The warnings were already reported when `models` was opened.
     auto previews = OpenSource(options, report, [](std::string_view) {});
     KDSTREAM_TRY(previews);
     opened.previews = std::move(*previews);
@@ -91,7 +91,7 @@ SourceOpening::~SourceOpening()
   }
   if (this->IsServer)
   {
-    this->Thread.detach(); // a server that does not answer may hold it for 40 s
+    this->Thread.detach(); // it may wait 40 s for a server that does not answer
   }
   else
   {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Tools for looking: see ToolsPanel.h.
+// The panel of tools: see ToolsPanel.h.
 #include "viewer/desktop/window/ToolsPanel.h"
 
 #include "viewer/desktop/window/Panels.h"
@@ -42,7 +42,7 @@ void DrawSides(const PanelFacts& facts, PanelWishes& wishes)
     }
   }
   bool spins = facts.status.spinning;
-  ImGui::BeginDisabled(facts.recording); // session files do not record it
+  ImGui::BeginDisabled(facts.recording); // session files do not record turning
   if (ImGui::Checkbox("Turn automatically", &spins))
   {
     wishes.spin = spins;
@@ -50,7 +50,7 @@ void DrawSides(const PanelFacts& facts, PanelWishes& wishes)
   ImGui::EndDisabled();
 }
 
-// A field that may be written into.
+// A text field for the name of a distance.
 void DrawName(
   const PanelFacts& facts, const std::string& name, std::size_t index, PanelWishes& wishes)
 {
@@ -77,7 +77,7 @@ void DrawList(const PanelFacts& facts, PanelWishes& wishes)
     const Measurement& each = facts.measurements[i].measurement;
     DrawName(facts, each.name, i, wishes);
     std::string text = DescribeMeasurement(each, facts.up, unit);
-    const std::size_t comma = text.find(", height"); // two lines
+    const std::size_t comma = text.find(", height"); // break the text into two lines there
     Say(comma == std::string::npos ? text : text.replace(comma, 2, "\n"));
     ImGui::PopID();
   }
@@ -117,7 +117,7 @@ void AskForTool(
   }
 }
 
-// 0-100 %, of `most`; whether it was moved.
+// A slider from 0 to 100 % of `most`. Returns whether it was moved.
 bool Slider(const PanelFacts& facts, const char* text, double& value, double most)
 {
   auto percent = static_cast<float>(100 * value / most);

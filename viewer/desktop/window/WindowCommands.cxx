@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What people do in a window: keys, buttons, settings. See WindowController.h.
+// The user's commands in a window: keys, buttons, settings. See WindowController.h.
 #include "viewer/desktop/window/ColorPanel.h"
 #include "viewer/desktop/window/WindowController.h"
 
@@ -15,8 +15,8 @@ void WindowController::TakeEvents()
   {
     this->Events.push_back(std::move(event));
   }
-  // Also with slow frames, a key must apply to the state after the clicks before it, and a click to
-  // what is visible after the key before it.
+  // Even if frames are slow, a key must apply to the state after the clicks before it, and a click
+  // to what is visible after the key before it.
   bool wasCommand = false;
   while (!this->Events.empty() && !wasCommand)
   {
@@ -32,7 +32,7 @@ void WindowController::TakeEvents()
   this->WakeIf(!this->Events.empty());
 }
 
-// Whether it was a key that means something to the window.
+// Returns whether the event was a key that is a command of the window.
 bool WindowController::Handle(const WindowEvent& event)
 {
   using Kind = WindowEvent::Kind;
@@ -52,7 +52,7 @@ bool WindowController::Handle(const WindowEvent& event)
   {
     this->PressIsOfPanels = isOverPanels;
   }
-  // On the panels fingers act as a mouse, if they began there.
+  // Fingers that began on the panels act as a mouse there.
   const bool isFinger =
     event.kind == Kind::TouchBegin || event.kind == Kind::TouchMove || event.kind == Kind::TouchEnd;
   if (event.kind != Kind::Key && (!isFinger || this->PressIsOfPanels))
@@ -72,7 +72,7 @@ bool WindowController::Handle(const WindowEvent& event)
   return false;
 }
 
-// Keys that do something to the window; false for the model's.
+// Performs a key that is a command of the window; returns false for keys of the model.
 bool WindowController::HandleKey(const WindowEvent& event)
 {
   const std::string& key = event.key;
@@ -161,7 +161,7 @@ bool WindowController::HandleToolKey(const std::string& key)
   return true;
 }
 
-// Or puts it away, where it is in hand.
+// Takes a tool or, if it is the current one, puts it away.
 void WindowController::TakeTool(Tool tool)
 {
   const bool has = this->Session.Viewer().GetTool() == tool;
@@ -179,7 +179,7 @@ void WindowController::TakeTool(Tool tool)
                                      : "Drag to move the light.");
 }
 
-// Closes one thing at a time.
+// Closes one thing at each call.
 void WindowController::GoBack()
 {
   for (bool* const open : { &this->Words.helpOpen, &this->Words.popUp, &this->Words.settingsOpen,
@@ -231,7 +231,7 @@ void WindowController::Apply(const ViewSettings& settings)
   this->FramesLeft = 2;
 }
 
-// Frames are drawn by the settings as they are; here they are recorded where they were others.
+// Frames are drawn with the current settings; this records those that have changed.
 void WindowController::Apply(const SceneSettings& before)
 {
   const SceneSettings& now = this->Settings.scene;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One window, one user, one session: what ViewInWindow shows. Four sources: WindowView.cxx has the
-// frames, WindowCommands.cxx the user's commands, WindowNotes.cxx the commands for notes,
-// WindowOutputs.cxx what is written and copied.
+// One window, one user, one session: what ViewInWindow shows. Its source is in four files:
+// WindowView.cxx draws frames, WindowCommands.cxx performs the user's commands, WindowNotes.cxx
+// performs the commands about notes, WindowOutputs.cxx writes and copies.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -33,7 +33,7 @@ class vtkRenderer;
 namespace kdstream
 {
 
-// The time of a steady clock.
+// The time of a steady clock, in seconds.
 inline double SteadySeconds()
 {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -41,7 +41,7 @@ inline double SteadySeconds()
 
 inline constexpr std::size_t windowPrefetchBytes = std::size_t{ 1 } << 20;
 
-// The inputs of a picture: if they are equal, it does not change.
+// What a picture depends on: two pictures with equal values look the same.
 struct SceneSight
 {
   std::uint64_t surfaceVersion = 0;
@@ -51,7 +51,6 @@ struct SceneSight
   bool operator==(const SceneSight&) const = default;
 };
 
-// One window, one person, one session.
 class WindowController
 {
 public:
@@ -61,7 +60,7 @@ public:
   void Run();
   bool IsOpen() const { return this->Session.IsOpen(); }
   int ExitCode() const { return this->Session.ExitCode(); }
-  // Writes what the command line asked for at the end.
+  // Writes the outputs that the command line asks for at the end.
   Status Finish();
 
 private:
@@ -98,11 +97,12 @@ private:
   void Tell(const std::string& note);
   std::string Link() const { return LinkTo(this->Session.Viewer(), this->Settings.scene); }
   void WakeIf(bool changed) { this->FramesLeft = changed ? 2 : this->FramesLeft; }
-  // Turning previews leave most of a slow machine to the model.
+  // Drawing the turning previews takes at most a quarter of the time, so that a slow machine can
+  // draw the model.
   double TurningPause() const
   {
-    constexpr double least = 0.05; // between frames of the previews
-    constexpr double share = 0.25; // of the time that their frames take
+    constexpr double least = 0.05; // s, between frames of the previews
+    constexpr double share = 0.25; // of the time that drawing them may take
     return std::max(least, this->FrameSeconds / share);
   }
   bool OcclusionPending(double now)
@@ -132,14 +132,15 @@ private:
   Viewport View;
   OcclusionClock Occlusion;
   bool LacksOcclusion = false;    // the current picture lacks the occlusion that it should have
-  std::optional<SceneSight> Seen; // in the last picture
+  std::optional<SceneSight> Seen; // what the last picture showed
   bool PressIsOfPanels = false;
   bool Ended = false;
-  bool AskedToSave = false; // notes, before the end
+  bool AskedToSave = false; // whether the user was asked to save notes before the end
   bool PicturePending = false;
-  int CaptionHeight = 0;          // of the picture that is outstanding, pixels
+  int CaptionHeight = 0;          // of the picture that was asked for, pixels
   std::deque<WindowEvent> Events; // that have not been handled yet
-  // After each change: panels take their size in the second.
+  // The frames still to draw. Each change asks for two, because panels get their size in the
+  // second.
   int FramesLeft = 2;
   double LastFrame = SteadySeconds(), LastTurn = SteadySeconds(), FrameSeconds = 0;
   std::string Note;

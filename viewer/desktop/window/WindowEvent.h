@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What mouse, keys and fingers do to a window.
+// Events of a window: what the user does with mouse, keys and fingers.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +16,8 @@ struct WindowEvent
     Release, // of `button`
     Move,    // of the mouse
     Wheel,   // by `notches`
-    Pinch,   // on a trackpad, under the mouse: enlarges by `scale`
-    Key,     // `key` is pressed, or repeats itself
+    Pinch,   // on a trackpad, at the mouse's place: magnifies by `scale`
+    Key,     // `key` is pressed, or repeats
     TouchBegin,
     TouchMove,
     TouchEnd
@@ -34,11 +34,11 @@ struct WindowEvent
   double x = 0;    // pixels of the window from the left
   double y = 0;    // and from the top
   Button button = Button::Left;
-  double notches = 0;      // away from the person: above 0
+  double notches = 0;      // above 0: away from the user
   double scale = 1;        // since the last event of the pinch, above 0
   std::string key;         // as X names it: "Left", "plus", "F1", "a"
-  std::string text{};      // what the key writes, UTF-8; empty: nothing
-  std::int64_t finger = 0; // of a touch
+  std::string text{};      // the text that the key types, UTF-8; may be empty
+  std::int64_t finger = 0; // number of the finger of a touch
   bool shift = false, control = false;
 };
 

@@ -11,7 +11,7 @@ namespace
 {
 
 constexpr std::int64_t mouse = 0;
-constexpr double wheelZoom = 1.2; // of a notch
+constexpr double wheelZoom = 1.2; // per notch
 
 using Kind = SessionStep::Kind;
 
@@ -20,7 +20,7 @@ SessionStep Go(const char* where)
   return { Kind::Go, {}, where };
 }
 
-// frameOf: the touches of a frame, by its number.
+// frameOf: returns the touches of a frame, given the frame's number.
 template <class FrameOf>
 std::vector<SessionStep> StepsOf(unsigned frames, const FrameOf& frameOf)
 {
@@ -100,7 +100,7 @@ std::vector<SessionStep> WindowInput::Put(
   std::int64_t pointer, const WindowEvent& event, bool isPair)
 {
   auto steps = this->Flush();
-  if (this->Down.count(pointer) == 0) // else another button of the mouse
+  if (this->Down.count(pointer) == 0) // otherwise it is another button of the mouse
   {
     this->Down[pointer] = { 2 * pointer, event.x - this->Left, event.y - this->Top, isPair };
     steps.push_back(this->Touches(event.time));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Translates mouse, wheel, keys and fingers on the model into steps of a session. The session
-// decides what they mean: the mouse's left button is one finger, its right button two.
+// Translates mouse, wheel, keys and fingers on the model into steps of a session. The left button
+// of the mouse acts as one finger, the right button as two. What they do is decided by the session.
 #pragma once
 
 #include "viewer/desktop/window/WindowEvent.h"
@@ -19,10 +19,10 @@ public:
   // The part of the window that shows the model: its upper left corner, and its pixels.
   void SetView(double left, double top, const Viewport& view);
 
-  // The steps for an event; moves give none until Flush. Keys: arrows turn, + and - zoom, Home and
-  // h go home, u and Backspace undo a jump, Return taps twice in the middle.
+  // Returns the steps for an event; moves give none until Flush. Keys: arrows turn, + and - zoom,
+  // Home and h go home, u and Backspace undo a jump, Return acts as a double tap in the middle.
   std::vector<SessionStep> Handle(const WindowEvent& event);
-  // All moves since the last one, as one. Call before each frame.
+  // Returns all moves since the last call as one step. Call this before each frame.
   std::vector<SessionStep> Flush();
 
   bool Touching() const { return !this->Down.empty(); }
@@ -38,7 +38,7 @@ private:
 
   double Left = 0, Top = 0;
   Viewport View;
-  std::map<std::int64_t, Pointer> Down; // 0 the mouse, fingers from 1 on
+  std::map<std::int64_t, Pointer> Down; // key 0: the mouse; from 1 on: fingers
   bool Moved = false;
   double MovedAt = 0;
 };

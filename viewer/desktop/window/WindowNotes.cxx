@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What people do with notes in a window: see WindowController.h.
+// The user's commands about notes in a window: see WindowController.h.
 #include "filters/store/StoreNotes.h"
 #include "viewer/desktop/MeshStore.h"
 #include "viewer/desktop/OpenSource.h"
@@ -13,8 +13,8 @@ namespace kdstream
 namespace
 {
 
-// Beside the store, if the source is a store or a folder of stores; otherwise in the current
-// folder, to be sent to the owner of the store.
+// The file for the notes: beside the store, if the source is a store or a folder of stores.
+// Otherwise it is in the current folder, to be sent to the owner of the store.
 std::filesystem::path NotesFile(const std::string& source, const std::string& model)
 {
   std::error_code failure;
@@ -63,7 +63,7 @@ void WindowController::Fulfil(const NotesWishes& wishes)
   this->FramesLeft = changed ? 2 : this->FramesLeft;
 }
 
-// Its view, as a link would.
+// Goes to the note's view, as a link would.
 void WindowController::ShowNote(std::size_t index)
 {
   const std::string text = this->Session.Notes().Show(index);
@@ -98,7 +98,7 @@ void WindowController::SaveNotes()
                                        : ""));
 }
 
-// The first time, does not end while notes are unsaved.
+// While notes are unsaved, the first call does not end the program, but asks.
 void WindowController::End()
 {
   const bool isOutstanding = this->Session.Notes().HasUnsaved() || this->Words.notes.HasDraft();

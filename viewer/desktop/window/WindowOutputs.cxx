@@ -14,7 +14,7 @@ namespace kdstream
 namespace
 {
 
-// "dragon.png", or "dragon-2.png" where that is there.
+// Returns "dragon.png", or "dragon-2.png" if that file exists.
 std::string NewName(const std::string& model, const std::string& extension)
 {
   std::error_code failure;
@@ -33,7 +33,7 @@ void WindowController::Copy(const std::string& text, const std::string& what)
   this->Tell(this->Clipboard.Put(text) ? what + " copied." : "No clipboard is available.");
 }
 
-// For a browser, or for kdstream-view.
+// Copies a link for a browser, or for kdstream-view.
 void WindowController::CopyLink()
 {
   if (this->Session.Model())
@@ -69,8 +69,8 @@ void WindowController::SaveOutline()
   }
 }
 
-// A picture is taken when the effect of all earlier actions is on the screen; in a recording when
-// everything has arrived, as in a replay.
+// The picture is taken when all earlier actions show on the screen. In a recording it is taken when
+// everything has arrived, because a replay does the same.
 void WindowController::AskForPicture()
 {
   this->PicturePending = true;
@@ -97,7 +97,7 @@ void WindowController::TakePicture()
   this->Tell(written ? "Wrote " + file : written.GetError().message);
 }
 
-// The window with some of its panels. It is drawn, but not shown.
+// Draws the window with this part of the interface, without showing it on the screen.
 Result<WindowPicture> WindowController::PictureWith(InterfaceLayer::Part part)
 {
   vtkRenderWindow& window = this->Display->Window();
@@ -110,7 +110,7 @@ Result<WindowPicture> WindowController::PictureWith(InterfaceLayer::Part part)
   return picture;
 }
 
-// The picture has only the model, like the pictures of a replay.
+// Writes only the model, because the pictures of a replay show nothing else.
 Status WindowController::WriteModelPicture(const std::string& file)
 {
   const auto picture = this->PictureWith(InterfaceLayer::Part::None);
@@ -118,7 +118,7 @@ Status WindowController::WriteModelPicture(const std::string& file)
   return WritePng(PartOf(*picture, 0, 0, this->View.width, this->View.height), file);
 }
 
-// The model with its distances, and below it title, credit and licence.
+// Writes the model with its distances and, below it, title, credit and licence.
 Status WindowController::WriteSpecifiedPicture(const std::string& file)
 {
   const auto picture = this->PictureWith(InterfaceLayer::Part::Background);

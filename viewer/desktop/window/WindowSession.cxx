@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A window's session and where its models come from: see WindowSession.h.
+// A window's session and its source of models: see WindowSession.h.
 #include "viewer/desktop/window/WindowSession.h"
 
 #include "viewer/desktop/CheckColors.h"
@@ -33,7 +33,7 @@ const ModelDescription* WindowSession::Model() const
   return isOpen ? &this->Opened : nullptr;
 }
 
-// ---- where models come from
+// ---- the source of models
 
 void WindowSession::Retry()
 {
@@ -90,8 +90,8 @@ void WindowSession::TakeModel(const ModelDescription& model)
   }
 }
 
-// Only for the model that the command line names, or the only one: other models need not have the
-// array.
+// Checks only the model that the command line names, or the only one: other models need not have
+// the array.
 void WindowSession::CheckWantedColors(const ModelDescription& model)
 {
   const bool isMeant = model.id == this->Options.model || this->Source->Models().size() == 1;
@@ -184,7 +184,7 @@ void WindowSession::Begin(OpenedSources sources)
   }
 }
 
-// Records the options, so that a replay is the same with any options.
+// Records the options, so that a replay gives the same result whatever options it is started with.
 void WindowSession::RecordOptions()
 {
   const ViewOptions& now = this->Options;
@@ -219,7 +219,7 @@ void WindowSession::Send()
   }
 }
 
-// On stderr too, each sentence once.
+// Reports the session's error in the window and on stderr, each sentence once.
 void WindowSession::Complain()
 {
   const std::string error = this->Session.GetStatus().error;
@@ -237,11 +237,11 @@ void WindowSession::Tell(const std::string& note)
   this->Texts += note;
 }
 
-// ---- what people do
+// ---- what the user does
 
 void WindowSession::Do(const SessionStep& step)
 {
-  this->NoteIdle(); // what came last may have needed no frame
+  this->NoteIdle(); // what arrived last may have needed no frame
   this->Record.Add(step);
   if (step.kind == SessionStep::Kind::Touches)
   {
@@ -264,7 +264,7 @@ void WindowSession::Open(std::size_t model)
   {
     this->Do({ SessionStep::Kind::Select, {}, id });
   }
-  this->Do({ SessionStep::Kind::Select, {}, id }); // again: full screen
+  this->Do({ SessionStep::Kind::Select, {}, id }); // the second selection: full screen
 }
 
 void WindowSession::OpenNext(int step)

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A window's session, and its source of models: the state of the window other than its picture. No
-// VTK, no X.
+// A window's session and its source of models: the window's state except its picture. No VTK, no X.
 #pragma once
 
 #include "viewer/desktop/ViewOptions.h"
@@ -23,41 +22,42 @@ public:
   // `program`.
   WindowSession(std::string program, const ViewOptions& options, SessionRecorder recorder);
 
-  // Takes what has come; returns whether there is any news.
+  // Takes what has arrived; returns whether there is any news.
   bool Follow();
   bool IsOpening() const { return this->Opening != nullptr; }
   bool IsOpen() const { return this->Source != nullptr; }
-  // Progress of opening; and the final error.
+  // Progress of opening, and the error if opening fails.
   std::string Progress() const { return this->Opening ? this->Opening->Progress() : ""; }
   const std::string& Trouble() const { return this->OpeningTrouble; }
   // Warnings about an open source, such as an unreachable server.
   const std::string& Warnings() const { return this->OpeningWarnings; }
   // exitDone, or the error's code if the models lack what the command line asks for.
   int ExitCode() const { return this->Code; }
-  // The source's models; null before it is open.
+  // The models of the source; null before the source is open.
   const std::vector<ModelSummary>* Models() const;
-  // The description of the selected model, once it is open; else null.
+  // The description of the selected model; null before that model is open.
   const ModelDescription* Model() const;
-  // The source once more, for previews; null where there are none. Once.
+  // The same source, opened a second time for previews; null if there is none. Can be taken only
+  // once.
   std::unique_ptr<ModelSource> TakePreviewSource() { return std::move(this->PreviewSource); }
 
   const ViewerSession& Viewer() const { return this->Session; }
-  // On the model that is open.
+  // Notes on the model that is open.
   NotesBook& Notes() { return this->Book; }
   const NotesBook& Notes() const { return this->Book; }
   SessionRecorder& Recorder() { return this->Record; }
   bool IsRecording() const { return this->Record.IsOn(); }
 
-  // Carries out a user's step, and records it.
+  // Performs a user's step, and records it.
   void Do(const SessionStep& step);
-  // In the whole window.
+  // Opens the model in the whole window.
   void Open(std::size_t model);
-  // The next model of the list, or the one before: step 1 or -1.
+  // Opens the next model of the list (step 1), or the one before (step -1).
   void OpenNext(int step);
-  // Tries again to fetch what has failed.
+  // Tries to fetch again what could not be fetched.
   void Retry();
   void SetPrefetch(std::size_t bytes);
-  // As in ViewerSession; neither is recorded.
+  // These do the same as in ViewerSession; none of them is recorded.
   void SetSpinning(bool spins) { this->Session.SetSpinning(spins); }
   void RemoveMeasurement(std::size_t index);
   void NameMeasurement(std::size_t index, const std::string& name)
@@ -65,13 +65,13 @@ public:
     this->Session.NameMeasurement(index, name);
   }
 
-  // As ViewerSession's Advance and BeginFrame, and EndFrame.
+  // BeginFrame calls ViewerSession's Advance and BeginFrame; EndFrame calls its EndFrame.
   void BeginFrame(double time);
   void EndFrame(double seconds, bool isTouched);
 
-  // A message to show for a moment, since the last call; empty if there is none.
+  // Returns a message to show for a moment, if there is one since the last call; otherwise empty.
   std::string TakeNote() { return std::exchange(this->Note, {}); }
-  // Texts that may be shown from now on, since the last call.
+  // Returns new texts that may be shown from now on, so that their letters can be loaded.
   std::string TakeTexts() { return std::exchange(this->Texts, {}); }
 
 private:
@@ -97,8 +97,8 @@ private:
   NotesBook Book;
   std::string LastComplaint, Note, Texts;
   int Code = exitDone;
-  bool WantsColors = true; // the first model's arrays are not compared with the options yet
-  bool IsTouched = false;  // a finger is down: nothing waits for idleness
+  bool WantsColors = true; // the first model's arrays have not been compared with the options yet
+  bool IsTouched = false;  // a finger or button is down: do not wait until the session is idle
 };
 
 }

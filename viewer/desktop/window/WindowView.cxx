@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A view in a window: see WindowView.h. Steps of a frame:
-// 1. what the user did
-// 2. what has arrived
-// 3. the session's choice and surface
-// 4. texts and buttons
-// 5. the picture.
+// 1. handle what the user did
+// 2. take what has arrived
+// 3. update the session's choice of pieces and its surface
+// 4. describe texts and buttons
+// 5. draw the picture.
 #include "viewer/desktop/window/WindowView.h"
 
 #include "viewer/desktop/window/ToolsPanel.h"
@@ -22,7 +22,7 @@ namespace kdstream
 namespace
 {
 
-constexpr double turningSpeed = 2 * std::numbers::pi / 16; // radians a second
+constexpr double turningSpeed = 2 * std::numbers::pi / 16; // radians per second
 constexpr double noteSeconds = 4;
 constexpr int titleLayer = 3, previewLayer = 2, modelLayer = 1;
 
@@ -80,7 +80,7 @@ void WindowController::Run()
   }
 }
 
-// Seconds until there may be work that the window does not report.
+// Seconds to wait: until then there may be work to do that no event of the window reports.
 double WindowController::Wait()
 {
   if (this->FramesLeft > 0 || this->Session.Viewer().GetStatus().coasting)
@@ -172,8 +172,8 @@ void WindowController::Frame()
   }
 }
 
-// Repeats until all panels are in their final places: a new panel is first measured, invisibly, and
-// pictures are slow.
+// Repeats until all panels are in their final places. This avoids extra pictures, which are slow: a
+// new panel is measured first, invisibly.
 std::vector<PanelWishes> WindowController::DescribePanels(double seconds, ViewSettings& settings)
 {
   constexpr std::size_t mostRounds = 4;
@@ -195,7 +195,7 @@ std::vector<PanelWishes> WindowController::DescribePanels(double seconds, ViewSe
   return wishes;
 }
 
-// With occlusion, where that is wanted and quick enough for a view that moves.
+// Draws with occlusion if the settings ask for it, and if it is fast enough while the view moves.
 void WindowController::DrawPicture()
 {
   const double begin = SteadySeconds();
@@ -217,7 +217,7 @@ void WindowController::DrawPicture()
   }
 }
 
-// Which part of the window the model has.
+// Decides which part of the window shows the model.
 void WindowController::Layout()
 {
   const int width = this->Display->Width();
@@ -297,7 +297,7 @@ Result<int> ViewInWindow(const std::string& program, const ViewOptions& options)
   KDSTREAM_TRY(view.Finish());
   if (Interrupted() && !view.IsOpen())
   {
-    return Error{ ErrorCode::Cancelled, "interrupted" }; // before anything was seen
+    return Error{ ErrorCode::Cancelled, "interrupted" }; // before anything was shown
   }
   return view.ExitCode();
 }

@@ -19,8 +19,8 @@ namespace kdstream::test
 namespace
 {
 
-// The user turns the torus, comes nearer and taps: the region around the tap is the original, the
-// rest a coarser level.
+// The user turns the torus, comes nearer and taps. Then the region around the tap is shown as the
+// original, and the rest as a coarser level.
 ViewerScene WalkOnTorus(kdstream::testing::MemoryServer server, int width, int height)
 {
   SessionOptions options;
@@ -42,7 +42,7 @@ ViewerScene WalkOnTorus(kdstream::testing::MemoryServer server, int width, int h
   session.HandleTouches({ 1.2, {} });
   session.Zoom(1.3, x, y);
   server.Serve(session);
-  // Somewhere on a ray through the picture there is the ring.
+  // Taps at several places, until one is on the ring.
   for (double at = 0.95; at > 0.5 && !session.GetStatus().region; at -= 0.05)
   {
     for (int tap = 0; tap < 2; ++tap)
@@ -64,7 +64,7 @@ ViewerScene WalkOnTorus(const Mesh& torus, int width, int height)
   return WalkOnTorus(kdstream::testing::MemoryServer(torus, 128, 2), width, height);
 }
 
-// The region is painted by textures, whose seams are those of its partitions.
+// The region is textured, with seams between its partitions.
 ViewerScene WalkOnTexturedTorus(const Mesh& torus, int width, int height)
 {
   kdstream::testing::MemoryServer server(torus, 128, 2);
@@ -77,7 +77,7 @@ ViewerScene WalkOnTexturedTorus(const Mesh& torus, int width, int height)
   return scene;
 }
 
-// What is left of a painted torus: its points.
+// The points of a coloured torus, without its triangles.
 Mesh AsCloud(Mesh torus, bool withNormals)
 {
   torus.triangles.clear();
@@ -88,7 +88,7 @@ Mesh AsCloud(Mesh torus, bool withNormals)
   return torus;
 }
 
-// Without the half that is nearer to the eye: one sees the inner side of the other.
+// Removes the half that is nearer to the eye, so that the inner side of the other half is visible.
 ViewerScene Opened(ViewerScene scene)
 {
   Surface half = scene.surface->Whole();
@@ -99,7 +99,7 @@ ViewerScene Opened(ViewerScene scene)
   return scene;
 }
 
-// Cut obliquely, so that the half towards the eye is gone; what is solid is filled.
+// Cuts the torus obliquely, so that the half towards the eye is removed, and the solid is capped.
 ViewerScene Cut(ViewerScene scene)
 {
   ShownSection section;
@@ -112,7 +112,7 @@ ViewerScene Cut(ViewerScene scene)
   return scene;
 }
 
-// By two lights from the sides, and with ridges that are lighter.
+// Lights the scene with two lights from the sides, and makes ridges lighter.
 ViewerScene Raked(ViewerScene scene)
 {
   scene.lighting =
@@ -133,7 +133,7 @@ Result<Mesh> ReadDragon()
   return mesh;
 }
 
-// All of the original, each vertex in its partition, seen from the left.
+// The whole original, with each vertex in its partition, seen from the left.
 ViewerScene LookAtDragon(int width, int height)
 {
   const Result<Mesh> mesh = ReadDragon();
@@ -169,7 +169,7 @@ ViewerScene LookAtDragon(int width, int height)
   return scene;
 }
 
-// With an array of numbers: which side of it a point is on, or how high it is.
+// Adds an array of numbers: on which side a point is, as a class, or its height.
 Mesh WithNumbers(Mesh mesh, bool classes)
 {
   Attribute& numbers = mesh.attributes.emplace_back(Attribute{

@@ -19,23 +19,25 @@ struct ComparedScene
   ViewerScene scene;
 };
 
-// A torus with a region, from a session, in three colourings; the same opened, cut by a section, in
-// raking light, with a wide angle, with vertex colours, with textures, coloured by an array, and as
-// clouds with and without colours and normals; the Stanford dragon if its file exists.
+// Scenes of a torus with a region, from a session, in three colourings. The same torus opened, cut
+// by a section, in raking light, with a wide angle, with vertex colours, with textures, coloured by
+// an array, and as clouds with and without colours and normals. The Stanford dragon, if its file
+// exists.
 std::vector<ComparedScene> MakeComparedScenes();
 
-// What stands for the picture of a tile: red, green and blue bytes, rows from the top down.
+// Returns a pattern that stands for a tile's picture: red, green and blue bytes, with the top row
+// first.
 std::vector<std::uint8_t> PatternOf(const TextureTile& tile);
 
-// Whether the dragon is there.
+// Whether the file of the dragon exists.
 bool HasDragon();
 
-// What DrawWithVtk writes for each scene: with the usual background; with black and with white;
-// without the fill light.
+// The pictures that DrawWithVtk writes of each scene: with the usual background, in front of black,
+// and in front of white.
 inline constexpr const char* usualSuffix = ".vtk.png";
 inline constexpr const char* blackSuffix = ".vtk.black.png";
 inline constexpr const char* whiteSuffix = ".vtk.white.png";
-// With occlusion.
+// It also writes one with ambient occlusion, and one without the fill light.
 inline constexpr const char* occlusionSuffix = ".vtk.hollow.png";
 inline constexpr const char* darkerSuffix = ".vtk.darker.png";
 

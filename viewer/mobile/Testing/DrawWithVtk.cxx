@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Draws the compared scenes with VTK into PNG files of the current folder. A program of its own,
-// because VTK's OpenGL symbols and those of OpenGL ES cannot be in one program.
+// Draws the compared scenes with VTK into PNG files in the current folder. This is a separate
+// program, because the OpenGL symbols of VTK and of OpenGL ES cannot be in one program.
 #include "viewer/mobile/Testing/ComparedScenes.h"
 #include "viewer/mobile/Testing/PngFile.h"
 #include "viewer/mobile/Testing/TiledScenes.h"
@@ -72,7 +72,7 @@ Status DrawAll(const ComparedScene& compared)
   return DrawTo(compared.name + whiteSuffix, **window);
 }
 
-// By tiles, by the whole picture, and in the colours of resolutions.
+// Draws with tiles, with the whole photograph, and in the colours of the resolutions.
 Status DrawTiled(const TiledScene& tiled)
 {
   const auto window = MakeOffscreenWindow(WindowBackend::Egl, tiled.width, tiled.height);

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Pictures by OpenGL ES 3 without a screen: see EglOffscreen.h.
 //
-// 1. the surfaceless display, initialised; 2. a configuration and a context of OpenGL ES 3; 3. a
-// framebuffer with 4 samples a pixel to draw into, and one without to average them into.
+// Steps:
+// 1. get and initialise the surfaceless display
+// 2. choose a configuration, and create a context of OpenGL ES 3
+// 3. create a framebuffer with 4 samples per pixel to draw into, and one with a single sample for
+//    their averages.
 #include "viewer/mobile/Testing/EglOffscreen.h"
 
 #include <EGL/egl.h>
@@ -21,7 +24,7 @@ namespace kdstream
 namespace
 {
 
-constexpr GLsizei samples = 4; // as viewer/rendering; the most that every OpenGL ES 3.0 has
+constexpr GLsizei samples = 4; // as in viewer/rendering; every OpenGL ES 3.0 has at least 4
 
 std::string Describe(const char* what, unsigned code)
 {
@@ -73,7 +76,7 @@ EglOffscreen::~EglOffscreen()
   {
     return;
   }
-  // Its framebuffers go with the context.
+  // Its framebuffers are destroyed with the context.
   if (eglGetCurrentContext() == this->Context)
   {
     eglMakeCurrent(this->Display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
@@ -162,7 +165,8 @@ Status EglOffscreen::MakeCurrent()
 
 Result<std::vector<std::uint8_t>> EglOffscreen::Pixels()
 {
-  // Clears errors of other code. A lost context may report its error for ever.
+  // Clears the errors of other code. A lost context may report its error for ever, so the number of
+  // tries is limited.
   for (int i = 0; i < 16 && glGetError() != GL_NO_ERROR; ++i)
   {
   }
@@ -183,7 +187,7 @@ Result<std::vector<std::uint8_t>> EglOffscreen::Pixels()
     return Error{ ErrorCode::InputOutput,
       "OpenGL ES gives back no pixels: " + Describe("OpenGL", error) };
   }
-  // The lowest row came first.
+  // OpenGL returns the lowest row first.
   std::vector<std::uint8_t> pixels(3 * width * height);
   for (std::size_t y = 0; y < height; ++y)
   {

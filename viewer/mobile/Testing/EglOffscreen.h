@@ -12,16 +12,17 @@
 namespace kdstream
 {
 
-// Several may live side by side; MakeCurrent says which one is drawn into. Threads: one at a time.
+// Several may exist side by side; MakeCurrent decides which one is drawn into. Threads: one at a
+// time.
 class EglOffscreen
 {
 public:
-  // Makes a context, which is then current, with a framebuffer of width × height pixels (1 … the
-  // driver's limit, at least 2,048), 8 bits a colour, 24 of depth, 4 samples a pixel. Errors:
-  // NotFound if EGL has no surfaceless platform or no driver works; Unsupported if it has no OpenGL
-  // ES 3.0, or not these sizes; InvalidArgument for a side below 1.
+  // Makes a context and makes it current. It has a framebuffer of width × height pixels (1 … the
+  // driver's limit, which is at least 2,048) with 8 bits per colour, 24 of depth, 4 samples per
+  // pixel. Errors: NotFound if EGL has no surfaceless platform or no driver works; Unsupported if
+  // there is no OpenGL ES 3.0, or not with this size; InvalidArgument for a side below 1.
   static Result<std::unique_ptr<EglOffscreen>> Make(int width, int height);
-  // What lies in the context must be gone before.
+  // REQUIRES: everything that was made in the context has been destroyed.
   ~EglOffscreen();
   EglOffscreen(const EglOffscreen&) = delete;
   EglOffscreen& operator=(const EglOffscreen&) = delete;
@@ -30,7 +31,7 @@ public:
   Status MakeCurrent();
 
   // The picture: red, green, blue of each pixel, row by row, the top row first; 3 × width × height
-  // bytes. REQUIRES: current. Errors: InputOutput if OpenGL returns no pixels.
+  // bytes. REQUIRES: this context is current. Errors: InputOutput if OpenGL returns no pixels.
   Result<std::vector<std::uint8_t>> Pixels();
 
 private:
@@ -40,9 +41,9 @@ private:
 
   int Width;
   int Height;
-  void* Display = nullptr; // EGLDisplay; EGL's own, shared by all, never closed
+  void* Display = nullptr; // EGLDisplay; owned by EGL, shared by all, never closed
   void* Context = nullptr; // EGLContext
-  // Drawn into with 4 samples, and what they are averaged into.
+  // Drawn has 4 samples per pixel; Averaged gets their averages.
   unsigned Drawn = 0, Averaged = 0;
   unsigned DrawnColor = 0, DrawnDepth = 0, AveragedColor = 0; // renderbuffers
 };

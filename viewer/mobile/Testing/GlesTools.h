@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the tests of viewer/mobile share: models, cameras, pictures.
+// Shared by the tests of viewer/mobile: models, cameras, pictures.
 #pragma once
 
 #include "Testing/Fixtures/BumpySphere.h"
@@ -21,9 +21,9 @@
 namespace kdstream::test
 {
 
-// A tile's picture for GlesRenderer::SetTileUpload, loaded as by the page
-// (viewer/mobile/web/gl.js): with mipmaps. texels: red, green and blue bytes, rows from the top
-// down.
+// Loads a tile's picture, for GlesRenderer::SetTileUpload, as the page does
+// (viewer/mobile/web/gl.js): with mipmaps. texels: red, green and blue bytes, with the top row
+// first.
 inline void UploadTexels(
   unsigned texture, const TextureTile& tile, const std::vector<std::uint8_t>& texels)
 {
@@ -36,7 +36,8 @@ inline void UploadTexels(
   glGenerateMipmap(GL_TEXTURE_2D);
 }
 
-// A renderer and what it draws into. Throws, and so fails its test, if there is no OpenGL ES.
+// A renderer and a target that it draws into. Throws, and so fails the test, if there is no OpenGL
+// ES.
 struct Canvas
 {
   int width, height;
@@ -92,8 +93,8 @@ inline Surface BumpySphere(std::uint32_t rows, const Vec3& offset = { 0.0, 0.0, 
   return BumpySphere(rows, offset, 0, true);
 }
 
-// The surface as a session shows it, from a little above and to the right; `version` as the
-// session's.
+// A scene with the surface as a session shows it, seen from a little above and to the right.
+// version: of the surface, as a session counts it.
 inline ViewerScene SceneOf(Surface surface, std::uint64_t version = 1)
 {
   ViewerScene scene;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pictures in memory and how much two of them differ, for the tests of viewer/mobile.
+// Pictures in memory, and how much two of them differ, for the tests of viewer/mobile.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@
 namespace kdstream::test
 {
 
-using Image = std::vector<std::uint8_t>; // red, green, blue a pixel; the top row first
+using Image = std::vector<std::uint8_t>; // red, green, blue of each pixel; the top row first
 
 struct Difference
 {
@@ -45,8 +45,9 @@ inline Difference Compare(const Image& a, const Image& b, int tolerance = 0)
   return difference;
 }
 
-// Which pixels are the model, from the same scene drawn before black and before white: if at least
-// half of a pixel is covered, the two differ by less than half.
+// Finds the pixels that show the model, from two pictures of the same scene: in front of black, and
+// in front of white. If the model covers at least half of a pixel, the pictures differ by less than
+// half there.
 inline std::vector<bool> Silhouette(const Image& black, const Image& white)
 {
   EXPECT_EQ(black.size(), white.size());

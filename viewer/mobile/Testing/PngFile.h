@@ -15,7 +15,7 @@
 namespace kdstream::test
 {
 
-// The row at the top is VTK's last.
+// VTK counts rows from the bottom, so the top row becomes its last.
 inline void WritePngFile(const std::string& file, const Image& pixels, int width, int height)
 {
   const vtkNew<vtkImageData> image;
@@ -33,7 +33,7 @@ inline void WritePngFile(const std::string& file, const Image& pixels, int width
   writer->Write();
 }
 
-// Empty if there is no such file, or one of another size or kind.
+// Reads a picture; empty if there is no such file, or if it has another size or type.
 inline Image ReadPngFile(const std::string& file, int width, int height)
 {
   const vtkNew<vtkPNGReader> reader;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// New vertices morph for 150 ms, and not on a device that draws too few pictures in that time.
+// New vertices morph for 150 ms, but not on a device that draws too few pictures in that time.
 #include "viewer/mobile/GeomorphClock.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@ namespace
 
 constexpr double start = 1000;
 
-// Draws a geomorph at this number of pictures a second until it is over, and returns when that was.
+// Draws a geomorph at this number of pictures per second. Returns the time when it was over.
 double Geomorph(GeomorphClock& clock, double now, double rate)
 {
   clock.Begin(now);
@@ -63,7 +63,7 @@ TEST(TestGeomorphClock, ADeviceThatKeepsItsRateGoesOn)
   }
 }
 
-// Ten seconds, then it is tried again.
+// Does not morph for ten seconds, then tries again.
 TEST(TestGeomorphClock, ASlowDeviceRests)
 {
   GeomorphClock clock;

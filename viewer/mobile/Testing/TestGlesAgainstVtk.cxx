@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The phone's renderer compared with the desktop's: the same scenes, drawn here with OpenGL ES and
-// by DrawWithVtk, which must have run in the same folder, with VTK.
+// Compares the phone's renderer with the desktop's. The same scenes are drawn here with OpenGL ES,
+// and by DrawWithVtk with VTK; DrawWithVtk must have run before in the same folder.
 #include "viewer/mobile/Testing/ComparedScenes.h"
 #include "viewer/mobile/Testing/GlesTools.h"
 #include "viewer/mobile/Testing/PngFile.h"
@@ -16,14 +16,14 @@ namespace kdstream::test
 namespace
 {
 
-// The limits, with the values measured with Mesa 22.3's llvmpipe. The mean absolute difference of
-// all channels, 0-255: at most 0.14 for a cloud, 0.023 for surfaces.
+// Limits, and the values measured with Mesa 22.3's llvmpipe. The mean absolute difference of all
+// channels, 0-255; measured: at most 0.14 for a cloud, 0.023 for surfaces.
 constexpr double mostMean = 0.2;
-// The same where ambient occlusion is drawn: at most 0.255, of a cloud, where each splat has a
+// The same with ambient occlusion; measured: at most 0.255 for a cloud, where each splat has a
 // depth of its own, and 0.145 for the torus.
 constexpr double mostOcclusionMean = 0.28;
-// The pixels that are model in only one of the pictures, as a share of those that are model in
-// either: at most 0.0022, on the outline of a cloud's splats, and 0.0012 for the dragon.
+// The pixels that show the model in only one of the pictures, as a share of those that show it in
+// either; measured: at most 0.0022 on the outline of a cloud's splats, and 0.0012 for the dragon.
 constexpr double mostSilhouette = 0.0025;
 
 const std::vector<ComparedScene>& Scenes()
@@ -80,7 +80,7 @@ void CompareScene(const ComparedScene& compared)
   EXPECT_LE(mean, mostMean);
   EXPECT_LE(silhouette, mostSilhouette);
 
-  // The limits are tight enough to notice a missing light, and a camera that is 1 % too far away.
+  // The limits are tight enough to notice a missing light, or a camera that is 1 % too far away.
   const double lightMean = Compare(here, FromVtk(compared, darkerSuffix)).mean;
   EXPECT_GT(lightMean, 4 * mostMean);
   ViewerScene off = compared.scene;
@@ -123,7 +123,7 @@ TEST(GlesAgainstVtk, DarkensTheSameByOcclusion)
   }
 }
 
-// The scene's own check would find the place of textures only by chance.
+// The comparison of whole scenes would notice only by chance that textures are at a wrong place.
 TEST(GlesAgainstVtk, DrawsTextures)
 {
   GlesRenderer::SetTileUpload(UploadPattern);
@@ -146,7 +146,7 @@ TEST(GlesAgainstVtk, DrawsTextures)
     {
       for (TileCoordinate& corner : corners)
       {
-        corner[0] += 1; // texel
+        corner[0] += 1; // by one texel
       }
     }
     each.tile = std::make_shared<const TextureTile>(std::move(tile));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Hollows in the phone's pictures: darker where they should be, nothing else anywhere.
+// Ambient occlusion in the phone's pictures: hollows get darker, and nothing else changes.
 #include "Testing/Fixtures/DepthStep.h"
 #include "viewer/mobile/Testing/GlesTools.h"
 
@@ -11,7 +11,7 @@ namespace kdstream::test
 namespace
 {
 
-constexpr int width = 201, height = 150; // odd, so that half of it is not exact
+constexpr int width = 201, height = 150; // odd, so that half of it is not an integer
 
 ViewerScene SceneBefore(Surface surface, const Vec3& eye, double viewAngle = 0.6)
 {
@@ -37,14 +37,14 @@ Pair DrawBoth(Canvas& canvas, const ViewerScene& scene)
   return pair;
 }
 
-// How much light is left at a pixel, of 1.
+// The share of light that is left at a pixel, 0 to 1.
 double LeftAt(const Pair& pair, int x, int y)
 {
   const std::size_t i = 3 * static_cast<std::size_t>(y * width + x);
   return static_cast<double>(pair.occluded[i]) / pair.plain[i];
 }
 
-// Whichever way a plane leans, and however wide the angle.
+// A plane does not change, whatever its slope, and however wide the angle of view.
 TEST(GlesOcclusion, APlaneStaysAsItIs)
 {
   for (const double slope : { 0.0, 0.5, -1.0, 2.0 })
@@ -88,7 +88,7 @@ TEST(GlesOcclusion, AGrooveIsDarkWhereDepthsAreCoarse)
   EXPECT_GT(LeftAt(pair, 130, 75), 0.97);
 }
 
-// A valley along y, of n × n quads.
+// A valley along y, made of n × n quads.
 Surface Valley(double slope, std::uint32_t n)
 {
   Surface surface;
@@ -110,8 +110,8 @@ Surface Valley(double slope, std::uint32_t n)
   return surface;
 }
 
-// If triangles are larger than the search radius, a concave edge is only where a round surface was
-// divided into triangles, unless it is deep.
+// If triangles are larger than the search radius, a shallow concave edge is ignored, because it may
+// only come from dividing a round surface into triangles. A deep one is dark.
 TEST(GlesOcclusion, AShallowValleyIsDarkWhereItsTrianglesAreSmall)
 {
   const auto left = [](double slope, std::uint32_t quads)
@@ -125,8 +125,8 @@ TEST(GlesOcclusion, AShallowValleyIsDarkWhereItsTrianglesAreSmall)
   EXPECT_NEAR(left(1.0, 2), left(1.0, 200), 0.08);
 }
 
-// A groove: dark at its bottom, less at its walls, not beside it; a ridge is not darkened. The same
-// for any size of the model, and any distance from the origin.
+// A groove is dark at its bottom, less dark at its walls, and not dark beside it; a ridge is not
+// darkened. This is the same for any size of the model, and any distance from the origin.
 TEST(GlesOcclusion, AGrooveIsDark)
 {
   const std::vector<std::array<double, 2>> profile{ { -1, 0 }, { -0.15, 0 }, { 0, -0.3 },
@@ -155,22 +155,22 @@ TEST(GlesOcclusion, AGrooveIsDark)
   Canvas canvas(width, height);
   const Pair pair = DrawBoth(canvas, SceneBefore(Extruded(ridge), { 0, 0, 5 }));
   EXPECT_GT(LeftAt(pair, 100, 75), 0.97);
-  EXPECT_LT(LeftAt(pair, 108, 75), 0.9); // its foot
+  EXPECT_LT(LeftAt(pair, 108, 75), 0.9); // the foot of the ridge
 }
 
-// Distant parts are not darkened by nearer ones in front of them, and neither is the background,
-// not even at outlines.
+// Near parts do not darken distant parts behind them, or the background, not even at outlines.
 TEST(GlesOcclusion, OnlyWhatIsNearDarkens)
 {
   const Surface two =
     Joined(Extruded({ { -1, 0 }, { 1, 0 } }), Extruded({ { -0.2, 3 }, { 0.2, 3 } }));
   Canvas canvas(width, height);
   const Pair pair = DrawBoth(canvas, SceneBefore(two, { 0, 0, 8 }));
-  EXPECT_NE(pair.plain[0], pair.plain[3 * (75 * width + 100)]); // there is a background
+  EXPECT_NE(pair.plain[0],
+    pair.plain[3 * (75 * width + 100)]); // the picture has background
   EXPECT_LE(Compare(pair.plain, pair.occluded).largest, 3);
 }
 
-// Neither dark dots on a near part nor bright ones on what is behind it.
+// There are no dark dots on a near part, and no bright dots on what is behind it.
 TEST(GlesOcclusion, EdgesOfNearPartsAreClean)
 {
   Canvas canvas(width, height);
@@ -180,7 +180,7 @@ TEST(GlesOcclusion, EdgesOfNearPartsAreClean)
   ExpectCleanEdge(width, height, [&](int x, int y) { return LeftAt(pair, x, y); });
 }
 
-// Not one of its pixels, where a groove runs into the outline.
+// Where a groove runs into the outline, none of the background's pixels is darkened.
 TEST(GlesOcclusion, TheBackgroundStaysAsItIs)
 {
   const ViewerScene scene = SceneBefore(
@@ -214,7 +214,7 @@ TEST(GlesOcclusion, FollowsSizesAndSurvivesALostContext)
     ASSERT_TRUE(canvas.renderer->Draw(scene, other));
   }
   EXPECT_EQ(canvas.Draw(scene), pair.occluded);
-  // The context is still there, so what is forgotten stays in it until it ends.
+  // The context is not really lost, so the forgotten objects stay in it until it is destroyed.
   canvas.renderer->Forget();
   EXPECT_EQ(canvas.Draw(scene), pair.occluded);
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Regression pictures of the OpenGL ES renderer. Other versions of Mesa's software renderer may
 // round differently, so small differences are allowed: see `ExpectBaseline`. If a picture is meant
-// to change, check the one that the failure names and copy it over the baseline.
+// to change, check the picture that the failure names, and copy it over the baseline.
 #include "viewer/mobile/Testing/GlesTools.h"
 #include "viewer/mobile/Testing/PngFile.h"
 
@@ -12,9 +12,9 @@ namespace
 
 constexpr int width = 200, height = 300;
 
-// Allows a mean difference of all channels up to 0.1 of 255, and up to 0.5 % of the pixels with
-// more than 8 (edges). Rounding every coordinate differently gives far less (RoundedOtherwise:
-// 0.00001, and none); a wrong light or wrong triangles give far more.
+// Allows a mean difference of all channels up to 0.1 of 255, and up to 0.5 % of pixels that differ
+// by more than 8 (edges). Rounding every coordinate differently changes far less (RoundedOtherwise:
+// 0.00001, and no pixels); a wrong light or wrong triangles change far more.
 void ExpectBaseline(const std::string& name, const Image& drawn)
 {
   const Image expected = ReadPngFile(KDSTREAM_BASELINES "/" + name + ".png", width, height);
@@ -61,8 +61,8 @@ TEST(GlesPictures, Cloud)
   ExpectBaseline("CloudPartitions", DrawIn(SurfaceColoring::Partition, SceneOf(cloud)));
 }
 
-// A checkered sphere: with colours, whose alpha must be ignored, and normals like a scan's, half of
-// which face inwards.
+// A checkered sphere with colours, whose alpha must be ignored, and with normals like a scan's:
+// half of them face inwards.
 Surface Checkered(std::uint32_t rows)
 {
   Surface sphere = BumpySphere(rows);
@@ -106,7 +106,7 @@ TEST(GlesPictures, CloudColors)
   ExpectBaseline("CloudColors", DrawIn(SurfaceColoring::Own, SceneOf(cloud)));
 }
 
-// 80,402 vertices: more than 16 bits count, so more than one chunk.
+// 80,402 vertices, more than 16 bits can count, so there are several chunks.
 TEST(GlesPictures, ManyVertices)
 {
   const Surface sphere = BumpySphere(201);
@@ -114,7 +114,7 @@ TEST(GlesPictures, ManyVertices)
   ExpectBaseline("ManyVertices", DrawIn(SurfaceColoring::Resolution, SceneOf(sphere)));
 }
 
-// Exactly as without the offset, since the points are the same relative to the center.
+// The same picture as without the offset, because the points relative to the center are the same.
 TEST(GlesPictures, FarFromTheOrigin)
 {
   const Vec3 offset{ 4e6, 4e6, 4e6 };
@@ -123,7 +123,7 @@ TEST(GlesPictures, FarFromTheOrigin)
   ExpectBaseline("Stone", far);
 }
 
-// Around another center, floats round otherwise: a picture stands that.
+// Floats round differently relative to another center; this must hardly change the picture.
 TEST(GlesPictures, RoundedOtherwise)
 {
   ViewerScene scene = SceneOf(BumpySphere(60));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the phone's renderer does with bad input, lost contexts and repeated draws.
+// The phone's renderer with bad input, lost contexts and repeated draws.
 #include "Testing/Fixtures/CutWalk.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/core/drawing/DrawnSurface.h"
@@ -14,7 +14,7 @@
 namespace
 {
 
-// What the driver is made to say instead of the truth.
+// The driver is made to report these instead of the truth.
 GLenum pretendedError = GL_NO_ERROR;
 bool pretendShadersFail = false;
 
@@ -26,7 +26,8 @@ Function RealFunction(const char* name)
 
 }
 
-// Found before those of the library: errors that no driver can be brought to.
+// Takes precedence over the library's function, to pretend errors that no driver can be made to
+// report.
 extern "C" GLenum glGetError()
 {
   static const auto real = RealFunction<decltype(&glGetError)>("glGetError");
@@ -51,7 +52,7 @@ std::string MessageOf(const Status& status)
   return status ? "" : status.GetError().message;
 }
 
-// The number of buffers that the context has; deleted ones do not count.
+// The number of buffers in the context, without deleted ones.
 int CountBuffers()
 {
   int count = 0;
@@ -72,8 +73,8 @@ TEST(GlesRenderer, NeedsAContext)
   EXPECT_EQ(renderer.GetError().message, "no context of OpenGL ES 3.0 or WebGL 2 is current");
 }
 
-// Geomorphs: at first the picture is that of the surface before, at the end that of the new one,
-// and in between neither; afterwards nothing of the morph is left.
+// Geomorphs: at first the picture is that of the earlier surface, at the end that of the new one,
+// and in between it is neither. Afterwards nothing of the geomorph is left.
 TEST(GlesRenderer, MorphsFromTheSurfaceBefore)
 {
   const auto model = fixtures::MakeModel(fixtures::DisplacedSphere(4), { 60, {}, 8 }, {}, {}, 2);
@@ -101,7 +102,7 @@ TEST(GlesRenderer, MorphsFromTheSurfaceBefore)
       std::make_shared<const DrawnSurface>(parts.Parts(), normals.Of(), *before, parts.Parents());
   };
   goOn();
-  EXPECT_FALSE(scene.surface->HasGeomorphs()); // from nothing
+  EXPECT_FALSE(scene.surface->HasGeomorphs()); // there was no surface to morph from
   const Image before = show(1);
   const std::size_t partitions = std::size_t{ 1 } << depths.partition;
   for (std::uint32_t partition = 0; partition < partitions; partition += 2)
@@ -126,8 +127,8 @@ TEST(GlesRenderer, MorphsFromTheSurfaceBefore)
   EXPECT_EQ(canvas.renderer->GraphicsBytes(), fresh.renderer->GraphicsBytes());
 }
 
-// As Draw promises: 16 bytes a vertex, 4 more with colours, 6 a triangle; and the textures of
-// ambient occlusion, of half the picture's sides.
+// As Draw documents: 16 bytes per vertex, 4 more with colours, 6 per triangle; and the textures of
+// ambient occlusion, with half the picture's sides.
 TEST(GlesRenderer, ReportsHowMuchItHolds)
 {
   const Surface sphere = BumpySphere(24);
@@ -148,8 +149,8 @@ TEST(GlesRenderer, ReportsHowMuchItHolds)
   EXPECT_EQ(canvas.renderer->GraphicsBytes(), 0u);
 }
 
-// A series of cuts, of which only the differences are uploaded: the picture is that of a renderer
-// that has drawn nothing else, and nothing is left of earlier cuts.
+// Draws a series of cuts, of which only the differences are uploaded. The picture is the same as
+// that of a renderer that has drawn only the last cut, and nothing is left of earlier cuts.
 TEST(GlesRenderer, DrawsWhatDiffersAsAllAnew)
 {
   const auto model = fixtures::MakeModel(fixtures::DisplacedSphere(4), { 60, {}, 8 }, {}, {}, 2);
@@ -242,7 +243,7 @@ TEST(GlesRenderer, DrawsAnewInANewContext)
     Canvas canvas(side, side);
     canvas.renderer->SetColoring(coloring);
     const Image before = canvas.Draw(scene);
-    // The context goes, with all that was in it.
+    // The context is destroyed with everything in it.
     canvas.target.reset();
     canvas.renderer->Forget();
     const Status without = canvas.renderer->Draw(scene, { side, side, 1 });
@@ -336,7 +337,7 @@ TEST(GlesRenderer, SaysThatTheGraphicsMemoryIsFull)
       "the graphics memory is too small for a surface of 80402 points and 160800 triangles");
     EXPECT_EQ(Compare(canvas.Read(), nothing).pixels, 0u);
     EXPECT_EQ(CountBuffers(), 0);
-    status = canvas.Try(SceneOf(BumpySphere(201), 3)); // not tried again
+    status = canvas.Try(SceneOf(BumpySphere(201), 3)); // uploading is not tried again
   }
   EXPECT_EQ(Compare(canvas.Draw(SceneOf(BumpySphere(20), 4)), sphere).pixels, 0u);
 }
@@ -356,7 +357,7 @@ TEST(GlesRenderer, SaysThatAShaderIsRefused)
     << renderer.GetError().message;
 }
 
-// Points that fall together, triangles without an area, coordinates of any size.
+// Points in the same place, triangles without an area, coordinates of any size.
 TEST(GlesRenderer, DrawsDegenerateSurfaces)
 {
   Canvas canvas(side, side);
@@ -367,7 +368,7 @@ TEST(GlesRenderer, DrawsDegenerateSurfaces)
   EXPECT_GE(Compare(canvas.Draw(SceneOf(point, 2)), nothing).pixels, 4u); // 2 by 2
   point.triangles = { { 0, 1, 2 }, { 0, 0, 0 } };
   EXPECT_EQ(Compare(canvas.Draw(SceneOf(point, 3)), nothing).pixels, 0u);
-  // A triangle and its mirror image: their normals cancel out.
+  // The normals of a triangle and of its mirror image cancel out.
   Surface both;
   both.points = { { -1, -1, 0 }, { 1, -1, 0 }, { 0, 1, 0 } };
   both.sources.resize(3);
@@ -396,7 +397,7 @@ TEST(GlesRenderer, DoesNotDependOnTheUnit)
   }
 }
 
-// The light is the camera's: turning model and camera together changes nothing.
+// The lights move with the camera: turning the model and the camera together changes nothing.
 TEST(GlesRenderer, LightsFollowTheCamera)
 {
   Canvas canvas(side, side);
@@ -414,7 +415,8 @@ TEST(GlesRenderer, LightsFollowTheCamera)
   EXPECT_LE(Compare(canvas.Draw(scene), before, 2).pixels, 20u);
 }
 
-// Other code has left the context in another state; the renderer says what it needs.
+// Other code may leave the context in any state, because the renderer sets everything that it
+// needs.
 TEST(GlesRenderer, ExpectsNothingOfTheContext)
 {
   Canvas canvas(side, side);
@@ -459,7 +461,7 @@ TEST(EglOffscreen, LivesBesideOthers)
   EXPECT_EQ(Compare(small.Draw(scene), first).pixels, 0u);
 }
 
-// Run by itself, where EGL has no driver.
+// CMake runs this separately, in an environment in which EGL has no driver.
 TEST(WithoutEgl, DISABLED_SaysWhatIsMissing)
 {
   const auto made = EglOffscreen::Make(side, side);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Tiles compared with the whole picture: what both renderers draw with a model's tiles differs at
-// few pixels from what VTK draws with the whole picture, near, and far away where several texels
-// share a pixel; and where tiles of several resolutions meet. DrawWithVtk must have run in the same
-// folder.
+// Compares tiles with the whole photograph: few pixels differ between what both renderers draw with
+// a model's tiles, and what VTK draws with the whole photograph. This holds from near, from far
+// away where several texels share a pixel, and where tiles of several resolutions meet. DrawWithVtk
+// must have run before in the same folder.
 #include "viewer/mobile/Testing/GlesTools.h"
 #include "viewer/mobile/Testing/PngFile.h"
 #include "viewer/mobile/Testing/TiledScenes.h"
@@ -15,7 +15,7 @@ namespace kdstream::test
 namespace
 {
 
-// The most pixels of the object, or of borders, that may differ by more than 8 of 255.
+// The share of the object's pixels, or of those at borders, that may differ by more than 8 of 255.
 constexpr double mostDiffering = 0.005;
 
 void UploadTile(unsigned texture, const TextureTile& tile)
@@ -43,7 +43,8 @@ double Differing(const Image& a, const Image& b)
   return double(differing) / double(object);
 }
 
-// Whether pixels within two of each show several resolutions: red, green or blue.
+// Whether the pixels at a distance of at most two from each pixel show several resolutions, which
+// are red, green and blue.
 std::vector<bool> BordersOf(const Image& resolutions, int width, int height)
 {
   const auto resolutionAt = [&](int x, int y)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Chunks put together again are the surface.
+// All chunks together have the triangles and points of the surface.
 #include "Testing/Fixtures/Model.h"
 #include "viewer/mobile/SurfaceChunks.h"
 #include "viewer/mobile/Testing/GlesTools.h"
@@ -34,7 +34,7 @@ std::vector<SurfaceChunk> AllChunks(const Surface& surface, const Coloring& colo
 using Corner = std::array<float, 3>;
 using Corners = std::array<Corner, 3>;
 
-// Turned so that the lowest corner is first.
+// Rotates a triangle so that its lowest corner is first.
 Corners Turned(Corners t)
 {
   std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
@@ -83,7 +83,7 @@ std::size_t VerticesOf(const std::vector<SurfaceChunk>& chunks)
   for (const SurfaceChunk& chunk : chunks)
   {
     EXPECT_LE(chunk.vertices.size(), SurfaceChunk::mostVertices);
-    // It would start a strip anew.
+    // The index 65,535 would start a new strip.
     EXPECT_EQ(std::count(chunk.indices.begin(), chunk.indices.end(), 65535), 0);
     count += chunk.vertices.size();
   }
@@ -104,7 +104,7 @@ TEST(SurfaceChunks, HoldEveryTriangleOnce)
   }
 }
 
-// The worst order: every chunk is full, and nothing is lost.
+// A random order is the worst case: every chunk is full, and nothing is lost.
 TEST(SurfaceChunks, TakeTrianglesInAnyOrder)
 {
   Surface sphere = BumpySphere(201);
@@ -121,8 +121,8 @@ TEST(SurfaceChunks, TakeTrianglesInAnyOrder)
   }
 }
 
-// As sessions draw it, piece by piece: 90,000 vertices of 64 partitions. Each border between two
-// chunks runs along borders of pieces: 0.6 % of the vertices are repeated.
+// The order in which sessions draw, piece by piece: 90,000 vertices in 64 partitions. Borders
+// between chunks run along borders of pieces, so only 0.6 % of the vertices are repeated.
 TEST(SurfaceChunks, RepeatFewVerticesOfADrawnSurface)
 {
   const auto model = fixtures::MakeModel(kdstream::testing::MakeTorus(450, 200));
@@ -140,7 +140,8 @@ TEST(SurfaceChunks, RepeatFewVerticesOfADrawnSurface)
   }
 }
 
-// Where there are several chunks. What fits into one goes into it as it stands.
+// Points without triangles are left out only if there are several chunks: a surface that fits into
+// one chunk is not changed.
 TEST(SurfaceChunks, LeaveOutVerticesWithoutTriangles)
 {
   for (const std::uint32_t rows : { 10U, 201U })
@@ -179,7 +180,7 @@ TEST(SurfaceChunks, HoldEveryPointOfACloudOnce)
   EXPECT_EQ(at, cloud.points.size());
 }
 
-// Each corner has its own colour, whatever triangle it is in, and a cloud's points theirs.
+// Each corner has its own colour, in whatever triangle it is; so does each point of a cloud.
 TEST(SurfaceChunks, HoldTheModelsOwnColors)
 {
   for (const bool isCloud : { false, true })
@@ -237,7 +238,7 @@ TEST(SurfaceChunks, HoldNothingOfNothing)
   EXPECT_TRUE(AllChunks(Surface{}, SurfaceColoring::Stone).empty());
 }
 
-// The rule of SceneRules.h, for triangles whose corners differ in every way.
+// The rule of SceneRules.h, for triangles whose corners differ in all possible ways.
 TEST(SurfaceChunks, PutTheColorOfATriangleIntoItsLastCorner)
 {
   Surface sphere = BumpySphere(30);
@@ -302,7 +303,7 @@ TEST(SurfaceChunks, PackNormalsIntoTenBitsAnAxis)
   {
     for (unsigned k = 0; k < 3; ++k)
     {
-      // Ten bits with a sign.
+      // Ten bits, signed.
       const auto bits = static_cast<int>(vertex.normal >> (10 * k) & 1023u);
       const double value = (bits < 512 ? bits : bits - 1024) / 511.0;
       EXPECT_NEAR(value, byPosition.at(vertex.position)[k], 0.51 / 511.0);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Decoding, making a surface and drawing it happen in different frames, and surfaces leave two
-// thirds of the time to fingers.
+// thirds of the time for following the fingers.
 #include "viewer/mobile/SurfacePace.h"
 
 #include <gtest/gtest.h>
@@ -43,8 +43,8 @@ TEST(TestSurfacePace, TheNextWaitsForTwiceAsLongWhileMoreIsComing)
   EXPECT_TRUE(pace.MayDraw(true, 21)) << "a slow device shows something once a second";
 }
 
-// As in PagePicture: something arrives in every frame, and each surface takes a given time; none
-// takes so long that the wait reaches its limit.
+// As in PagePicture: something arrives in every frame, and making each surface takes a given time.
+// No surface takes so long that the longest wait is reached.
 TEST(TestSurfacePace, SurfacesTakeAThirdOfTheTimeAtMost)
 {
   std::mt19937 random(7);

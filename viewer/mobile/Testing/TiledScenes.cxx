@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Models that a picture paints, tiled and whole: see TiledScenes.h.
+// Models textured by a photograph, as tiles and as a whole: see TiledScenes.h.
 #include "viewer/mobile/Testing/TiledScenes.h"
 
 #include "filters/codec/PieceCodec.h"
@@ -22,16 +22,16 @@ namespace kdstream::test
 namespace
 {
 
-constexpr std::uint32_t side = 1024; // texels of the picture
+constexpr std::uint32_t side = 1024; // of the photograph, in texels
 
-// 1 inside of 0 … length, 0 outside; over four texels at each end in between, as a lens blurs.
+// 1 between 0 and `length`, 0 outside. Each edge is a ramp of four texels, as if blurred by a lens.
 double Within(double at, double length)
 {
   return std::clamp(at / 4 + 0.5, 0.0, 1.0) - std::clamp((at - length) / 4 + 0.5, 0.0, 1.0);
 }
 
-// As photographs are: the finer, the fainter, down to waves of `least` texels; and a script whose
-// edges are a little soft.
+// Makes a picture like a photograph: waves down to a length of `least` texels, fainter the shorter
+// they are; and optionally marks like letters, with slightly soft edges.
 Picture MakePhotograph(double least, bool withScript)
 {
   Picture picture{ side, side, 3, {} };
@@ -55,7 +55,8 @@ Picture MakePhotograph(double least, bool withScript)
   return picture;
 }
 
-// Where the picture, seen from the model's front, meets a place; v down.
+// The place in the photograph that shows a point, if it was taken from the model's front; v is
+// downwards.
 PictureCoordinate PlaceInPhotograph(const Vec3& p)
 {
   return { static_cast<float>((p[0] + 1.5) / 3),
@@ -73,7 +74,7 @@ Piece PieceOf(kdstream::testing::MemoryServer& server, PieceId id)
   return std::move(*piece);
 }
 
-// By the photograph, as a lossless build makes it, or the whole of it.
+// Textures made from the photograph: tiles as a lossless build makes them, or all of it.
 class Photograph
 {
 public:
@@ -152,14 +153,14 @@ ViewerScene OriginalOf(kdstream::testing::MemoryServer& server, int width, int h
   return session.Scene();
 }
 
-// distance: relative to that at which everything is visible. aside: the distance of the picture's
-// middle from the model's, towards its ring.
+// distance: relative to the distance at which everything is visible. aside: how far the middle of
+// the picture is from the middle of the model, towards its ring.
 TiledScene LookFrom(
   const std::string& name, double distance, double aside, const Photograph& photograph)
 {
   TiledScene made{ name, 400, 400, {}, {}, {} };
   kdstream::testing::MemoryServer server(kdstream::testing::MakeTorus(200, 80), 1000, 2);
-  server.AddTiles(128); // so that parts tell corners
+  server.AddTiles(128); // so that parts have texture corners
   made.scene = OriginalOf(server, made.width, made.height);
   const Vec3 away = (made.scene.eye - made.scene.focal) * distance;
   made.scene.focal = made.scene.focal + made.scene.up * aside;
@@ -182,7 +183,7 @@ TiledScene LookFrom(
 
 using TiledPieces = std::map<PieceId, FinerTile>;
 
-// The level's piece, with its tile made of those of the next finer resolution.
+// The level's piece, with a tile that is made from the tiles of the next finer resolution.
 FinerTile LevelPieceOf(
   kdstream::testing::MemoryServer& server, PieceId id, Resolution finer, const TiledPieces& tiled)
 {
@@ -218,7 +219,7 @@ FinerTile LevelPieceOf(
   return { std::move(piece), std::move(*tile) };
 }
 
-// The original and all levels down to `least`.
+// Makes the pieces of the original and of all levels down to `least`.
 TiledPieces MakeTiledPieces(
   kdstream::testing::MemoryServer& server, unsigned least, const Photograph& photograph)
 {
@@ -250,7 +251,7 @@ TiledPieces MakeTiledPieces(
   return tiled;
 }
 
-// All of the piece in one colour.
+// A tile that has one colour everywhere.
 std::shared_ptr<const TextureTile> OneColor(const Piece& piece, std::size_t channel)
 {
   Picture picture{ 4, 4, 3, std::vector<std::uint8_t>(48) };
@@ -288,12 +289,12 @@ std::shared_ptr<const DrawnSurface> DrawCut(const Cut& cut, const TiledPieces& t
 std::vector<TiledScene> MakeTiledScenes()
 {
   const Photograph photograph;
-  // Some 0.6, 2.5 and 10 texels a pixel.
+  // About 0.6, 2.5 and 10 texels per pixel.
   return { LookFrom("TilesNear", 0.3, 1, photograph), LookFrom("TilesHere", 1, 0, photograph),
     LookFrom("TilesFar", 4, 0, photograph) };
 }
 
-// From left to right: level L - 1, level L, the original.
+// From left to right: level L - 1, level L, and the original.
 TiledScene MakeSceneOfLevels()
 {
   const Photograph photograph(30, false);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A textured model, with tiles, as in a store, and with the whole picture: shown as the original,
-// from near and from far, and in several resolutions. For DrawWithVtk and TestGlesTiles.
+// A textured model: with tiles, as in a store, and with its whole photograph as one texture. It is
+// shown as the original, from near and from far, and in several resolutions. For DrawWithVtk and
+// TestGlesTiles.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -18,22 +19,24 @@ struct TiledScene
 {
   std::string name;
   int width, height;
-  ViewerScene scene;                     // painted by tiles
-  std::shared_ptr<const TileList> whole; // what paints it by the whole picture
-  // What paints each resolution in one of red, green and blue; null where there is only one.
+  ViewerScene scene;                     // textured by tiles
+  std::shared_ptr<const TileList> whole; // the same textured by the whole photograph
+  // Textures that are red, green or blue for each resolution; null if the scene has only one.
   std::shared_ptr<const TileList> resolutions;
 };
 
-// Scenes of the original.
+// Makes the scenes that show the original.
 std::vector<TiledScene> MakeTiledScenes();
-// The original and two levels beside each other, whose tiles are made as in a build.
+// Makes a scene with two levels and the original side by side; the levels' tiles are made as a
+// build makes them.
 TiledScene MakeSceneOfLevels();
 
-// The texels of a tile: red, green and blue bytes, rows from the top down. Errors: of decoding.
+// The texels of a tile: red, green and blue bytes, with the top row first. Errors: those of
+// decoding.
 Result<std::vector<std::uint8_t>> TexelsOf(const TextureTile& tile);
 
-// What DrawWithVtk writes for each scene, before black: drawn by tiles, by the whole picture, and
-// in the colours of resolutions.
+// The pictures that DrawWithVtk writes of each scene, in front of black: with tiles, with the whole
+// photograph, and in the colours of the resolutions.
 inline constexpr const char* tiledSuffix = ".vtk.tiled.png";
 inline constexpr const char* wholeSuffix = ".vtk.whole.png";
 inline constexpr const char* resolutionsSuffix = ".vtk.resolutions.png";

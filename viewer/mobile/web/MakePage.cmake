@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Puts the page of the folder SOURCE and the WebAssembly of the folder PARTS into the folder PAGE, compresses each file,
-# and prints their sizes.
-# What page.js imports becomes one file with it: each file costs a slow network a round trip. What it fetches later is a
-# file each, which imports from page.js what both use.
+# and prints the sizes. page.js and the scripts that it imports become one file, because each file costs a slow network
+# a round trip. Each script that is fetched later stays a file of its own; what it shares with page.js, it imports from
+# page.js.
 cmake_policy(VERSION 3.25)
 
 function(pad text width result)
@@ -18,7 +18,7 @@ function(print_row name raw compressed)
   message("${raw} ${compressed}  ${name}")
 endfunction()
 
-# Comments and indentation stay at home.
+# Comments and indentation are left out.
 function(copy_stripped name)
   file(READ "${SOURCE}/${name}" text)
   string(REGEX REPLACE "\n[ ]+" "\n" text "\n${text}")
@@ -28,7 +28,7 @@ function(copy_stripped name)
 endfunction()
 
 function(minify_file source name)
-  # es2022: what browsers with WebGL 2 and bulk memory have.
+  # es2022 is supported by all browsers with WebGL 2 and bulk memory.
   execute_process(COMMAND "${ESBUILD}" "${source}" --bundle --minify --format=esm --target=es2022 --charset=utf8
     --legal-comments=none --log-level=warning ${ARGN} "--outfile=${PAGE}/${name}" COMMAND_ERROR_IS_FATAL ANY)
 endfunction()
@@ -44,8 +44,8 @@ file(SIZE "${PAGE}/kdstream.wasm" first_bytes)
 file(SIZE "${PAGE}/kdstream-more.wasm" rest_bytes)
 copy_stripped(index.html)
 minify(style.css)
-# Fetched when they are first used, or after the first picture. What they import and page.js has is there already: they have
-# it from page.js, which exports it for them by short names.
+# These are fetched when they are first used, or after the first picture. What they import may already be in page.js;
+# then page.js exports it for them under short names.
 set(later tools.js notes.js gallery.js legend.js offline.js about.js help.js access.js embedding.js words/de.js words/ar.js)
 list(TRANSFORM later PREPEND "--external:./" OUTPUT_VARIABLE externals)
 set(made "${PARTS}/scripts.json")
@@ -98,14 +98,14 @@ file(WRITE "${entry}" "${exports}")
 minify_file("${entry}" page.js "--define:viewerBytes=${first_bytes}" "--define:restBytes=${rest_bytes}" ${externals})
 minify(later.css)
 minify(light.css)
-# For other pages, whose script it is.
+# This script is for other pages, which embed a model.
 execute_process(COMMAND "${ESBUILD}" "${SOURCE}/embed.js" --minify --target=es2022 --charset=utf8 --legal-comments=none
   "--outfile=${PAGE}/embed.js" --log-level=warning COMMAND_ERROR_IS_FATAL ANY)
 execute_process(COMMAND "${ZOPFLI}" "${PAGE}/embed.js" COMMAND_ERROR_IS_FATAL ANY)
 
 file(COPY "${SOURCE}/icon.svg" "${SOURCE}/icon.png" "${SOURCE}/manifest.webmanifest" DESTINATION "${PAGE}" NO_SOURCE_PERMISSIONS)
 
-# The service worker knows all the others by their digests, and so is another one whenever any of them is.
+# The service worker has the digests of all other files. So it changes whenever one of them changes.
 set(first index.html style.css page.js kdstream.wasm)
 set(files ${first} kdstream-more.wasm ${later} later.css light.css icon.svg icon.png manifest.webmanifest)
 set(digests)
@@ -135,6 +135,6 @@ foreach(name IN LISTS files ITEMS worker.js)
 endforeach()
 print_row("together" ${sum} ${sum_compressed})
 message("                    ${sum_first} of them before the first picture")
-# What TestPageSize compares with its limits.
+# TestPageSize compares these numbers with its limits.
 file(WRITE "${PAGE}/../page.sizes" "${sum_first};${sum_compressed};${COMPILER_VERSION}")
 file(TOUCH "${PAGE}/../page.stamp")

@@ -6,7 +6,7 @@
 
 #include <utility>
 
-// Only declared here: gl.js lets the browser decode it.
+// Only declared here; gl.js implements it, and lets the browser decode the picture.
 // clang-format off
 EM_JS(void, kdstream_upload_picture, (unsigned texture, const void* begin, std::size_t bytes,
   unsigned format, unsigned width, unsigned height), {})
@@ -69,7 +69,7 @@ void PagePicture::Resize(const Viewport& viewport)
 {
   this->Window = viewport;
   this->Page.Session().Resize(viewport);
-  this->Drawn.reset(); // a canvas that is resized is blank
+  this->Drawn.reset(); // resizing a canvas clears it
 }
 
 void PagePicture::SetColors(const ColorChoice& colors)
@@ -83,8 +83,8 @@ bool PagePicture::MayDrawSurface(double now) const
   return this->Pace.MayDraw(this->Page.Session().GetStatus().blobsWanted > 0, now);
 }
 
-// Makes the surface of what has arrived, for a later frame. Geomorphs of the old surface are
-// finished first. Returns whether there is a new surface.
+// Makes a surface from what has arrived, for a later frame, unless the old surface is still
+// morphing. Returns whether there is a new surface.
 bool PagePicture::MakeSurface(double morphed, double now)
 {
   if (morphed < 1 || !this->MayDrawSurface(now))
@@ -100,7 +100,7 @@ bool PagePicture::MakeSurface(double morphed, double now)
   return session.Scene().surfaceVersion != version;
 }
 
-// Whether the picture has occlusion. The speed of the device is measured by the time to the
+// Decides whether the picture has occlusion. The device's speed is measured by the time until the
 // browser's next frame, because drawing continues after Render has returned.
 bool PagePicture::ChooseOcclusion(State state, double now)
 {
@@ -143,7 +143,8 @@ void PagePicture::Render(const ViewerScene& scene, const State& state)
   ++this->Frames;
 }
 
-// A new surface that morphs looks at first like the one before it, and its time starts then.
+// A new surface that morphs looks like the earlier surface at first; its time starts after that
+// frame.
 bool PagePicture::Draw()
 {
   if (!this->Renderer)
@@ -158,7 +159,7 @@ bool PagePicture::Draw()
   double morphed = this->Geomorph.Share(begin);
   if (session.Scene().surface->PointCount() == 0)
   {
-    this->MakeSurface(morphed, begin); // the first one is drawn at once
+    this->MakeSurface(morphed, begin); // the first surface is drawn at once
     this->Pace.Made(0);
   }
   ViewerScene scene = session.Scene();
@@ -173,7 +174,7 @@ bool PagePicture::Draw()
   const State state = this->StateOf(scene, begins ? 0 : morphed, begin);
   if (this->Drawn == state && !this->Again)
   {
-    return made; // then there is more to do in the next frame
+    return made; // if a surface was made, the next frame draws it
   }
   const bool retextured = !this->Drawn || this->Drawn->tiles != scene.tiles;
   this->Render(scene, state);
@@ -181,7 +182,7 @@ bool PagePicture::Draw()
   const double seconds = end - begin + (fresh ? this->Pace.MakingSeconds() : 0);
   if (!made)
   {
-    session.EndFrame(seconds); // of the surface that the frame shows, not of the next one
+    session.EndFrame(seconds); // its time belongs to the shown surface, not to the next one
   }
   if (fresh || retextured)
   {

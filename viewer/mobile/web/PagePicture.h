@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The page's picture: decides when a frame makes a surface, when it draws, and how fast the device
-// is. Step "render" of the pipeline picture.
+// The page's picture: decides when a frame makes a surface, when it draws, and measures how fast
+// the device is. Step "render" of the pipeline picture.
 //
-// Lengths and positions are pixels of the canvas, times seconds of performance.now().
+// Lengths and positions are pixels of the canvas; times are seconds of performance.now().
 #pragma once
 
 #include "filters/model/JsonWriter.h"
@@ -30,34 +30,36 @@ public:
   // clock: seconds of a steady clock.
   PagePicture(PageSession& page, double (*clock)());
 
-  // Makes all that draws: when there is a context, and when one that was lost is given back.
+  // Creates what is needed to draw. Call this when there is a context, and when a lost context was
+  // restored.
   void MakeRenderer();
-  // The context is lost, and all that was made of it.
+  // Call this when the context was lost, with everything that was made in it.
   void ForgetRenderer();
   void Resize(const Viewport& viewport);
-  // The next frame draws, whatever has changed: if nothing has, the same picture again.
+  // Makes the next frame draw, even if nothing has changed.
   void Redraw() { this->Again = true; }
-  // Whether new vertices morph to their places; not at first.
+  // Whether new vertices morph to their places; the default is false.
   void SetGeomorphs(bool geomorphs) { this->MayMorph = geomorphs; }
   void SetColors(const ColorChoice& colors);
   const ColorChoice& Colors() const { return this->Chosen; }
 
-  // The background from the next picture on: colours, 0-1. At first the usual ones.
+  // Sets the colours of the background (0-1) from the next picture on.
   void SetBackground(const Vec3& bottom, const Vec3& top) { this->Background = { bottom, top }; }
 
-  // Draws if anything has changed. True if it did, or if the next frame has more to do. Without a
-  // renderer it does nothing.
+  // Draws if anything has changed. Returns true if it drew, or if the next frame has more to do.
+  // Does nothing without a renderer.
   bool Draw();
 
-  // Whether what is drawn is not yet what it comes to.
+  // Whether the picture will still change: new vertices morph, occlusion is missing, or a new
+  // surface is about to be drawn.
   bool IsInFlight() const;
-  // "gliding", "plain", "frames" and "drawingError" of the status, into an object.
+  // Writes the status's members "gliding", "plain", "frames" and "drawingError" into an object.
   void Describe(JsonWriter& json) const;
   // The bytes of buffers and textures.
   std::size_t GraphicsBytes() const;
 
 private:
-  // All that decides about a picture.
+  // Everything that determines a picture.
   struct State
   {
     std::uint64_t surfaceVersion = 0;
@@ -83,7 +85,7 @@ private:
 
   PageSession& Page;
   double (*Clock)();
-  std::unique_ptr<GlesRenderer> Renderer; // null before there is a context and after it was lost
+  std::unique_ptr<GlesRenderer> Renderer; // null before there is a context, and after it was lost
   Viewport Window;
   ColorChoice Chosen;
   std::uint64_t ColorsVersion = 0;
@@ -94,12 +96,12 @@ private:
   bool MayMorph = false;
   GeomorphClock Geomorph;
   OcclusionClock Occlusion;
-  double LastPicture = -1; // begin of the last frame, if the view moved in it; otherwise below 0
+  double LastPicture = -1; // start of the last frame if the view moved in it; otherwise -1
   std::uint64_t Frames = 0;
   std::string DrawingError;
 };
 
-// The bytes of WebAssembly's memory, which never shrinks.
+// The size of WebAssembly's memory in bytes; it never shrinks.
 std::size_t HeapBytes();
 
 }

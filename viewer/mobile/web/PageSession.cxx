@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A session and its line to the server, as a page drives them: see PageSession.h.
+// A session and its connection to the server, as a page uses them: see PageSession.h.
 #include "viewer/mobile/web/PageSession.h"
 
 #include "filters/codec/Seal.h"
@@ -20,8 +20,8 @@ namespace kdstream
 namespace
 {
 
-// The limits of a phone: see MemoryBudget; regions of at most 192 partitions; no statistics of
-// blobs, which the page does not show.
+// The limits for a phone: memory by MemoryBudget; regions of at most 192 partitions; no statistics
+// of blobs, because the page does not show them.
 SessionOptions PhoneOptions(std::function<double()> clock)
 {
   SessionOptions options;
@@ -61,7 +61,7 @@ const char* NameOf(ServerLine::State state)
   return "connecting";
 }
 
-// "model=…" of a link in which something else cannot be understood; empty where it has none.
+// Returns only "model=…" of a link whose other parts may be invalid; empty if there is no model.
 std::string_view ModelAlone(std::string_view text)
 {
   constexpr std::string_view key = "model=";
@@ -162,7 +162,7 @@ void PageSession::Exchange(double now)
   {
     this->Receive(std::move(event));
   }
-  this->Send(now); // what the events have led to
+  this->Send(now); // sends what the events have caused
 }
 
 void PageSession::Receive(ClientEvent event)
@@ -187,7 +187,8 @@ void PageSession::Take(const ClientEvent& event)
   const bool keeps = this->Keeps && event.kind == ClientEvent::Kind::Blob && !event.fromCache &&
                      event.request > this->OpenRequest;
   const bool isTaken = Deliver(event, this->Viewer) == BlobArrival::Taken;
-  // Late pages of the tree and blobs that were loaded already have not been decoded.
+  // Only blobs that the session took are offered for storing: pages of the tree that come late, and
+  // blobs that were loaded already, have not been decoded, and so not checked.
   if (keeps && isTaken && !this->Open.id.empty() && IsSealed(event.bytes))
   {
     this->Arrivals.push_back(
@@ -237,7 +238,7 @@ void PageSession::Send(const SessionRequest& request, double now)
   }
 }
 
-// When the server has gone, and when it is back.
+// Reacts if the server can no longer be reached, or can be reached again.
 void PageSession::FollowTrouble()
 {
   const bool isAway = this->Whole && !this->Connection.Trouble().empty();
@@ -313,7 +314,7 @@ void PageSession::Found(std::uint32_t search, std::size_t index, std::vector<std
   this->Receive(std::move(event));
 }
 
-// Ends a search in the stored blobs: requests those that were not found.
+// Ends a search in the stored blobs, and requests those that were not found.
 void PageSession::EndSearch(std::uint32_t search, bool isKept, double now)
 {
   Searched* const searched = this->FindSearch(search);
@@ -323,7 +324,7 @@ void PageSession::EndSearch(std::uint32_t search, bool isKept, double now)
   }
   if (this->IsAway && !std::exchange(searched->isAgain, true))
   {
-    searched->isReported = false; // the server went away during the search
+    searched->isReported = false; // search again, because the server went away during this search
     return;
   }
   const SessionRequest left = LeftOf(std::move(searched->request), searched->found);
@@ -351,7 +352,7 @@ void PageSession::EndSearch(std::uint32_t search, bool isKept, double now)
   }
 }
 
-// The open model's state in the list: "" (unchanged), "removed" or "replaced".
+// The state of the open model in the list: "" (unchanged), "removed" or "replaced".
 std::string PageSession::Staleness() const
 {
   const std::string model = this->Viewer.GetStatus().model;
@@ -411,7 +412,7 @@ void PageSession::SetMarks(std::string_view links)
   }
 }
 
-// A finer surface is elsewhere, if not by much.
+// Places the marks again on each new surface, because a finer surface is at slightly other places.
 void PageSession::PlaceMarks()
 {
   const ViewerScene scene = this->Viewer.Scene();
@@ -436,7 +437,7 @@ void PageSession::PlaceMarks()
 
 bool PageSession::Sees(const Vec3& point) const
 {
-  // Of the distance: without this slack, rounding would let the surface hide its own mark.
+  // A share of the distance. Without this slack, the surface could hide its own mark by rounding.
   constexpr double slack = 0.01;
   const ViewerScene scene = this->Viewer.Scene();
   if (scene.section && scene.section->CutsAway(point))
@@ -512,7 +513,7 @@ void PageSession::Describe(JsonWriter& json, bool isInFlight) const
       .Member("secondLamp", light->second ? std::optional(light->second->intensity) : std::nullopt)
       .Member("relief", light->relief);
   }
-  if (status.targetLevel) // the model is open
+  if (status.targetLevel) // then the model is open
   {
     json.Member("finestLevel", this->Open.depths.finest)
       .Member("credit", this->Open.credit)

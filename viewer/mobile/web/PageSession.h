@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A session and its connection to the server, as a page uses them: all state of the phone's page
-// except its picture. Between steps "request" and "decode" of the pipeline picture.
+// A session and its connection to the server, as a page uses them: the whole state of the phone's
+// page except its picture. Between the steps "request" and "decode" of the pipeline picture.
 //
-// No browser and no OpenGL here: PagePicture and WebViewer.cxx add these, page.js the sockets and
-// the clock.
+// No browser and no OpenGL here: PagePicture and WebViewer.cxx add these, and page.js adds the
+// sockets and the clock.
 #pragma once
 
 #include "filters/model/JsonWriter.h"
@@ -25,70 +25,73 @@ namespace kdstream
 class PageSession
 {
 public:
-  // clock: seconds of a steady clock, for parsing times.
+  // clock: seconds of a steady clock, to measure how long parsing takes.
   explicit PageSession(std::function<double()> clock);
 
   ViewerSession& Session() { return this->Viewer; }
   const ViewerSession& Session() const { return this->Viewer; }
   ServerLine& Line() { return this->Connection; }
 
-  // The list of models as the server sent it. Errors: those of ParseModelList; the old list stays
-  // then.
+  // Takes the list of models as the server sent it. Errors: those of ParseModelList; then the old
+  // list stays.
   Status SetModels(std::string_view json);
-  // Selects a model as ViewerSession does; the status names a model that cannot be selected.
+  // Selects a model as ViewerSession does. If it cannot be selected, the status says so.
   void SelectModel(const std::string& model);
-  // Shows the view of a link (ViewLink.h). Errors in the link are reported in the status; its model
-  // opens all the same.
+  // Shows the view of a link (ViewLink.h). Errors in the link are reported in the status; the
+  // link's model is opened nevertheless.
   void Follow(const std::string& link);
-  // Takes at most about this much memory in all (MemoryBudget); at first its default.
+  // Sets how much memory is used in all, approximately (MemoryBudget). Before the first call: its
+  // default.
   void SetMemory(std::size_t bytes);
-  // The memory taken now.
+  // taken: the memory that is used now. Call this often.
   void FollowMemory(std::size_t taken);
   std::size_t MemoryBytes() const { return this->Memory.Bytes(); }
-  // The rest of the viewer has been loaded (parts.js). Until then only previews are shown. Models
-  // whose preview is points, that are lossless, or that have no levels, show nothing until then:
-  // what the server sends for them waits here.
+  // Call this when the rest of the viewer has been loaded (parts.js). Until then only previews are
+  // shown. Models whose preview has only points, that are lossless, or that have no levels, are not
+  // shown until then: the server's answers for them wait here.
   void BecomeWhole();
   bool IsWhole() const { return this->Whole; }
-  // Carries between session and line what either has for the other. Call after every input.
+  // Passes requests from the session to the connection, and answers back. Call this after every
+  // input.
   void Exchange(double now);
 
-  // A blob as it arrived, undamaged as far as the session has checked, and its path at the server:
-  // a page may store it for later.
+  // A blob as it arrived, and its path at the server. The session has checked it as far as it can.
+  // A page may store it for later.
   struct Arrival
   {
     std::string path;
     std::vector<std::uint8_t> bytes;
   };
-  // Whether arrivals are gathered and searches made; not at first.
+  // Whether arrived blobs are offered for storing, and stored blobs searched; the default is false.
   void SetKeeps(bool keeps) { this->Keeps = keeps; }
-  // The next blob to store, or nothing.
+  // Returns the next blob to store, if there is one.
   std::optional<Arrival> TakeArrival();
-  // The next search for blobs that the page may have stored: its number and their paths at the
-  // server, a line each; or "". Blobs that are not found are requested from the server. While
-  // nothing arrives from the server, outstanding blobs are searched for, too; then " again" follows
-  // the number, because the page may have stored more since its first search.
+  // Returns the next search for blobs that the page may have stored: its number, then the blobs'
+  // paths at the server, one per line; or "". Blobs that are not found are requested from the
+  // server. While nothing arrives from the server, outstanding blobs are searched for, too. Then "
+  // again" follows the number, because the page may have stored more since its first search.
   std::string TakeSearch();
-  // Takes the blob `index` of the search; a damaged one counts as not found. Ignored if the search
-  // has ended, or if nobody wants the blob any more.
+  // Takes the blob `index` of the search; a damaged blob counts as not found. Ignored if the search
+  // has ended, or if the blob is no longer needed.
   void Found(std::uint32_t search, std::size_t index, std::vector<std::uint8_t> bytes);
-  // isKept: the user has stored the model for offline use. Then blobs that are not found must not
-  // block the others: they have failed until the server is back.
+  // Ends a search. isKept: the user has stored the model for offline use. Then, while the server is
+  // away, blobs that are not found fail instead of blocking others; they are tried again when the
+  // server is back.
   void EndSearch(std::uint32_t search, bool isKept, double now);
 
-  // The measured distances:
+  // Returns the measured distances:
   // [{"name","distance","height","horizontal","error","exact","waits","from","to"}]. from, to: the
-  // ends on the screen, [x, y] in pixels, or null; heights are along the model's up.
+  // ends on the screen, [x, y] in pixels, or null. height: along the model's up axis.
   std::string MeasurementsJson() const;
-  // Marks the surface where the views of these links look at it, a line each; the earlier marks are
-  // gone.
+  // Marks the points of the surface that the views of these links look at. links: one per line. The
+  // earlier marks are removed.
   void SetMarks(std::string_view links);
-  // [[x, y, isSeen]] of all marks by their order, in pixels; null where a link has no view, its
-  // view misses the surface, or the mark is behind the eye. isSeen: nothing hides it, and no
-  // section has cut it away.
+  // Returns [[x, y, isSeen]] for all marks in their order, in pixels. An entry is null if the link
+  // has no view, if its view misses the surface, or if the mark is behind the eye. isSeen: nothing
+  // hides the mark, and no section has cut it away.
   std::string MarksJson();
-  // Writes what the user sees into an object; page.js describes its members. isInFlight: whether
-  // the picture will still change by what is in flight.
+  // Writes what the user sees into an object; page.js describes the members. isInFlight: whether
+  // the picture will still change because of data in flight.
   void Describe(JsonWriter& json, bool isInFlight) const;
 
 private:
@@ -97,13 +100,13 @@ private:
     SessionRequest request;
     bool isReported = false;
     std::vector<protocol::BlobId> found;
-    bool isAgain = false;       // while nothing comes from the server
-    bool isOutstanding = false; // by the server too
+    bool isAgain = false;       // while nothing arrives from the server
+    bool isOutstanding = false; // requested from the server, too
   };
   struct Mark
   {
     std::optional<CameraPlace> view;
-    std::optional<Vec3> point; // on the surface `MarkedSurface`
+    std::optional<Vec3> point; // on the surface with version `MarkedSurface`
   };
   void PlaceMarks();
   bool Sees(const Vec3& point) const;
@@ -120,19 +123,19 @@ private:
   MemoryBudget Memory;
   ViewerSession Viewer;
   ServerLine Connection;
-  std::string Refusal; // of the last selection
+  std::string Refusal; // error of the last selection
   bool Listed = false; // there is a list of models
   ModelDescription Open;
-  std::uint32_t OpenRequest = 0; // all later ones are for that model
+  std::uint32_t OpenRequest = 0; // later requests are for this model
   bool Whole = false;
-  std::vector<ClientEvent> Waiting; // for the rest of the viewer
+  std::vector<ClientEvent> Waiting; // until the rest of the viewer is loaded
   bool Keeps = false;
   std::deque<Arrival> Arrivals;
   std::vector<Searched> Searches; // that have not ended
-  bool IsAway = false;            // nothing comes from the server
-  bool Misses = false;            // something has failed for this reason
+  bool IsAway = false;            // nothing arrives from the server
+  bool Misses = false;            // something has failed because IsAway
   std::vector<Mark> Marks;
-  // Version of the surface of the marks; nothing: marks must be placed again.
+  // The version of the surface on which the marks were placed; nothing: they must be placed again.
   std::optional<std::uint64_t> MarkedSurface;
 };
 

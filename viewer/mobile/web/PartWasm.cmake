@@ -1,18 +1,19 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# Parts WASM, which has the linker's names of its functions, in two: FIRST has what runs until there is a picture, MORE the
-# rest, which needs the first and is fetched after it (parts.js). To MORE go the functions that LATER, a file, names, and
-# what nothing else calls. So a function that LATER does not know is in FIRST: that costs bytes, not more.
+# Splits WASM, a module with the linker's names of functions, in two: FIRST has the functions that are needed until
+# there is a picture; MORE has the rest, needs FIRST, and is fetched after it (parts.js). MORE gets the functions that
+# the file LATER names, and all functions that only those call. A function that LATER does not name is in FIRST: that
+# costs bytes, but nothing fails.
 #
-# Each of them must be there still for the compiler that the file was written for (COMPILER_VERSION below 16: Debian 12).
-# Other compilers merge other functions with their callers: what they merged is named by a warning, and costs bytes only.
-# At -Oz em++ has the compiler merge no function with its caller; where it compiles for
-# speed (filters/core, filters/codec) -force-attribute says so of the two that LATER names.
+# With the compiler that LATER was written for (COMPILER_VERSION below 16: Debian 12), each function that it names must
+# exist. Other compilers may merge other functions with their callers; a warning names these, and they only cost bytes.
+# At -Oz, em++ has the compiler merge no function with its caller. In folders that are compiled for speed (filters/core,
+# filters/codec), -force-attribute forbids it for the two functions there that LATER names.
 #
-# 1. Part off what LATER names, and drop what is called by nothing else.
-# 2. What is left stays in the first part; the whole is parted anew by that.
+# 1. Split off the functions that LATER names, and drop those that nothing else calls.
+# 2. What is left becomes the first part; the whole module is split again accordingly.
 #
-# Each part tells by the name it calls the other by, a digest of both, that they belong together: others do not link.
-# Needs Debian's binaryen: wasm-opt, wasm-split, wasm-metadce.
+# Each part calls the other under a name that is a digest of both, so parts of different builds do not link. This needs
+# Debian's binaryen: wasm-opt, wasm-split, wasm-metadce.
 cmake_policy(VERSION 3.25)
 get_filename_component(work "${FIRST}" DIRECTORY)
 file(MAKE_DIRECTORY "${work}")
@@ -23,7 +24,7 @@ function(run program)
   execute_process(COMMAND ${program} ${features} ${ARGN} WORKING_DIRECTORY "${work}" OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
 endfunction()
 
-# The names of a module's functions, a list.
+# Returns the names of a module's functions as a list.
 function(read_names wasm result)
   run(wasm-opt "${wasm}" -q "--symbolmap=names.txt" -o names.wasm)
   file(STRINGS "${work}/names.txt" names)
@@ -31,8 +32,8 @@ function(read_names wasm result)
   set(${result} "${names}" PARENT_SCOPE)
 endfunction()
 
-# "kdstream::ShownSection" is a class, all of whose members it means, or a function: as a pattern of mangled names. What is
-# exported is written as it is.
+# Makes a pattern of mangled names. "kdstream::ShownSection" is a class, meaning all its members, or a function. Names
+# of exported functions are used as they are.
 function(to_pattern name result)
   if(NOT name MATCHES "::")
     set(${result} "^${name}$" PARENT_SCOPE)
@@ -81,7 +82,7 @@ list(JOIN later "\n" lines)
 file(WRITE "${work}/later.txt" "${lines}\n")
 run(${split} -g --split-funcs=@later.txt -o1 probe.wasm -o2 probe-more.wasm)
 
-# What the page calls, by its name; what else is exported is for the second part.
+# The functions that the page calls by their names; other exports are for the second part.
 set(called ${all})
 list(FILTER called INCLUDE REGEX "^(Viewer[A-Z]|_initialize$)")
 set(graph)
@@ -95,7 +96,8 @@ list(JOIN reached "," reached)
 file(WRITE "${work}/graph.json" "[{\"name\":\"page\",\"root\":true,\"reaches\":[${reached}]},${graph}]")
 run(wasm-metadce probe.wasm -q -g -f graph.json -o kept.wasm)
 
-# What has no name, but a number that changes with each step (functions that later versions of binaryen make), stays too.
+# Functions without a name (which later versions of binaryen make) have numbers that change in each step; they stay,
+# too.
 read_names(kept.wasm kept)
 set(more ${all})
 list(FILTER more EXCLUDE REGEX "^[0-9]+$")
@@ -103,7 +105,7 @@ list(REMOVE_ITEM more ${kept})
 list(JOIN more "\n" lines)
 file(WRITE "${work}/more.txt" "${lines}\n")
 run(${split} --split-funcs=@more.txt -o1 first.wasm -o2 more.wasm)
-# The linker inlines nothing for its only caller, which may be in the other part; now it may be done. The second time makes
-# smaller what the first has inlined.
+# The linker must not inline functions for their only caller, which may be in the other part; now this is allowed. The
+# second -Oz shrinks what the first has inlined.
 run(wasm-opt first.wasm -q -Oz -Oz -o "${FIRST}")
 run(wasm-opt more.wasm -q -Oz -Oz -o "${MORE}")

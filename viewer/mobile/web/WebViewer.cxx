@@ -3,11 +3,11 @@
 // functions for page.js. Step "render" of the pipeline picture.
 //
 // Texts and bytes go in through one buffer: page.js asks for room (ViewerInbox), copies them there,
-// and calls a function that takes what is there. Texts come out through another: a function fills
-// it, ViewerText and ViewerTextBytes say where it is. Lengths and positions are pixels of the
-// canvas, times seconds of performance.now().
+// and calls a function that takes the buffer's content. Texts come out through another buffer: a
+// function fills it, and ViewerText and ViewerTextBytes say where it is. Lengths and positions are
+// pixels of the canvas; times are seconds of performance.now().
 //
-// No input traps, except for lack of memory, which page.js reports to the user.
+// No input can make the program trap, except by lack of memory, which page.js reports to the user.
 #include "viewer/mobile/web/PagePicture.h"
 #include "viewer/mobile/web/PageSession.h"
 #include "viewer/session/InputTouches.h"
@@ -46,8 +46,8 @@ struct WebViewer
 {
   PageSession page{ Now };
   PagePicture picture{ page, Now };
-  std::vector<ServerLine::Action> actions; // actions to do; the next one is the last element
-  std::size_t mostBytes = 0;               // of the last Fetch
+  std::vector<ServerLine::Action> actions; // actions to do; the last element is done first
+  std::size_t mostBytes = 0;               // the maximum size of the answer to the last Fetch
 
   std::string inbox, outbox;
   std::vector<std::uint8_t> arrived; // the bytes of the last arrival
@@ -56,7 +56,7 @@ struct WebViewer
 namespace
 {
 
-// Larger than any answer that a phone could show.
+// More than the size of any answer that a phone could show.
 constexpr std::size_t mostInbox = std::size_t{ 32 } << 20;
 
 int HexOf(const Color& color)
@@ -85,7 +85,7 @@ std::string LegendOfDetail(const ViewerScene& scene)
   return json.Text();
 }
 
-// id, x, y and isPair of each pointer, doubles.
+// Reads the id, x, y and isPair of each pointer, as doubles.
 std::vector<Touch> ParseTouches(const std::string& bytes, double pixelRatio)
 {
   double values[4];
@@ -112,8 +112,9 @@ using kdstream::WebViewer;
 
 extern "C"
 {
-  // Lack of memory must trap: otherwise operator new, which cannot throw here, would return null
-  // and the program would continue. The linker puts this before the C library's own (--wrap).
+  // Lack of memory must trap. Otherwise operator new, which cannot throw here, would return null,
+  // and the program would continue. The linker puts this function before the C library's own
+  // (--wrap).
   int __real_emscripten_resize_heap(std::size_t bytes);
   int __wrap_emscripten_resize_heap(std::size_t bytes);
   EMSCRIPTEN_KEEPALIVE int __wrap_emscripten_resize_heap(std::size_t bytes)
@@ -125,7 +126,7 @@ extern "C"
     return 1;
   }
 
-  // A viewer, until it is dropped.
+  // Makes a viewer, which exists until it is dropped.
   EMSCRIPTEN_KEEPALIVE WebViewer* ViewerMake()
   {
     return new WebViewer;
@@ -136,7 +137,7 @@ extern "C"
     delete viewer;
   }
 
-  // The rest of the WebAssembly is there (parts.js).
+  // Call this when the rest of the WebAssembly has been loaded (parts.js).
   EMSCRIPTEN_KEEPALIVE void ViewerBecomeWhole(WebViewer* viewer)
   {
     viewer->page.BecomeWhole();
@@ -144,7 +145,7 @@ extern "C"
 
   // ---- texts and bytes
 
-  // Room for this number of bytes; null if they are too many.
+  // Returns room for this number of bytes; null if there are too many.
   EMSCRIPTEN_KEEPALIVE char* ViewerInbox(WebViewer* viewer, std::size_t bytes)
   {
     if (bytes > kdstream::mostInbox)
@@ -163,9 +164,9 @@ extern "C"
     return viewer->outbox.size();
   }
 
-  // ---- what the person does
+  // ---- what the user does
 
-  // The inbox is the model's id.
+  // The inbox holds the model's id.
   EMSCRIPTEN_KEEPALIVE void ViewerSelect(WebViewer* viewer)
   {
     viewer->page.SelectModel(viewer->inbox);
@@ -184,7 +185,7 @@ extern "C"
     const double ratio = kdstream::WindowOf(*viewer).pixelRatio;
     viewer->page.Session().HandleTouches({ time, kdstream::ParseTouches(viewer->inbox, ratio) });
   }
-  // As DragByKey and TapByKey.
+  // The same as DragByKey and TapByKey.
   EMSCRIPTEN_KEEPALIVE void ViewerDragByKey(
     WebViewer* viewer, int right, int down, bool pans, double time)
   {
@@ -210,20 +211,20 @@ extern "C"
   {
     viewer->page.Session().Zoom(factor, x, y);
   }
-  // In, or out, about the middle.
+  // Zooms in or out about the middle.
   EMSCRIPTEN_KEEPALIVE void ViewerZoomByKey(WebViewer* viewer, bool isIn)
   {
     const auto& window = kdstream::WindowOf(*viewer);
     const double factor = isIn ? kdstream::keyZoom : 1 / kdstream::keyZoom;
     viewer->page.Session().Zoom(factor, 0.5 * window.width, 0.5 * window.height);
   }
-  // The next frame draws again.
+  // Makes the next frame draw again.
   EMSCRIPTEN_KEEPALIVE void ViewerRedraw(WebViewer* viewer)
   {
     viewer->picture.Redraw();
   }
 
-  // 0xrrggbb each.
+  // Each colour is 0xrrggbb.
   EMSCRIPTEN_KEEPALIVE void ViewerSetBackground(WebViewer* viewer, unsigned bottom, unsigned top)
   {
     const auto color = [](unsigned hex)
@@ -243,7 +244,7 @@ extern "C"
   {
     viewer->page.Session().UndoView();
   }
-  // The inbox is the side: "front" and so on.
+  // The inbox holds the side: "front" and so on.
   EMSCRIPTEN_KEEPALIVE void ViewerLookFromSide(WebViewer* viewer)
   {
     viewer->page.Session().LookFromSide(viewer->inbox);
@@ -252,23 +253,23 @@ extern "C"
   {
     viewer->page.Session().SetSpinning(spins);
   }
-  // The inbox is a link to a view.
+  // The inbox holds a link to a view.
   EMSCRIPTEN_KEEPALIVE void ViewerFollow(WebViewer* viewer)
   {
     viewer->page.Follow(viewer->inbox);
   }
-  // A link to the present view, without colours, as the text.
+  // The text is a link to the current view, without colours.
   EMSCRIPTEN_KEEPALIVE void ViewerLink(WebViewer* viewer)
   {
     viewer->outbox = FormatViewLink(viewer->page.Session().Link());
   }
-  // 0 none, 1 measure, 2 section, 3 light, 4 second light.
+  // tool: 0 none, 1 measure, 2 section, 3 light, 4 second light.
   EMSCRIPTEN_KEEPALIVE void ViewerSetTool(WebViewer* viewer, unsigned tool)
   {
     viewer->page.Session().SetTool(
       tool <= 4 ? static_cast<kdstream::Tool>(tool) : kdstream::Tool::None);
   }
-  // The inbox is the side: "x" and so on.
+  // The inbox holds the direction: "x" and so on.
   EMSCRIPTEN_KEEPALIVE void ViewerSetSectionAlong(WebViewer* viewer)
   {
     viewer->page.Session().SetSectionAlong(viewer->inbox);
@@ -282,7 +283,7 @@ extern "C"
   {
     viewer->outbox = viewer->page.Session().SectionOutline();
   }
-  // Intensities of the lights and the relief, where there is raking light.
+  // Sets the intensities of both lights and the relief, if there is raking light.
   EMSCRIPTEN_KEEPALIVE void ViewerDim(
     WebViewer* viewer, double lightSource, double secondLight, double relief)
   {
@@ -302,22 +303,22 @@ extern "C"
   {
     viewer->page.Session().SetLight({});
   }
-  // As the text.
+  // The text is the measured distances (PageSession::MeasurementsJson).
   EMSCRIPTEN_KEEPALIVE void ViewerMeasurements(WebViewer* viewer)
   {
     viewer->outbox = viewer->page.MeasurementsJson();
   }
-  // The inbox is links, a line each.
+  // The inbox holds links, one per line.
   EMSCRIPTEN_KEEPALIVE void ViewerSetMarks(WebViewer* viewer)
   {
     viewer->page.SetMarks(viewer->inbox);
   }
-  // As the text.
+  // The text is the marks (PageSession::MarksJson).
   EMSCRIPTEN_KEEPALIVE void ViewerMarks(WebViewer* viewer)
   {
     viewer->outbox = viewer->page.MarksJson();
   }
-  // The inbox is the name.
+  // The inbox holds the name.
   EMSCRIPTEN_KEEPALIVE void ViewerNameMeasurement(WebViewer* viewer, std::size_t index)
   {
     viewer->page.Session().NameMeasurement(index, viewer->inbox);
@@ -330,7 +331,7 @@ extern "C"
   {
     viewer->page.SetMemory(bytes > 4e9 ? 0xffffffff : static_cast<std::size_t>(bytes));
   }
-  // Bytes of memory in use, as text.
+  // The text is the bytes of memory in use, as JSON.
   EMSCRIPTEN_KEEPALIVE void ViewerMemory(WebViewer* viewer)
   {
     const auto top = reinterpret_cast<std::size_t>(sbrk(0));
@@ -344,20 +345,20 @@ extern "C"
       .EndObject();
     viewer->outbox = json.Text();
   }
-  // 0 upright, 1 free.
+  // turning: 0 upright, 1 free.
   EMSCRIPTEN_KEEPALIVE void ViewerSetTurning(WebViewer* viewer, unsigned turning)
   {
     viewer->page.Session().SetTurning(
       turning == 1 ? kdstream::Turning::Free : kdstream::Turning::Upright);
   }
-  // 0 by the view, 1 one level for the whole model.
+  // detail: 0 as the view needs, 1 one level for the whole model.
   EMSCRIPTEN_KEEPALIVE void ViewerSetDetail(WebViewer* viewer, unsigned detail)
   {
     viewer->page.Session().SetDetail(
       detail == 1 ? kdstream::DetailMode::Level : kdstream::DetailMode::View);
   }
 
-  // Whether anything moves by itself: new vertices to their places, and what is let go.
+  // Whether anything moves by itself: new vertices morph, and a released model continues to turn.
   EMSCRIPTEN_KEEPALIVE void ViewerSetMotion(WebViewer* viewer, bool motion)
   {
     viewer->picture.SetGeomorphs(motion);
@@ -371,8 +372,9 @@ extern "C"
   {
     viewer->page.Session().SetRings(rings);
   }
-  // coloring: a SurfaceColoring; a larger number means the array whose name is the text. map: a
-  // ColorMap; a larger number means the first. low and high: the ends of its range, or NaN.
+  // coloring: a SurfaceColoring; a larger number means the array whose name is in the inbox. map: a
+  // ColorMap; a larger number means the first one. low and high: the ends of the map's range, or
+  // NaN.
   EMSCRIPTEN_KEEPALIVE void ViewerSetColors(
     WebViewer* viewer, unsigned coloring, unsigned map, double low, double high)
   {
@@ -391,7 +393,8 @@ extern "C"
 
   // ---- the canvas
 
-  // Makes all that draws: when gl.js has a context, and when that one is given back.
+  // Creates what is needed to draw. Call this when gl.js has a context, and when a lost context was
+  // restored.
   EMSCRIPTEN_KEEPALIVE void ViewerMakeRenderer(WebViewer* viewer)
   {
     viewer->picture.MakeRenderer();
@@ -405,15 +408,15 @@ extern "C"
   {
     viewer->picture.Resize({ std::max(width, 1), std::max(height, 1), pixelRatio });
   }
-  // Draws what has changed; returns whether anything had.
+  // Draws if something has changed; returns whether it had.
   EMSCRIPTEN_KEEPALIVE bool ViewerFrame(WebViewer* viewer)
   {
     return viewer->picture.Draw();
   }
 
-  // ---- the line to the server
+  // ---- the connection to the server
 
-  // The inbox is the list of models. False if it is not a list; the text says why.
+  // The inbox holds the list of models. Returns false if it is not a list; the text says why.
   EMSCRIPTEN_KEEPALIVE bool ViewerSetModels(WebViewer* viewer)
   {
     const kdstream::Status status = viewer->page.SetModels(viewer->inbox);
@@ -435,13 +438,13 @@ extern "C"
     const auto* bytes = reinterpret_cast<const std::uint8_t*>(viewer->inbox.data());
     viewer->page.Line().SocketFrame(std::span(bytes, viewer->inbox.size()), now);
   }
-  // The inbox says why. retryAfter: the seconds that a busy server asks for, or 0.
+  // The inbox holds the reason. retryAfter: the seconds that a busy server asks to wait, or 0.
   EMSCRIPTEN_KEEPALIVE void ViewerSocketEnded(
     WebViewer* viewer, bool refused, double now, double retryAfter)
   {
     viewer->page.Line().SocketEnded(refused, viewer->inbox, now, retryAfter);
   }
-  // The inbox is the body of the answer, or says why there is none (status 0).
+  // The inbox holds the body of the answer; if there is no answer (status 0), the reason.
   EMSCRIPTEN_KEEPALIVE void ViewerFetched(
     WebViewer* viewer, unsigned status, double now, double retryAfter)
   {
@@ -465,9 +468,9 @@ extern "C"
     viewer->page.Line().RetryNow();
   }
 
-  // ---- what comes out
+  // ---- what the page reads
 
-  // Call after every input.
+  // Call this after every input.
   EMSCRIPTEN_KEEPALIVE void ViewerExchange(WebViewer* viewer, double now)
   {
     viewer->page.Exchange(now);
@@ -476,9 +479,10 @@ extern "C"
     actions.insert(actions.end(), viewer->actions.begin(), viewer->actions.end());
     viewer->actions.swap(actions);
   }
-  // The next action for the connection: 0 nothing, 1 connect, 2 send the text, 3 close, 4 fetch the
-  // path in the text, 5 search the stored answers for the paths in the text. These are one a line,
-  // after the search's number ("7 again": PageSession::TakeSearch).
+  // Returns the next action for the connection: 0 nothing, 1 connect, 2 send the text, 3 close, 4
+  // fetch the path in the text, 5 search the stored answers for the paths in the text. For a
+  // search, the first line is its number ("7 again": PageSession::TakeSearch), and each further
+  // line is a path.
   EMSCRIPTEN_KEEPALIVE int ViewerNextAction(WebViewer* viewer)
   {
     if (std::string search = viewer->page.TakeSearch(); !search.empty())
@@ -514,7 +518,7 @@ extern "C"
   {
     return viewer->mostBytes;
   }
-  // A blob of a search that is kept: its bytes are in the inbox.
+  // Takes a stored blob of a search from the inbox.
   EMSCRIPTEN_KEEPALIVE void ViewerFound(WebViewer* viewer, std::uint32_t search, std::size_t index)
   {
     viewer->page.Found(search, index, { viewer->inbox.begin(), viewer->inbox.end() });
@@ -528,8 +532,8 @@ extern "C"
   {
     viewer->page.SetKeeps(keeps);
   }
-  // The bytes of the next blob that has arrived, if such blobs are to be stored; the text is its
-  // path. 0 if there is none.
+  // Returns the bytes of the next blob that has arrived and is to be stored; the text is its path.
+  // Returns null if there is none.
   EMSCRIPTEN_KEEPALIVE const std::uint8_t* ViewerArrival(WebViewer* viewer)
   {
     auto arrival = viewer->page.TakeArrival();
@@ -541,8 +545,8 @@ extern "C"
   {
     return viewer->arrived.size();
   }
-  // The arrays that the model may be coloured by; and for the current array the range of the map,
-  // and the classes of a legend: {"arrays","low","high","classes"}.
+  // The text is the arrays that the model can be coloured by. For the current array it also has the
+  // range of the map, and the classes of a legend: {"arrays","low","high","classes"}.
   EMSCRIPTEN_KEEPALIVE void ViewerArrays(WebViewer* viewer)
   {
     const auto scalars = viewer->page.Session().Scene().scalars;
@@ -569,14 +573,14 @@ extern "C"
     json.EndArray().EndObject();
     viewer->outbox = json.Text();
   }
-  // 0xrrggbb, of a number of the array that it is coloured by.
+  // Returns the colour, 0xrrggbb, of a value of the array that the model is coloured by.
   EMSCRIPTEN_KEEPALIVE int ViewerShade(WebViewer* viewer, double value)
   {
     const auto scalars = viewer->page.Session().Scene().scalars;
     return kdstream::HexOf(ColoringOf(viewer->picture.Colors(), scalars).Of(value));
   }
-  // The legend of the colours of resolutions that are shown: [{"level","color"}], the finest first.
-  // level: -1 for the original; color: 0xrrggbb.
+  // The text is the legend for the colours of the resolutions that are shown: [{"level","color"}],
+  // the finest first. level: -1 for the original; color: 0xrrggbb.
   EMSCRIPTEN_KEEPALIVE void ViewerLegend(WebViewer* viewer)
   {
     viewer->outbox = kdstream::LegendOfDetail(viewer->page.Session().Scene());

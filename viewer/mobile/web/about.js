@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The information about a model, for its panel: all of its texts, with links for URLs in them, its size and, in the details, its triangles.
-// Fetched when it is first opened. Texts are untrusted: they never become HTML, and only http links are made.
+// The sheet with information about a model: all of its texts (URLs in them are links), its size and, in the details, its number
+// of triangles. Fetched when it is first opened. Texts are untrusted: they never become HTML, and only http links are made.
 
 import { makeButton } from "./elements.js";
 import { describeLengths } from "./lengths.js";
@@ -17,7 +17,7 @@ function linkTo(text) {
   return found ? make("a", { href: found.href, target: "_blank", rel: "noopener noreferrer nofollow", textContent: text }) : text;
 }
 
-// The text, its URLs as links. A full stop or bracket after a URL belongs to the sentence.
+// Returns the text with its URLs as links. A full stop or bracket after a URL belongs to the sentence, not to the URL.
 export function withLinks(text) {
   const parts = [];
   let end = 0;
@@ -35,7 +35,7 @@ function row(name, ...what) {
   return [make("dt", { textContent: name }), make("dd", { dir: "auto" }, ...what)];
 }
 
-// If a budget leaves much of it coarser, the finest part is described as such.
+// If a budget leaves much of the surface coarser, the text says so: "Up to" the finest level that is shown.
 function describeSurface({ shownLevel, finestLevel, triangles, vertices, region, original, errorLeft }) {
   if (shownLevel === null) {
     return "";
@@ -59,7 +59,7 @@ const describeOriginal = ({ triangles, vertices }) => vertices && `${t("The orig
 // Statistics of the view.
 export const describeDetails = (status) => [describeSurface(status), describeProgress(status)].filter(Boolean).join(" · ");
 
-// close: what the button does. Gives what goes into the sheet.
+// Returns the content of the sheet. close: what the sheet's button does.
 export function describeModel(model, { sides = [], unit, credit, license, description }, close) {
   const rows = [];
   const lengths = unit && sides.length ? describeLengths(sides, unit) : "";

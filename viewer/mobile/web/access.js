@@ -10,7 +10,7 @@ const tokenAlone = /^[\w.-]{1,4096}$/;
 
 const remembersToken = () => unlessDenied(() => localStorage.getItem(rememberedKey)) === token && token !== "";
 
-// Whether the browser does what is wanted.
+// Returns whether the browser did what was requested.
 function rememberToken(remembers) {
   unlessDenied(() => (remembers ? localStorage.setItem(rememberedKey, token) : localStorage.removeItem(rememberedKey)));
   return remembersToken() === remembers;
@@ -22,7 +22,7 @@ function forgetToken() {
   unlessDenied(() => localStorage.removeItem(rememberedKey));
 }
 
-// Takes an entered token, or a link that contains one. False if it is not a token.
+// Takes an entered token, or a link that contains one. Returns false if it is neither.
 function enterToken(given) {
   const text = given.trim();
   const found = text.match(tokenInLink)?.[2] ?? text.match(tokenAlone)?.[0];
@@ -37,7 +37,7 @@ const remembers = (checked) => {
   return [box, make("label", { className: "check" }, box, t("Remember it in this browser"))];
 };
 
-// True once a token has been entered; false if the person does not want to.
+// Resolves to true once a token has been entered, or to false if the user cancels.
 export function askForToken() {
   const field = make("input", { type: "text", id: "token", autocomplete: "off", spellcheck: false, required: true });
   const [box, label] = remembers(false);
@@ -68,12 +68,12 @@ export function askForToken() {
   });
 }
 
-// Into the fieldset `place`. forgotten: called once the token is gone.
+// Puts the options into the fieldset `place`. forgotten: called once the token is gone.
 export function openAccessOptions(place, forgotten) {
   const [box, label] = remembers(remembersToken());
   box.addEventListener("change", () => {
     if (!rememberToken(box.checked)) {
-      box.checked = false; // the browser keeps nothing for us
+      box.checked = false; // the browser does not store anything for this page
     }
   });
   const forget = makeButton("Forget it now", () => {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which model is shown, and how: the list, links to views, colours; and requesting again what has failed.
+// Which model is shown, and how: the list, links to views, colours; and repeating requests that have failed.
 
 import { isOffline } from "./line.js";
 import { entryOf, findKept, markKept, readList, showEntries, showSite } from "./list.js";
@@ -10,13 +10,13 @@ import { lastStatus, rest, wake } from "./frames.js";
 import { find, isEmbedded, line, say, viewer } from "./shared.js";
 
 export let models = null; // the list of models, once it has arrived
-export let linked = ""; // a link to a view, that waits for the list, or for the rest of the viewer
+export let linked = ""; // a link to a view that waits for the list, or for the rest of the viewer
 export let linkTrouble = ""; // why the last link opened nothing
 export let site = { title: "", text: "" };
-export let update = null; // goes over to a newer page
-let gallery = null; // the pictures of the list, once they are loaded
-let keptPage = false; // whether keeping the page was requested
-export const refreshing = new Refreshing(takeList, askAgain, wake); // asked again for what could not be had
+export let update = null; // switches to a newer version of the page
+let gallery = null; // the list's pictures and search, once their code is loaded
+let keptPage = false; // whether the page's files were requested to be stored
+export const refreshing = new Refreshing(takeList, askAgain, wake); // repeats requests that have failed
 
 export function selectedModel() {
   const id = lastStatus.model ?? "";
@@ -25,7 +25,7 @@ export function selectedModel() {
 
 // ---- the list of models
 
-// The list as the server sent it; the number of models in it. Throws if it is not a list.
+// Takes the list as the server sent it, and returns the number of models in it. Throws if it is not a list.
 function takeList(bytes) {
   const trouble = viewer.setModels(bytes);
   if (trouble) {
@@ -55,7 +55,7 @@ function showModels(list) {
   }
 }
 
-// Pictures, and the search.
+// Loads the list's pictures and its search.
 export async function openGallery() {
   const { Gallery } = await import("./gallery.js");
   if (!gallery) {
@@ -64,7 +64,7 @@ export async function openGallery() {
   }
 }
 
-// Work that can wait until there is a picture.
+// Starts work that can wait until there is a picture.
 export async function goOnOnce() {
   if (keptPage) {
     return;
@@ -81,7 +81,8 @@ export async function goOnOnce() {
   });
 }
 
-// Selects a link's model, or, after a reload in full screen, the same model again. Offline: a stored model, or none.
+// Selects a link's model or, after a reload in full screen, the model of that time; otherwise the first. Offline, only a stored
+// model.
 async function selectFirst() {
   if (linked) {
     followLink(linked);
@@ -89,7 +90,7 @@ async function selectFirst() {
   }
   const earlier = models.find(({ id }) => id === history.state?.model);
   if (!earlier && previewsAreAsked()) {
-    goOnOnce(); // there may be no picture for long
+    goOnOnce(); // it may take long until there is a picture
     return;
   }
   const first = earlier ?? (isOffline() ? await findKept(models) : models)[0];
@@ -103,7 +104,7 @@ async function selectFirst() {
   }
 }
 
-// The first time its preview, then the whole screen.
+// The first click on a model shows its preview, the second opens it in full screen.
 function choose(model) {
   linked = linkTrouble = coloursOfLink = "";
   if (!previewsAreAsked() || showsPreview() || model !== lastStatus.model) {
@@ -123,27 +124,27 @@ export function closePreview() {
 
 // ---- links
 
-// The view after the # of the URL, or the model whose page this is (m/ID); "" for none.
+// Returns the view after the # of the URL, or the model whose page this is (m/ID); "" if there is none.
 export function linkInAddress() {
   const view = location.hash.slice(1);
   const page = location.pathname.match(/\/m\/([^/]+)\/?$/);
   return (/(^|&)model=/.test(view) ? view : page ? `model=${page[1]}&${view}` : "").slice(0, mostOfLink);
 }
 
-const mostOfLink = 1e4; // characters: more than any has that can be understood
+const mostOfLink = 1e4; // characters; more than in any valid link
 
-// Follows that, or keeps it until there is a list.
+// Follows the link in the URL, or keeps it until there is a list.
 export function takeLink() {
   models?.length ? followLink(linkInAddress()) : (linked = linkInAddress());
 }
 
-let hasDistances = false; // the last link has distances that were not shown yet
+let hasDistances = false; // the last link has distances that have not been shown yet
 
-// Whether it had any since the last call.
+// Returns whether the last link had distances; false until there is another such link.
 export const takeDistances = () => hasDistances && !(hasDistances = false);
 
-export let colouring = "own"; // in the form of links
-let coloursOfLink = ""; // until another model is chosen
+export let colouring = "own"; // in the form that links have
+let coloursOfLink = ""; // kept until another model is chosen
 
 export function colourBy(colors) {
   colouring = colors;
@@ -151,7 +152,7 @@ export function colourBy(colors) {
   find("menu").elements.coloring.forEach((radio) => (radio.checked = radio.value === colors));
 }
 
-// The model has none of these.
+// Call this if the model does not have the array that it should be coloured by.
 export function missColours() {
   if (colouring === coloursOfLink) {
     coloursOfLink = "";
@@ -160,7 +161,7 @@ export function missColours() {
   }
 }
 
-// The last one where there are several before it can be done.
+// If several links are followed before the rest of the viewer is there, only the last one counts.
 export async function followLink(link) {
   linked = link;
   await rest.wait();
@@ -173,7 +174,7 @@ export async function followLink(link) {
   const menu = find("menu").elements;
   menu.detail.value = parameters.get("detail") === "level" ? "1" : "0";
   menu.turning.value = parameters.get("turning") === "free" ? "1" : "0";
-  colourBy(coloursOfLink = link.match(/colours=([^&]*)/)?.[1] ?? "own"); // not decoded
+  colourBy(coloursOfLink = link.match(/colours=([^&]*)/)?.[1] ?? "own"); // not decoded, as links have it
   viewer.follow(link);
   const { mode, error } = viewer.status();
   linkTrouble = mode === "no model" ? error : ""; // the link does not name a model of the list
@@ -184,7 +185,7 @@ export async function followLink(link) {
   wake();
 }
 
-// ---- once more
+// ---- trying again
 
 // Requests again what has failed.
 export function askAgain() {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Commands of the user, the browser or a surrounding page: buttons, keys, back and forward, tokens; and changes of the network
-// and of the canvas.
+// Commands of the user, the browser or an embedding page: buttons, keys, back and forward, tokens. Also reacts to changes of the
+// network and of the canvas.
 
 import { takeToken } from "./line.js";
 import { entryOf, pageOf } from "./list.js";
@@ -12,11 +12,11 @@ import { closeSheets, openAbout, openHelp, openMenu, openTools, shownSheet } fro
 import { canvas, fingers, find, isEmbedded, line, viewer } from "./shared.js";
 
 export let contextLost = false;
-export let embedding = null; // in somebody's page
+export let embedding = null; // set if the page is in a frame of another page
 
-// ---- to and fro
+// ---- back and forth
 
-// Full screen is a page of its own for the browser's back.
+// Full screen has an entry of its own in the browser's history, so that "back" leaves it.
 export function followMode(before, { mode, model }) {
   if (mode === "full screen" && before !== mode && !history.state?.model && !isEmbedded) {
     history.pushState({ model }, "", location.hash || !pageOf(model) ? location.href : pageOf(model) + location.search);
@@ -39,7 +39,7 @@ function keepFocus(mode, model) {
   }
 }
 
-// Partitions and detail are looked at in full screen; the list shows models as they are.
+// Colours of partitions and detail are only for full screen; beside the list, models have their own colours.
 function showOwnColours() {
   colourBy("own");
 }
@@ -106,14 +106,14 @@ export function listenToButtons() {
     line.exchange();
     wake();
   });
-  canvas.addEventListener("pointerdown", () => shownSheet() === "tools" || closeSheets()); // tools are for what is tapped
+  canvas.addEventListener("pointerdown", () => shownSheet() === "tools" || closeSheets()); // tools stay open: taps use them
   listenToKeys();
 }
 
 const isField = ({ nodeName }) => /^(input|select|textarea)$/i.test(nodeName);
 
 function listenToKeys() {
-  // Only for users who navigate by keyboard the focus is announced; not after a single key press, or after opening a link.
+  // The focus is only shown to users who navigate by keyboard, and not after a single key press, or after a link was opened.
   const isBy = (way) => (document.body.dataset.by = way);
   addEventListener("pointerdown", () => isBy("pointer"), true);
   addEventListener("keydown", ({ key }) => key === "Tab" && isBy("keys"), true);
@@ -131,7 +131,7 @@ function listenToKeys() {
     } else if (key === "?" && lastStatus.mode === "full screen" && !isEmbedded && !isField(target)) {
       openHelp(find("help").hidden);
     } else if (key === "/" && !find("search").hidden && !isField(target)) {
-      event.preventDefault(); // or "/" would be typed into the field
+      event.preventDefault(); // otherwise "/" would be typed into the field
       find("search").focus();
     } else if (key === "Enter" && document.activeElement === canvas) {
       if (lastStatus.mode === "full screen") {
@@ -145,7 +145,7 @@ function listenToKeys() {
   });
 }
 
-// ---- other windows
+// ---- the browser
 
 export function listenToBrowser() {
   addEventListener("popstate", followHistory);

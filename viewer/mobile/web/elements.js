@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How tools and sheets make their elements.
+// Functions by which tools and sheets make their elements.
 
 import { make } from "./list.js";
 import { t } from "./words.js";
@@ -14,7 +14,7 @@ export function group(title, ...children) {
   return make("fieldset", {}, make("legend", { textContent: t(title) }), ...children);
 }
 
-// Says what was done, over all that is open, for some seconds.
+// Shows a text for some seconds, over everything that is open.
 export function notice(text) {
   let box = document.getElementById("notice");
   if (!box) {
@@ -23,7 +23,7 @@ export function notice(text) {
   }
   clearTimeout(box.timer);
   box.timer = setTimeout(() => (box.textContent = ""), 6000);
-  requestAnimationFrame(() => (box.textContent = text)); // a change is said aloud, not what comes with its element
+  requestAnimationFrame(() => (box.textContent = text)); // a change is announced; the text of a new element is not
 }
 
 export function download(blob, name) {

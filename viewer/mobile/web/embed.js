@@ -2,13 +2,13 @@
 // <kdstream-viewer src="https://SERVER" model="ID" view="…">: the viewer on anybody's page (doc/embedding.md).
 //
 // The viewer itself is the server's page in a frame, which shows one model and no list. The page and this element exchange
-// messages (embedding.js answers there). It works as a plain script and as a module. It has no import.meta, which a plain script
-// may not have.
+// messages; embedding.js answers them in the frame. This file works as a plain script and as a module, so it has no import.meta,
+// which plain scripts do not allow.
 (() => {
   const folderOf = (address) => address && new URL(".", address).href;
   const addresses = (selector) => Array.from(document.querySelectorAll(selector), ({ src }) => src);
-  // Of a module: the folder of its tag, or of what another module has imported. If there are several, each may be another
-  // script's, and the page must set src.
+  // For a module: the folder of its script tag, or of a script that another module imported. If there are several such folders,
+  // it is not clear which one is this script's, and the page must set src.
   const folderOfModule = () => {
     const others = addresses("script:not([type=module])");
     const imported = performance.getEntriesByType("resource").map(({ name }) => name);
@@ -17,7 +17,7 @@
     return another ? "" : folder;
   };
   const here = document.currentScript ? folderOf(document.currentScript.src) : folderOfModule();
-  const mostAwake = 4; // frames at a time: browsers give a page few contexts to draw with
+  const mostAwake = 4; // frames at the same time: browsers give a page only a few contexts to draw with
   const awake = []; // viewers in the order in which they were last visible
   const look = ":host{display:block;position:relative;width:100%;aspect-ratio:4/3;min-height:160px;background:#1a1c20}"
     + ":host([theme=light]){background:#e9e7e2}:host([hidden]){display:none}iframe{display:block;border:0;width:100%;height:100%}"
@@ -33,12 +33,12 @@
   class KdStreamViewer extends HTMLElement {
     static observedAttributes = ["src", "model", "view", "turn", "theme", "scroll", "poster", "autoplay", "logo"];
     #frame = null;
-    #link = ""; // of what was seen last
+    #link = ""; // to the last view
     #waiting = new Map(); // commands that have no answer yet
     #commands = 0;
     #ready = false;
     #isSeen = false;
-    #isWanted = false; // somebody has pressed the poster
+    #isWanted = false; // the user has pressed the poster
     #poster = null;
     #logo = null;
     #watch = new IntersectionObserver(([{ isIntersecting }]) => this.#see(isIntersecting), { rootMargin: "200px" });
@@ -46,7 +46,7 @@
     constructor() {
       super();
       const root = this.attachShadow({ mode: "open" });
-      const sheet = new CSSStyleSheet(); // a style element may be forbidden by a content security policy
+      const sheet = new CSSStyleSheet(); // because a content security policy may forbid style elements
       sheet.replaceSync(look);
       root.adoptedStyleSheets = [sheet];
     }
@@ -55,7 +55,7 @@
       this.src || console.error("kdstream-viewer: set src to the address of the server of the models");
       addEventListener("message", this);
       addEventListener("pointerdown", this, true);
-      this.#showPictures(); // with the title, and what else a script has set since the poster
+      this.#showPictures(); // now also with the title, and whatever else a script has set since the poster was made
       this.#watch.observe(this);
     }
 
@@ -80,7 +80,7 @@
         this.#see(this.#isSeen);
         return;
       }
-      if (name === "theme" || name === "scroll") { // the view stays
+      if (name === "theme" || name === "scroll") { // the view is kept
         this.#sleep();
         this.#see(this.#isSeen);
         return;
@@ -88,7 +88,7 @@
       this.#link = "";
       if (name !== "src" && this.#ready && this.model) {
         this.#do("follow", this.#wanted()).catch(() => {});
-      } else { // another server, or nothing is shown yet
+      } else { // another server, or nothing has been shown yet
         this.#sleep();
         this.#see(this.#isSeen);
       }
@@ -116,7 +116,7 @@
       return this.#frame === null;
     }
 
-    // ---- what a page may ask for; each is a promise
+    // ---- commands for the page; each returns a promise
 
     home() {
       return this.#do("home");
@@ -140,13 +140,14 @@
       return this.#do("picture");
     }
 
-    // ---- to and from the frame
+    // ---- messages to and from the frame
 
     #address() {
       return new URL(this.src, document.baseURI);
     }
 
-    // The poster lies over the frame until that has a picture; where nothing starts by itself, a press starts it.
+    // The poster covers the frame until there is a picture. If the viewer does not start by itself, pressing the poster starts
+    // it.
     #showPictures() {
       const hadFocus = this.#poster && this.shadowRoot.activeElement === this.#poster;
       this.#poster?.remove();
@@ -155,7 +156,7 @@
       const { poster, logo } = Object.fromEntries(["poster", "logo"].map((name) => [name, this.getAttribute(name)]));
       if (poster && !this.#ready) {
         const name = this.title || "3D model";
-        const waits = this.#waits(); // else it is not a button; aria-disabled, because a disabled element loses the focus
+        const waits = this.#waits(); // if not, it is no button; aria-disabled, because a disabled element loses the focus
         this.#poster = make("button", "poster", { type: "button", ariaLabel: name, ariaDisabled: !waits, tabIndex: waits ? 0 : -1 });
         this.#poster.append(make("img", "poster-picture", { src: poster, alt: "" }));
         this.#poster.addEventListener("click", () => {
@@ -176,7 +177,7 @@
       return this.getAttribute("autoplay") === "false" && this.hasAttribute("poster") && !this.#isWanted;
     }
 
-    // "model=ID&view=…", or all of a link as `view`.
+    // Returns "model=ID&view=…", or the whole link if `view` is one.
     #wanted() {
       const { view } = this;
       return this.#link || (view.includes("model=") ? view.replace(/^.*#/, "")
@@ -195,7 +196,7 @@
       while (awake.length >= mostAwake) {
         const longest = awake.find((each) => !each.#isSeen);
         if (!longest) {
-          break; // as many are looked at
+          break; // all of them are visible, so the limit is exceeded
         }
         longest.#sleep();
       }
@@ -209,7 +210,7 @@
       this.shadowRoot.prepend(this.#frame); // below poster and logo
     }
 
-    // The frame goes; the view stays known.
+    // Removes the frame, but keeps the view.
     #sleep() {
       if (this.#frame) {
         awake.splice(awake.indexOf(this), 1);
@@ -236,7 +237,7 @@
     }
 
     handleEvent({ type, source, origin, data }) {
-      if (type === "pointerdown") { // beside the frame
+      if (type === "pointerdown") { // outside the frame
         this.#frame?.contentWindow.postMessage({ kdstream: 1, deed: "leave" }, this.#address().origin);
         return;
       }
@@ -258,7 +259,7 @@
       if (event === "viewchange") {
         this.#link = String(detail);
       }
-      event === "failed" || this.#tell(event, detail); // the frame says more
+      event === "failed" || this.#tell(event, detail); // the page in the frame shows more than this event would
     }
 
     #tell(event, detail) {

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The page in the frame of a <kdstream-viewer> (embed.js) on somebody's page: answers its messages, and reports what is visible.
+// The page in the frame of a <kdstream-viewer> (embed.js) on another page: answers its messages, and reports what is visible.
 //
-// One finger scrolls that page, until a tap or two fingers have entered the viewer. Then it turns the model, until the user taps
-// beside the frame, or scrolls it away. A button shows the viewer in full screen, or in a tab of its own if the browser does not
-// allow frames to do that.
+// One finger scrolls the embedding page until a tap or two fingers have entered the viewer. Then it turns the model, until the
+// user taps outside the frame, or scrolls the frame out of sight. A button shows the viewer in full screen, or in a tab of its
+// own if the browser does not allow that for frames.
 //
-// Embedding pages are not trusted with what a token gives access to: if there is a token, only pages of the same origin are
-// answered.
+// Embedding pages must not get data that needs a token. So if there is a token, only pages of the same origin get answers.
 
 import { hasToken } from "./line.js";
 
@@ -18,14 +17,14 @@ const commands = {
   link: ({ viewer }) => viewer.link(),
   status: ({ status }) => status(),
   picture: ({ canvas, redraw }) => {
-    redraw(); // a canvas keeps its picture for as long as this turn lasts
+    redraw(); // a canvas keeps its picture only until the current task ends
     return new Promise((done) => {
       canvas.toBlob(done, "image/png");
     });
   },
 };
 
-const leastSeen = 0.5; // part of the frame: if less is visible, the fingers are elsewhere
+const leastSeen = 0.5; // share of the frame: if less is visible, the user is busy elsewhere
 
 async function fillScreen(viewer) {
   try {
@@ -50,14 +49,14 @@ export class Embedding {
     const { canvas, viewer, fingers, wake } = page;
     const open = document.getElementById("open");
     open.addEventListener("click", () => fillScreen(viewer));
-    let isByPointer = true; // else the frame has entered the viewer by itself, and the keyboard is elsewhere
+    let isByPointer = true; // otherwise the viewer was entered without the pointer, and the focus stays where it is
     fingers.onEnter = () => {
       document.body.toggleAttribute("data-entered", fingers.entered);
       fingers.entered && isByPointer && canvas.focus({ preventScroll: true });
       wake();
     };
     const asked = new URLSearchParams(location.search);
-    const isEntered = asked.get("embed") === "entered"; // the embedding page does not scroll over the frame
+    const isEntered = asked.get("embed") === "entered"; // for embedding pages that do not scroll with a finger on the frame
     const leave = () => {
       isByPointer = false;
       fingers.enter(isEntered || Boolean(document.fullscreenElement));
@@ -74,7 +73,7 @@ export class Embedding {
     leave();
   }
 
-  // The page's own origin is answered in any case, others where nothing is guarded.
+  // Pages of the same origin always get reports, others only if there is no token.
   #mayReport() {
     try {
       return !hasToken() || window.parent.location.origin === location.origin;
@@ -105,7 +104,7 @@ export class Embedding {
     }
   }
 
-  // After each change of what is shown.
+  // Call this after each change of what is shown.
   show() {
     const { idle, shownLevel, error, drawingError, trouble } = this.#page.status();
     const post = (event, detail) => window.parent.postMessage({ kdstream: 1, event, detail }, "*");
@@ -120,7 +119,7 @@ export class Embedding {
       if (wrong && mayReport) {
         post("error", wrong);
       } else if (wrong && !this.#reported.ready) {
-        post("failed"); // not why: only that the poster must not hide it
+        post("failed"); // without the reason; it only says that the poster must not hide the error
       }
     }
     if (mayReport && idle && this.#reported.ready) {

@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Passes fingers, mouse, wheel and keys on the canvas to the session, as touches. The session decides what they mean; nothing
-// here knows of gestures.
+// Passes fingers, mouse, wheel and keys on the canvas to the session, as touches. The session decides what they mean; this code
+// knows nothing about gestures.
 
-const wheelLine = 16; // points that a mouse's wheel means by a line
-const slop = 10; // points: a shorter movement is a tap on a page that one finger scrolls
+const wheelLine = 16; // points per line that a mouse's wheel reports
+const slop = 10; // points: a shorter movement is a tap, on a page that one finger scrolls
 
 export class Fingers {
   #canvas;
   #viewer;
   #changed;
   #down = new Map(); // by pointer: { x, y, isPair } in points of the window
-  #moved = 0; // time of the last move that the viewer has not got yet
-  #outside = null; // the pointerdown of a finger where one finger scrolls
-  #scale = 1; // of the last event of a trackpad's pinch
+  #moved = 0; // time of the last move that has not been passed to the viewer
+  #outside = null; // pointerdown of a finger that may scroll the embedding page
+  #scale = 1; // in the last event of a trackpad's pinch
 
   entered = true; // otherwise one finger scrolls the embedding page (embedding.js)
   onEnter = () => {};
 
-  // changed: called whenever the viewer has got input, or should get it (flush).
+  // changed: called whenever the viewer has received input, or should receive it by flush.
   constructor(canvas, viewer, changed) {
     this.#canvas = canvas;
     this.#viewer = viewer;
@@ -38,19 +38,19 @@ export class Fingers {
     }
   }
 
-  // Passes moves to the viewer; call before drawing. All moves of fingers since the last frame are combined.
+  // Passes moves to the viewer; call this before drawing. All moves since the last frame become one.
   flush() {
     if (this.#moved) {
       this.#tell(this.#moved);
     }
   }
 
-  // The canvas has moved or changed its size: what the fingers did before no longer counts.
+  // Call this when the canvas has moved or changed its size: earlier touches no longer count.
   restart() {
     this.#down.size && this.#drop();
   }
 
-  // From now on one finger turns the model, or scrolls the page again.
+  // From now on one finger turns the model, or (false) scrolls the page again.
   enter(enters = true) {
     if (this.entered !== enters) {
       this.entered = enters;
@@ -137,11 +137,11 @@ export class Fingers {
     event.preventDefault();
     const { deltaY, deltaMode, ctrlKey, clientX, clientY } = event;
     const points = deltaMode === 0 ? deltaY : deltaY * wheelLine;
-    // Browsers but Safari report a trackpad's pinch as a wheel with the control key.
+    // Except Safari, browsers report a trackpad's pinch as a wheel with the control key.
     this.#zoom(Math.exp(-Math.max(-100, Math.min(100, points)) * (ctrlKey ? .01 : .002)), clientX, clientY);
   }
 
-  // Safari reports it by the scale since its start. On a phone these events come beside those of the fingers.
+  // Safari reports the scale since the pinch began. On a phone it reports a pinch in addition to the fingers.
   #gesture(event) {
     event.preventDefault();
     const { type, scale, clientX, clientY } = event;
@@ -175,7 +175,7 @@ export class Fingers {
     this.#changed();
   }
 
-  // Taps the middle, for users without a pointer. times: 2 for a double tap.
+  // Taps in the middle, for users without a pointer. times: 2 for a double tap.
   tap(times) {
     this.#down.size || this.#viewer.byKey("Tap", times, performance.now() / 1000);
   }

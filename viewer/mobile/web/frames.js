@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Frames, only when something has changed; the viewer's state after each, and the rest of it, for all that need it.
+// Draws frames, but only when something has changed. Has the viewer's state after each frame, and the rest of the viewer, for all
+// other parts.
 
 import { Rest } from "./rest.js";
 import { canvas, fingers, line, viewer } from "./shared.js";
 
 export let lastStatus = {};
-export const rest = new Rest(() => fingers && wake()); // of the viewer
-let show; // startFrames
+export const rest = new Rest(() => fingers && wake()); // the rest of the viewer
+let show; // set by startFrames
 let frameAsked = false;
 
 export function wake() {
@@ -24,23 +25,24 @@ function drawFrame() {
   const before = lastStatus;
   lastStatus = viewer.failure ? before : viewer.status();
   show(before);
-  // After each picture one more frame: it shows how fast the device is.
+  // After each picture another frame follows, because its time shows how fast the device is.
   if (drawn || lastStatus.plain || lastStatus.turnsOn) {
     wake();
   }
 }
 
-// A canvas keeps its picture for as long as the turn lasts in which this is called.
+// A canvas keeps its picture only until the task ends in which this is called.
 export function redraw() {
   viewer.redraw();
   viewer.frame();
 }
 
-// From here on; the canvas has as many pixels as the screen under it. shows: called after each frame, with the status before it.
+// Starts to draw frames; the canvas gets as many pixels as the screen has below it. shows: called after each frame, with the
+// status before it.
 export function startFrames(shows) {
   show = shows;
   const observer = new ResizeObserver(([{ contentBoxSize: [points], devicePixelContentBoxSize: [exact] = [] }]) => {
-    // An emulated screen reports points instead of pixels: the exact size only decides the rounding.
+    // An emulated screen reports points instead of pixels, so the exact size is only used for rounding.
     const pixels = (side) => {
       const about = points[side] * devicePixelRatio;
       return Math.abs(exact?.[side] - about) < 2 ? exact[side] : Math.round(about);
@@ -59,6 +61,6 @@ function resize(width, height, points) {
   canvas.height = Math.max(height, 1);
   viewer.resize(canvas.width, canvas.height, points ? canvas.width / points : devicePixelRatio);
   fingers.restart();
-  viewer.frame(); // at once: a canvas that is resized is blank
+  viewer.frame(); // at once, because resizing clears a canvas
   wake();
 }

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The pictures of the list, and its search. Fetched after the first picture of the page, or if there are many models.
+// The list's pictures, and its search. Fetched after the first picture of the page, or if there are many models.
 //
-// A picture is made when its entry is first visible: of the model's preview, by a second viewer of the same WebAssembly on a
-// small hidden canvas, one at a time, and only while the page itself is idle. It is stored under the model's digest. The list and
-// the view share what they fetch (`previews` in line.js). A browser that saves data shows only stored pictures.
+// A picture of a model's preview is made when the model's entry is first visible. It is made by a second viewer of the same
+// WebAssembly on a small hidden canvas; only one at a time, and only while the page itself is idle. Pictures are stored under the
+// model's digest. List and view share the previews that they fetch (`previews` in line.js). If the browser saves data, only
+// stored pictures are shown.
 
 import { Line, isOffline, mayKeep } from "./line.js";
 import { entryOf, nameOf } from "./list.js";
@@ -12,9 +13,9 @@ import { anotherViewer } from "./viewer.js";
 import { t } from "./words.js";
 
 const side = 192; // pixels
-const pause = 300; // ms between two checks whether the page is idle
+const pause = 300; // ms between two checks of whether the page is idle
 const longest = 20000; // ms, for one picture
-const mostMade = 24; // pictures by one viewer, which keeps its memory
+const mostMade = 24; // pictures per viewer, because a viewer never frees memory
 const theme = document.documentElement.dataset.theme ?? "";
 const pathOf = (digest) => `picture/${digest}${theme}`;
 
@@ -37,7 +38,7 @@ class Maker {
     theme && this.#viewer.setBackground(0xd9d6cf, 0xf4f2ee); // light.css
   }
 
-  // Its data: address, or "" where there is none.
+  // Returns the picture as a data: URL, or "" if there is none.
   async make(model) {
     ++this.made;
     this.#viewer.setModels(new TextEncoder().encode(JSON.stringify({ models: [model] })));
@@ -62,7 +63,7 @@ class Maker {
   }
 
   #picture() {
-    this.#viewer.resize(side, side, 1); // a canvas keeps its picture for as long as this turn lasts
+    this.#viewer.resize(side, side, 1); // a canvas keeps its picture only until the current task ends
     this.#viewer.frame();
     return this.#canvas.toDataURL("image/webp", .8);
   }
@@ -75,7 +76,7 @@ class Maker {
 
 // ---- the list
 
-// Letters without their marks, in one case.
+// The text without accents, in lower case.
 const plain = (text) => text.normalize("NFKD").replace(/\p{M}/gu, "").toLowerCase();
 
 export class Gallery {
@@ -83,7 +84,7 @@ export class Gallery {
   #models = new Map(); // by id
   #seen = new IntersectionObserver((entries) => this.#see(entries), { root: document.getElementById("browser"), rootMargin: "80px" });
   #wanted = new Map(); // by id
-  #pictures = new Map(); // by digest; "" where none could be made
+  #pictures = new Map(); // by digest; "" if none could be made
   #maker = null;
   #works = false;
   #search = document.getElementById("search");
@@ -94,7 +95,7 @@ export class Gallery {
     this.#search.addEventListener("input", () => this.#filter());
   }
 
-  // After the entries were made.
+  // Call this after the entries were made.
   show(models) {
     this.#models = new Map(models.map((model) => [model.id, model]));
     this.#seen.disconnect();
@@ -109,14 +110,14 @@ export class Gallery {
       if (isIntersecting && model && !this.#put(model)) {
         this.#wanted.set(model.id, model);
       } else {
-        this.#wanted.delete(target.dataset.model); // scrolled away
+        this.#wanted.delete(target.dataset.model); // it was scrolled out of sight
       }
     }
     await Promise.all([...this.#wanted.values()].map((model) => this.#lookUp(model)));
     this.#work();
   }
 
-  // Shows the picture that is kept, if there is one: no other has to be made first.
+  // Shows a stored picture immediately, so that it need not wait for pictures that must be made first.
   async #lookUp(model) {
     const picture = this.#pictures.has(model.digest) ? "" : await this.#find(model);
     if (picture) {
@@ -126,7 +127,7 @@ export class Gallery {
     }
   }
 
-  // Shows what there is; whether there is nothing left to do.
+  // Shows the picture if there is one. Returns whether nothing more needs to be done for this model.
   #put({ id, digest }) {
     const picture = this.#pictures.get(digest);
     const image = entryOf(id)?.querySelector("img");
@@ -165,7 +166,7 @@ export class Gallery {
     return text?.startsWith("data:image/") ? text : undefined;
   }
 
-  // null while the page has better things to do.
+  // Returns null while the page is busy with something more important.
   async #make(model) {
     await this.#page.rest();
     const { mode = "no model", idle, shownLevel, error } = this.#page.status();
@@ -185,7 +186,7 @@ export class Gallery {
     return picture;
   }
 
-  // Keeps the entries that have all the words.
+  // Shows only the entries that contain all words.
   #filter() {
     const words = plain(this.#search.hidden ? "" : this.#search.value).split(/\s+/).filter(Boolean);
     let left = 0;

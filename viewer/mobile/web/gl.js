@@ -1,35 +1,35 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The functions that the viewer in WebAssembly calls: OpenGL ES 3 as a WebGL 2 context, and a clock.
 //
-// In WebAssembly WebGL objects are numbers; 0 means none.
+// In WebAssembly, WebGL objects are numbers; 0 means none.
 
-const objects = new WeakMap(); // by context: its objects by number, and places; freed with the context
-let things; // of the context that is used, and
-let places; // of its uniforms: their numbers, by the number of the program and their name
+const objects = new WeakMap(); // by context: its objects by number, and its uniforms' places; freed with the context
+let things; // the current context's objects by number
+let places; // the current context's uniforms: their numbers, by the program's number and the uniform's name
 let lastThing = 0;
 
 let gl = null;
 let memory = null;
 
-// The canvas's WebGL 2, or null.
+// Returns the canvas's WebGL 2 context, or null.
 export function gainCanvas(canvas) {
   const context = canvas.getContext("webgl2", { alpha: false });
   context && forgetObjects(context);
   return context;
 }
 
-// The context was lost, and they with it.
+// Forgets a context's objects, because the context is new, or was lost together with them.
 export function forgetObjects(context) {
   objects.set(context, [new Map(), new Map()]);
 }
 
-// Later calls draw into this context.
+// Makes later calls draw into this context.
 export function useContext(context) {
   gl = context;
   [things, places] = objects.get(context) ?? [];
 }
 
-// The memory of the viewer, which it exports.
+// Sets the memory that the viewer exports.
 export function useMemory(exported) {
   memory = exported;
 }
@@ -43,7 +43,7 @@ function textAt(begin) {
   return new TextDecoder().decode(all.slice(0, all.indexOf(0)));
 }
 
-// Writes a text of at most `most` bytes, its final 0 included.
+// Writes a text of at most `most` bytes, including the final 0.
 function putText(text, most, begin) {
   const { written } = new TextEncoder().encodeInto(text ?? "", bytesAt(begin, most - 1));
   bytesAt(begin, most)[written] = 0;
@@ -58,7 +58,7 @@ function numberOf(thing) {
 
 const thingOf = (number) => things.get(number) ?? null;
 
-// glGen… and glDelete…: `count` numbers at `begin`.
+// glGen… and glDelete…: there are `count` numbers at `begin`.
 const makeSome = (make) => (count, begin) => {
   for (let i = 0; i < count; ++i) {
     integers(begin, count)[i] = numberOf(gl[make]());
@@ -72,7 +72,7 @@ const deleteSome = (drop) => (count, begin) => {
   }
 };
 
-// Pictures of textures, which the browser decodes while we go on.
+// Pictures of textures: the browser decodes them in the background.
 const mimeTypes = ["", "image/jpeg", "image/png", "image/webp"]; // TileImage
 let waitingPictures = 0;
 let onPictures = () => {};
@@ -80,13 +80,13 @@ let nextCall = 0; // ms
 
 export const picturesAreWaiting = () => waitingPictures > 0;
 
-// loaded: called when some pictures are decoded, and when all are.
+// loaded: called when some pictures have been decoded, and when all have been.
 export function listenToPictures(loaded) {
   onPictures = loaded;
 }
 
-// Replaces the content of the texture once the picture is decoded. If it cannot be decoded, has another size, or is
-// too large for the device, vertex colours stay.
+// Replaces the texture's content once the picture has been decoded. If it cannot be decoded, has another size, or is too large
+// for the device, the vertices' colours stay.
 async function uploadPicture(number, begin, count, format, width, height) {
   const [context, owners, texture] = [gl, things, thingOf(number)];
   const bytes = new Blob([bytesAt(begin, count).slice()], { type: mimeTypes[format] });
@@ -103,7 +103,7 @@ async function uploadPicture(number, begin, count, format, width, height) {
     }
     picture.close();
   } catch {
-    // not a picture
+    // it is not a picture; vertex colours stay
   }
   --waitingPictures;
   if (!waitingPictures || performance.now() >= nextCall) {
@@ -129,7 +129,7 @@ const functions = {
   glGenFramebuffers: makeSome("createFramebuffer"),
   glGenTextures: makeSome("createTexture"),
   glGenVertexArrays: makeSome("createVertexArray"),
-  // Asked for the version, and for the framebuffer, which is the canvas's.
+  // Called only for the version, and for the bound framebuffer, which is the canvas's.
   glGetIntegerv(name, begin) {
     integers(begin, 1)[0] = gl && name !== gl.DRAW_FRAMEBUFFER_BINDING ? 3 : 0;
   },
@@ -158,7 +158,7 @@ const functions = {
     gl.uniformMatrix3fv(thingOf(place), false, floats(begin, 9 * count)),
 };
 
-// All other functions are as in WebGL, with the positions of their arguments that are objects.
+// All other functions are the same in WebGL; the digits are the positions of arguments that are objects.
 const alike = [
   ["", "activeTexture blendFunc checkFramebufferStatus clear colorMask depthFunc depthMask disable disableVertexAttribArray drawArrays drawElements enable enableVertexAttribArray getError texParameteri texStorage2D vertexAttrib4f vertexAttribPointer viewport"],
   ["0", "bindVertexArray compileShader linkProgram uniform1f uniform1i uniform2f uniform3f uniform4f useProgram"],

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How one moves a model: the help, and a finger that shows it once. Fetched when one of them is wanted.
+// How to move a model: the help, and a finger that shows it once. Fetched when one of them is needed.
 
 import { makeButton } from "./elements.js";
 import { make } from "./list.js";
 import { t } from "./words.js";
 
-// [what one does, what it does]
+// [what the user does, what it does]
 const byFingers = () => [
   [t("One finger"), t("turns the model")],
   [t("Two fingers"), t("move it, and bring it nearer")],
@@ -28,7 +28,7 @@ const byKeys = () => [
   [t("Escape"), t("closes the open panel, then returns to the list")],
 ];
 
-// Into the sheet. hasOriginal: it may be had.
+// Returns the content of the sheet. hasOriginal: whether the original can be shown.
 export function describeHelp(coarse, hasOriginal, close) {
   const rows = (coarse ? byFingers() : [...byMouse(), ...byKeys()]).filter(([, what]) => hasOriginal || what !== t("shows the original there"));
   return [
@@ -40,7 +40,7 @@ export function describeHelp(coarse, hasOriginal, close) {
 
 const key = "kdstream.finger";
 
-// Shows a moving finger over the picture, until the user acts, or for some seconds.
+// Shows a moving finger over the picture for some seconds, or until the user acts.
 export function showFinger(canvas) {
   try {
     if (localStorage.getItem(key)) {
@@ -48,7 +48,7 @@ export function showFinger(canvas) {
     }
     localStorage.setItem(key, "shown");
   } catch {
-    // then it comes again
+    // then the finger appears each time
   }
   const space = "http://www.w3.org/2000/svg";
   const finger = document.createElementNS(space, "svg");

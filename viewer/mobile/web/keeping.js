@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the user decides about stored data (storage.js): what is kept on purpose, at most how much, and that nothing is.
+// What the user decides about stored data (storage.js): to store models for offline use, the limit, and to remove everything.
 
 import { done, freeBytes, limitKey, rangeOf, storageLimit, within } from "./storage.js";
 
@@ -7,7 +7,7 @@ export function setStorageLimit(bytes) {
   try {
     localStorage.setItem(limitKey, bytes);
   } catch {
-    // then it is the usual one
+    // then the usual limit is used
   }
   return within("readwrite", async (stores) => {
     const sum = await done(stores.texts.get("bytes")) ?? 0;
@@ -15,10 +15,10 @@ export function setStorageLimit(bytes) {
   });
 }
 
-// Of all blobs.
+// Returns the bytes of all stored blobs.
 export const storedBytes = () => within("readonly", async ({ texts }) => await done(texts.get("bytes")) ?? 0, 0);
 
-// Pins those of the blobs that are there; gives their sizes by their paths. begin: of all the paths, a Set.
+// Pins those of the blobs that are stored, and returns their sizes by path. paths: a Set. begin: what all paths begin with.
 export function pinBlobs(begin, paths) {
   return within("readwrite", async ({ entries }) => {
     const there = (await done(entries.getAll(rangeOf(begin)))).filter(({ path }) => paths.has(path));

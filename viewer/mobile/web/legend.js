@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What colours mean, and the arrays of a model that it can be coloured by. Fetched when they are first shown.
+// The legend, and the choice of a model's arrays to colour it by. Fetched when they are first shown.
 
 import { make } from "./list.js";
 import { arrayOf, colorMaps } from "./viewer.js";
@@ -21,7 +21,7 @@ function entryOf({ color, text }) {
   return make("li", {}, drawing("svg", { viewBox: "0 0 1 1" }, square), text);
 }
 
-// What LAS calls those of its classes that most files have, as in ColorLegend.cxx.
+// The names that LAS gives to its most frequent classes, as in ColorLegend.cxx.
 const classes = {
   1: "unclassified", 2: "ground", 3: "low vegetation", 4: "medium vegetation", 5: "high vegetation", 6: "building",
   7: "low point (noise)", 9: "water", 11: "road", 17: "bridge deck", 18: "high noise",
@@ -34,8 +34,9 @@ function classesOf(name, present, viewer) {
   }));
 }
 
-// The legend: the array's name, or "" for colours of detail, and either `entries`, [{ color, text }], or a bar from the low end
-// to the high one: its `colors`, and the labels at its `ends` and between them. null if the model does not have the array.
+// Returns the legend. It has the array's name, or "" for colours of detail, and either `entries`, [{ color, text }], or a bar:
+// `colors` from the low end to the high one, and `ends`, the labels at both ends and between them. Returns null if the model does
+// not have the array.
 export function keyOf(viewer, colouring) {
   const name = arrayOf(colouring);
   if (!name) {
@@ -66,7 +67,7 @@ function barOf({ name, colors, ends }) {
   return make("li", {}, `${name} `, bar);
 }
 
-// Whether the model has them.
+// Shows the legend. Returns whether the model has these colours.
 export function showColours(list, viewer, colouring) {
   const key = keyOf(viewer, colouring);
   list.hidden = !key;
@@ -76,10 +77,10 @@ export function showColours(list, viewer, colouring) {
   return Boolean(key);
 }
 
-let offered; // which arrays
+let offered; // the arrays in the menu
 let array, map, from, to, rows;
 
-// choose is called with what a link would have: without a range where one of its ends is empty.
+// choose: called with colours in the form of links; without a range if one of its ends is empty.
 function makeControls(arrays, choose) {
   array = make("select", { ariaLabel: t("By array") }, make("option", { value: "" }, t("By array")),
     ...arrays.map((value) => make("option", { value }, value)));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Lengths for people: in the unit in which they are read easily, with the digits that their bound allows.
+// Lengths for people: in the unit that is easiest to read, with as many digits as the error allows.
 
 import { figure, language } from "./words.js";
 
@@ -9,7 +9,8 @@ const aliases = { "μm": "µm", um: "µm", micron: "µm", microns: "µm", millim
 const smallestFirst = Object.keys(metres);
 const mostDigits = 5; // even of an exact length: nobody reads more
 
-// A unit in which `size` is from 1 to 1000, if there is one, and what to multiply by. Another unit than these stays as it is.
+// Returns a unit in which `size` is from 1 to 1000, if there is one, and the factor for that unit. Unknown units stay as they
+// are.
 export function readableUnit(size, unit) {
   const known = aliases[unit.toLowerCase()] ?? unit;
   if (!Object.hasOwn(metres, known) || size === 0 || (size >= 1 && size < 1000)) {
@@ -21,7 +22,8 @@ export function readableUnit(size, unit) {
 
 const orderOf = (number) => Math.floor(Math.log10(number));
 
-// Down to the digit that is worth 10 ** -places; its zeros at the end are written where they are known to be.
+// Writes down to the digit that is worth 10 ** -places. isKnown: all of these digits are known, so zeros at the end are written,
+// too.
 function write(value, places, isKnown = true) {
   const size = Math.abs(value);
   if (size >= 1e9 || places > 9) {
@@ -32,8 +34,8 @@ function write(value, places, isKnown = true) {
     { minimumFractionDigits: isKnown ? Math.max(places, 0) : 0, maximumFractionDigits: Math.max(places, 0) });
 }
 
-// No digit is worth less than a tenth of the error, and no length has more than a few. of: the length that the unit is chosen
-// by, for several that stand together.
+// No digit is worth less than a tenth of the error, and no length has more than mostDigits digits. of: the length that determines
+// the unit, if several lengths are shown together.
 export function formatLength(value, error, unit, of = value) {
   const { unit: shown, factor } = readableUnit(Math.abs(of), unit);
   const size = Math.abs(value * factor);
@@ -47,7 +49,7 @@ export function formatLength(value, error, unit, of = value) {
   return shown ? figure(text, shown) : text;
 }
 
-// The error as one figure; "" where no digit of the length is in doubt.
+// Returns the error with one digit; "" if no digit of the length is uncertain.
 export function formatError(error, unit, of) {
   const { unit: shown, factor } = readableUnit(Math.abs(of), unit);
   const places = -orderOf(error * factor);
@@ -58,14 +60,14 @@ export function formatError(error, unit, of) {
   return shown ? figure(text, shown) : text;
 }
 
-// Three digits of the longest side, of all alike.
+// Gives the longest side three digits, and the other sides as many decimal places.
 export function describeLengths(sides, unit) {
   const longest = Math.max(...sides);
   if (!(longest > 0) || !Number.isFinite(longest)) {
     return "";
   }
   const { unit: shown, factor } = readableUnit(longest, unit);
-  const digits = 2 - orderOf(longest * factor); // after the point
+  const digits = 2 - orderOf(longest * factor); // after the decimal point
   const plain = digits < 8 && digits > -7;
   const figures = sides.map((side) => {
     const value = side * factor;

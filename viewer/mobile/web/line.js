@@ -1,26 +1,26 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The page's sockets: does what the viewer's connection to the server asks for, and reports what happened. Step "receive" of the
-// pipeline picture.
+// The page's connection to the server: does what the viewer's ServerLine asks for, and reports what happened. Step "receive" of
+// the pipeline picture.
 
 import { refusalOf } from "./refusal.js";
 import { findBlob, findText, isPinned, storeBlobs, storeText, storedPathsOf } from "./storage.js";
 import { Action } from "./viewer.js";
 import { t } from "./words.js";
 
-const stallTimeout = 20000; // ms, of an answer
+const stallTimeout = 20000; // ms without data, for an answer
 const mostListBytes = 16 << 20;
 const longestRetryAfter = 3600; // s
 const listPath = "/api/models.json";
 const beginOf = (path) => blobPath.exec(path)[0];
-const keepPause = 300; // ms during which blobs are gathered before they are stored
+const keepPause = 300; // ms during which blobs are collected before they are stored
 const textPath = /\/(model|notes)\.json$/;
 const blobPath = /^\/api\/models\/([^/]+)\/[0-9a-f]{32}\//;
 
-// The server's token is in the page's link (#token=…, before or after other keys), or is entered. It is stored for this tab, or
-// in this browser if the user wants that, and never in a URL or log. But a browser may remember the link that was opened.
+// The server's token is in the page's link (#token=…, before or after other keys), or is entered. It is stored for this tab or,
+// if the user wants that, in this browser, but never in a URL or log. However, a browser may remember the link that was opened.
 export let token = "";
 export const tokenInLink = /^(.*[#&])token=([\w.-]{1,4096})(?:&(.*))?$/;
-export const root = new URL(".", import.meta.url).href; // the page's folder: a model's page is below it
+export const root = new URL(".", import.meta.url).href; // the page's folder, which contains the models' pages
 export const rememberedKey = `kdstream.token ${new URL(root).pathname}`;
 
 // The result of `act`; null if the browser denies storage.
@@ -32,7 +32,7 @@ export function unlessDenied(act) {
   }
 }
 
-// Takes the token from the address, whose rest stays, or the kept one. True if the address had one.
+// Takes the token from the address, or the stored one; the rest of the address stays. Returns whether the address had one.
 export function takeToken() {
   const [, before, found, after = ""] = location.hash.match(tokenInLink) ?? [];
   if (found) {
@@ -51,12 +51,12 @@ export function keepToken(given) {
 
 export const hasToken = () => token !== "";
 
-// Whether the server's latest answer was that it wants one, or another one; and what it says to those who have none.
+// Whether the server's latest answer required a token, or another one; and the server's text for users without a token.
 let lacking = false;
 export let contact = "";
 export const lacksToken = () => lacking;
 
-// Whether the token, if there is one, is for the original too. The server decides; this only spares an invitation.
+// Whether the token, if there is one, permits the original, too. The server decides; this only avoids offering it in vain.
 export function mayHaveOriginal() {
   try {
     return !token || JSON.parse(atob(token.split(".")[1].replace(/-/g, "+").replace(/_/g, "/"))).detail === "regions";
@@ -74,16 +74,16 @@ function contactIn(bytes) {
   }
 }
 
-// Data that need a token are for its bearer, not for the next user of this browser.
+// Data that needs a token is for the token's owner, not for the next user of this browser.
 export const mayKeep = () => !token;
 
-// Whether the list is that of an earlier day, as the server cannot be reached.
+// Whether the list is a stored one, because the server cannot be reached.
 let offline = false;
 export const isOffline = () => offline;
 
 const notKept = () => ({ status: 404, bytes: new TextEncoder().encode('{"error":"it is not stored on this device"}'), retryAfter: 0 });
 
-// All addresses are relative to the page's, so that it works below a path too.
+// All addresses are relative to the page's address, so that the page also works in a folder of the server.
 export function addressOf(path) {
   return new URL(path.replace(/^\/+/, ""), root);
 }
@@ -96,16 +96,17 @@ function streamAddress() {
 
 const now = () => performance.now() / 1000;
 
-// The seconds that a busy server asks for; 0 if it does not say.
+// Returns the seconds that a busy server asks to wait; 0 if it does not say.
 function retryAfterOf({ status, headers }) {
   const seconds = [403, 429, 503].includes(status) ? Number(headers.get("Retry-After")) : 0;
   if (status === 401) {
-    return longestRetryAfter; // nobody gets a token by asking again
+    return longestRetryAfter; // asking again does not give anybody a token
   }
   return Math.min(Math.max(seconds, 0), longestRetryAfter) || 0;
 }
 
-// The answer's status, body and retryAfter; stops where it has more than mostBytes, or falls silent.
+// Returns the answer's status, body and retryAfter. Stops if the body has more than mostBytes, or if no data comes for
+// stallTimeout.
 export async function get(path, mostBytes, cache = "default") {
   const controller = new AbortController();
   let timer = 0;
@@ -126,7 +127,7 @@ export async function get(path, mostBytes, cache = "default") {
       const { done, value } = await reader.read();
       if (done) {
         const bytes = join(parts, length);
-        if (response.status === 401) { // about this token: others may have come since
+        if (response.status === 401) { // for this token; another one may have been entered since
           contact = contactIn(bytes);
         }
         return { status: response.status, bytes, retryAfter: retryAfterOf(response) };
@@ -153,8 +154,8 @@ function join(parts, length) {
   return bytes;
 }
 
-// The list of models as bytes. Throws an error whose message says why there is none; retryAfter is set if a busy server has sent
-// it.
+// Returns the list of models as bytes. If there is none, throws an error whose message says why; retryAfter is set if a busy
+// server sent it.
 export async function getList() {
   let answer;
   try {
@@ -178,7 +179,7 @@ export async function getList() {
   return bytes;
 }
 
-// The latest previews, [path, bytes], whether they were fetched for the view or for a picture of the list: the other needs the same.
+// The latest previews, bytes by path, for the view and for the list's pictures, which need the same ones.
 const mostPreviews = 32;
 const previews = new Map();
 const isPreview = /\/levels\/\d+\/1$/; // a level in one piece
@@ -193,9 +194,9 @@ function keepPreview({ path, bytes }) {
   }
 }
 
-// Stored blobs of viewed models: sets of paths, by their prefixes.
+// The stored blobs of viewed models: sets of paths, by what the paths begin with.
 const kept = new Map();
-const keptSoon = new Map(); // promises of stored blobs
+const keptSoon = new Map(); // promises of those sets
 
 function learnKept(begin) {
   if (!keptSoon.has(begin)) {
@@ -206,7 +207,7 @@ function learnKept(begin) {
 
 export const addKept = (path) => kept.get(beginOf(path))?.add(path);
 
-// As `get`, but a stored text is used if the server cannot be reached.
+// The same as `get`, but if the server cannot be reached, a stored text is used.
 export async function getOrFind(path, mostBytes, cache = "default", keeps = true) {
   try {
     const answer = await get(path, mostBytes, cache);
@@ -228,20 +229,21 @@ export class Line {
   #changed;
   #socket = null;
   #fetched = new Set(); // paths
-  #arrived = []; // blobs that are to be kept
-  #described = new Set(); // models whose descriptions are
+  #arrived = []; // blobs to store
+  #described = new Set(); // models whose descriptions are stored
   #distrusted = new Set(); // blobs whose copy in the browser's cache may be damaged
 
   #streams;
 
-  // changed: called whenever something arrived for the viewer. streams: false: all comes by GET, and nothing of it is kept.
+  // changed: called whenever something has arrived for the viewer. streams: false: everything is fetched by GET, and nothing is
+  // stored.
   constructor(viewer, changed, streams = true) {
     this.#viewer = viewer;
     this.#changed = changed;
     this.#streams = streams;
   }
 
-  // Carries out what the viewer wants by now. Call after every input of it.
+  // Does what the viewer asks for. Call this after every input to the viewer.
   exchange() {
     this.#viewer.exchange(now());
     for (;;) {
@@ -294,20 +296,20 @@ export class Line {
     }
   }
 
-  // Call now and then.
+  // Call this from time to time.
   tick() {
     this.#viewer.tick(now());
     this.exchange();
   }
 
-  // Tries again now what would be tried again later.
+  // Repeats now what would otherwise be repeated later.
   retryNow() {
     this.#viewer.retryNow();
     this.tick();
   }
 
-  // From now on everything is fetched from the server, not from the browser's cache, which keeps a damaged blob as long as a good
-  // one.
+  // Each blob that was fetched before comes from the server next time, not from the browser's cache: that keeps a damaged blob as
+  // long as a good one.
   distrustCache() {
     this.#distrusted = new Set(this.#fetched);
   }
@@ -328,7 +330,7 @@ export class Line {
     this.#socket = socket;
     socket.binaryType = "arraybuffer";
     let opened = false;
-    // Messages of an abandoned connection are ignored.
+    // Ignores messages of an abandoned connection.
     const listen = (name, handle) => socket.addEventListener(name, (event) => {
       if (this.#socket === socket) {
         handle(event);
@@ -353,7 +355,7 @@ export class Line {
     socket?.close();
   }
 
-  // A browser does not say why a connection failed: if the server answers other requests, it has no stream for us.
+  // A browser does not say why a connection failed. If the server answers other requests, it just has no stream for this page.
   async #ended(socket, opened, reason) {
     let refused = false;
     let trouble = null;
@@ -371,7 +373,7 @@ export class Line {
     }
   }
 
-  // The browser has no network any more: a connection would only stall.
+  // Call this when the browser has lost the network: a connection would only stall.
   drop() {
     if (this.#socket) {
       this.#socket.close();
@@ -379,7 +381,8 @@ export class Line {
     }
   }
 
-  // Gives what is kept; at once, where that is nothing. "again": the server has gone, and what is known may be out of date.
+  // Passes stored blobs to the viewer; ends at once if there are none. "again": the server cannot be reached, so blobs are read
+  // even if they were not known to be stored.
   async #search(text) {
     const [head, ...paths] = text.split("\n");
     const [search, again] = head.split(" ");

@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The list of models: an entry for each, by title, with room for a picture. Pictures and search come with gallery.js, which is
-// fetched when there is time, or when there are many models.
+// The list of models: an entry for each, with its title and room for a picture. Pictures and search come with gallery.js, which
+// is fetched when there is time, or when there are many models.
 
 import { mayKeep, root } from "./line.js";
 import { storedPaths } from "./storage.js";
 import { language, t } from "./words.js";
 
 const place = document.getElementById("models");
-const manyModels = 12; // for whom there is a search
+const manyModels = 12; // with more models than this, there is a search
 
-let pages = ""; // the folder where each model has a page of its own, or none
+let pages = ""; // the folder where each model has its own page; "" if there is none
 
-// The address that names a model, where there is one.
+// Returns the address of the model's page, if it has one.
 export const pageOf = (id) => pages && root + pages + id;
 
-// Without characters that would change the direction of the text after it.
+// The title without characters that would change the direction of the text after it.
 export const nameOf = ({ title, id }) => title?.replace(/[\u202a-\u202e\u2066-\u2069]/g, "").trim() || id;
 
 // Reads models and site from a list that the viewer has accepted; other members are ignored.
@@ -52,14 +52,14 @@ function entry(model, choose) {
 
 export const entryOf = (id) => place.querySelector(`[data-model="${CSS.escape(id)}"]`);
 
-// choose: called with the id of what is chosen.
+// choose: called with the id of the model that is chosen.
 export function showEntries(models, choose) {
   marked = null;
   place.replaceChildren(...models.map((model) => entry(model, choose)));
   document.getElementById("search").hidden = models.length <= manyModels;
 }
 
-let ownHeading = ""; // of the page, in the person's language
+let ownHeading = ""; // the page's own heading, in the user's language
 
 export function showSite({ title, text }) {
   const heading = document.getElementById("site");
@@ -72,7 +72,7 @@ export function showSite({ title, text }) {
 
 let marked = null; // id
 
-// Called with every frame.
+// Call this in every frame.
 export function markChosen(id) {
   if (marked !== id) {
     marked = id;
@@ -82,7 +82,7 @@ export function markChosen(id) {
   }
 }
 
-// The models that open without a network: description and preview are stored.
+// Returns the models that open without a network: their description and preview are stored.
 export async function findKept(models) {
   const paths = mayKeep() ? await storedPaths() : new Set();
   const begins = new Set([...paths].map((path) => path.split("/", 5).join("/")));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is seen before there is a picture: what is on its way, and how much of it has come.
+// What is shown before there is a picture: what is being loaded, and how much of it has arrived.
 
 import { showMessage } from "./message.js";
 import { t } from "./words.js";
@@ -28,8 +28,8 @@ export function hideLoading() {
   box.hidden = true;
 }
 
-// Reports if nothing arrives for long, until something does. Returns a function to call whenever something has arrived, and at
-// the end with `true`.
+// Shows a message if nothing arrives for long, until something does. Returns a function: call it whenever something has arrived,
+// and at the end with `true`.
 export function watchStall() {
   let timer = 0;
   let isReported = false;

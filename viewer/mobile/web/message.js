@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What has to be said, in #message: one thing at a time, the worst first.
+// Messages, in #message: one at a time, the most important first.
 
 import { inPlainWords, isRefusal } from "./refusal.js";
 import { apart, t } from "./words.js";
@@ -9,7 +9,7 @@ const words = document.getElementById("message-text");
 const action = document.getElementById("message-action");
 const dismiss = document.getElementById("dismiss");
 
-let dismissed = ""; // the text that the person has put away
+let dismissed = ""; // the text that the user has closed
 
 dismiss.addEventListener("click", () => {
   dismissed = words.textContent;
@@ -18,7 +18,7 @@ dismiss.addEventListener("click", () => {
 
 const reload = () => ({ label: t("Reload"), act: () => location.reload() });
 
-// The session's message about a failed part, for users who do not know of parts.
+// Rewrites the session's message about a missing part for users who do not know what a part is.
 function partSentence(error, name) {
   const [, part, why] = error.match(/^([a-z-]+\/\S+) of \S+ cannot be loaded: (.*)$/s) ?? [];
   return sentence(part && !isRefusal(why)
@@ -26,27 +26,27 @@ function partSentence(error, name) {
     : inPlainWords(part ? why : error));
 }
 
-// Makes a sentence of a text without capital and full stop.
+// Makes a sentence of a text that lacks the capital and the full stop.
 function sentence(text) {
   const begun = text.charAt(0).toUpperCase() + text.slice(1);
   return /[.!?…؟]$/.test(begun) ? begun : begun + ".";
 }
 
-// The message for the viewer's state, or null: { text; label and act of its button; good; stays: cannot be put away
-// }.
+// Returns the message for the viewer's state, or null. A message is { text, label, act, good, stays }. label, act: of its button.
+// good: it reports no problem. stays: the user cannot close it.
 //
 // situation:
 //   status       of the viewer
 //   name         of the model
 //   failed       why the viewer has stopped, or null
-//   contextLost
+//   contextLost  whether the canvas has lost its context
 //   listed       whether there is a list of models
 //   listTrouble  why there is no new list
-//   lacksToken   the server requires a token
-//   contact      what it says to those who have none: who runs it, and how to get one
-//   away         nothing comes from the server
-//   wellAgain    it does again
-//   offline      only what is kept can be shown
+//   lacksToken   whether the server requires a token
+//   contact      the server's text for users without a token: who runs it, and how to get one
+//   away         whether nothing arrives from the server
+//   wellAgain    whether data arrives again
+//   offline      whether only stored data can be shown
 //   rest         of the viewer (rest.js)
 //   update       a function, if there is a newer page
 //   tryNow, askAgain, askForToken   functions
@@ -74,7 +74,7 @@ export function findMessage(situation) {
     return { text: trying(inPlainWords(status.trouble)), ...cure };
   }
   if (situation.offline) {
-    const missing = status.error && !status.targetLevel; // not even its description
+    const missing = status.error && !status.targetLevel; // not even its description is stored
     return { text: missing
       ? t("“{name}” is not stored on this device, and the server cannot be reached.", { name })
       : t("The server cannot be reached. Stored data is shown."), good: !missing, ...again };
@@ -106,7 +106,7 @@ export function findMessage(situation) {
   return situation.wellAgain ? { text: t("Connected again."), good: true } : null;
 }
 
-// Whether anything is said.
+// Shows the message, or hides the last one; returns whether a message is shown.
 export function showMessage(message) {
   if (message?.text !== dismissed) {
     dismissed = "";
@@ -117,7 +117,7 @@ export function showMessage(message) {
   }
   box.className = message.good ? "good" : "";
   if (words.textContent !== message.text) {
-    words.textContent = message.text; // screen readers say it whenever it is set
+    words.textContent = message.text; // only if it differs: screen readers announce it whenever it is set
   }
   action.hidden = !message.label;
   action.textContent = message.label ?? "";
@@ -126,7 +126,7 @@ export function showMessage(message) {
   return true;
 }
 
-// A message after which the viewer cannot continue.
+// Shows a message after which the viewer cannot continue.
 export function showEnd(text) {
   showMessage({ text, stays: true, ...reload() });
 }

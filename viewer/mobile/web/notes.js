@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Notes on a model: visitors go through them, each with its view; authors write them, and save a file that belongs beside the
-// store (format: filters/model/Notes.h). Fetched when a model with notes is shown in full screen, or when notes are to be
-// written. Texts are untrusted: they never become HTML.
+// Notes on a model. Visitors step through them, each with its view. Authors write them, and save a file that belongs beside the
+// store (format: filters/model/Notes.h). Fetched when a model with notes is shown in full screen, or when somebody wants to write
+// notes. Texts are untrusted: they never become HTML.
 
 import { download, makeButton } from "./elements.js";
 import { getOrFind } from "./line.js";
@@ -10,7 +10,7 @@ import { language, t } from "./words.js";
 
 const mostBytes = 256 << 10;
 const mostNotes = 100;
-const leastTime = 4000, timeOfLetter = 60, mostTime = 30000; // ms, that a note stays while the tour plays
+const leastTime = 4000, timeOfLetter = 60, mostTime = 30000; // ms that a note is shown while the tour plays
 const longest = { title: 200, text: 4000, link: 2048 };
 
 // ---- the file
@@ -22,7 +22,7 @@ function readNote({ label, body, target } = {}) {
   return {
     title: text(Array.isArray(titles) ? titles[0] : titles, longest.title),
     text: text(body?.value, longest.text),
-    link: text(target?.selector?.value, longest.link).replace(/\p{Cc}/gu, ""), // a link is one line (setMarks)
+    link: text(target?.selector?.value, longest.link).replace(/\p{Cc}/gu, ""), // setMarks takes one link per line
     language: spoken,
   };
 }
@@ -44,10 +44,10 @@ const writeNotes = (notes) => `${JSON.stringify({
   })),
 }, null, 2)}\n`;
 
-// The view of a note is followed on the model that is open, whatever model it names.
+// Whatever model a note names, its view is applied to the model that is open.
 const linkOf = (model, { link }) => [`model=${model}`, ...link.split("&").filter((part) => part && !part.startsWith("model="))].join("&");
 
-// ---- the box, and what is written
+// ---- the notes' box, and its content
 
 // page: { canvas, viewer, follow(link), status(), hasNotes(), colours() }
 export class Notes {
@@ -56,8 +56,8 @@ export class Notes {
   #notes = [];
   #at = -1; // the note that is shown; -1: the list of notes
   #written = new Map(); // edited notes, by model
-  #unsaved = new Set(); // models whose notes are lost with the page
-  #drafts = new Map(); // what stands in the fields, by model: { index, title, text }
+  #unsaved = new Set(); // models whose notes would be lost when the page is closed
+  #drafts = new Map(); // the text in the fields, by model: { index, title, text }
   #author = null;
 
   constructor(page) {
@@ -70,7 +70,7 @@ export class Notes {
     this.list = make("ol", { id: "notes-list" });
     this.said = make("div", { id: "note", ariaLive: "polite", tabIndex: 0 });
     this.place = make("span", { id: "note-place" });
-    this.previous = step("note-previous", "Previous note", "‹", -1); // arrows turn with the direction of words
+    this.previous = step("note-previous", "Previous note", "‹", -1); // arrows follow the direction of the text
     this.next = step("note-next", "Next note", "›", 1);
     this.all = makeButton("All notes", () => this.#showList(), { id: "notes-all", className: "tool" });
     this.box = make("section", { id: "notes", ariaLabel: t("Notes"), hidden: true }, this.list, this.said, make("div", { className: "row" },
@@ -85,7 +85,7 @@ export class Notes {
     document.addEventListener("keydown", (event) => {
       const another = document.querySelector(".sheet:not([hidden]), dialog[open]");
       if (event.key === "Escape" && !this.box.hidden && !another) {
-        event.preventDefault(); // Escape must not do anything else
+        event.preventDefault(); // nothing else reacts to this Escape
         this.#close();
       }
     }, true);
@@ -96,7 +96,7 @@ export class Notes {
     this.show();
   }
 
-  // After each frame.
+  // Call this after each frame.
   show() {
     const { mode, model } = this.#page.status();
     this.#showMarkers();
@@ -124,7 +124,7 @@ export class Notes {
         this.#use(readNotes(bytes));
       }
     } catch {
-      // then the model is without notes
+      // then the model has no notes
     }
   }
 
@@ -142,7 +142,7 @@ export class Notes {
     this.#showAll();
   }
 
-  // Shows markers at visible notes; none with a tool, whose taps are for the model.
+  // Shows markers at visible notes; none while a tool is in use, because taps are then for the model.
   #showMarkers() {
     const { mode, tool } = this.#page.status();
     const focused = mode === "full screen" && this.markers.querySelector(":focus");
@@ -166,7 +166,7 @@ export class Notes {
     });
   }
 
-  // ---- a tour that plays by itself
+  // ---- the automatic tour
 
   #timer = 0;
   #isPlaying = () => this.#timer !== 0;
@@ -181,7 +181,7 @@ export class Notes {
     this.play.textContent = t(plays ? "Pause" : "Play the tour");
   }
 
-  // Shows the next note after the time for reading this one.
+  // Shows the next note after the time that reading this one takes.
   #playOn() {
     const { title, text } = this.#notes[this.#at];
     const time = Math.min(leastTime + timeOfLetter * (title.length + text.length), mostTime);
@@ -220,7 +220,7 @@ export class Notes {
     }
   }
 
-  // Moves the focus to a button or the canvas: the element that had it is gone.
+  // Moves the focus to a button or the canvas, because the element that had it is gone.
   #focus() {
     const button = this.next.disabled ? this.all : this.next;
     (button.checkVisibility() ? button : this.#page.canvas).focus();
@@ -245,12 +245,12 @@ export class Notes {
     this.said.scrollTop = 0;
     this.said.hidden = !note;
     this.#showWritten();
-    this.#showMarkers(); // no frame may follow
+    this.#showMarkers(); // because no frame may follow
   }
 
   // ---- writing
 
-  // Into the tools' sheet.
+  // Opens the fields in the tools' sheet.
   write(place) {
     this.#play(false);
     if (!this.#author) {
@@ -272,29 +272,29 @@ export class Notes {
     this.#author.querySelector("button").focus();
   }
 
-  // Shows a text in the sheet, whose end may be out of sight.
+  // Shows a message in the sheet, and scrolls to it, because it may be out of sight.
   #say(text) {
     this.remark.textContent = text;
     text && this.remark.scrollIntoView({ block: "nearest" });
   }
 
-  // Whether the fields hold something that would be lost.
+  // Whether the fields have changes that would be lost.
   #isBegun() {
     const { title = "", text = "" } = this.#notes[this.edited] ?? {};
     return !this.editor.hidden && (this.title.value !== title || this.text.value !== text);
   }
 
-  // index: of the note; null: none.
+  // Opens the fields for the note `index`; null closes them.
   #edit(index) {
     if (index !== null && this.#isBegun() && (this.edited === index || !this.#keep())) {
-      this.title.focus(); // the focus stays where it was
+      this.title.focus(); // the fields stay as they were
       return;
     }
     this.#drafts.delete(this.#model);
     this.#fill(index, this.#notes[index]);
     if (index !== null) {
       this.title.focus();
-      this.editor.scrollIntoView({ block: "nearest" }); // with all its fields
+      this.editor.scrollIntoView({ block: "nearest" }); // shows all of its fields
     }
   }
 
@@ -305,7 +305,7 @@ export class Notes {
     this.text.value = text;
   }
 
-  // The draft for one model is kept while others are viewed.
+  // Keeps the draft for one model while other models are viewed.
   #keepDraft() {
     if (this.#author && this.#model && this.#isBegun()) {
       this.#drafts.set(this.#model, { index: this.edited, title: this.title.value, text: this.text.value });
@@ -317,7 +317,7 @@ export class Notes {
     this.#author && this.#fill(draft?.index ?? null, draft);
   }
 
-  // Whether the note is one.
+  // Keeps the note in the fields; returns false if it is not valid.
   #keep() {
     const { title, text } = { title: this.title.value.trim(), text: this.text.value };
     if (!title) {
@@ -334,7 +334,7 @@ export class Notes {
     return isKept;
   }
 
-  // Whether they are changed.
+  // Changes the notes; returns whether this was possible.
   #change(act) {
     const notes = [...this.#notes];
     act(notes);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What works without a network: the page's own files (worker.js), models that the user has stored, and the part of the options
-// about both. line.js stores what was only viewed. Fetched after the first picture.
+// What works without a network: the page's own files (worker.js), models that the user has stored, and the options about both.
+// line.js stores what was only viewed. Fetched after the first picture.
 
 import { makeButton } from "./elements.js";
 import { emptyStorage, pinBlobs, setStorageLimit, storedBytes } from "./keeping.js";
@@ -11,12 +11,12 @@ import { findText, storageLimit, storeBlobs, storeText, trouble as storageTroubl
 import { kilobytes, nameOfLevel, t } from "./words.js";
 
 const find = (id) => document.getElementById(id);
-const previewLevel = 11; // one piece, whatever the model
-const atOnce = 4; // requests
+const previewLevel = 11; // one piece in every model
+const atOnce = 4; // requests at the same time
 const mostBlobBytes = 64 << 20;
 const size = (bytes) => kilobytes(bytes, bytes < 1e7 ? 1 : 0);
 
-// ---- which blobs a model has: doc/protocol.md
+// ---- the list of a model's blobs: doc/protocol.md
 
 function* nodesOf(depth) {
   for (let node = 2 ** depth; node < 2 ** (depth + 1); ++node) {
@@ -24,7 +24,7 @@ function* nodesOf(depth) {
   }
 }
 
-// The blobs of `goal` (a level, or "original") and of all that is coarser.
+// Yields the blobs of `goal` (a level, or "original"), and of everything coarser.
 function* blobsUpTo(goal, { partition_depth: depth, levels, textures }) {
   yield "tree/1";
   for (let page = depth - 5; depth >= 10 && page >= 5; page -= 5) {
@@ -61,15 +61,15 @@ function bytesUpTo(goal, { levels, original, textures }) {
   return sum + (goal === "original" ? original.bytes + (textures?.bytes ?? 0) : 0);
 }
 
-// ---- keeping one on purpose
+// ---- storing a model on request
 
-// run: null while it is paused; requests of an earlier run are ignored. begin, paths: of the blobs; absent: those that do not
-// exist.
+// run: null while the job is paused; answers to requests of an earlier run are ignored. paths: of all its blobs. begin: what the
+// paths begin with. absent: paths of blobs that do not exist.
 let job = null; // { id, goal, run, done, all, bytes, trouble, begin, paths, absent }
 
 const newJob = (id, trouble = "") => ({ id, run: null, done: 0, all: 0, bytes: 0, trouble, absent: new Set() });
 
-// How much is kept by now; what there is stays so. Gives the paths of the rest.
+// Counts what is stored already, and pins it. Returns the paths that are missing.
 async function countKept(own) {
   const there = await pinBlobs(own.begin, own.paths);
   const left = [...own.paths].filter((path) => !there.has(path) && !own.absent.has(path));
@@ -78,7 +78,7 @@ async function countKept(own) {
   return left;
 }
 
-// Another tab may have emptied the storage, or the browser.
+// Another tab, or the browser, may have cleared the storage.
 async function checkKept(own) {
   await countKept(own);
   if (!await findText(descriptionOf(own.id))) {
@@ -112,7 +112,7 @@ async function keepModel(own, { id, digest, ...description }) {
   }
 }
 
-// Errors pause the job.
+// Fetches and stores a blob. An error pauses the job.
 async function keepBlob(own, run, path) {
   const pause = (trouble) => {
     if (own.run === run) {
@@ -136,7 +136,7 @@ async function keepBlob(own, run, path) {
       return pause(t(storageTrouble || "it cannot be stored"));
     }
     addKept(path);
-  } else if (status === 404) { // where there are no vertices there is no blob
+  } else if (status === 404) { // nodes without vertices have no blob
     own.absent.add(path);
   } else {
     return pause(status ? refusalOf(status) : t("the server cannot be reached"));
@@ -200,7 +200,7 @@ async function showOffline() {
   changed();
 }
 
-// Options of the open model. listener: a function called whenever the stored data have changed.
+// Shows the options for the open model. listener: called whenever the stored data has changed.
 export async function openOfflineOptions(id, listener) {
   find("offline").hidden = !mayKeep();
   if (!mayKeep()) {
@@ -238,7 +238,7 @@ function makeOfflineOptions() {
   const empty = async () => {
     if (job) {
       const wasKeeping = job.run;
-      job.run = null; // answers to its requests are ignored
+      job.run = null; // answers to its requests are then ignored
       job = newJob(job.id, wasKeeping ? t("all stored data was removed") : "");
     }
     await emptyStorage();
@@ -254,7 +254,7 @@ function makeOfflineOptions() {
 
 // ---- the page's own files
 
-// updated: called with what to call to change over, where there is a newer page than this one.
+// Stores the page's own files. updated: called if there is a newer version of the page, with a function that switches to it.
 export async function keepPage(updated) {
   try {
     const registration = await navigator.serviceWorker?.register(new URL("worker.js", import.meta.url));
@@ -271,6 +271,6 @@ export async function keepPage(updated) {
       worker && look(worker);
     }
   } catch {
-    // not over plain HTTP, nor where the person forbids it: then the page needs its server
+    // not possible over plain HTTP, or if the user forbids it: then the page needs its server
   }
 }

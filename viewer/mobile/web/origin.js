@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Who made a model and how it may be used, in one line below its title. Texts are untrusted: they never become HTML, and only
-// http links are made.
+// Who made a model and how it may be used, in one line below the model's title. Texts are untrusted: they never become HTML, and
+// only http links are made.
 
 import { make } from "./list.js";
 
@@ -16,7 +16,7 @@ export function addressIn(text) {
   }
 }
 
-// As people call it: "CC BY 4.0"; of another address whose it is. Short enough to be read whole.
+// The licence's usual name, such as "CC BY 4.0"; for an unknown address, its host. It is short enough to be shown whole.
 function nameOfLicence({ hostname, pathname }) {
   const host = hostname.replace(/^www\./, "");
   const [, kind, domain, version] = (host === "creativecommons.org" && commons.exec(pathname)) || [];
@@ -26,7 +26,7 @@ function nameOfLicence({ hostname, pathname }) {
   return kind ? `CC ${kind.toUpperCase()} ${version}` : domain === "zero" ? `CC0 ${version}` : `Public Domain Mark ${version}`;
 }
 
-// Where there is not room for both, as over a preview, the credit is cut, not the licence. All of both is in the model's sheet
+// If there is no room for both, as over a preview, the credit is cut off, not the licence. The model's sheet has both in full
 // (about.js).
 export function showOrigin(element, credit, licence) {
   if (element.dataset.shown === `${credit}\n${licence}`) {

@@ -1,38 +1,40 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The phone's page: the list of models, one canvas for preview and full screen, and the texts around them. WebAssembly decides
-// what is shown and fetched (viewer/session, by viewer.js); this code does only what a browser must do for it. It starts here;
-// shared.js lists its parts.
+// what is shown and fetched (viewer/session, through viewer.js); this code only does what a browser must do for it. The page
+// starts here; shared.js lists its parts.
 //
-// What tests and pages around this one may rely on:
-// - #models holds one button [data-model="ID"] a model; #view is the canvas; #back leads back to the list; #status, #message show
-//   the state and errors.
+// Tests and embedding pages may rely on this:
+// - #models holds one button [data-model="ID"] per model; #view is the canvas; #back leads back to the list; #status and #message
+//   show the state and errors.
 // - window.kdstream.status() returns
 //     mode          "no model", "browsing" (the list and a preview) or "full screen"
 //     model, title  of the selected model
 //     shownLevel, targetLevel, finestLevel
-//                   levels of detail: shown, asked for by the zoom, the model's finest; by the view the finest that is shown and
-//                   wanted; null or missing before they are known
-//     original      by the view: whether a part is shown as the original; errorLeft: the error that a budget leaves, in points
+//                   levels of detail: the one that is shown, the one that the zoom needs, and the model's finest; if detail follows
+//                   the view, the first two are the finest shown and needed. null or missing before they are known
+//     original      if detail follows the view: whether a part is shown as the original; errorLeft: the error that a budget leaves,
+//                   in points
 //     region        null, or { cell, rings, partitions, shown }: the region around the last double tap, and how many of
 //                   its partitions are shown as the original
 //     vertices, triangles
 //                   of the drawn surface; `surface` is its version, `colored` whether it has colours
 //     blobsLoaded, blobsWanted, bytesLoaded
-//                   since the last moment when nothing was outstanding
+//                   since the last time when nothing was outstanding
 //     waits         whether more of the viewer must be loaded first (rest.js)
-//     idle          whether everything that is wanted has arrived and is drawn, and nothing moves
-//     canUndo       whether a jump of the view can be undone; turnsOn: the model still turns after a release; spinning: by itself
-//     measuring     whether taps measure; tool: the chosen one, 0 none, 1 measure, 2 section, 3 light, 4 second light
+//     idle          whether everything that is needed has arrived and is drawn, and nothing moves
+//     canUndo       whether a jump of the view can be undone; turnsOn: the model still turns after a release; spinning: it turns by
+//                   itself
+//     measuring     whether taps measure; tool: the current one, 0 none, 1 measure, 2 section, 3 light, 4 second light
 //     depth         how much a section cuts away, 0-1, or null; lamp, secondLamp, relief: of raking light, if there is any
 //     error         what failed last, or ""
 //     connection    "connecting", "streaming", "lost" (it is retried) or "getting" (no stream: one GET for each blob)
 //     trouble       why nothing arrives, or ""
-//     stale         what the list says of the selected model: "removed", "replaced" or ""
+//     stale         the state of the selected model in the list: "removed", "replaced" or "" (unchanged)
 //     gliding       whether new vertices are morphing to their places
 //     plain         whether ambient occlusion is still missing, because a slow device draws it only when the view rests
 //     frames        pictures drawn so far; drawingError: why the last one could not be drawn
-//     memory        { budget, heap, used, pieces, graphics } in bytes: the WebAssembly's memory, the part that is
-//                   allocated, the part of that for decoded pieces; and buffers and textures
+//     memory        { budget, heap, used, pieces, graphics } in bytes: the limit; WebAssembly's memory, the part of it that is
+//                   allocated, and the part of that for decoded pieces; and the buffers and textures
 
 import { Fingers } from "./fingers.js";
 import { Line, takeToken } from "./line.js";
@@ -49,7 +51,7 @@ import { answerEmbedder, listenToBrowser, listenToButtons } from "./controls.js"
 import { show } from "./status.js";
 import { canvas, coarse, find, fingers, isEmbedded, line, shareLine, shareViewer, viewer } from "./shared.js";
 
-// The address may become that of a model's page, below this one's: what the head names stays where it is.
+// The address may change to that of a model's page, in a folder below. So the links in the head are made absolute here.
 for (const link of document.querySelectorAll("head link:not([rel=stylesheet])")) {
   link.href += "";
 }
@@ -58,10 +60,10 @@ for (const link of document.querySelectorAll("head link:not([rel=stylesheet])"))
 
 const options = new URLSearchParams(location.search);
 
-// On a light ground if the address asks for one.
+// A light background if the address asks for it.
 const isLight = options.get("theme") === "light";
 
-// New vertices morph to their places, and a released model continues to turn for a moment, except for users who prefer reduced
+// New vertices morph to their places, and a released model continues to turn for a moment, unless the user prefers reduced
 // motion.
 function moveIfLiked() {
   const still = matchMedia("(prefers-reduced-motion: reduce)");
@@ -78,7 +80,7 @@ function setMemory() {
   }
 }
 
-// If the browser saves data, nothing is prefetched.
+// Nothing is prefetched if the browser saves data.
 function saveDataIfAsked() {
   const menu = find("menu").elements;
   menu.ahead.value = navigator.connection?.saveData ? "0" : menu.ahead.value;
@@ -86,7 +88,7 @@ function saveDataIfAsked() {
 }
 
 async function start() {
-  if (isEmbedded) { // in somebody's page there is one model and no list
+  if (isEmbedded) { // in another page's frame there is one model and no list
     document.body.dataset.embedded = "";
   }
   if (isLight) {
@@ -99,11 +101,11 @@ async function start() {
     showEnd(t("This browser has no WebAssembly, or it is switched off."));
     return;
   }
-  find("message").hidden = true; // from here on there is somebody to tell what is wrong
+  find("message").hidden = true; // from here on this script shows messages itself
   find("message").className = "";
   const chosen = chooseLanguage(() => fingers && wake());
   if (linkInAddress()) {
-    rest.fetch(); // nothing is shown before
+    rest.fetch(); // nothing can be shown before it has arrived
   }
   const heard = watchStall();
   try {

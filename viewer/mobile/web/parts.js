@@ -1,21 +1,22 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The WebAssembly has two parts (PartWasm.cmake): the first has what runs before the first picture, the second everything else.
-// They share a memory, and a table of functions, to which the second adds its own. Until it is loaded there are stubs: they fetch
-// it, and block the page meanwhile. So code that needs the second part waits for it first (rest.js).
+// The WebAssembly has two parts (PartWasm.cmake): the first has the functions that run before the first picture, the second has
+// all others. They share a memory, and a table of functions, to which the second part adds its own. Until the second part is
+// loaded, the table has stubs. A stub that is called fetches the second part, and blocks the page meanwhile; so code that needs
+// the second part waits for it first (rest.js).
 
 import { imports, useMemory } from "./gl.js";
 
 const addressOf = (name) => new URL(name, import.meta.url).href;
 const secondPart = "kdstream-more.wasm";
 
-let first; // what the first part exports
+let first; // the exports of the first part
 let firstArrived;
 const firstIsThere = new Promise((resolve) => (firstArrived = resolve));
-let importModule; // the name by which the parts know each other: those of another version have another one
+let importModule; // the name under which the parts import each other; in another version it differs
 let joined = false;
 let join;
 
-// Whether both parts are there; and a promise that is kept then.
+// Whether both parts are loaded; and a promise that is fulfilled then.
 export const isWhole = () => joined;
 export const whole = new Promise((resolve) => {
   join = () => {
@@ -24,7 +25,7 @@ export const whole = new Promise((resolve) => {
   };
 });
 
-// heard: called whenever some of it has come, with the bytes so far.
+// heard: called with the number of bytes so far, whenever some have arrived.
 async function read(name, heard) {
   const response = await fetch(addressOf(name), { credentials: "same-origin" });
   if (!response.ok) {
@@ -41,16 +42,16 @@ async function read(name, heard) {
   return new Blob(parts).arrayBuffer();
 }
 
-// Stubs by their place in the table.
+// The stubs, by their index in the table.
 const stubs = new Proxy({}, {
   get: (_, place) => (...values) => {
-    console.error(`function ${place} is not there yet`); // the function is missing in later.txt
+    console.error(`function ${place} is not there yet`); // later.txt must not name it, or its caller must wait
     joinAtOnce();
     return first.__indirect_function_table.get(Number(place))(...values);
   },
 });
 
-// A name that is not ours is that of the parts for each other.
+// A name that is not in `imports` is the one under which the parts import each other.
 const given = new Proxy(imports, {
   get(known, name) {
     if (Object.hasOwn(known, name)) {
@@ -61,7 +62,7 @@ const given = new Proxy(imports, {
   },
 });
 
-// Gives what it exports.
+// Returns the exports of the first part.
 export async function loadFirstPart(heard) {
   const { instance } = await WebAssembly.instantiate(await read("kdstream.wasm", heard), given);
   first = instance.exports;
@@ -71,7 +72,7 @@ export async function loadFirstPart(heard) {
   return first;
 }
 
-// Throws if it cannot be fetched; the error is `outdated` if it is of another version.
+// Throws if the second part cannot be fetched, or does not fit; in the second case the error is `outdated`.
 export async function loadSecondPart(heard) {
   const bytes = await read(secondPart, heard);
   await firstIsThere;
@@ -83,7 +84,8 @@ export async function loadSecondPart(heard) {
   join();
 }
 
-// Some browsers compile parts only while the page runs, and the server may be away: then the viewer has stopped.
+// This may fail: some browsers refuse to compile large modules synchronously, and the server may be away. Then the viewer has
+// stopped.
 function joinAtOnce() {
   try {
     joinNow();
@@ -95,7 +97,7 @@ function joinAtOnce() {
 function joinNow() {
   const request = new XMLHttpRequest();
   request.open("GET", addressOf(secondPart), false);
-  request.overrideMimeType("text/plain; charset=x-user-defined"); // a byte a character
+  request.overrideMimeType("text/plain; charset=x-user-defined"); // one byte per character
   request.send();
   const bytes = Uint8Array.from(request.responseText, (character) => character.charCodeAt(0) & 0xff);
   new WebAssembly.Instance(new WebAssembly.Module(bytes), { [importModule]: first });

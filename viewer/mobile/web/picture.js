@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A picture to save: the canvas on the page's background, with the lines over it, and below it the legend, title, credit and
-// licence.
+// A picture to save: the canvas with the lines over it, on the page's background; below it the legend, title, credit and licence.
 
 import { make } from "./list.js";
 
 const dark = { ink: "#f3f0ea", foot: "#1a1c20", ground: ["rgb(33 36 41)", "rgb(92 94 99)"] };
 const light = { ink: "#1d1c19", foot: "#f4f2ee", ground: ["#f4f2ee", "#d9d6cf"] }; // light.css
 const look = () => (document.documentElement.dataset.theme === "light" ? light : dark);
-const mostLines = 3; // of a text
-const mostLetters = 1000; // of a text
+const mostLines = 3; // per text
+const mostLetters = 1000; // per text
 
 function shorten(brush, text, width) {
   let letters = [...text];
@@ -18,7 +17,7 @@ function shorten(brush, text, width) {
   return letters.join("");
 }
 
-// Into lines that are at most so wide; what is more than a few of them ends with an ellipsis.
+// Breaks a text into lines of at most this width. If there are more than mostLines, the last one ends with an ellipsis.
 function wrap(brush, text, width) {
   const lines = [""];
   for (const word of text.slice(0, mostLetters).split(/\s+/)) {
@@ -33,7 +32,7 @@ function wrap(brush, text, width) {
   return [...lines, ...rest ? [rest] : []].map((each) => shorten(brush, each, width));
 }
 
-// ---- what colours mean: rows, each a function that draws itself with its foot at y
+// ---- the legend as rows; each row is a function that draws itself with its baseline at y
 
 function entryRows(brush, entries, { left, width, line }) {
   const rows = [[]];
@@ -74,7 +73,7 @@ function barRows(brush, { colors, ends }, { left, width, line }) {
   ];
 }
 
-// key: as keyOf has it (legend.js), or null.
+// key: as returned by keyOf (legend.js), or null.
 function rowsOf(brush, key, words, place) {
   const textRow = (text) => (y) => {
     brush.fillStyle = look().ink;
@@ -85,7 +84,7 @@ function rowsOf(brush, key, words, place) {
   return [...colours, ...words.flatMap((text) => wrap(brush, text, place.width)).map(textRow)];
 }
 
-// overlay: called with the canvas's context, to draw the lines over the picture. A PNG as a Blob.
+// Returns a PNG as a Blob. overlay: called with the canvas's context, to draw the lines over the picture.
 export function composePicture({ canvas, overlay, key, words }) {
   const ratio = canvas.width / canvas.clientWidth;
   const line = Math.round(18 * ratio);
@@ -94,7 +93,7 @@ export function composePicture({ canvas, overlay, key, words }) {
   const font = `${Math.round(13 * ratio)}px system-ui, sans-serif`;
   brush.font = font;
   const rows = rowsOf(brush, key, words, { left: line / 2, width: canvas.width - line, line });
-  picture.height = canvas.height + (rows.length ? (rows.length + 0.7) * line : 0); // which forgets the font
+  picture.height = canvas.height + (rows.length ? (rows.length + 0.7) * line : 0); // this also resets the font
   const ground = brush.createLinearGradient(0, 0, 0, canvas.height);
   look().ground.forEach((colour, i) => ground.addColorStop(i, colour));
   brush.fillStyle = ground;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whether previews are beside the list, or appear in a window over it on demand: until then nothing is fetched and drawn (paper
-// section 5.1). Style sheets do the rest, by two attributes of the body.
+// Previews are beside the list or, if the user prefers, in a window over it that opens on request. In that case nothing is
+// fetched and drawn before the request (paper, section 5.1). Style sheets do the rest, by two attributes of the body.
 
 const key = "kdstream.previews";
 
@@ -13,11 +13,11 @@ export function askForPreviews(asked) {
   try {
     localStorage.setItem(key, asked ? "asked" : "beside");
   } catch {
-    // then for this time
+    // then it only lasts for this visit
   }
 }
 
-// The user's last choice: "asked" or "beside". In somebody's page, which has no list, it is always beside.
+// The user's last choice: "asked" or "beside". In another page's frame, which has no list, it is always "beside".
 export function rememberedPreviews(isEmbedded) {
   let asked = false;
   try {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Requests the list of models again: if that has failed, while it is empty, and while the server cannot be reached.
+// Requests the list of models again: after a failure, while the list is empty, and while the server cannot be reached.
 
 import { getList, isOffline } from "./line.js";
 
@@ -8,19 +8,19 @@ const longestRetry = 8;
 const offlineRetry = 8;
 const emptyRetry = 5; // for a server that has no models yet
 
-const spread = (seconds) => seconds * (1 + Math.random()); // not all at once when a server comes back
+const spread = (seconds) => seconds * (1 + Math.random()); // so that not all pages ask at the same time when a server comes back
 
 export class Refreshing {
   trouble = ""; // why the last list could not be loaded
 
-  #timer = 0; // 0: the list is not requested and will not be
+  #timer = 0; // 0: no request is running or planned
   #retry = firstRetry; // s
   #take;
   #online;
   #ended;
 
-  // take: called with the bytes of a list; returns the number of its models, or throws for a malformed list. online: called when
-  // the server can be reached again; ended: after every attempt.
+  // take: called with the bytes of a list; returns the number of models in it, or throws if it is not a list. online: called when
+  // the server can be reached again. ended: called after every attempt.
   constructor(take, online, ended) {
     this.#take = take;
     this.#online = online;
@@ -29,7 +29,7 @@ export class Refreshing {
 
   async refresh() {
     clearTimeout(this.#timer);
-    this.#timer = -1; // the list is requested now
+    this.#timer = -1; // a request is running
     const wasOffline = isOffline();
     try {
       const count = this.#take(await getList());
@@ -55,7 +55,7 @@ export class Refreshing {
     this.#timer = setTimeout(() => this.refresh(), 1000 * seconds);
   }
 
-  // Call now and then: others may find out that the server cannot be reached.
+  // Call this from time to time, because other requests may find that the server cannot be reached.
   watch() {
     if (isOffline() && this.#timer === 0) {
       this.#refreshIn(spread(offlineRetry));

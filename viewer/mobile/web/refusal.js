@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A server's refusal as a sentence for users: by the status of its answer and the seconds after which it wants to be asked again
-// (0: not given).
+// Explains to users why a server refused a request, from the status of its answer and the seconds after which it wants to be
+// asked again (0: not given).
 
 import { language, t, translated } from "./words.js";
 
@@ -42,11 +42,11 @@ export function refusalOf(status, retryAfter = 0, hasToken = false) {
 
 const quotaRefusal = (time) => refusalOf(403, Math.max((Date.parse(time) - Date.now()) / 1000, 1));
 
-// Messages of session and servers, which are for developers.
+// Messages of the session and of servers, which are meant for developers.
 const known = [
   [/^the connection to the server was lost: (.*)$/s, (why) => t("the connection to the server was lost: {why}", { why: inPlainWords(why) })],
   [/^(\S+) cannot be opened: (.*)$/s, (name, why) => t("{name} cannot be opened: {why}", { name, why: inPlainWords(why) })],
-  [/^the server (?:says \d{3}|refused): (.*)$/s, (why) => inPlainWords(why)], // a status of HTTP says nothing to most people
+  [/^the server (?:says \d{3}|refused): (.*)$/s, (why) => inPlainWords(why)], // most users do not know HTTP status codes
   [/^the server says (\d{3})$/, (status) => refusalOf(Number(status))],
   [/^the quota of .* is used up: try again at (\S+)$/, quotaRefusal],
   [/^too many requests: try again in (\d+) s$/, (seconds) => refusalOf(429, Number(seconds))],
@@ -56,10 +56,10 @@ const known = [
   [/^the token is not for the model /, () => t("your link is not for this model")],
 ];
 
-// Whether a status is a deliberate refusal by the server, and not a failure of it or of the connection.
+// Whether a message is about a deliberate refusal by the server, and not about a failure of the server or the connection.
 export const isRefusal = (text) => known.slice(4).some(([pattern]) => pattern.test(text.replace(known[2][0], "$1")));
 
-// The same as a sentence for users, and in their language if its file has it.
+// Rewrites a message for users, in their language if its file has it.
 export function inPlainWords(text) {
   for (const [pattern, say] of known) {
     const found = pattern.exec(text);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Loads what is needed only after the first picture: the rest of the viewer (parts.js), tried again and again, for which code can
-// wait; and the style sheet of what opens over the picture.
+// Loads what is needed only after the first picture: the rest of the viewer (parts.js) and the style sheet for everything that
+// opens over the picture. Loading the rest is repeated until it succeeds, and code can wait for it.
 
 import { make } from "./list.js";
 import { isWhole, loadSecondPart } from "./parts.js";
@@ -12,7 +12,8 @@ const longestRetry = 8;
 
 let style = null; // a promise
 
-// Kept once it is there, or cannot be had: what opens has no style then, and it is asked for again next time.
+// Resolves when the style sheet is loaded, or cannot be loaded. In the latter case sheets open without style, and the next call
+// tries again.
 export function loadStyle() {
   return style ??= new Promise((resolve) => {
     const link = make("link", { rel: "stylesheet", href: new URL("later.css", import.meta.url).href, onload: resolve });
@@ -35,12 +36,12 @@ export class Rest {
   #coming = null; // a promise
   #goOn = () => {};
 
-  // changed: called when any of these has.
+  // changed: called when any of these has changed.
   constructor(changed) {
     this.#changed = changed;
   }
 
-  // Once it is there; however long that takes. At once where it is.
+  // Resolves when the rest is loaded, however long that takes; at once if it is.
   async wait() {
     if (!isWhole()) {
       ++this.awaited;
@@ -53,12 +54,12 @@ export class Rest {
     return this.#coming ??= this.#fetch();
   }
 
-  // How much of it has come, 0-1.
+  // The share of the rest that has arrived, 0-1.
   part() {
     return Math.min(this.#bytes / restBytes, 1);
   }
 
-  // Tries now what would be tried later.
+  // Repeats now what would be repeated later.
   retryNow() {
     this.#goOn();
   }
@@ -82,7 +83,7 @@ export class Rest {
     this.#changed();
   }
 
-  // Random, so that not all pages return at once to a restarted server.
+  // The pause is random, so that not all pages return to a restarted server at the same time.
   #pause(seconds) {
     return new Promise((resolve) => {
       this.#goOn = resolve;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Augmented reality: the model's preview in the room around the device. Android's Scene Viewer fetches it by itself, so it must be
-// a file that needs no token. Apple's Quick Look needs USDZ, for which Debian has no library.
+// Augmented reality: shows the model's preview in the room around the device. Android's Scene Viewer fetches the preview itself,
+// so it must be a file that needs no token. Apple's Quick Look would need USDZ, for which Debian has no library.
 
 import { addressOf, hasToken } from "./line.js";
 
 export const mayHaveRoom = /\bAndroid\b/.test(navigator.userAgent);
 
-// Where a link leads that opens Scene Viewer; "" where the server has no preview for it. Each model is asked about once.
+// Links that open Scene Viewer, as promises by file; "" if the server has no preview for it. The server is asked once per model.
 const rooms = new Map();
 
 export function roomOf({ id, digest }, title) {

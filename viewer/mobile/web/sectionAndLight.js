@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Two tools that change what is seen of a model: a section through it, and the light on it.
+// Two tools that change how a model looks: a section through it, and the light on it.
 
 import { download, group, makeButton } from "./elements.js";
 import { make } from "./list.js";
@@ -7,7 +7,7 @@ import { t } from "./words.js";
 
 export const tool = { none: 0, measure: 1, section: 2, light: 3, secondLight: 4 };
 
-// A slider of 0-100 % of `most`, which calls `act` at each move.
+// A slider for 0-100 % of `most`, which calls `act` at each move.
 function makeSlider(id, text, most, act) {
   const range = make("input", { id, type: "range", min: 0, max: 100, step: 1 });
   range.addEventListener("input", () => act(range.value / 100 * most));
@@ -20,7 +20,7 @@ function makeSlider(id, text, most, act) {
   }, value: () => range.value / 100 * most };
 }
 
-// page: as Tools has it. act(command): calls command(viewer), and shows the result.
+// page: as in Tools. act(command): calls command(viewer), and shows the result.
 export class SectionAndLight {
   #page;
   #act;

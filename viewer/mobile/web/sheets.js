@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The sheets: options, tools, what is known of the model; and its notes. What they hold is fetched when it is first used.
+// The sheets (options, tools, information about the model), and the model's notes. Their content is fetched when it is first
+// used.
 
 import { hasToken, mayHaveOriginal } from "./line.js";
 import { nameOf } from "./list.js";
@@ -11,14 +12,14 @@ import { canvas, coarse, find, line, say, viewer } from "./shared.js";
 const sheets = ["menu", "tools", "about", "help"];
 let tools = null; // set once the tools are used, or a link has distances
 let about = null;
-let notes = null; // once a model has some, or somebody writes some
+let notes = null; // set once a model has notes, or somebody writes some
 
 export const shownSheet = () => sheets.find((id) => !find(id).hidden);
 
 async function openSheet(id, open) {
   const { mode } = lastStatus;
   open && await loadStyle();
-  showSheet(id, open && lastStatus.mode === mode); // otherwise the model was left while the part was loading
+  showSheet(id, open && lastStatus.mode === mode); // otherwise the user left the model while this was loading
 }
 
 function showSheet(id, open) {
@@ -27,7 +28,7 @@ function showSheet(id, open) {
   if (open) {
     sheets.filter((other) => other !== id).forEach((other) => showSheet(other, false));
   }
-  wake(); // the hint makes room
+  wake(); // the hint makes room for the sheet
 }
 
 export const closeSheets = () => sheets.forEach((id) => showSheet(id, false));
@@ -35,7 +36,7 @@ export const closeSheets = () => sheets.forEach((id) => showSheet(id, false));
 export async function openTools(open) {
   await rest.wait();
   if (open && lastStatus.mode !== "full screen") {
-    return; // the model was left while the part was loading
+    return; // the user left the model while this was loading
   }
   await openSheet("tools", open);
   if (open) {
@@ -45,7 +46,7 @@ export async function openTools(open) {
   wake();
 }
 
-// The tools draw the distances, too.
+// The tools draw the distances, too, so a link may need them.
 async function getTools() {
   await rest.wait();
   const { Tools } = await import("./tools.js");
@@ -63,7 +64,7 @@ async function getTools() {
 export function showTools() {
   tools?.show();
   if (takeDistances()) {
-    getTools().then(wake, () => {}); // without this they appear only when the tools are opened
+    getTools().then(wake, () => {}); // if this fails, the distances appear when the tools are opened
   }
 }
 
@@ -81,12 +82,12 @@ async function getNotes() {
 
 let notesAsked = false;
 
-// Once there is a picture.
+// Call this in each frame; notes are fetched once there is a picture.
 export function showNotes({ mode, shownLevel }) {
   notes?.show();
   if (!notesAsked && mode === "full screen" && shownLevel !== null && selectedModel().notes) {
     notesAsked = true;
-    getNotes().catch(() => {}); // then the model is without notes
+    getNotes().catch(() => {}); // then the model has no notes
   }
 }
 
@@ -135,7 +136,7 @@ export async function openHelp(open) {
 
 let fingerShown = false;
 
-// Once there is a picture on the whole screen; not for people who want nothing to move by itself.
+// Shows the moving finger once there is a picture in full screen, unless the user prefers reduced motion.
 export function showFinger() {
   if (!fingerShown && !matchMedia("(prefers-reduced-motion: reduce)").matches) {
     fingerShown = true;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is said of how it stands, after each frame: messages, hints, what is loading, the legend, the status line.
+// What the page says about its state after each frame: messages, hints, what is being loaded, the legend, the status line.
 
 import { contact, isOffline, lacksToken, mayHaveOriginal } from "./line.js";
 import { markChosen, nameOf } from "./list.js";
@@ -14,7 +14,7 @@ import { showDetails, showFinger, showNotes, showTools, shownSheet } from "./she
 import { askForToken, contextLost, embedding, followMode } from "./controls.js";
 import { canvas, coarse, fingers, find, say, viewer } from "./shared.js";
 
-// before: the status before the last frame.
+// before: the status before this frame.
 export function show(before) {
   const wrong = showWhatIsWrong(lastStatus);
   if (viewer.failure) {
@@ -38,16 +38,16 @@ export function show(before) {
   if (lastStatus.idle && lastStatus.shownLevel !== null) {
     tellAloud(lastStatus);
     lastStatus.mode === "full screen" && fingers.entered && showFinger();
-    goOnOnce(); // after the first picture, so that it takes no bandwidth from it
+    goOnOnce(); // not before, because it would slow down the first picture
   }
 }
 
-// ---- what has to be said
+// ---- messages
 
 let wasAway = false;
 let wellAgain = false;
 
-// Whether there is anything.
+// Returns whether there is a message.
 function showWhatIsWrong(status) {
   const away = Boolean(status.trouble) && (status.connection !== "connecting" || wasAway);
   if (wasAway && !away) {
@@ -68,7 +68,7 @@ function showWhatIsWrong(status) {
   return showMessage(findMessage({ status: withLink, name, failed, contextLost, listed, listTrouble, lacksToken: lacksToken(), contact, away, wellAgain, offline, rest, update, tryNow, askAgain, askForToken }));
 }
 
-// ---- how it stands
+// ---- the state
 
 let knowsDoubleTap = false;
 
@@ -91,7 +91,7 @@ function showHint({ mode, shownLevel, original, region, measuring, tool }, wrong
   say(find("hint"), needed ? words : "");
 }
 
-// Shows progress until there is a picture, or until what the user wants can be done.
+// Shows progress until there is a picture, or until the page can do what the user asked for.
 function showWhatComes({ model, shownLevel, blobsLoaded, blobsWanted, waits, error }, wrong) {
   if ((rest.awaited || (waits && shownLevel === null)) && !wrong) {
     showLoading(t("Loading the viewer"), rest.part());
@@ -104,7 +104,7 @@ function showWhatComes({ model, shownLevel, blobsLoaded, blobsWanted, waits, err
   }
 }
 
-let legendShown = ""; // of which colours, of what
+let legendShown = ""; // the colours and the surface that the legend is for
 
 async function showLegend({ mode, surface, model }) {
   const legend = find("legend");
@@ -141,7 +141,7 @@ function showStatus(status) {
     `scaleX(${status.waits ? rest.part() : busy ? status.blobsLoaded / status.blobsWanted : 1})`;
 }
 
-// For screen readers: what is visible, when it has arrived.
+// Tells screen readers what is visible, when it has arrived.
 function tellAloud(status) {
   const { mode, region } = status;
   const name = nameOf(selectedModel());

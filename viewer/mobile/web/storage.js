@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What this browser stores of a server's models, in IndexedDB: the list, descriptions, and blobs by their paths, which name
-// model, digest and blob. (Each origin has its own database.) Blobs that the user has not asked to store are removed when all of
-// them exceed the limit, the least recently used first.
+// model, digest and blob. (Each origin has its own database.) If all blobs together exceed the limit, those that were least
+// recently used are removed, except blobs that the user has asked to store.
 //
-// If the browser does not allow storage, or if storage is full or was cleared, functions do nothing, or find nothing: then the
-// network is used. Sums are stored in the same transaction as what they sum, so several tabs may share the database.
+// If the browser does not allow storage, or if storage is full or was cleared, functions do nothing, or find nothing; then the
+// network is used. A sum is stored in the same transaction as its terms, so several tabs can share the database.
 
 const limits = [50e6, 200e6, 1e9];
 export const limitKey = "kdstream.limit";
 
 let opened = null; // promise of the database, or of null
-export let trouble = ""; // why nothing is kept, or ""
+export let trouble = ""; // why nothing can be stored, or ""
 
 export const done = (request) => new Promise((resolve, reject) => {
   request.onsuccess = () => resolve(request.result);
@@ -32,7 +32,7 @@ function open() {
         database.createObjectStore("texts");
       };
       request.onsuccess = () => {
-        const forget = () => (opened = null); // cleared by the person, or wanted by a later page
+        const forget = () => (opened = null); // cleared by the user, or needed by a newer version of the page
         request.result.onclose = forget;
         request.result.onversionchange = () => {
           request.result.close();
@@ -48,7 +48,7 @@ function open() {
   return opened;
 }
 
-// The result of `act`, which gets the stores; or `otherwise`.
+// Returns the result of `act`, which gets the stores; or `otherwise` if that is not possible.
 export async function within(mode, act, otherwise) {
   const database = await open();
   if (!database) {
@@ -61,7 +61,7 @@ export async function within(mode, act, otherwise) {
       transaction.oncomplete = resolve;
       transaction.onabort = transaction.onerror = () => reject(transaction.error);
     });
-    ended.catch(() => {}); // where `act` fails first
+    ended.catch(() => {}); // the error of `act` is the one to report, if it fails first
     const stores = Object.fromEntries(names.map((name) => [name, transaction.objectStore(name)]));
     const result = await act(stores);
     await ended;
@@ -70,7 +70,7 @@ export async function within(mode, act, otherwise) {
     if (error?.name === "QuotaExceededError") {
       trouble = "the browser's storage is full";
     } else if (error?.name === "InvalidStateError") {
-      opened = null; // closed under our hands
+      opened = null; // the browser has closed the database
     }
     return otherwise;
   }
@@ -82,7 +82,7 @@ async function addBytes(texts, bytes) {
   return sum;
 }
 
-// Removes what was used longest ago and is not pinned, until `bytes` are freed.
+// Removes the least recently used blobs that are not pinned, until `bytes` are freed.
 export async function freeBytes({ blobs, entries, texts }, bytes) {
   let freed = 0;
   const unpinned = IDBKeyRange.bound([0, 0], [0, Infinity]);
@@ -106,7 +106,7 @@ export function storageLimit() {
 
 export const rangeOf = (begin) => IDBKeyRange.bound(begin, `${begin}\uffff`);
 
-// An ArrayBuffer, or null.
+// Returns an ArrayBuffer, or null.
 export function findBlob(path) {
   return within("readwrite", async ({ blobs, entries }) => {
     const [bytes, entry] = await Promise.all([done(blobs.get(path)), done(entries.get(path))]);
@@ -118,7 +118,7 @@ export function findBlob(path) {
   }, null);
 }
 
-// [{ path, bytes }]. pinned: asked for, so they stay when room is made. Whether they are kept.
+// all: [{ path, bytes }]. pinned: stored on request, so they are not removed to make room. Returns whether they were stored.
 export async function storeBlobs(all, pinned = false) {
   const put = () => within("readwrite", async (stores) => {
     let grown = 0;
@@ -138,7 +138,7 @@ export async function storeBlobs(all, pinned = false) {
     trouble = "";
     return true;
   }
-  if (trouble && opened) { // full: make room, once
+  if (trouble && opened) { // storage is full: make room, and try once more
     const size = all.reduce((sum, { bytes }) => sum + bytes.byteLength, 0);
     await within("readwrite", (stores) => freeBytes(stores, 4 * size));
     return put();
@@ -146,18 +146,18 @@ export async function storeBlobs(all, pinned = false) {
   return false;
 }
 
-// Whether that blob was asked to be kept.
+// Whether the user has asked to store this blob.
 export const isPinned = (path) => within("readonly", async ({ entries }) => Boolean((await done(entries.get(path)))?.pinned), false);
 
-// The list of models and their descriptions, as bytes under their paths.
+// The list of models and their descriptions are stored as bytes, under their paths.
 export const findText = (path) => within("readonly", async ({ texts }) => await done(texts.get(path)) ?? null, null);
 export const storeText = (path, bytes) => within("readwrite", ({ texts }) => done(texts.put(bytes, path)));
 
-// The paths of blobs that begin so.
+// Returns the paths of the blobs whose paths begin with `begin`.
 export const storedPathsOf = (begin) => within("readonly",
   async ({ entries }) => new Set(await done(entries.getAllKeys(rangeOf(begin)))), new Set());
 
-// The paths of all descriptions and blobs. For marks in the list.
+// Returns the paths of all descriptions and blobs, to mark stored models in the list.
 export const storedPaths = () => within("readonly",
   async ({ entries, texts }) => new Set((await Promise.all([done(entries.getAllKeys()), done(texts.getAllKeys())])).flat()),
   new Set());

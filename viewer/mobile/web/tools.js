@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Tools for viewing: views from six sides, turning by itself, measuring, sections, light, links to views, pictures. Fetched when
-// they are first used. WebAssembly decides what they do; here are their buttons, and the lines over the picture.
+// Tools for viewing: views from six sides, automatic turning, measuring, sections, light, links to views, pictures. Fetched when
+// they are first used. WebAssembly decides what they do; this code has their buttons, and the lines over the picture.
 
 import { download, group, makeButton, notice } from "./elements.js";
 import { formatError, formatLength } from "./lengths.js";
@@ -12,7 +12,7 @@ import { t } from "./words.js";
 
 const find = (id) => document.getElementById(id);
 
-const slop = 8; // points: who has moved less has tapped
+const slop = 8; // points: a shorter movement is a tap
 
 export function describeMeasurement({ distance, height, horizontal, error, exact, waits, to }, unit) {
   if (!to) {
@@ -26,12 +26,12 @@ export function describeMeasurement({ distance, height, horizontal, error, exact
     { distance: `${length(distance)}${doubt}${remark}`, height: length(Math.abs(height)), across: length(horizontal) });
 }
 
-// ---- carrying away
+// ---- copying and saving
 
 async function copyText(text) {
   try {
     await navigator.clipboard.writeText(text);
-  } catch { // not in a page without https
+  } catch { // the clipboard is not available without https
     const area = make("textarea", { value: text });
     document.body.append(area);
     area.select();
@@ -53,7 +53,7 @@ export class Tools {
   #list = make("ol", { id: "measurements" });
   #drawn = "";
   #room = make("a", { id: "room", className: "tool", hidden: true, textContent: t("In my room") });
-  #roomFor = null; // the model of the link
+  #roomFor = null; // the model that the link is for
 
   constructor(page) {
     this.#page = page;
@@ -79,7 +79,7 @@ export class Tools {
     page.canvas.addEventListener("pointerup", (event) => this.#lift(event)); // after the viewer got the event
   }
 
-  // A tap that measures nothing says so: not one of several fingers, nor one that moves the picture (fingers.js).
+  // Tells the user if a tap measured nothing, unless it is a tap of several fingers, or moves the picture (fingers.js).
   #press({ isPrimary, button, shiftKey, clientX, clientY }) {
     this.pressed = isPrimary && button === 0 && !shiftKey && this.#page.status().measuring && { clientX, clientY, ends: this.#ends() };
   }
@@ -95,7 +95,7 @@ export class Tools {
     return this.#page.viewer.measurements().map(({ to }) => (to ? 2 : 1)).join();
   }
 
-  // On a small screen opens one kind of tools, or closes it.
+  // Makes a tab for a small screen, which opens or closes one group of tools.
   #tab(each) {
     each.classList.add("closed");
     const tab = make("button", { type: "button", className: "tool", textContent: each.querySelector("legend").textContent, ariaExpanded: false });
@@ -142,7 +142,7 @@ export class Tools {
     try {
       await navigator.share({ title: document.title, url: this.link() });
     } catch {
-      // nobody has been informed
+      // then the user is not informed
     }
   }
 
@@ -155,7 +155,7 @@ export class Tools {
 
   async #savePicture() {
     const key = await this.#page.key();
-    this.#page.redraw(); // a canvas keeps its picture for as long as this turn lasts
+    this.#page.redraw(); // a canvas keeps its picture only until the current task ends
     const blob = await composePicture({ canvas: this.#page.canvas, overlay: (brush) => this.#drawOverlay(brush), key, words: this.#page.words() });
     download(blob, `${this.#page.status().model}.png`);
     this.#note("Picture saved.");
@@ -173,7 +173,7 @@ export class Tools {
 
   // ---- lines over the picture
 
-  // After each frame.
+  // Call this after each frame.
   show() {
     const { spinning, measuring, unit } = this.#page.status();
     this.sectionAndLight.show(this.#page.status());
@@ -233,7 +233,7 @@ export class Tools {
     return make("li", {}, name, make("span"), remove);
   }
 
-  // The same lines, for a picture.
+  // Draws the same lines into a picture.
   #drawOverlay(brush) {
     const { unit } = this.#page.status();
     const ratio = this.#page.canvas.width / this.#page.canvas.clientWidth;

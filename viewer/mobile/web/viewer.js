@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The viewer in WebAssembly, as an object: what WebViewer.cxx exports, with texts and bytes carried in and out.
+// The viewer in WebAssembly as an object: calls the exports of WebViewer.cxx, and passes texts and bytes in and out.
 
 import { bytesAt, forgetObjects, gainCanvas, picturesAreWaiting, useContext } from "./gl.js";
 import { loadFirstPart, whole } from "./parts.js";
@@ -9,20 +9,20 @@ const toText = new TextDecoder();
 
 export const Action = { none: 0, connect: 1, send: 2, close: 3, fetch: 4, search: 5 };
 
-// heard: called whenever some of it has come, with the bytes so far. The rest of it comes later (rest.js).
+// heard: called with the number of bytes so far, whenever some have arrived. The rest is loaded later (rest.js).
 export async function loadViewer(heard) {
   functions = await loadFirstPart(heard);
   return new Viewer(functions);
 }
 
-// The functions of the WebAssembly, once it is loaded. A viewer has its own session and canvas.
+// The functions of the WebAssembly, once it is loaded. Each viewer has its own session and canvas.
 let functions = null;
 export const anotherViewer = () => new Viewer(functions);
 
 const colorings = ["own", "none", "partition", "resolution"];
 export const colorMaps = ["viridis", "cividis", "diverging"];
 
-// The array that colours are by, as links have them; "" for none.
+// Returns the array that gives the colours, from colours in the form of links; "" if there is none.
 export function arrayOf(colours) {
   try {
     return decodeURIComponent(colours.split(":")[1] ?? "");
@@ -36,7 +36,7 @@ class Viewer {
   #self;
   #context = null; // of WebGL
 
-  // Set permanently when the viewer has stopped for lack of memory. Every call does nothing then.
+  // Set for good when the viewer has stopped, for example for lack of memory. Then every call does nothing.
   failure = null;
 
   constructor(functions) {
@@ -58,7 +58,7 @@ class Viewer {
     }
   }
 
-  // Copies bytes to where the next call finds them. False where they are too many.
+  // Copies bytes to where the next call finds them. Returns false if there are too many.
   #put(bytes) {
     const place = this.#call("Inbox", bytes.byteLength);
     if (place) {
@@ -76,13 +76,13 @@ class Viewer {
     return toText.decode(bytesAt(begin, this.#call("TextBytes")));
   }
 
-  // The viewer's JSON of this name; `otherwise` if the viewer has stopped.
+  // Returns the viewer's JSON of this name; `otherwise` if the viewer has stopped.
   #describe(name, otherwise) {
     this.#call(name);
     return JSON.parse(this.#text() || otherwise);
   }
 
-  // ---- what the person does; places in pixels of the canvas
+  // ---- what the user does; positions are pixels of the canvas
 
   select(model) {
     this.#putText(model);
@@ -97,7 +97,7 @@ class Viewer {
     this.#call("LeaveFullScreen");
   }
 
-  // All pointers that are down now: [{ id, x, y, isPair }]. isPair: the pointer stands for two fingers; the other finger has the
+  // pointers: all that are down now, [{ id, x, y, isPair }]. isPair: the pointer stands for two fingers; the other finger has the
   // next id.
   touches(seconds, pointers) {
     const values = new Float64Array(pointers.flatMap(({ id, x, y, isPair }) => [id, x, y, isPair]));
@@ -114,7 +114,7 @@ class Viewer {
     this.#call("Zoom", factor, x, y);
   }
 
-  // What keys do in the middle of the canvas: "Drag" (right, down: -1, 0 or 1; pans; seconds), "Tap" (times, seconds) or
+  // Does what keys do in the middle of the canvas: "Drag" (right, down: -1, 0 or 1; pans; seconds), "Tap" (times, seconds) or
   // "Zoom" (isIn).
   byKey(act, ...values) {
     this.#call(act + "ByKey", ...values);
@@ -128,7 +128,7 @@ class Viewer {
     this.#call("UndoView");
   }
 
-  // "front", "back", "left", "right", "top" or "bottom".
+  // side: "front", "back", "left", "right", "top" or "bottom".
   lookFromSide(side) {
     this.#putText(side);
     this.#call("LookFromSide");
@@ -138,24 +138,24 @@ class Viewer {
     this.#call("SetSpinning", spins);
   }
 
-  // The text after the # of a URL: model=…; errors in it are in the status.
+  // link: the text after the # of a URL, model=…; the status reports errors in it.
   follow(link) {
     this.#putText(link);
     this.#call("Follow");
   }
 
-  // A link to the present view, without colours.
+  // Returns a link to the current view, without colours.
   link() {
     this.#call("Link");
     return this.#text();
   }
 
-  // 0 none, 1 measure, 2 section, 3 light, 4 second light.
+  // tool: 0 none, 1 measure, 2 section, 3 light, 4 second light.
   setTool(tool) {
     this.#call("SetTool", tool);
   }
 
-  // "front", "side", "above", "view", "flip" or "off".
+  // side: "front", "side", "above", "view", "flip" or "off".
   setSectionAlong(side) {
     this.#putText(side);
     this.#call("SetSectionAlong");
@@ -165,13 +165,13 @@ class Viewer {
     this.#call("SetSectionDepth", depth);
   }
 
-  // As SVG.
+  // Returns an SVG.
   sectionOutline() {
     this.#call("SectionOutline");
     return this.#text();
   }
 
-  // Intensities of the two lights, 0-2, and the relief, 0-1.
+  // light, secondLight: intensities of the two lights, 0-2. relief: 0-1.
   dim(light, secondLight, relief) {
     this.#call("Dim", light, secondLight, relief);
   }
@@ -184,13 +184,13 @@ class Viewer {
     return this.#describe("Measurements", "[]");
   }
 
-  // Marks the surface where the views of these links look at it.
+  // Marks the points of the surface that the views of these links look at.
   setMarks(links) {
     this.#putText(links.join("\n"));
     this.#call("SetMarks");
   }
 
-  // [x, y, isSeen] of each mark in order, in pixels of the canvas; null without marks.
+  // Returns [x, y, isSeen] of each mark in order, in pixels of the canvas; null for a mark that has no place on the screen.
   marks() {
     return this.#describe("Marks", "[]");
   }
@@ -204,22 +204,22 @@ class Viewer {
     this.#call("RemoveMeasurement", index);
   }
 
-  // 0 upright, 1 free.
+  // turning: 0 upright, 1 free.
   setTurning(turning) {
     this.#call("SetTurning", turning);
   }
 
-  // 0 by the view, 1 one level for the whole model.
+  // detail: 0 as the view needs, 1 one level for the whole model.
   setDetail(detail) {
     this.#call("SetDetail", detail);
   }
 
-  // Bytes that are fetched ahead of what is wanted.
+  // bytes: how much is fetched before it is needed.
   setPrefetch(bytes) {
     this.#call("SetPrefetch", bytes);
   }
 
-  // Whether anything moves by itself.
+  // motion: whether anything moves by itself.
   setMotion(motion) {
     this.#call("SetMotion", motion);
   }
@@ -228,26 +228,26 @@ class Viewer {
     this.#call("SetRings", rings);
   }
 
-  // Colours as links have them: own, partition, resolution, none, or by:NAME[:MAP[:LOW:HIGH]].
+  // colors: in the form of links: own, partition, resolution, none, or by:NAME[:MAP[:LOW:HIGH]].
   setColors(colors) {
     const [by, , map, low, high] = colors.split(":");
     this.#putText(arrayOf(colors));
     this.#call("SetColors", colorings.indexOf(by), colorMaps.indexOf(map), low, high);
   }
 
-  // Sets the background, 0xrrggbb each.
+  // Sets the colours of the background; each is 0xrrggbb.
   setBackground(bottom, top) {
     this.#call("SetBackground", bottom, top);
   }
 
-  // The limit of WebAssembly's and graphics memory together; what is shown adapts to it.
+  // Sets the limit for WebAssembly's memory and graphics memory together; what is shown adapts to it.
   setMemory(bytes) {
     this.#call("SetMemory", bytes);
   }
 
   // ---- the canvas
 
-  // False where the browser has no WebGL 2.
+  // Returns false if the browser has no WebGL 2.
   gainCanvas(canvas) {
     this.#context = gainCanvas(canvas);
     if (this.#context) {
@@ -275,19 +275,19 @@ class Viewer {
     this.#call("Resize", width, height, pixelRatio);
   }
 
-  // The next frame draws, whatever has changed.
+  // Makes the next frame draw, even if nothing has changed.
   redraw() {
     this.#call("Redraw");
   }
 
-  // Draws what has changed; returns whether anything had.
+  // Draws if something has changed; returns whether it had.
   frame() {
     return this.#call("Frame") === 1;
   }
 
-  // ---- the line to the server
+  // ---- the connection to the server
 
-  // The list of models as the server sent it. Returns why it is not a list, or "".
+  // Takes the list of models as the server sent it. Returns why it is not a list, or "".
   setModels(bytes) {
     if (!this.#put(bytes)) {
       return "it is too long";
@@ -299,7 +299,7 @@ class Viewer {
     this.#call("SocketOpened", now);
   }
 
-  // False where the message is too long to be true.
+  // Returns false if the message is longer than any valid one.
   socketMessage(data, now) {
     const isText = typeof data === "string";
     const known = isText ? this.#putText(data) : this.#put(new Uint8Array(data));
@@ -309,7 +309,7 @@ class Viewer {
     return known;
   }
 
-  // refused: the server answers, but has no stream for us. retryAfter: the seconds that a busy one asks for, or 0.
+  // refused: the server answers, but has no stream for this page. retryAfter: the seconds that a busy server asks to wait, or 0.
   socketEnded(refused, why, now, retryAfter) {
     this.#putText(why);
     this.#call("SocketEnded", refused, now, retryAfter);
@@ -333,9 +333,9 @@ class Viewer {
     this.#call("RetryNow");
   }
 
-  // ---- what comes out
+  // ---- what the viewer returns
 
-  // Call after every input; then do what nextAction says until it says Action.none.
+  // Call this after every input; then do what nextAction returns, until it returns Action.none.
   exchange(now) {
     this.#call("Exchange", now);
   }
@@ -346,52 +346,52 @@ class Viewer {
     return { kind, text: texts ? this.#text() : "", mostBytes: this.#call("MostBytes") };
   }
 
-  // An ArrayBuffer that is kept of what a search is for, by its place there.
+  // Passes a stored blob (an ArrayBuffer) that a search asked for. index: its position in the search.
   found(search, index, bytes) {
     if (this.#put(new Uint8Array(bytes))) {
       this.#call("Found", search, index);
     }
   }
 
-  // The rest of it is not kept. isKept: the model is, on purpose.
+  // The other blobs of the search are not stored. isKept: the user has stored the model on request.
   endSearch(search, isKept, now) {
     this.#call("EndSearch", search, isKept, now);
   }
 
-  // Whether arriving blobs are returned by nextArrival, and stored ones are searched first.
+  // Whether nextArrival returns arriving blobs, and stored blobs are searched first.
   setKeeps(keeps) {
     this.#call("SetKeeps", keeps);
   }
 
-  // A blob that has come: { path, bytes }, or null.
+  // Returns the next blob that has arrived, { path, bytes }, or null.
   nextArrival() {
     const begin = this.#call("Arrival");
     return begin ? { path: this.#text(), bytes: bytesAt(begin, this.#call("ArrivalBytes")).slice().buffer } : null;
   }
 
-  // What the colours of detail mean: [{ level, color }], the finest first; -1 is the original, color 0xrrggbb.
+  // Returns the legend for colours of detail: [{ level, color }], the finest first; level -1 is the original, color is 0xrrggbb.
   legend() {
     return this.#describe("Legend", "[]");
   }
 
-  // The arrays that the model may be coloured by; and for the current array the range of the map, and the classes: { arrays, low,
-  // high, classes }.
+  // Returns the arrays that the model can be coloured by and, for the current array, the range of the map, and the classes: {
+  // arrays, low, high, classes }.
   arrays() {
     this.#call("Arrays");
     return JSON.parse(this.#text());
   }
 
-  // 0xrrggbb, of a number of that array.
+  // Returns the colour, 0xrrggbb, for a value of that array.
   shade(number) {
     return this.#call("Shade", number);
   }
 
-  // { budget, heap, used, pieces, graphics } in bytes.
+  // Returns { budget, heap, used, pieces, graphics } in bytes.
   memory() {
     return this.#describe("Memory", "{}");
   }
 
-  // The message for the user: page.js describes its members.
+  // Returns the state for the user; page.js describes its members.
   status() {
     const status = this.#describe("Status", "{}");
     status.idle &&= !picturesAreWaiting();

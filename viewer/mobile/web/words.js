@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Localization: translations of the page's texts, and numbers in the user's language. English is in the code. For each other
-// language one file (words/de.js) translates these texts; it is fetched if the browser asks for that language, or the URL does
-// (?lang=de). Texts that a file lacks are shown in English.
+// Localization: translations of the page's texts, and numbers in the user's language. English texts are in the code. For each
+// other language one file (such as words/de.js) translates these texts. It is fetched if the browser asks for that language, or
+// if the URL does (?lang=de). Texts that a file lacks are shown in English.
 
-const directions = { de: "ltr", ar: "rtl" }; // of the languages that there are
-const longestWait = 3000; // ms to wait for a language's file; until it arrives, the page is in English
+const directions = { de: "ltr", ar: "rtl" }; // of the available languages
+const longestWait = 3000; // ms to wait for a language's file; until then the page is in English
 const withOne = (one, other) => ({ one: `{n} ${one}`, other: `{n} ${other}` });
 export const manyForms = {
   "{n} triangles": withOne("triangle", "triangles"),
@@ -15,12 +15,12 @@ export const manyForms = {
 };
 
 let texts = manyForms;
-let sentences = []; // [pattern, text]: of what the session and the server say
+let sentences = []; // [pattern, text]: for sentences of the session and the server
 let plurals = new Intl.PluralRules("en");
 
 export let language = "en"; // for numbers and times, too
 
-// Called before anything is shown except index.html's content. A language that is loaded late is used from then on: `changed` is
+// Call this before anything is shown except index.html's content. A language that loads late is used from then on. changed:
 // called whenever one has been loaded.
 export async function chooseLanguage(changed) {
   const asked = [new URLSearchParams(location.search).get("lang") ?? "", ...navigator.languages]
@@ -41,7 +41,7 @@ function speak(chosen, file) {
   texts = file.texts;
   sentences = Object.entries(file.sentences).map(([english, text]) => [patternOf(english), text]);
   plurals = new Intl.PluralRules(chosen);
-  language = chosen === "ar" ? "ar-u-nu-latn" : chosen; // figures as in the models' units and the session's sentences
+  language = chosen === "ar" ? "ar-u-nu-latn" : chosen; // Western digits, as in the models' units and the session's sentences
   document.documentElement.lang = chosen;
   document.documentElement.dir = directions[chosen];
   translate(document.documentElement);
@@ -52,7 +52,7 @@ function patternOf(english) {
   return new RegExp(`^${literal.replace(/\{(\w+)\}/g, "(?<$1>.*?)")}$`, "s");
 }
 
-// A name or a sentence of somebody else's, which may run the other way than what is around it.
+// Wraps a name or sentence that comes from others, because its direction may differ from that of the text around it.
 export function apart(text) {
   return document.documentElement.dir === "rtl" || /[\u0590-\u08ff\ufb1d-\ufeff]/.test(text) ? `\u2068${text}\u2069` : text;
 }
@@ -62,13 +62,13 @@ function fill(text, values) {
     (typeof values[name] === "number" ? count(values[name]) : apart(values[name] ?? "")));
 }
 
-// The text in the person's language, its {names} filled in; of a text with forms the one for the number n.
+// Returns the text in the user's language with its {names} filled in; if the text has several forms, the form for the number n.
 export function t(text, values = {}) {
   const found = texts[text] ?? manyForms[text] ?? text;
   return fill(typeof found === "object" ? found[plurals.select(values.n)] ?? found.other : found, values);
 }
 
-// The translation of a whole sentence that another program has made.
+// Returns the translation of a whole sentence that another program has made.
 export function translated(sentence) {
   for (const [pattern, text] of sentences) {
     const found = pattern.exec(sentence);
@@ -100,7 +100,7 @@ function translate(root) {
 
 export const count = (number) => number.toLocaleString(language);
 
-// A figure and its unit, which stay in this order in right-to-left text.
+// A number and its unit, which keep this order in right-to-left text.
 export function figure(number, unit) {
   const text = `${number}\u00a0${unit}`;
   return document.documentElement.dir === "rtl" ? `\u2066${text}\u2069` : text;

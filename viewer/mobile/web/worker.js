@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The service worker: stores the page's own files, so that the page opens without a network. They are of one version, all or
-// none, whose digests are built in (MakePage.cmake); if a server has another version in between, it is asked again next time.
-// storage.js stores models.
+// The service worker: stores the page's own files, so that the page opens without a network. They are all of one version, or none
+// is stored; the version's digests are built in (MakePage.cmake). If the server has another version by now, storing is tried
+// again next time. Models are stored by storage.js.
 
 /* global pageVersion, pageFiles: { "page.js": SHA-256 } */
 
 const { scope } = self.registration;
-const ours = `kdstream page ${scope} `; // paths of an origin share its caches
+const ours = `kdstream page ${scope} `; // the caches of an origin are shared by all its paths
 const name = ours + pageVersion;
 const addressOf = (file) => new URL(file, scope).href;
 
@@ -23,7 +23,7 @@ async function fetchFile([file, digest]) {
   return [addressOf(file), answer];
 }
 
-// Languages but this browser's are not kept.
+// Languages that this browser does not ask for are not stored with the page.
 const languages = navigator.languages.map((each) => `words/${each.split("-")[0].toLowerCase()}.js`);
 const isKept = (file) => !file.startsWith("words/") || languages.includes(file);
 
@@ -38,8 +38,8 @@ async function dropOthers() {
   await Promise.all(names.filter((other) => other.startsWith(ours) && other !== name).map((other) => caches.delete(other)));
 }
 
-// If a file is missing, the browser has cleared the storage: then all come from the server, until the next version. A language
-// that the URL or the page asks for, but not the browser, is stored when it is first used.
+// If a file is missing, the browser has cleared the storage. Then all files come from the server, until there is a new version.
+// Exception: a language that only the URL or the page asks for is stored when it is first used.
 async function answerWith(file, request) {
   const cache = await caches.open(name).catch(() => null);
   const kept = await cache?.match(addressOf(file)).catch(() => null);
@@ -54,7 +54,8 @@ async function answerWith(file, request) {
   return kept ?? fetch(request);
 }
 
-// The page of a model (m/ID), or of all of them (m/), is the same page, seen from a folder below. The head that a server gives it is not for browsers.
+// The page of a model (m/ID), or of all models (m/), is the same page, but in a folder below. What a server adds to its head is
+// not for browsers.
 async function answerWithModel(up, request) {
   const cache = await caches.open(name).catch(() => null);
   const kept = await cache?.match(addressOf("index.html")).catch(() => null);

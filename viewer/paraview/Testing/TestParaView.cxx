@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The plugin in ParaView itself: pvbatch reads the dragon's store and server, on one process and on
-// several. plugin.py asks, and this file has the expected answers.
+// Tests the plugin in ParaView itself: pvbatch reads the dragon from a store and from a server, on
+// one process and on several. plugin.py asks the questions, and this file has the expected answers.
 #include "Testing/Fixtures/RunningProgram.h"
 #include "filters/Parallel/Testing/RunRanks.h"
 
@@ -21,7 +21,7 @@ using Json = nlohmann::json;
 namespace
 {
 
-// What one question was answered, by rank.
+// The answers to the questions: by question, then by rank.
 using Answers = std::map<std::string, std::map<int, Json>>;
 
 struct Session
@@ -56,11 +56,11 @@ protected:
   }
   static void TearDownTestSuite() { Folder.reset(); }
 
-  // plugin.py in pvbatch on this number of processes.
+  // Runs plugin.py in pvbatch on this number of processes.
   static Session Ask(unsigned ranks, std::vector<std::string> arguments)
   {
-    // -noreset: ParaView tries a first connection and closes it; Xvfb would restart, and might miss
-    // the second one.
+    // -noreset: ParaView opens a first connection and closes it again. Without -noreset, Xvfb would
+    // then restart, and might miss the second connection.
     std::vector<std::string> command{ "-a", "-s", "-screen 0 1280x1024x24 +extension GLX -noreset",
       KDSTREAM_MPIRUN };
     std::vector<std::string> batch{ KDSTREAM_PVBATCH, "--sym", KDSTREAM_SCRIPT, KDSTREAM_PLUGIN };
@@ -93,7 +93,8 @@ protected:
     EXPECT_EQ(Sum(ofRanks, "triangles"), Info["triangles"].get<std::uint64_t>());
   }
 
-  // The original and a level, as one mesh and as partitions: whole, each rank its share.
+  // Checks the original and a level, as one mesh and as partitions: each rank has its share, and
+  // together they are complete.
   static void ExpectContents(const Answers& answers, unsigned ranks)
   {
     const Json level = *std::find_if(Info["levels"].begin(), Info["levels"].end(),
@@ -121,8 +122,8 @@ protected:
     }
   }
 
-  // 2 and 4 processes must cut a file in the same way as one process cuts the whole mesh:
-  // partitions by their digests.
+  // 2 and 4 processes must cut a file in the same way as one process cuts the whole mesh: the
+  // digests of the partitions are compared.
   static void ExpectTogether(const std::string& whole, const std::string& file, unsigned fewest)
   {
     const auto one = Ask(1, { "distributed", whole }).answers.at("distributed").at(0);
@@ -145,7 +146,7 @@ protected:
 
   static inline std::unique_ptr<TemporaryFolder> Folder;
   static inline std::string Store;
-  static inline Json Info; // of kdstream-store
+  static inline Json Info; // printed by kdstream-store
 };
 
 }
@@ -205,7 +206,7 @@ TEST_F(TestParaView, FiltersCutAndSimplify)
     SCOPED_TRACE(of);
     for (const std::string what : { "", " in partitions", " with its partitions" })
     {
-      if (!answers.contains(of + what)) // composite ones are counted after the filter
+      if (!answers.contains(of + what)) // composite data are only counted after the filter
       {
         continue;
       }
@@ -221,13 +222,14 @@ TEST_F(TestParaView, FiltersCutAndSimplify)
   EXPECT_EQ(answers.at("cells").at(0)["vertices"], answers.at("cells again").at(0)["vertices"]);
 }
 
-// One tree over all processes: each has its partitions, those that one process makes, to the bit.
+// All processes build one tree. Together they have the partitions that a single process makes, bit
+// for bit.
 TEST_F(TestParaView, ProcessesCutOneMeshTogether)
 {
   ExpectTogether(KDSTREAM_DRAGON, KDSTREAM_DRAGON, 100);
 }
 
-// The same where each process has only a part of the mesh, and ids show which points are one.
+// The same if each process has only a part of the mesh, and ids say which points are the same.
 TEST_F(TestParaView, ProcessesCutTheirPartsTogether)
 {
   constexpr int side = 150;
@@ -255,7 +257,7 @@ TEST_F(TestParaView, ProcessesCutTheirPartsTogether)
   ExpectTogether((*Folder / "numbered.ply").string(), (*Folder / "numbered.kds").string(), 15);
 }
 
-// The others would wait for ever if ParaView's executive replaced the filter's own.
+// If ParaView replaced the filter's executive by its own, the other processes would wait forever.
 TEST_F(TestParaView, ProcessesFailTogether)
 {
   for (const unsigned ranks : { 2U, 4U })

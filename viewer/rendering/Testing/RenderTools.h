@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the tests of viewer/rendering share: a model, a camera, pictures and their comparison.
+// Shared by the tests of viewer/rendering: a model, a camera, and comparing pictures.
 #pragma once
 
 #include "Testing/Fixtures/BumpySphere.h"
@@ -26,7 +26,7 @@
 namespace kdstream::test
 {
 
-// Whatever VTK complains of fails the test.
+// Every error or warning of VTK fails the test.
 class FailingOutputWindow final : public vtkOutputWindow
 {
 public:
@@ -47,7 +47,7 @@ public:
 inline ::testing::Environment* const vtkErrorsFail =
   ::testing::AddGlobalTestEnvironment(new VtkErrorsFail);
 
-// A window with one scene. Throws, and so fails its test, where the window cannot be made.
+// A window with one scene. Throws, and so fails the test, if the window cannot be made.
 struct Stage
 {
   vtkSmartPointer<vtkRenderWindow> window;
@@ -99,8 +99,8 @@ inline double Brightness(const std::array<int, 3>& pixel)
   return (pixel[0] + pixel[1] + pixel[2]) / 3.0;
 }
 
-// The mean brightness (0-255) of a square of 2 r + 1 pixels around a place given in fractions of
-// the picture.
+// The mean brightness (0-255) of a square with sides of 2 r + 1 pixels, whose centre is given in
+// fractions of the picture.
 inline double BrightnessAround(const WindowPicture& picture, double x, double y, int r)
 {
   const int cx = static_cast<int>(x * picture.width);

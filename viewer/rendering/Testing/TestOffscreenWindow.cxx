@@ -17,7 +17,7 @@ namespace
 
 constexpr std::array headless{ WindowBackend::Egl, WindowBackend::OsMesa };
 
-// Sets or unsets an environment variable for a scope.
+// Sets or unsets an environment variable until the end of a scope.
 class ScopedVariable
 {
 public:
@@ -110,7 +110,7 @@ TEST(OffscreenWindow, DrawsTheSameOnEglAndOsMesa)
     Show(osMesa, sphere);
     const WindowPicture picture = egl.Draw();
     EXPECT_EQ(Compare(picture, osMesa.Draw()).pixels, 0u);
-    // It is the sphere that is drawn: stone in the middle, dark background in the corner.
+    // It shows the sphere: stone in the middle, and dark background in the corner.
     EXPECT_GT(
       BrightnessAround(picture, 0.5, 0.4, 5), 1.5 * BrightnessAround(picture, 0.05, 0.05, 3));
   }
@@ -118,7 +118,7 @@ TEST(OffscreenWindow, DrawsTheSameOnEglAndOsMesa)
 
 TEST(OffscreenWindow, SmoothsEdges)
 {
-  // Between stone and background lie pixels of neither, as many as the outline is long.
+  // Between stone and background there are mixed pixels, about as many as the outline is long.
   const Stage stage(WindowBackend::Egl, 200, 200);
   Show(stage, BumpySphere(60));
   const WindowPicture smooth = stage.Draw();
@@ -174,7 +174,7 @@ TEST(OffscreenWindow, AlternatesWithOthers)
     }
   }
 
-  // Each may go while another is current.
+  // A window may be destroyed while another one is current.
   stages[0].Draw();
   stages.erase(stages.begin() + 1);
   first.erase(first.begin() + 1);
@@ -229,8 +229,8 @@ TEST(OffscreenWindow, LeavesNoFiles)
   }
   EXPECT_EQ(OpenFiles(), files);
   EXPECT_EQ(Threads(), threads);
-  // A window's frame buffers are 4 samples × 8 bytes × 256² = 2 MiB: 50 leaked windows would be
-  // 100.
+  // A window's frame buffers take 4 samples × 8 bytes × 256² = 2 MiB; 50 leaked windows would take
+  // 100 MiB.
   const std::size_t after = ResidentBytes();
   RecordProperty("resident_bytes_before", std::to_string(bytes));
   RecordProperty("resident_bytes_after", std::to_string(after));
@@ -279,7 +279,7 @@ TEST(OffscreenWindow, IsFoundAutomatically)
   EXPECT_EQ(Compare(stage.Draw(), egl.Draw()).pixels, 0u);
 }
 
-// Run by CMake with an environment in which Mesa offers OpenGL 3.1 only.
+// CMake runs this in an environment in which Mesa only offers OpenGL 3.1.
 TEST(WithoutOpenGl, DISABLED_SaysWhatEachMisses)
 {
   const ScopedVariable unset("DISPLAY", nullptr);
@@ -293,7 +293,7 @@ TEST(WithoutOpenGl, DISABLED_SaysWhatEachMisses)
   }
 }
 
-// Run by CMake with an environment in which libEGL finds no driver.
+// CMake runs this in an environment in which libEGL finds no driver.
 TEST(WithoutEgl, DISABLED_AutoTakesOsMesa)
 {
   const auto egl = MakeOffscreenWindow(WindowBackend::Egl, 64, 64);

@@ -17,7 +17,7 @@ namespace kdstream::test
 namespace
 {
 
-// A folder of its own that goes with the test.
+// Each test has a folder of its own, which is removed afterwards.
 class PictureTest : public ::testing::Test
 {
 protected:
@@ -32,7 +32,7 @@ protected:
   std::filesystem::path Folder;
 };
 
-// A stage on which the upper half is stone and the lower background.
+// A stage whose upper half shows stone and whose lower half shows the background.
 Stage HalfStage()
 {
   Stage stage(WindowBackend::OsMesa, 61, 40);
@@ -82,7 +82,7 @@ TEST_F(PictureTest, IsTheSameInAPngFile)
       ASSERT_EQ(PixelAt(picture, x, y), expected) << x << ", " << y;
     }
   }
-  // No other file is left.
+  // No other file was left.
   const auto files = std::filesystem::directory_iterator(this->Folder);
   EXPECT_EQ(std::distance(begin(files), end(files)), 1);
 }
@@ -109,7 +109,7 @@ TEST_F(PictureTest, SaysThatADiskIsFull)
 {
   const Stage stage = HalfStage();
   const std::string file = this->Folder / "half.png";
-  // A limit on the size of files stands in for a full disk.
+  // A limit for the size of files acts like a full disk.
   rlimit before{};
   getrlimit(RLIMIT_FSIZE, &before);
   const auto handler = std::signal(SIGXFSZ, SIG_IGN);
@@ -123,7 +123,7 @@ TEST_F(PictureTest, SaysThatADiskIsFull)
   EXPECT_TRUE(std::filesystem::is_empty(this->Folder));
 }
 
-// Where others may write to the folder, a link under a name that can be foreseen may be a trap.
+// If other users can write to the folder, they may have put a link there under a foreseeable name.
 TEST_F(PictureTest, FollowsNoLinkBesideIt)
 {
   std::ofstream(this->Folder / "victim") << "precious";

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Ambient occlusion in VTK's pictures, as far as it differs from OpenGL ES (viewer/mobile/Testing
-// has the rest, and compares): windows, their parts, and what else is drawn in them.
+// Ambient occlusion in VTK's pictures, where it differs from OpenGL ES: windows, parts of windows,
+// and other things that are drawn in them. The other tests, and a comparison of both, are in
+// viewer/mobile/Testing.
 #include "Testing/Fixtures/DepthStep.h"
 #include "viewer/rendering/Testing/RenderTools.h"
 
@@ -42,7 +43,7 @@ WindowPicture DrawGroove(
   return stage.Draw();
 }
 
-// Where a picture has one sample a pixel too.
+// With several samples per pixel, and with only one.
 TEST(SceneOcclusion, AGrooveIsDark)
 {
   for (const int samples : { 0, 4 })
@@ -54,7 +55,7 @@ TEST(SceneOcclusion, AGrooveIsDark)
   }
 }
 
-// The eye is within the surface's box.
+// The depths are coarse because the eye is within the surface's box.
 TEST(SceneOcclusion, APlaneStaysAsItIsWhereDepthsAreCoarse)
 {
   for (const double viewAngle : { 0.05, 0.6 })
@@ -82,7 +83,7 @@ TEST(SceneOcclusion, APlaneStaysAsItIsWhereDepthsAreCoarse)
   }
 }
 
-// Where a pixel has several samples, and where it has one.
+// With several samples per pixel, and with only one.
 TEST(SceneOcclusion, EdgesOfNearPartsAreClean)
 {
   for (const int samples : { 0, 4 })
@@ -111,8 +112,8 @@ TEST(SceneOcclusion, OsMesaDrawsTheSame)
   EXPECT_EQ(DrawGroove(true).rgb, DrawGroove(true, WindowBackend::OsMesa).rgb);
 }
 
-// Each in its own half of a window, one with ambient occlusion and one without; again after a
-// change of size, and drawn into another window.
+// Two scenes, each in its half of a window, one with ambient occlusion and one without. Draws them
+// again after the window's size was changed.
 TEST(SceneOcclusion, StaysInItsPartOfTheWindow)
 {
   const Stage stage(WindowBackend::Egl, 2 * side, side);
@@ -143,7 +144,8 @@ TEST(SceneOcclusion, StaysInItsPartOfTheWindow)
   stage.window->RemoveRenderer(&left.Renderer());
 }
 
-// What is drawn after it in the same window is not touched, nor does it change the other's state.
+// Another scene is drawn later in the same window. It is not darkened, and OpenGL's state is as
+// before.
 TEST(SceneOcclusion, LeavesWhatComesAfter)
 {
   const Stage stage(WindowBackend::Egl, side, side);

@@ -42,7 +42,7 @@ Surface SmoothSphere()
   return sphere;
 }
 
-// Updates and draws, looking from a little above and to the right of the center.
+// Updates and draws the scene; the eye is a little above and to the right of the center.
 WindowPicture Draw(const Stage& stage, const Surface& surface, const Vec3& center = { 0, 0, 0 })
 {
   const Status status = stage.scene->Update(surface, depths, center);
@@ -69,7 +69,7 @@ std::set<vtkActor*> ActorsOf(SurfaceScene& scene)
   return actors;
 }
 
-// The hue of a pixel in steps of 10 degrees; -1 if it has hardly any color.
+// The hue of a pixel in steps of 10 degrees; -1 if it is almost grey.
 int HueStep(const std::array<int, 3>& pixel)
 {
   const int hi = std::max({ pixel[0], pixel[1], pixel[2] });
@@ -92,7 +92,7 @@ int HueStep(const std::array<int, 3>& pixel)
   return static_cast<int>(std::floor((sextant < 0.0 ? sextant + 6.0 : sextant) * 6.0));
 }
 
-// The hues that cover at least a hundredth of the picture.
+// The hues that each cover at least a hundredth of the picture.
 std::set<int> Hues(const WindowPicture& picture)
 {
   std::map<int, int> counts;
@@ -114,7 +114,7 @@ std::set<int> Hues(const WindowPicture& picture)
   return hues;
 }
 
-// Runs of neighbouring steps count once: lights of their own tints spread a colour a little.
+// Counts runs of neighbouring hues as one hue, because tinted lights spread a colour a little.
 std::size_t DistinctHues(const std::set<int>& hues)
 {
   std::size_t runs = 0;
@@ -207,7 +207,7 @@ TEST(SurfaceScene, ColorsByPartition)
   SceneStyle style;
   style.coloring = SurfaceColoring::Partition;
   stage.scene->SetStyle(style);
-  // Eight octants: four of them face an eye on an axis.
+  // There are eight octants, of which an eye on an axis sees four.
   EXPECT_GE(DistinctHues(Hues(Draw(stage, BumpySphere(60)))), 4u);
   std::set<int> all;
   for (const double z : { -4.0, 4.0 })
@@ -224,7 +224,7 @@ TEST(SurfaceScene, ColorsByPartition)
 
 TEST(SurfaceScene, ColorsByResolution)
 {
-  // The left half at the finest level, with the partitions' numbers; the right half at a level
+  // The left half has the finest level and the partitions' numbers; the right half has a level
   // without partitions.
   Surface sphere = BumpySphere(60);
   for (std::size_t i = 0; i < sphere.points.size(); ++i)
@@ -265,8 +265,8 @@ TEST(SurfaceScene, DrawsFlatTrianglesOnRequest)
   EXPECT_GT(same(flat), same(smooth));
 }
 
-// The brightness of a triangle that faces the eye, by the normal of its corners, in the coordinates
-// of the view: x right, y up, z to the eye.
+// The brightness of a triangle that faces the eye and whose corners have this normal, in view
+// coordinates: x right, y up, z to the eye.
 double BrightnessBy(const Vec3& normal)
 {
   const Stage stage = MakeStage();
@@ -294,8 +294,8 @@ double BrightnessBy(const Vec3& normal)
   return BrightnessAround(stage.Draw(), 0.5, 0.5, 3);
 }
 
-// At an outline the normals between corners face away from the eye, far on coarse surfaces. Parts
-// in the shade must not be lit there like the other side.
+// At an outline, interpolated normals face away from the eye, by much if the surface is coarse.
+// Shaded parts must not be lit like the other side there.
 TEST(SurfaceScene, HasNoBrightSliversAtDarkOutlines)
 {
   const double shade = BrightnessBy(Normalized({ 0.7, -0.7, 0.1 }));
@@ -307,13 +307,14 @@ TEST(SurfaceScene, HasNoBrightSliversAtDarkOutlines)
     EXPECT_NEAR(BrightnessBy({ across, -across, -away }), shade, 12) << away;
     EXPECT_NEAR(BrightnessBy({ -across, across, -away }), light, 12) << away;
   }
-  // That of a triangle which was turned over among others counts as the other side's.
+  // A normal that points straight away belongs to a folded triangle, which is lit like its other
+  // side.
   EXPECT_NEAR(BrightnessBy({ 0, 0, -1 }), BrightnessBy({ 0, 0, 1 }), 1);
 }
 
 TEST(SurfaceScene, DrawsCloudsAsPoints)
 {
-  // From far and near, many points and few: they close up to the ball that they lie on.
+  // From far and near, with many or few points, they cover the ball on which they lie.
   for (const std::uint32_t rows : { 20, 60, 200 })
   {
     Surface cloud = BumpySphere(rows);
@@ -335,7 +336,7 @@ TEST(SurfaceScene, DrawsCloudsAsPoints)
   }
 }
 
-// How many pixels of the row in the middle have a hue.
+// Counts the pixels of the middle row that have a hue.
 int HuesInTheMiddle(const WindowPicture& picture)
 {
   int count = 0;
@@ -348,7 +349,7 @@ int HuesInTheMiddle(const WindowPicture& picture)
 
 TEST(SurfaceScene, DrawsPointsRoundAndAsLargeAsTheyAreSeen)
 {
-  // Two points 0.25 apart: a splat has 0.82 of it for a radius.
+  // Two points at a distance of 0.25: the radius of a splat is 0.82 times that.
   Surface pair;
   pair.points = { { -0.125, 0, 0 }, { 0.125, 0, 0 } };
   pair.sources.assign(2, { Resolution::Original(), 0 });
@@ -360,10 +361,10 @@ TEST(SurfaceScene, DrawsPointsRoundAndAsLargeAsTheyAreSeen)
   for (const double distance : { 4.0, 8.0, 16.0 })
   {
     ASSERT_TRUE(stage.scene->SetCamera({ { 0, 0, distance }, { 0, 0, 0 }, { 0, 1, 0 }, 0.4 }));
-    const double pixels = side / (2 * std::tan(0.2) * distance); // of a length of 1
+    const double pixels = side / (2 * std::tan(0.2) * distance); // per unit of length
     EXPECT_NEAR(HuesInTheMiddle(stage.Draw()), (0.25 + 2 * 0.205) * pixels, 2) << distance;
   }
-  // Round: nothing in the corners of the square about the right splat.
+  // The right splat is round: the corners of the square around it are empty.
   ASSERT_TRUE(stage.scene->SetCamera({ { 0, 0, 4 }, { 0, 0, 0 }, { 0, 1, 0 }, 0.4 }));
   const double pixels = side / (2 * std::tan(0.2) * 4);
   const WindowPicture near = stage.Draw();
@@ -405,7 +406,7 @@ Attribute OnEveryPoint(const Surface& surface, AttributeInfo info, const std::ve
   return array;
 }
 
-// Both sides are lit; what is turned away from the lights is darker.
+// Both sides are lit; sides that face away from the lights are darker.
 TEST(SurfaceScene, LightsCloudsByTheirNormals)
 {
   const auto brightness = [](const Vec3& normal)
@@ -473,7 +474,7 @@ TEST(SurfaceScene, DrawsCloudsAlikeWhateverDraws)
       other.Draw();
     }
     other.Draw();
-    // Either may end first with a cloud shown.
+    // Either the scene or the window may be destroyed first, while a cloud is shown.
     backend == WindowBackend::Egl ? other.scene.reset() : void(other.window = nullptr);
   }
 }
@@ -497,8 +498,8 @@ TEST(SurfaceScene, ReplacesItsSurface)
   EXPECT_EQ(stage.scene->Renderer().GetActors()->GetLastActor(), actor);
 }
 
-// A series of cuts: the actors of unchanged parts are kept, and the picture is that of a scene that
-// has drawn nothing else.
+// A series of cuts: actors of unchanged parts are kept, and the picture is the same as that of a
+// new scene that has drawn only the last cut.
 TEST(SurfaceScene, DrawsWhatDiffersAsAllAnew)
 {
   const auto model = fixtures::MakeModel(fixtures::DisplacedSphere(4), { 60, {}, 8 }, {}, {}, 2);
@@ -534,7 +535,7 @@ TEST(SurfaceScene, KeepsTheCameraWhenTheCenterMoves)
   const Stage stage = MakeStage();
   const WindowPicture picture = Draw(stage, BumpySphere(40));
   ASSERT_TRUE(stage.scene->Update(BumpySphere(40), depths, { 8, -16, 32 }));
-  // Floats round differently around another center: a sample at an edge may fall to the other side.
+  // Floats round differently relative to another center, so samples at an edge may change sides.
   EXPECT_LT(Compare(stage.Draw(), picture, 3).pixels, 10u);
 }
 
@@ -592,8 +593,8 @@ TEST(SurfaceScene, RefusesBadCameras)
   EXPECT_EQ(Compare(stage.Draw(), picture).pixels, 0u);
 }
 
-// The rows in which the middle column differs from the background: the sphere's upper and lower
-// edge.
+// The first and last row in which the middle column differs from the background: the upper and
+// lower edge of the sphere.
 std::pair<int, int> Extent(const WindowPicture& picture, const WindowPicture& background)
 {
   int first = side;
@@ -628,7 +629,7 @@ TEST(SurfaceScene, HasTheFieldOfViewAskedFor)
 
 TEST(SurfaceScene, TurnsUpUp)
 {
-  // A ball beside the focal point, in the direction of up.
+  // A ball that is off the focal point, in the direction of "up".
   Surface ball = SmoothSphere();
   for (Vec3& p : ball.points)
   {
@@ -652,7 +653,8 @@ TEST(SurfaceScene, CutsNothingOff)
     const double* range = stage.scene->Renderer().GetActiveCamera()->GetClippingRange();
     return std::pair{ range[0], range[1] };
   };
-  // From outside the planes are tight, and everything lies between them.
+  // From outside, the near and far planes are close to the surface, and the whole surface is
+  // between them.
   for (const double distance : { 1.001, 2.0, 50.0, 1e6 })
   {
     ASSERT_TRUE(stage.scene->SetCamera({ { 0, 0, distance }, { 0, 0, 0 }, { 0, 1, 0 }, 0.1 }));
@@ -662,14 +664,14 @@ TEST(SurfaceScene, CutsNothingOff)
     EXPECT_GE(farPlane, distance + 1.0);
     EXPECT_LE(farPlane, (distance + 1.0) * 1.01 + 0.1);
   }
-  // From inside one sees the inner side all around.
+  // From inside, the sphere's inner side fills the picture.
   ASSERT_TRUE(stage.scene->SetCamera({ { 0, 0, 0 }, { 0, 0, -1 }, { 0, 1, 0 }, 1.5 }));
   const WindowPicture inside = stage.Draw();
   EXPECT_EQ(Compare(inside, background).pixels, static_cast<std::size_t>(side * side));
-  // Looking away one sees nothing, and VTK does not mind.
+  // Looking away shows nothing, and VTK reports no error.
   ASSERT_TRUE(stage.scene->SetCamera({ { 0, 0, 4 }, { 0, 0, 8 }, { 0, 1, 0 }, 0.5 }));
   EXPECT_EQ(Compare(stage.Draw(), background).pixels, 0u);
-  // A plane seen along the line of sight has no extent.
+  // A plane that is seen face on has no extent along the line of sight.
   Surface plane;
   plane.points = { { -1, -1, 0 }, { 1, -1, 0 }, { 1, 1, 0 }, { -1, 1, 0 } };
   plane.sources.resize(4);
@@ -677,7 +679,7 @@ TEST(SurfaceScene, CutsNothingOff)
   ASSERT_TRUE(stage.scene->Update(plane, depths, { 0, 0, 0 }));
   ASSERT_TRUE(stage.scene->SetCamera({ { 0, 0, 4 }, { 0, 0, 0 }, { 0, 1, 0 }, 0.3 }));
   EXPECT_EQ(Compare(stage.Draw(), background).pixels, static_cast<std::size_t>(side * side));
-  // A single point, looked at from the same distance as from everywhere.
+  // A single point has no extent at all.
   Surface point;
   point.points = { { 0, 0, 0 } };
   point.sources.resize(1);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Windows on an X server, beside those that need none. CMake runs this under xvfb-run.
+// Windows on an X server, together with windows that need none. CMake runs this under xvfb-run.
 #include "viewer/rendering/Testing/RenderTools.h"
 
 #include <vtkXOpenGLRenderWindow.h>
@@ -34,7 +34,7 @@ TEST(X11Window, DrawsWhatTheOthersDraw)
     EXPECT_EQ(Compare(stages[i].Draw(), picture).pixels, 0u) << i;
     EXPECT_TRUE(stages[i].window->IsCurrent());
   }
-  // The X11 windows go while OSMesa is current.
+  // The X11 windows are destroyed while OSMesa's context is current.
   stages[2].Draw();
   stages.erase(stages.begin() + 3);
   stages.erase(stages.begin());
@@ -46,7 +46,7 @@ TEST(X11Window, FollowsChangesOfSize)
 {
   const Stage changing(WindowBackend::X11, 50, 50);
   Show(changing);
-  // Also beyond the size of the screen, which is 640 × 480.
+  // Sizes beyond that of the screen, which is 640 × 480, work, too.
   for (const auto& [width, height] :
     { std::pair{ 200, 100 }, std::pair{ 1, 1 }, std::pair{ 1200, 900 }, std::pair{ 80, 90 } })
   {
@@ -67,7 +67,7 @@ TEST(X11Window, ComesAndGoes)
   }
 }
 
-// A program that can draw off screen still has VTK's own windows.
+// In a program that can draw off screen, VTK's own windows still work.
 TEST(X11Window, LeavesStockWindowsAlone)
 {
   const vtkNew<vtkXOpenGLRenderWindow> window;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// libFuzzer's entry to the viewer session: each byte is something that the user, the line or a
-// server does, correct or wrong. Whatever happened before, when the server finally answers
-// correctly, except for what it has lost, the session comes to rest; and the drawn surface never
-// has a hole, unless a piece was sent under another's name, which a single piece cannot show.
+// libFuzzer's entry to the viewer session. The bytes say what the user, the connection and the
+// server do, correct or wrong. Checks two things. When the server finally answers correctly, except
+// for blobs that it has lost, the session comes to rest, whatever happened before. And the drawn
+// surface never has a hole, unless a piece was sent in place of another one: a session cannot
+// detect that in a single piece.
 #include "viewer/session/MemoryBudget.h"
 #include "viewer/session/Testing/MemoryServer.h"
 #include "viewer/session/ViewerSession.h"
@@ -111,7 +112,7 @@ private:
     return options;
   }
 
-  // Pages may say anything of errors and bytes.
+  // Lets pages report wrong errors and sizes of pieces.
   void LieOfPieces()
   {
     constexpr float errors[] = { 0, 1e-30F, 0.01F, 1, 1e30F };
@@ -145,7 +146,7 @@ private:
         bytes = this->Server.Blob(this->AnyBlob());
         this->Swapped = this->Swapped || IsOfPiece(blob);
         break;
-      case 4: // twice, and under a name of its own
+      case 4: // sent twice, the first time for an arbitrary request
         this->Session.BlobArrived(this->Given.Next(), blob, bytes, 0.01, false);
         break;
       default:
@@ -169,7 +170,7 @@ private:
     this->Session.EndFrame(0.01);
   }
 
-  // Sets budgets as a person does, or a page that runs out of memory.
+  // Sets budgets, as a user does, or a page that runs out of memory.
   void SetBudgets()
   {
     const std::uint8_t how = this->Given.Next();
@@ -249,7 +250,7 @@ private:
       case 8:
         this->Session.SetDetail(this->Way % 2 == 0 ? DetailMode::View : DetailMode::Level);
         break;
-      case 9: // and stays so
+      case 9: // the blob is lost for good
         this->Server.refused.insert(this->AnyBlob());
         this->Session.BlobFailed(this->Given.Next(), this->AnyBlob(), "it is gone");
         break;
@@ -283,8 +284,8 @@ private:
   std::mt19937 Random;
   ViewerSession Session;
   unsigned Way = 0;        // how the server lies
-  bool Swapped = false;    // a piece came under another's name
-  std::uint64_t Drawn = 0; // the surface's version
+  bool Swapped = false;    // a piece was sent in place of another one
+  std::uint64_t Drawn = 0; // version of the drawn surface
   double Clock = 0;
 };
 

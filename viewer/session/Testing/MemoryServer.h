@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A server in memory for tests: a model built from a mesh, and requests answered blob by blob in
+// A server in memory, for tests: builds a model from a mesh, and answers requests blob by blob, in
 // any order.
 #pragma once
 
@@ -26,7 +26,8 @@ void AddVertexColors(Mesh& mesh);
 // The edges that only one triangle uses.
 std::size_t CountBoundaryEdges(const std::vector<Triangle>& triangles);
 
-// Where AddTiles has a vertex: a place in a tile of 100 texels or more, in steps that tiles keep.
+// The place in a tile that AddTiles gives a vertex. For tiles of at least 100 texels a side; tiles
+// store such a place exactly.
 TileCoordinate TilePlaceOf(const Vec3& point);
 
 class MemoryServer
@@ -41,35 +42,35 @@ public:
   std::vector<std::uint8_t>& Blob(const protocol::BlobId& id) { return this->Blobs.at(id); }
   bool Has(const protocol::BlobId& id) const { return this->Blobs.count(id) != 0; }
 
-  // What the pages of the tree say of pieces.
+  // What the pages of the tree say about pieces.
   const PieceTable& Table() const { return this->Reported; }
   void TellOfPieces(const PieceTable& pieces);
 
-  // Gives each partition a texture tile: with this number of texels a side, three bytes in place of
-  // a picture, and the corners of triangles given by TilePlaceOf.
+  // Gives each partition a texture tile. It has this number of texels a side, three bytes in place
+  // of a picture, and places of the triangles' corners by TilePlaceOf.
   void AddTiles(std::uint32_t side);
-  // The same to each piece of a level. REQUIRES: AddTiles.
+  // The same for each piece of a level. REQUIRES: AddTiles was called.
   void AddTilesOfLevels(std::uint32_t side);
 
   std::vector<protocol::BlobId> AllBlobs() const;
 
-  // Called, if set, with each blob that is about to be sent; it may change the bytes; false: the
-  // blob is refused.
+  // If set, this is called with each blob before it is sent, and may change the bytes. If it
+  // returns false, the blob is refused.
   std::function<bool(const protocol::BlobId&, std::vector<std::uint8_t>&)> lie;
   // Blobs that the server refuses.
   std::set<protocol::BlobId> refused;
 
-  // Takes what the session has to send; requests are kept in `log` as JSON.
+  // Takes the session's requests, and writes them to `log` as JSON.
   void Take(ViewerSession& session);
-  // Answers one thing: the next in order, or a random one if `random` is given. False if there is
-  // nothing.
+  // Sends one answer: the next in order, or a random one if `random` is given. False if nothing is
+  // outstanding.
   bool Answer(ViewerSession& session, std::mt19937* random = nullptr);
-  // Answers everything, drawing a frame after each answer; `eachFrame` looks at it.
+  // Answers everything, draws a frame after each answer, and calls `eachFrame` after each frame.
   void Serve(
     ViewerSession& session, std::mt19937* random = nullptr,
     const std::function<void()>& eachFrame = [] {});
 
-  // Blobs that were asked for and have not been sent.
+  // Blobs that were requested and have not been sent.
   std::vector<protocol::BlobId> Outstanding() const;
 
   std::vector<std::string> log;

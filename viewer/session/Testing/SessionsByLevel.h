@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What tests of sessions that show one level for the whole model share: a torus in memory, fingers.
+// Shared by tests of sessions that show one level for the whole model: a torus in memory, and
+// fingers.
 #pragma once
 
 #include "viewer/session/Testing/MemoryServer.h"
@@ -15,8 +16,8 @@
 namespace kdstream::testing
 {
 
-// P = 7, S = 11, L = 13: the preview is level S. For splits coarser than S: SmallCells, with P = 8,
-// S = 12, L = 13.
+// P = 7, S = 11, L = 13: the preview is level S. For levels coarser than S use SmallCells, with P =
+// 8, S = 12, L = 13.
 inline const MemoryServer& SmallTorus()
 {
   static const MemoryServer server(MakeTorus(200, 80), 128, 2);
@@ -28,7 +29,7 @@ inline const MemoryServer& SmallCells()
   return server;
 }
 
-// One level for the whole model; by the view: TestViewDetail.
+// Options for one level for the whole model. TestViewDetail tests view mode.
 inline SessionOptions ByLevel()
 {
   SessionOptions options;
@@ -49,7 +50,7 @@ inline void Open(ViewerSession& session)
   ASSERT_TRUE(session.SelectModel("torus"));
 }
 
-// A pixel that shows the torus: on its ring.
+// A pixel that shows the ring of the torus.
 inline std::pair<double, double> OnModel(const ViewerSession& session)
 {
   const ViewerScene scene = session.Scene();
@@ -89,7 +90,8 @@ struct Fingers
   }
 };
 
-// A double tap needs pages and boxes of the tree before it asks for partitions.
+// Answers requests until a tapped region is known: a double tap needs pages and boxes of the tree
+// before partitions are requested.
 inline void TakeTree(ViewerSession& session, MemoryServer& server)
 {
   while (!session.GetStatus().region)

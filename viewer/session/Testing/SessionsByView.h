@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What tests of sessions that choose by the view share: a torus, taps on it, what is shown of it.
+// Shared by tests of sessions in view mode: a torus, taps on it, and counts of what is shown.
 #pragma once
 
 #include "viewer/session/Testing/SessionsOpened.h"

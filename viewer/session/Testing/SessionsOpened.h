@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What tests of sessions share: a window, and the torus of a server opened in it.
+// Shared by tests of sessions: a window, and opening the torus of a server in it.
 #pragma once
 
 #include "viewer/session/Testing/MemoryServer.h"
@@ -11,7 +11,7 @@ namespace kdstream::testing
 {
 
 constexpr int width = 800, height = 600;
-constexpr double onRingX = 150, onRingY = 300; // pixels, where the torus is when it is opened
+constexpr double onRingX = 150, onRingY = 300; // a pixel that shows the torus after it is opened
 
 inline void OpenFullScreen(ViewerSession& session, MemoryServer& server)
 {
@@ -22,7 +22,8 @@ inline void OpenFullScreen(ViewerSession& session, MemoryServer& server)
   server.Serve(session);
 }
 
-// Until the view needs nothing more: what is prefetched is in flight.
+// Opens the torus, and answers until the view needs nothing more. Prefetched blobs are still in
+// flight.
 inline void OpenUntilIdle(ViewerSession& session, MemoryServer& server)
 {
   session.Resize({ width, height, 1 });
@@ -35,7 +36,7 @@ inline void OpenUntilIdle(ViewerSession& session, MemoryServer& server)
   }
 }
 
-// In a window a fifth as wide and high, where levels are fine enough.
+// Opens the torus in a window a fifth as wide and high, for which levels are fine enough.
 inline void OpenSmall(ViewerSession& session, MemoryServer& server)
 {
   session.Resize({ width / 5, height / 5, 1 });

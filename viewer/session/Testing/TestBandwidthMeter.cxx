@@ -32,20 +32,21 @@ TEST(TestBandwidthMeter, FillsAConnectionWithALongRoundTrip)
   {
     meter.Arrived(10000, 0.1, false); // 100 kB/s
   }
-  EXPECT_NEAR(double(meter.Window()), 110e3, 2e3); // two ways of 0.55 s
+  EXPECT_NEAR(double(meter.Window()), 110e3, 2e3); // two round trips of 0.55 s
 }
 
-// Only the first answer: a round trip, or a slow line. Little is asked for until that is known.
+// A slow first answer may mean a long round trip or a slow connection. Little is requested until
+// that is known.
 TEST(TestBandwidthMeter, SingleBlobsOnASlowConnectionAreNotALongRoundTrip)
 {
   BandwidthMeter meter;
-  meter.Arrived(7500, 0.18, true); // 0.03 s, and 0.15 at 50 kB/s
+  meter.Arrived(7500, 0.18, true); // a round trip of 0.03 s, and 0.15 s at 50 kB/s
   EXPECT_EQ(meter.Window(), 12288u);
   meter.Arrived(5000, 0.1, false);
   EXPECT_NEAR(double(meter.Window()), 12500, 100);
 
   BandwidthMeter fast;
-  fast.Arrived(7500, 0.0306, true); // and at 100 Mbit/s
+  fast.Arrived(7500, 0.0306, true); // the same round trip, and 100 Mbit/s
   EXPECT_NEAR(double(fast.Window()), 61e3, 1e3);
   fast.Arrived(5000, 0.0004, false);
   EXPECT_NEAR(double(fast.Window()), 3.1e6, 1e5);

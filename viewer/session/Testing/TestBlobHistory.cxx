@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The history of a session's blobs: which frame's time belongs to which blob, and that it does not
-// grow forever.
+// The history of a session's blobs: which blobs get the time of a frame, and that the history does
+// not grow forever.
 #include "viewer/session/requests/BlobHistory.h"
 
 #include <gtest/gtest.h>
@@ -34,11 +34,11 @@ TEST(TestBlobHistory, BlobsShareTheTimeOfTheFrameThatShowsThemFirst)
   EXPECT_EQ(history.Entries()[0].renderingSeconds, 3);
   EXPECT_EQ(history.Entries()[1].renderingSeconds, 6);
   EXPECT_EQ(history.Entries()[2].renderingSeconds, 0);
-  history.BeginFrame({ Id(1), Id(2) }); // again: it is not their first
+  history.BeginFrame({ Id(1), Id(2) }); // not the first frame that shows them
   history.EndFrame(50);
   EXPECT_EQ(history.Entries()[0].renderingSeconds, 3);
   history.CloseModel();
-  history.BeginFrame({ Id(3) }); // another model's
+  history.BeginFrame({ Id(3) }); // a piece of another model
   history.EndFrame(50);
   EXPECT_EQ(history.Entries()[2].renderingSeconds, 0);
 }
@@ -62,12 +62,12 @@ TEST(TestBlobHistory, KeepsTheNewest)
   ASSERT_EQ(history.Entries().size(), 3u);
   EXPECT_EQ(history.Entries().front().id, "partitions/3");
   EXPECT_EQ(history.Entries().back().id, "partitions/5");
-  history.BeginFrame({ Id(1), Id(3), Id(5) }); // the first has been forgotten
+  history.BeginFrame({ Id(1), Id(3), Id(5) }); // the first entry has been forgotten
   history.EndFrame(8);
   EXPECT_EQ(history.Entries()[0].renderingSeconds, 4);
   EXPECT_EQ(history.Entries()[1].renderingSeconds, 0);
   EXPECT_EQ(history.Entries()[2].renderingSeconds, 4);
-  // An entry that is forgotten while a frame is drawn does not get its time.
+  // An entry that is forgotten while a frame is drawn gets no time.
   history.Add(Id(6), Entry(6, 0));
   history.BeginFrame({ Id(4), Id(6) });
   history.Add(Id(7), Entry(7, 0));
@@ -79,8 +79,8 @@ TEST(TestBlobHistory, KeepsTheNewest)
 TEST(TestBlobHistory, WhatIsNeverShownIsWasted)
 {
   BlobHistory history(10);
-  history.Count(100, false); // of the tree
-  history.Count(20, true);   // that nobody has waited for
+  history.Count(100, false); // a page of the tree
+  history.Count(20, true);   // nobody has waited for it
   history.Count(300, false);
   BlobStatistics entry = Entry(1, 2);
   entry.bytes = 300;

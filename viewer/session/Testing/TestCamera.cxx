@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The camera: it fits, follows fingers, and stays sound whatever the fingers do.
+// The camera fits a box, follows fingers, and stays valid whatever the fingers do.
 #include "viewer/session/Camera.h"
 
 #include <gtest/gtest.h>
@@ -84,7 +84,7 @@ TEST(TestCamera, RotationKeepsFocalPointAndDistanceAndFollowsTheFinger)
 {
   Camera camera = Fitted(800, 600);
   const double distance = camera.Distance();
-  // The point of the ball under the finger goes where the finger goes: to the right.
+  // The point of the ball under the finger follows the finger to the right.
   camera.Rotate(400, 300, 420, 300);
   EXPECT_LT(camera.Eye()[0], camera.Focal()[0]);
   EXPECT_DOUBLE_EQ(camera.Eye()[1], camera.Focal()[1]);
@@ -173,7 +173,7 @@ TEST(TestCamera, FocusingChangesNoPicture)
   EXPECT_EQ(camera.Up(), up);
   EXPECT_NEAR(Project(camera, corner)[0], before[0], 1e-6);
   const Camera kept = camera;
-  camera.FocusAtDepthOf(eye - camera.Forward()); // behind
+  camera.FocusAtDepthOf(eye - camera.Forward()); // behind the eye
   EXPECT_EQ(camera.Focal(), kept.Focal());
 }
 
@@ -239,7 +239,7 @@ TEST(TestCamera, RollTurnsThePictureAboutThePixel)
   const Ray ray = camera.RayOf(500, 200);
   const double along = camera.Distance() / Dot(ray.direction, camera.Forward());
   const Vec3 pivot = ray.origin + ray.direction * along;
-  const Vec3 right = pivot + camera.Right(); // a point to the right goes down: clockwise
+  const Vec3 right = pivot + camera.Right(); // a clockwise roll moves a point on the right down
   const Camera before = camera;
   camera.Roll(0.8, 0.6, 500, 200);
   EXPECT_NEAR(Project(camera, pivot)[0], 500, 1e-6);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How fingers and keys move the camera of a model, and that the model cannot get out of sight.
+// How fingers and keys move the camera, and that the model cannot get out of sight.
 #include "viewer/session/Testing/TorusModel.h"
 #include "viewer/session/camera/CameraControl.h"
 
@@ -27,7 +27,7 @@ struct Controlled : TorusModel
   {
     return this->control.Get().DistanceTo(this->server.Description().box);
   }
-  // A finger that turns the model 5 pixels a frame to the right.
+  // A finger that drags the model to the right by 5 pixels a frame.
   void Swipe(double& time)
   {
     for (int i = 0; i <= 12; ++i)
@@ -70,7 +70,8 @@ TEST(TestCameraControl, EyeStaysOutsideOfWhatIsShown)
   }
 }
 
-// A finer surface comes around the eye: the eye steps back, except with a host's own camera.
+// If a new surface surrounds the eye, the eye steps back; but not if a host's own camera sets the
+// view.
 TEST(TestCameraControl, StepsBackOutOfASurfaceThatComesAroundTheEye)
 {
   for (const bool isLed : { false, true })
@@ -90,13 +91,13 @@ TEST(TestCameraControl, StepsBackOutOfASurfaceThatComesAroundTheEye)
       torus.control.TakePlace(there.GetPlace(), false);
     }
     torus.control.FollowSurface();
-    EXPECT_TRUE(IsAround(torus.model.Drawn(), torus.control.Get().Eye())); // it arrives there
+    EXPECT_TRUE(IsAround(torus.model.Drawn(), torus.control.Get().Eye())); // not yet, in both
     torus.control.Arrive();
     EXPECT_EQ(IsAround(torus.model.Drawn(), torus.control.Get().Eye()), isLed);
   }
 }
 
-// A user who has not moved sees the first view in another window, too.
+// Another window then still shows the first view, because nobody has moved.
 TEST(TestCameraControl, AHostThatLooksFromTheSamePlaceHasNotMoved)
 {
   Controlled torus;
@@ -118,7 +119,7 @@ TEST(TestCameraControl, JumpsAreTakenBackOneByOne)
   const Camera first = torus.control.Get();
   EXPECT_FALSE(torus.control.CanUndo());
   EXPECT_FALSE(torus.control.JumpToSide("beside"));
-  EXPECT_TRUE(torus.control.JumpToSide("front")); // where one is already
+  EXPECT_TRUE(torus.control.JumpToSide("front")); // the camera is there already
   EXPECT_FALSE(torus.control.CanUndo());
   EXPECT_TRUE(torus.control.JumpToSide("top"));
   const Camera top = torus.control.Get();
@@ -142,7 +143,7 @@ TEST(TestCameraControl, WindowThatComesBackShowsWhatItShowed)
   EXPECT_EQ(torus.control.Get(), before);
 }
 
-// A window may change its shape while it opens.
+// A window may change its shape while it opens; the link's place is then taken again.
 TEST(TestCameraControl, PlaceOfALinkIsTakenAnewUntilSomebodyMoves)
 {
   Controlled torus;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Clouds of points: as fine as the screen shows them where one looks, as surfaces are.
+// Clouds of points are refined as surfaces are: as fine as the screen can show them, in the view.
 #include "viewer/session/SessionParts.h"
 #include "viewer/session/Testing/SessionsByView.h"
 
@@ -44,7 +44,7 @@ TEST(TestCloudDetail, IsFineWhereOneLooksAndTheRestCostsNothing)
   OpenSmall(session, server);
   EXPECT_EQ(PartitionsSent(server), 0u);
   session.Resize({ width, height, 1 });
-  session.Zoom(20, onRingX, onRingY); // then its points are far apart
+  session.Zoom(20, onRingX, onRingY); // then the preview's points are too far apart
   server.Serve(session);
   EXPECT_TRUE(session.IsIdle());
   EXPECT_EQ(session.GetStatus().error, "");
@@ -69,7 +69,7 @@ TEST(TestCloudDetail, IsFineWhereOneLooksAndTheRestCostsNothing)
   EXPECT_EQ(session.Parts().lod.Choices(), choices) << "a still camera comes to rest";
 }
 
-// Wherever one looks.
+// In every view.
 TEST(TestCloudDetail, PointsCountForTheBudget)
 {
   constexpr std::size_t most = 12'000;

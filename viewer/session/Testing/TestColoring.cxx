@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Colours by an array: maps, palettes, what a choice means for a model, its text, its legend.
+// Colours by an array: maps, palettes, and what a user's choice means for a model; also the text
+// and the legend of a choice.
 #include "viewer/session/appearance/ColorLegend.h"
 #include "viewer/session/appearance/Coloring.h"
 
@@ -40,7 +41,7 @@ TEST(ColorMaps, ArePerceptual)
       EXPECT_LT(Luma(ColorOf(map, i / 100.0)), Luma(ColorOf(map, (i + 1) / 100.0))) << i;
     }
   }
-  for (int i = 0; i < 50; ++i) // from both ends towards the middle
+  for (int i = 0; i < 50; ++i) // pairs from both ends towards the middle
   {
     EXPECT_LT(Luma(ColorOf(ColorMap::Diverging, i / 100.0)),
       Luma(ColorOf(ColorMap::Diverging, (i + 1) / 100.0)));
@@ -98,7 +99,7 @@ TEST(Coloring, GivesClassesTheirOwn)
 {
   EXPECT_EQ(ColoringOf(By("Classification"), scalars).Of(9), ClassColor(9, true));
   EXPECT_EQ(ColoringOf(By("label"), scalars).Of(9), ClassColor(9, false));
-  ColorChoice ranged = By("label"); // whoever wants a map has one
+  ColorChoice ranged = By("label"); // the choice asks for a map
   ranged.range = { 0.0, 10.0 };
   EXPECT_EQ(ColoringOf(ranged, scalars).Of(5), ColorOf(ColorMap::Viridis, 0.5));
 }
@@ -163,7 +164,7 @@ TEST(Coloring, RefusesOtherTexts)
          "by:a:viridis:0:1:2", "by:%", "by:%4", "by:%zz", "by:%00", "by:a%ff", "by:a:viridis:[]:1",
          "by:a:viridis:-1e308:1e308" })
   {
-    if (std::string(text) != "by:a:") // which has no map, as "by:a"
+    if (std::string(text) != "by:a:") // no map is named, as in "by:a"
     {
       EXPECT_EQ(ParseColors(text), std::nullopt) << text;
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What cannot be had of a model: what is asked for again, and what is reported of it.
+// Blobs of a model that cannot be fetched: which are requested again, and what is reported.
 #include "viewer/session/model/FailedBlobs.h"
 
 #include <gtest/gtest.h>
@@ -66,7 +66,7 @@ TEST(TestFailedBlobs, WhatWasLostIsAskedForAgainOnceTheConnectionIsBack)
   EXPECT_FALSE(failed.Has(PieceOf(partition)));
   EXPECT_EQ(failed.Message(), "");
 
-  // Lost once more: it waits until one of these has come, so that it ends.
+  // Lost again: it waits until one of the repeated blobs has arrived, so that repeating ends.
   failed.AddLost(partition, "the connection is lost");
   EXPECT_TRUE(failed.TakeLost(BlobId::Partition(9), depths).empty());
   EXPECT_EQ(failed.TakeLost(page, depths), std::vector{ partition });
@@ -77,11 +77,11 @@ TEST(TestFailedBlobs, TheNextLossIsOneByItself)
   FailedBlobs failed = OfTorus();
   failed.AddLost(partition, "the connection is lost");
   EXPECT_EQ(failed.TakeLost(page, depths).size(), 1u);
-  failed.SettleAll(); // all is there
+  failed.SettleAll(); // everything has arrived
   failed.AddLost(partition, "the connection is lost");
   EXPECT_EQ(failed.TakeLost(page, depths).size(), 1u);
 
-  // A blob that has failed is not waited for.
+  // A blob that has failed by itself is not waited for.
   failed.Settle(partition);
   failed.AddLost(partition, "the connection is lost");
   EXPECT_EQ(failed.TakeLost(page, depths).size(), 1u);

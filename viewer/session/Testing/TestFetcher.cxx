@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How a session gets what it would like to see: requests and answers, without a session.
+// The Fetcher by itself: its requests, and what it does with answers.
 #include "viewer/session/Fetcher.h"
 #include "viewer/session/Testing/TorusModel.h"
 
@@ -35,7 +35,7 @@ struct Fetched : TorusModel
     {
     }
   }
-  // The first of what is in flight, and its request.
+  // The first blob in flight, and its request.
   std::pair<BlobId, std::uint32_t> Next() const
   {
     return *this->fetcher.Wishes().Book().AllOutstanding().begin();
@@ -87,7 +87,7 @@ TEST(TestFetcher, AsksForTheModelThenForWhatTheViewNeeds)
   EXPECT_GT(torus.model.Drawn().TriangleCount(), 4000u);
   const SessionTraffic& traffic = torus.fetcher.History().Traffic();
   EXPECT_GT(traffic.blobs, 5u);
-  EXPECT_LT(traffic.wasted, traffic.bytes / 4); // the tree, but for what is not of pieces
+  EXPECT_LT(traffic.wasted, traffic.bytes / 4); // pieces that were never shown
   EXPECT_EQ(torus.fetcher.History().Entries().front().what, "preview");
 }
 
@@ -111,10 +111,10 @@ TEST(TestFetcher, WhatComesAfterItWasCancelledIsKept)
   const auto [preview, first] = torus.Next();
   torus.Answer(preview, first);
   torus.Update();
-  torus.fetcher.Wishes().TakeOutgoing(); // they are sent
+  torus.fetcher.Wishes().TakeOutgoing(); // the requests are sent
   BlobId piece{};
   std::uint32_t request = 0;
-  while (!IsOfPiece(piece)) // after pages of the tree
+  while (!IsOfPiece(piece)) // pages of the tree come first
   {
     std::tie(piece, request) = torus.Next();
     if (!IsOfPiece(piece))

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Fingers to gestures: taps, double taps, pinches, and invariants under random fingers.
+// Fingers become gestures: taps, double taps, pinches; and invariants that hold for random fingers.
 #include "viewer/session/GestureRecognizer.h"
 
 #include <gtest/gtest.h>
@@ -58,11 +58,11 @@ TEST(TestGestureRecognizer, TapIsShortAndStill)
 {
   EXPECT_EQ(Count(Play({ { 0, { { 1, 10, 20 } } }, { 0.3, {} } }), Kind::Tap), 1u);
   EXPECT_TRUE(Play({ { 0, { { 1, 10, 20 } } }, { 0.31, {} } }).empty());
-  // Within the slop still a tap, and it is where the finger was put down.
+  // A finger that stays within the slop still taps, at the place where it was put down.
   const auto tap = Play({ { 0, { { 1, 10, 20 } } }, { 0.1, { { 1, 17, 20 } } }, { 0.2, {} } });
   ASSERT_EQ(tap.size(), 1u);
   EXPECT_EQ(tap[0], (Gesture{ Kind::Tap, 10, 20 }));
-  // Out of the slop and back: a rotation, no tap.
+  // A finger that leaves the slop and comes back rotates, and does not tap.
   const auto turn = Play({ { 0, { { 1, 10, 20 } } }, { 0.1, { { 1, 30, 20 } } },
     { 0.15, { { 1, 10, 20 } } }, { 0.2, {} } });
   EXPECT_EQ(Count(turn, Kind::Rotate), 2u);
@@ -95,7 +95,7 @@ TEST(TestGestureRecognizer, ThreeTapsAreOneDoubleTapAndFourAreTwo)
 TEST(TestGestureRecognizer, WhatHappensBetweenTwoTapsParts)
 {
   auto frames = TwoTaps(0.3, 0);
-  // A short pinch, then a drag, each between the two taps.
+  // First with a short pinch between the two taps, then with a drag.
   frames.insert(
     frames.begin() + 2, { { 0.1, { { 7, 100, 100 }, { 8, 200, 100 } } }, { 0.15, {} } });
   EXPECT_EQ(Count(Play(frames), Kind::DoubleTap), 0u);
@@ -164,13 +164,13 @@ TEST(TestGestureRecognizer, PinchScalesByTheRatioOfTheGap)
 
 TEST(TestGestureRecognizer, APinchNeverCountsAsATap)
 {
-  // Two short, still, two-finger touches; fingers that leave one after the other.
+  // Two short touches of two fingers that do not move; the fingers are lifted one after the other.
   const auto gestures = Play({ { 0, { { 1, 100, 100 } } },
     { 0.01, { { 1, 100, 100 }, { 2, 150, 100 } } }, { 0.05, { { 2, 150, 100 } } }, { 0.08, {} },
     { 0.2, { { 1, 100, 100 } } }, { 0.21, { { 1, 100, 100 }, { 2, 150, 100 } } },
     { 0.25, { { 1, 100, 100 } } }, { 0.28, {} } });
   EXPECT_EQ(Count(gestures, Kind::Tap) + Count(gestures, Kind::DoubleTap), 0u);
-  // One finger, a second one, both leave at once.
+  // One finger, then a second one; both are lifted at once.
   const auto both = Play(
     { { 0, { { 1, 100, 100 } } }, { 0.01, { { 1, 100, 100 }, { 2, 150, 100 } } }, { 0.05, {} } });
   EXPECT_EQ(Count(both, Kind::Tap), 0u);
@@ -190,7 +190,7 @@ TEST(TestGestureRecognizer, AThirdFingerIsIgnoredAndTakesOverWithoutAJump)
 {
   const auto gestures = Play({ { 0, { { 1, 100, 100 }, { 2, 200, 100 } } },
     { 0.1, { { 3, 900, 900 }, { 1, 100, 100 }, { 2, 200, 100 } } },
-    { 0.2, { { 3, 500, 100 }, { 2, 200, 100 } } }, // the first leaves: a new pair
+    { 0.2, { { 3, 500, 100 }, { 2, 200, 100 } } }, // the first finger is lifted: a new pair
     { 0.3, { { 3, 800, 100 }, { 2, 200, 100 } } } });
   EXPECT_EQ(Count(gestures, Kind::PinchBegin), 2u);
   ASSERT_EQ(Count(gestures, Kind::Pinch), 1u);
@@ -207,8 +207,8 @@ TEST(TestGestureRecognizer, HostileFramesAreHarmless)
   EXPECT_EQ(gestures[0], (Gesture{ Kind::Tap, 10, 10 }));
 }
 
-// Begin and end alternate, pinches are between them, scales are positive and finite, a sequence of
-// several fingers has no tap, whatever the fingers do.
+// Whatever the fingers do: PinchBegin and PinchEnd alternate, with all pinches between them; scales
+// are positive and finite; a sequence of several fingers has no tap.
 TEST(TestGestureRecognizer, InvariantsHoldForRandomFingers)
 {
   for (unsigned seed = 0; seed < 200; ++seed)

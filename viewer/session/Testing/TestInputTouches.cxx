@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Mouse and keys become the touches that the recognizer of gestures takes.
+// Mouse and keys become touches, for the GestureRecognizer.
 #include "viewer/session/InputTouches.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A tree of which a viewer knows a part gives the same answers as a completely known one, when it
-// has got what it reports as missing.
+// A partly known tree gives the same answers as a completely known one, once it has received what
+// it reports as missing.
 #include "viewer/session/model/KnownTree.h"
 
 #include "filters/codec/PartitionBoxes.h"
@@ -37,7 +37,7 @@ struct TestKnownTree : ::testing::Test
   {
     return { this->depths, true, this->boxes[1], limit };
   }
-  // Brings what is missing: how many blobs.
+  // Adds what is missing; returns how many blobs that were.
   std::size_t Bring(KnownTree& tree) const
   {
     const auto missing = tree.TakeMissing();
@@ -60,7 +60,7 @@ struct TestKnownTree : ::testing::Test
       brought += this->Bring(tree);
     }
   }
-  // Where a finger may meet the surface.
+  // A point where a finger may hit the surface.
   Vec3 AnyPoint()
   {
     const std::size_t first = this->boxes.size() / 2;
@@ -117,14 +117,14 @@ TEST_F(TestKnownTree, AWalkLooksUpWhatItEnters)
   const auto enter = [&](NodeId page, const Box& box)
   {
     entered.push_back(page);
-    return box.lo[0] > 0 || page == 1; // a half
+    return box.lo[0] > 0 || page == 1; // about half of the pages
   };
   tree.Walk(enter);
   EXPECT_EQ(tree.TakeMissing(), std::set<BlobId>{ BlobId::TreePage(1) });
   ASSERT_TRUE(tree.Add(BlobId::TreePage(1), this->server.Blob(BlobId::TreePage(1))));
   entered.clear();
   tree.Walk(enter);
-  EXPECT_EQ(entered.size(), 129u); // the root's, and those of depth 7
+  EXPECT_EQ(entered.size(), 129u); // the root's page, and those of depth 7
   const auto missing = tree.TakeMissing();
   EXPECT_GT(missing.size(), 40u);
   EXPECT_LT(missing.size(), 90u);
@@ -153,7 +153,7 @@ TEST_F(TestKnownTree, LiesAreErrorsThatNameTheBlob)
     add(BlobId::TreePage(2), this->server.Blob(page)), "tree page 2: is not a page of this tree");
   EXPECT_EQ(add(BlobId::PartitionBoxes(1), this->server.Blob(exact)),
     "boxes 1: the tree has no boxes at this node");
-  // Boxes of other partitions.
+  // Boxes of other partitions are refused.
   EXPECT_EQ(add(exact, this->server.Blob(BlobId::PartitionBoxes(255))),
     "boxes 128: the box of partition 0 is not within the bounds of the tree's page");
   EXPECT_EQ(add(exact, this->server.Blob(exact)), "added");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The level of detail for a zoom: small enough on the screen, monotone, and without flicker.
+// The level of detail for a zoom: its error is small enough on the screen, finer zoom never gives a
+// coarser level, and nothing flickers.
 #include "viewer/session/model/LevelPolicy.h"
 
 #include <gtest/gtest.h>
@@ -38,7 +39,7 @@ TEST(TestLevelPolicy, ChoosesTheCoarsestThatIsFineEnough)
   EXPECT_EQ(policy.Choose(2048), 11u); // 2^-11 * 2048 = 1 point
   EXPECT_EQ(policy.Choose(2049), 12u);
   EXPECT_EQ(policy.Choose(1 << 15), 15u);
-  EXPECT_EQ(policy.Choose(1e9), 16u); // the finest, where none is fine enough
+  EXPECT_EQ(policy.Choose(1e9), 16u); // the finest, as none is fine enough
   EXPECT_EQ(LevelPolicy(Halving(3)).PreviewLevel(), 3u);
   EXPECT_EQ(LevelPolicy(Halving(0)).Choose(1e9), 0u);
 }
@@ -78,7 +79,7 @@ TEST(TestLevelPolicy, IsMonotoneInZoomWhateverTheGeometricErrors)
 TEST(TestLevelPolicy, DoesNotFlickerAtABorder)
 {
   const LevelPolicy policy(Halving(16), Strict());
-  // To and fro by 20 % around the scale where 12 becomes 13.
+  // Zooms to and fro by 20 % around the scale at which level 12 becomes 13.
   for (const unsigned start : { 12u, 13u })
   {
     unsigned level = start;
@@ -88,7 +89,7 @@ TEST(TestLevelPolicy, DoesNotFlickerAtABorder)
       EXPECT_EQ(level, start);
     }
   }
-  // But a real zoom changes it, both ways.
+  // A larger zoom changes the level, in both directions.
   EXPECT_EQ(policy.Choose(4096 * 1.3, 12), 13u);
   EXPECT_EQ(policy.Choose(4096 / 1.3, 13), 12u);
   EXPECT_EQ(policy.Choose(1e9, 11), 16u);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// LOD selection: what is wanted of a model, in which order, and when there is anything to choose.
+// LOD selection: which pieces of a model are wanted, in which order, and when a new choice is
+// needed.
 #include "viewer/session/Testing/TorusModel.h"
 #include "viewer/session/model/LodSelection.h"
 
@@ -42,7 +43,7 @@ struct Selected : TorusModel
     this->lod.Add(*piece);
     this->model.Add(std::move(*piece));
   }
-  // What is missing.
+  // Follows the view; returns what is missing.
   std::vector<BlobId> Follow()
   {
     this->lod.Follow(this->view);
@@ -58,7 +59,7 @@ struct Selected : TorusModel
     }
     return {};
   }
-  // All that is wanted comes; it is returned.
+  // Adds everything that is wanted, until nothing is missing; returns it.
   std::vector<BlobId> FollowToTheEnd()
   {
     std::vector<BlobId> all;
@@ -84,7 +85,7 @@ TEST(TestLodSelection, PreviewComesFirstThenWhatTheViewNeeds)
   EXPECT_EQ(status.shownLevel, status.targetLevel);
   EXPECT_GT(*status.shownLevel, torus.model.Preview().resolution.Depth());
 
-  // Nothing has changed: nothing to choose.
+  // If nothing has changed, there is nothing to choose.
   torus.lod.Follow(torus.view);
   EXPECT_FALSE(torus.lod.IsDue());
   torus.view.region = { NodeOfPartition(1, torus.model.Depths()), 1 };
@@ -112,7 +113,8 @@ TEST(TestLodSelection, TappedPartitionsComeBeforeAllElseButTheTree)
   const auto at = [&](const BlobId& blob)
   { return std::find(order.begin(), order.end(), blob) - order.begin(); };
   EXPECT_LT(at(BlobId::Partition(5)), at(BlobId::Partition(2)));
-  // Between them there is only the way to the second, before the first the way to that.
+  // Before the first partition only pieces above it are requested; between the first and the
+  // second, only pieces above the second.
   const auto isIntermediate = [&](const BlobId& blob, std::uint32_t partition)
   {
     const TreeDepths& depths = torus.model.Depths();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A server that sends wrong facts about where pieces are, or about the ancestors of their vertices,
-// with correct checksums: nothing is refined endlessly, and the surface outside of a wrong piece
+// A server sends wrong facts, with correct checksums, about where pieces are, or about the
+// ancestors of their vertices. Nothing is refined endlessly, and the surface outside a wrong piece
 // stays whole.
 #include "viewer/session/SessionParts.h"
 #include "viewer/session/Testing/SessionsByLevel.h"
@@ -24,9 +24,9 @@ using protocol::BlobId;
 namespace
 {
 
-constexpr std::size_t mostAnswers = 20'000; // of what ends
+constexpr std::size_t mostAnswers = 20'000; // more than any session needs that ends
 
-// Any boxes that lie within their parents' boxes: a page cannot say anything else.
+// Random boxes within their parents' boxes, because a page cannot express others.
 std::vector<Box> LiesOfBoxes(const std::vector<Box>& boxes, std::mt19937& random)
 {
   std::uniform_real_distribution<double> part(0, 1);
@@ -48,7 +48,7 @@ std::vector<Box> LiesOfBoxes(const std::vector<Box>& boxes, std::mt19937& random
       if (generator < 2)
       {
         lie.lo[axis] = std::min(a, b);
-        lie.hi[axis] = generator == 0 ? lie.lo[axis] : std::max(a, b); // a point, or any part
+        lie.hi[axis] = generator == 0 ? lie.lo[axis] : std::max(a, b); // a point, or a random part
       }
     }
     lies[node] = lie;
@@ -106,15 +106,15 @@ TEST(TestLyingServer, BoxesThatLieMakeNothingEndless)
   }
 }
 
-// The ranks of the ancestors of its vertices are permuted: a valid tree of clusters, but another
-// one. False if the piece has none.
+// Permutes the ancestors of a piece's vertices: the result is a valid tree of clusters, but another
+// one. False if the vertices have no ancestors.
 bool LieOfAncestors(MemoryServer& server, PieceId id, std::mt19937& random)
 {
   const CodecContext& codec = server.Codec();
   std::vector<std::uint8_t>& blob = server.Blob(BlobOfPiece(id, codec.depths));
   auto piece = DecodePiece(blob, id, codec);
   EXPECT_TRUE(piece);
-  std::vector<std::uint32_t> vertices; // that have ancestors
+  std::vector<std::uint32_t> vertices; // those that have ancestors
   for (std::uint32_t v = 0; v < piece->VertexCount(); ++v)
   {
     if (!piece->AncestorsOf(v, codec.depths).empty())
@@ -184,7 +184,7 @@ double LongestEdge(const Surface& surface)
   return longest;
 }
 
-// Where its vertices, and what they are joined to, may be.
+// A box that contains a piece's vertices, and all vertices that share an edge with one of them.
 Box Around(const MemoryServer& server, PieceId piece, double longestEdge)
 {
   Box around = server.Tree()[piece.node];
@@ -211,7 +211,8 @@ void OpenNear(ViewerSession& session, MemoryServer& server)
   session.Zoom(3, onRingX, onRingY);
 }
 
-// What is far from a wrong piece stays whole; a piece of the coarsest levels is half of the model.
+// The surface outside the neighbourhood of a wrong piece stays whole. Checked only for small
+// pieces: a piece of the coarsest levels is half of the model.
 TEST(TestLyingServer, AncestorsThatLieSpoilNoMoreThanTheirPiece)
 {
   std::size_t few = 0, holes = 0;
@@ -224,7 +225,7 @@ TEST(TestLyingServer, AncestorsThatLieSpoilNoMoreThanTheirPiece)
   std::vector<PieceId> shown(
     before.Parts().model.surface.Pieces().begin(), before.Parts().model.surface.Pieces().end());
   std::mt19937 random(15);
-  std::shuffle(shown.begin() + 2, shown.end(), random); // first those of level S
+  std::shuffle(shown.begin() + 2, shown.end(), random); // keeps the first two, of level S
   shown.resize(12);
   for (const PieceId piece : shown)
   {

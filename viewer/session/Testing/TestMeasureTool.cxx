@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Ends of distances: which partitions they wait for, and what they are once these have come.
+// The ends of distances: which partitions they wait for, and where they are when these have
+// arrived.
 #include "viewer/session/Testing/TorusModel.h"
 #include "viewer/session/tools/MeasureTool.h"
 
@@ -35,7 +36,7 @@ TEST(TestMeasureTool, EndsComeToLieOnTheOriginal)
   EXPECT_GT(tool.All()[0].Error(), 0);
   EXPECT_FALSE(tool.All()[0].IsExact());
 
-  tool.FollowTree(); // which is not known yet
+  tool.FollowTree(); // the tree is not known yet
   EXPECT_TRUE(WantedOf(tool).empty());
   EXPECT_FALSE(torus.model.open->tree.TakeMissing().empty());
   torus.TakeTree();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A viewer that may take less memory shows what is coarser, and never nothing.
+// With less memory, a viewer shows a coarser surface, but always some surface.
 #include "viewer/session/MemoryBudget.h"
 #include "viewer/session/SessionParts.h"
 #include "viewer/session/Testing/SessionsByView.h"
@@ -15,7 +15,7 @@ using namespace kdstream::testing;
 namespace
 {
 
-// In parts of what the torus takes where there is room.
+// Shares for this number of triangles; the torus takes more if it may.
 MemoryShares SharesOf(std::uint64_t triangles)
 {
   MemoryShares shares = MemoryBudget().Shares();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A model that turns on when it is let go, or by itself: the drags that come of it.
+// A model that continues to turn after a release, or turns by itself: the resulting drags.
 #include "viewer/session/camera/Momentum.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,8 @@ namespace
 
 constexpr double frame = 1.0 / 60;
 
-// A finger goes 5 pixels a frame to the right, for a fifth of a second, and lets go after `rest`.
+// A finger moves to the right by 5 pixels a frame, for a fifth of a second, and is lifted `rest`
+// seconds later.
 Momentum LetGoAfter(double rest)
 {
   Momentum momentum;

@@ -8,8 +8,8 @@ namespace kdstream::test
 namespace
 {
 
-// A view that moves for a second: the number of its pictures, and of those with occlusion. frame:
-// the seconds of a picture with it, and without it.
+// Moves a view for a second, and counts its pictures, and those with occlusion. with, without: the
+// seconds that a picture takes with occlusion, and without it.
 struct Count
 {
   int occluded = 0, all = 0;
@@ -45,9 +45,9 @@ TEST(OcclusionClock, ASlowDeviceHasItAtRest)
   EXPECT_EQ(count.occluded, OcclusionClock::slowFrames);
   EXPECT_FALSE(clock.Has(false, now + 0.5 * OcclusionClock::stillness));
   EXPECT_TRUE(clock.Has(false, now + OcclusionClock::stillness));
-  EXPECT_FALSE(clock.Has(true, now + 1)); // moves again
+  EXPECT_FALSE(clock.Has(true, now + 1)); // the view moves again
   now += OcclusionClock::pause;
-  EXPECT_EQ(Move(clock, now, 0.017, 0.016).occluded, 59); // quick meanwhile
+  EXPECT_EQ(Move(clock, now, 0.017, 0.016).occluded, 59); // the device is quick by now
 }
 
 // One or two slow frames do not mean that the device is slow, and neither do pictures without

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The region around a tap: what it waits for, how large it may be, and which of those before stay.
+// The region around a tap: what it waits for, how large it may be, and which earlier regions stay.
 #include "viewer/session/Testing/TorusModel.h"
 #include "viewer/session/model/PickedRegion.h"
 
@@ -55,7 +55,7 @@ TEST(TestPickedRegion, WaitsForTheTreeAroundTheTap)
   ASSERT_TRUE(region.IsShown());
   EXPECT_EQ(region.GetStatus().partitions, expected->size());
   EXPECT_EQ(region.GetStatus().shown, 0u);
-  EXPECT_LT(DistanceTo(region.Boxes().front(), onRing), 0.1); // the picked one is first
+  EXPECT_LT(DistanceTo(region.Boxes().front(), onRing), 0.1); // the picked partition is first
 }
 
 TEST(TestPickedRegion, GivesUpWhereTooMuchOfTheTreeIsAskedFor)
@@ -70,7 +70,7 @@ TEST(TestPickedRegion, GivesUpWhereTooMuchOfTheTreeIsAskedFor)
   region.NoteAsked(1);
   EXPECT_FALSE(region.IsPicking());
   EXPECT_NE(torus.model.failed.Message(), "");
-  region.NoteAsked(3); // for something else
+  region.NoteAsked(3); // does not count: no pick is waiting
   region.PickAt(onRing);
   region.NoteAsked(2);
   EXPECT_TRUE(region.IsPicking());
@@ -92,14 +92,14 @@ TEST(TestPickedRegion, TakesNoMorePartitionsThanItMay)
   EXPECT_EQ(SizeOf(region), 2u);
   EXPECT_EQ(region.Boxes().front(), first);
   region.SetTriangles(0, anyTriangles);
-  EXPECT_EQ(SizeOf(region), 1u); // the one that was picked
+  EXPECT_EQ(SizeOf(region), 1u); // the picked partition stays
 }
 
 TEST(TestPickedRegion, OtherRingsPickItsCellAnew)
 {
   TorusModel torus;
   torus.TakeTree();
-  PickedRegion region(torus.model, 0, {}, anyTriangles); // clamped
+  PickedRegion region(torus.model, 0, {}, anyTriangles); // clamped to 1
   region.PickAt(onRing);
   ASSERT_TRUE(region.Follow(false));
   const auto [cell, rings] = region.Key();
@@ -126,7 +126,7 @@ TEST(TestPickedRegion, ThoseBeforeStayAsFarAsTheBudgetGoes)
   const std::size_t second = region.Boxes().size();
   EXPECT_EQ(SizeOf(region), first + second);
 
-  Camera away; // which sees nothing of it
+  Camera away; // does not see the region
   away.FitTo({ { 100, 100, 100 }, { 101, 101, 101 } });
   region.ForgetEarlier(away);
   EXPECT_EQ(SizeOf(region), second);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Rays against triangles, compared with a search by another formula.
+// Hits of rays on triangles, compared with a search that uses another formula.
 #include "viewer/session/Picker.h"
 
 #include "viewer/session/Testing/MemoryServer.h"
@@ -15,7 +15,8 @@ using namespace kdstream;
 namespace
 {
 
-// Meets the triangle's plane, then asks on which sides of the edges the point lies.
+// Finds where the ray meets the triangle's plane, then checks that the point is on the inner side
+// of each edge.
 std::optional<double> MeetByPlane(const Ray& ray, const Vec3& a, const Vec3& b, const Vec3& c)
 {
   const Vec3 normal = Cross(b - a, c - a);
@@ -77,7 +78,7 @@ TEST(TestPicker, HardTriangles)
   Surface surface;
   surface.points = { { 0, 0, 0 }, { 1, 0, 0 }, { 0, 1, 0 }, { 1, 1, 0 } };
   surface.triangles = { { 0, 1, 2 }, { 1, 3, 2 }, { 0, 0, 1 }, { 0, 1, 2 } };
-  // From in front and from behind; the lowest index of equals.
+  // Seen from the front and from behind; among equals the lowest index wins.
   for (const double side : { 1.0, -1.0 })
   {
     const auto hit = PickSurface(surface, { { 0.25, 0.25, side }, { 0, 0, -side } });
@@ -85,10 +86,10 @@ TEST(TestPicker, HardTriangles)
     EXPECT_EQ(hit->triangle, 0u);
     EXPECT_DOUBLE_EQ(hit->distance, 1);
   }
-  // On the common edge, on a corner: no gap.
+  // There is no gap on the common edge, nor on a corner.
   EXPECT_TRUE(PickSurface(surface, { { 0.5, 0.5, 1 }, { 0, 0, -1 } }));
   EXPECT_TRUE(PickSurface(surface, { { 0, 0, 1 }, { 0, 0, -1 } }));
-  // Behind the eye, beside, parallel, and nothing at all.
+  // No hit: behind the eye, beside the triangles, parallel to them, and without triangles.
   EXPECT_FALSE(PickSurface(surface, { { 0.25, 0.25, -1 }, { 0, 0, -1 } }));
   EXPECT_FALSE(PickSurface(surface, { { 2, 2, 1 }, { 0, 0, -1 } }));
   EXPECT_FALSE(PickSurface(surface, { { -1, 0.25, 0 }, { 1, 0, 0 } }));
@@ -100,7 +101,7 @@ TEST(TestPicker, FindsTheNearestPointOfACloudThatAFingerCovers)
   Surface cloud;
   cloud.points = { { 0, 0, -10 }, { 0.4, 0, -5 }, { 0, 0.6, -4 }, { 0, 0, 3 } };
   const Ray ray{ { 0, 0, 0 }, { 0, 0, -1 } };
-  // Tangents to the ray: 0, 0.08, 0.15; the last is behind the eye.
+  // The points' tangents from the ray are 0, 0.08 and 0.15; the last point is behind the eye.
   EXPECT_EQ(PickSurface(cloud, ray, 0)->triangle, 0u);
   EXPECT_EQ(PickSurface(cloud, ray, 0.07)->triangle, 0u);
   const auto hit = PickSurface(cloud, ray, 0.09);
@@ -137,7 +138,7 @@ TEST(TestPicker, FindsWhetherAClosedSurfaceIsAroundAPoint)
   EXPECT_FALSE(IsAround(DrawnSurface(), {}));
 }
 
-// Points of the triangle on a grid, no farther apart than `step`.
+// The distance to points on a grid over the triangle, which are at most `step` apart.
 double DistanceBySamples(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c, double& step)
 {
   constexpr int count = 16;
@@ -166,7 +167,7 @@ TEST(TestPicker, FindsTheNearestPointOfASurface)
     {
       const Vec3 a = point(), b = a + point() * 0.4;
       surface.points.push_back(a);
-      surface.points.push_back(i % 7 == 0 ? a : b); // degenerate: an edge, or a corner
+      surface.points.push_back(i % 7 == 0 ? a : b); // degenerate triangles: an edge, or a corner
       surface.points.push_back(i % 14 == 0 ? a : i % 5 == 0 ? a + (b - a) * 2 : a + point() * 0.4);
       surface.triangles.push_back({ 3 * i, 3 * i + 1, 3 * i + 2 });
     }
@@ -205,7 +206,7 @@ TEST(TestPicker, FindsTheNearestPointOfACloud)
   EXPECT_EQ(NearestOnSurface(DrawnSurface(cloud), { 1, 0, -6 })->point, cloud.points[1]);
 }
 
-// What every triangle of every part says.
+// Tests every triangle of every part.
 std::optional<SurfaceHit> PickByForce(const DrawnSurface& surface, const Ray& ray, double slack)
 {
   std::optional<SurfaceHit> best;
@@ -220,8 +221,8 @@ std::optional<SurfaceHit> PickByForce(const DrawnSurface& surface, const Ray& ra
   return best;
 }
 
-// Rays from around a box, and from inside, towards what is in it: random, along an axis, or exactly
-// at a vertex.
+// Rays from around a box, and from inside, towards its content: in a random direction, along an
+// axis, or exactly at a vertex.
 class Rays
 {
 public:
@@ -265,8 +266,8 @@ private:
   std::uniform_real_distribution<double> Unit{ 0, 1 };
 };
 
-// The mean number of triangles, or points, visited for each ray; the hit must be the same as by
-// testing all.
+// Returns the mean number of triangles, or points, visited for each ray. Checks that each hit is
+// the same as if all were tested.
 double VisitedByRays(const DrawnSurface& surface, double slack, std::size_t rays)
 {
   Rays from(surface.Whole());
@@ -289,7 +290,7 @@ double VisitedByRays(const DrawnSurface& surface, double slack, std::size_t rays
   return static_cast<double>(visited) / static_cast<double>(rays);
 }
 
-// A session's surface, of a part a piece.
+// For a session's surface, which has one part for each piece.
 TEST(TestPicker, TheTreeFindsWhatTheListHasAndVisitsLittleOfIt)
 {
   kdstream::testing::MemoryServer server(kdstream::testing::MakeTorus(200, 80), 128, 2);
@@ -330,7 +331,7 @@ TEST(TestPicker, TheTreeIsRightAboutTrianglesThatRoundingIsHardOn)
           surface.triangles.push_back(surface.triangles.back());
         }
       }
-      Surface dense = surface; // and what is surely met
+      Surface dense = surface; // with triangles that rays surely hit
       for (std::size_t i = 0; i + 9 < surface.points.size(); i += 7)
       {
         const auto v = static_cast<VertexId>(i);

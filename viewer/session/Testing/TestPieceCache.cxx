@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pieces leave by age once memory is short, but never one that is shown.
+// When memory is short, the least recently used pieces are evicted, but never one that is shown.
 #include "viewer/session/model/PieceCache.h"
 
 #include <gtest/gtest.h>
@@ -33,8 +33,8 @@ TEST(TestPieceCache, LeastRecentlyUsedLeavesFirst)
   {
     cache.Add(MakePiece(node, 100));
   }
-  EXPECT_NE(cache.Find(Id(1)), nullptr); // 1 is young again
-  EXPECT_NE(cache.Peek(Id(2)), nullptr); // peeking does not count as use
+  EXPECT_NE(cache.Find(Id(1)), nullptr); // counts as a use of 1
+  EXPECT_NE(cache.Peek(Id(2)), nullptr); // peeking does not count as a use
   cache.Add(MakePiece(4, 100));
   EXPECT_EQ(cache.Peek(Id(2)), nullptr);
   EXPECT_NE(cache.Peek(Id(1)), nullptr);

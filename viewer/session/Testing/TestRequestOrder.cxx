@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The order in which a view requests (doc/viewing.md#requests): the tree first, coarse before fine,
-// the worst error first, the middle of the screen before its edges; and that nothing else is
-// requested without prefetching. The expected order is computed from the server's own tables.
+// the worst error first, the middle of the screen before its edges. Without prefetching, nothing
+// else is requested. The expected order is computed from the server's own tables.
 #include "viewer/session/SessionParts.h"
 #include "viewer/session/Testing/SessionsByView.h"
 
@@ -22,7 +22,7 @@ using protocol::BlobId;
 namespace
 {
 
-// The page's facts of a piece, seen from a camera.
+// What a view should request, computed from the facts about pieces in the server's pages.
 class Expectation
 {
 public:
@@ -45,7 +45,7 @@ public:
   {
     return piece.resolution != Resolution::Level(PreviewLevel(this->Server.Codec().depths));
   }
-  // Points of the screen.
+  // The error of a piece, in points of the screen.
   double Error(PieceId piece) const
   {
     const PieceId above = this->Above(piece);
@@ -58,14 +58,14 @@ public:
     const Box box = RoundedBoxOf(this->Server.Tree(), piece.node);
     return geometricError * this->Eye.PointsPerUnit(std::max(this->Eye.DistanceTo(box), 1e-6));
   }
-  // Half of it at the upper and lower edges.
+  // The urgency: the error, halved at the upper and lower edges of the screen.
   double Urgency(PieceId piece) const
   {
     const Box box = RoundedBoxOf(this->Server.Tree(), piece.node);
     const double away = this->Eye.Eccentricity(box.lo * 0.5 + box.hi * 0.5);
     return this->Error(piece) / (1 + std::min(away * away, 100.0));
   }
-  // Never more than that of a piece above it.
+  // The urgency, which is never more than that of a piece above.
   double LeastUrgency(PieceId piece) const
   {
     double least = this->Urgency(piece);
@@ -81,7 +81,7 @@ private:
   const Camera& Eye;
 };
 
-// What the session asked for since one of its choices, in order.
+// What the session has requested since one of its choices, in order.
 class AskedInOrder
 {
 public:
@@ -124,11 +124,11 @@ public:
     }
   }
 
-  std::size_t worseFirst = 0, middleFirst = 0, coarseFirst = 0; // pairs
+  std::size_t worseFirst = 0, middleFirst = 0, coarseFirst = 0; // pairs, by rule
 
 private:
-  // Down to level S nothing is requested before the piece above it, and nothing finer than S before
-  // that of S.
+  // Down to level S, no piece is requested before the piece above it; and no piece finer than S
+  // before the one of level S above it.
   void FollowsWhatIsAbove(const BlobId& blob, const Expectation& expected)
   {
     const TreeDepths& depths = expected.Depths();
@@ -152,7 +152,7 @@ private:
       ++this->coarseFirst;
     }
   }
-  // Compares the arrival of two pieces that were requested in this order.
+  // Checks the order of two pieces, of which `first` was requested first.
   void Compare(PieceId first, PieceId second, const Expectation& expected)
   {
     if (!expected.IsBelowPreview(first) || !expected.IsBelowPreview(second))
@@ -242,7 +242,7 @@ TEST(TestRequestOrder, WhatIsTurnedOffIsNotPrefetched)
   EXPECT_EQ(Sent(much, true), without);
 }
 
-// What is prefetched and in flight is cancelled.
+// Turning prefetching off cancels the prefetches in flight.
 TEST(TestRequestOrder, TurningItOffCancelsWhatIsInFlight)
 {
   MemoryServer server = Torus();

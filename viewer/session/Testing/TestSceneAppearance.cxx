@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The lights on a sphere: how bright each slope is, and how much brighter its neighbours are.
+// The lights on a sphere: how bright each slope is, and how much the brightness changes from slope
+// to slope.
 #include "viewer/session/Geometry.h"
 #include "viewer/session/appearance/SceneAppearance.h"
 
@@ -14,8 +15,8 @@ namespace kdstream
 namespace
 {
 
-// For a place with this normal: its light, 1 for all of its colour; and the steepest relative
-// change of the light with the normal, for a radian. Without highlights.
+// The shading of a place with a given normal, without highlights. light: 1 shows its full colour.
+// relief: the steepest relative change of the light when the normal turns, for a radian.
 struct Shade
 {
   double light, relief;
@@ -44,7 +45,7 @@ bool IsAwayFromKey(const Vec3& normal)
   return Dot(normal, sceneLights[0].position) <= 0;
 }
 
-// Normals of what is seen of a sphere, but its outline.
+// The normals of the visible part of a sphere, without its outline.
 std::vector<Vec3> SeenNormals()
 {
   std::vector<Vec3> normals;
@@ -61,7 +62,7 @@ std::vector<Vec3> SeenNormals()
   return normals;
 }
 
-// And there is a side that is lit, and one that is not.
+// One side is lit, and another one is not.
 TEST(SceneAppearance, NothingIsBlackAndNothingIsBlown)
 {
   double darkest = 2, brightestAway = 0, brightest = 0;
@@ -77,8 +78,8 @@ TEST(SceneAppearance, NothingIsBlackAndNothingIsBlown)
   EXPECT_LT(brightestAway, 0.5 * brightest);
 }
 
-// At nine of ten places there the light changes by 40 % a radian or more, at half of them by 70 %:
-// as on the lit side.
+// On the sides away from the key light, the light changes by at least 40 % a radian at nine of ten
+// places, and by at least 70 % at half of them: as on the lit side.
 TEST(SceneAppearance, SidesAwayFromTheKeyLightShowRelief)
 {
   std::vector<double> dark, bright;

@@ -81,7 +81,8 @@ TEST(SceneRules, FindWhatIsWrongWithACamera)
   }
 }
 
-// Every corner of the box lies between the planes, and from outside one lies near each.
+// Every corner of the box lies between the planes. If the eye is outside the box, each plane is
+// near a corner.
 TEST(SceneRules, EncloseTheBoxBetweenThePlanes)
 {
   std::mt19937 random(11);

@@ -42,7 +42,8 @@ TEST(TestSessionBudgets, SharesGrowWithThem)
   EXPECT_EQ(SharesOfBudgets(manyTriangles, muchMemory).levelTriangles, manyTriangles);
 }
 
-// Set at the beginning or later, the budgets act the same.
+// Makes a session with these budgets, set at the beginning or later: both must have the same
+// effect.
 ViewerSession SessionWith(
   SessionOptions options, std::uint64_t triangles, std::size_t memory, bool later)
 {
@@ -68,7 +69,7 @@ std::size_t PictureBytes(const ViewerSession& session)
 
 TEST(TestSessionBudgets, MemoryBoundsPicturesOfTextures)
 {
-  constexpr std::uint32_t side = 512; // a MiB a tile
+  constexpr std::uint32_t side = 512; // 1 MiB for each tile
   MemoryServer textured = SmallTorus();
   textured.AddTiles(side);
   for (const bool later : { false, true })
@@ -89,7 +90,7 @@ TEST(TestSessionBudgets, MemoryBoundsPicturesOfTextures)
   }
 }
 
-// What is there goes where less may be held.
+// With a smaller limit, pictures that are already there are dropped.
 TEST(TestSessionBudgets, LessMemoryLetsPicturesGo)
 {
   MemoryServer server = SmallTorus();
@@ -103,7 +104,7 @@ TEST(TestSessionBudgets, LessMemoryLetsPicturesGo)
   EXPECT_LE(PictureBytes(session), std::size_t{ 4 } << 20);
 }
 
-// A tap on a region of three rings, and another beside it.
+// Taps a region of three rings, and then another place beside it.
 TEST(TestSessionBudgets, BothBoundRegionsAroundTaps)
 {
   Fingers fingers;
@@ -171,11 +172,11 @@ TEST(TestSessionBudgets, LessCutsTheRegionThatIsThere)
   ExpectClosed(session);
 }
 
-// One level for the whole model: the finest that either allows.
+// One level for the whole model: the finest that both budgets allow.
 TEST(TestSessionBudgets, BothBoundTheLevel)
 {
   const auto& levels = SmallTorus().Description().levels;
-  const std::uint64_t fits = levels[12].triangles; // and level 13 does not
+  const std::uint64_t fits = levels[12].triangles; // but level 13 does not fit
   for (const bool later : { false, true })
   {
     for (const auto& [triangles, memory, level] :

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A camera with which the user cannot get lost: home, undo, level horizon, and whatever the fingers
-// do, the model is on the screen and the eye outside of it.
+// A camera with which the user cannot get lost: home, undo, a level horizon; and whatever the
+// fingers do, the model is on the screen, and the eye is outside the model.
 #include "viewer/session/Picker.h"
 #include "viewer/session/Testing/SessionsByLevel.h"
 
@@ -59,8 +59,8 @@ View ViewOf(const ViewerSession& session)
   return { scene.eye, scene.focal, scene.up, scene.orientation };
 }
 
-// Whether any of the shown surface is on the screen: a vertex, or, for larger triangles, a hit of a
-// ray through a grid of pixels.
+// Whether any of the shown surface is on the screen: a vertex is, or, for larger triangles, a ray
+// through a pixel of a grid hits it.
 bool ShowsSurface(const ViewerScene& scene, const Viewport& window)
 {
   constexpr int steps = 24;
@@ -114,7 +114,7 @@ bool IsInside(const Surface& surface, const Vec3& point)
   return std::abs(angle) > 2 * std::acos(-1.0);
 }
 
-// Someone who does anything, quickly.
+// A user who does anything, quickly.
 class Person
 {
 public:
@@ -126,7 +126,7 @@ public:
     this->Session.Resize(this->Window);
   }
 
-  // Says what, for messages.
+  // Returns what was done, for messages.
   std::string DoSomething();
   double Time() const { return this->Now; }
   Viewport Window{ 600, 800, 2 };
@@ -238,7 +238,7 @@ std::string Person::DoSomething()
   }
 }
 
-// A session that has seen nothing but the window.
+// The first view in a window that has not been changed.
 View FirstViewIn(const Viewport& window, MemoryServer server)
 {
   ViewerSession session;
@@ -246,7 +246,7 @@ View FirstViewIn(const Viewport& window, MemoryServer server)
   EXPECT_TRUE(session.SelectModel("torus"));
   while (!session.GetStatus().targetLevel && server.Answer(session))
   {
-    // until the model is open
+    // waits until the model is open
   }
   return ViewOf(session);
 }
@@ -303,7 +303,7 @@ TEST(TestSessionCamera, NobodyGetsLost)
   EXPECT_GT(within, gestures / 50) << "the hard case comes";
 }
 
-// Wherever one has come to, the same wheel leads back to where all of the model is seen.
+// From everywhere, zooming out at one place leads back to a view of the whole model.
 TEST(TestSessionCamera, ZoomingOutLeadsAway)
 {
   for (unsigned seed = 0; seed < 40; ++seed)
@@ -357,7 +357,7 @@ TEST(TestSessionCamera, HomeIsTheFirstViewAndUndoTheOneBefore)
     session.GoHome();
     const View home = ViewOf(session);
     ASSERT_EQ(home, FirstViewIn(person.Window, server));
-    session.GoHome(); // which is not a jump
+    session.GoHome(); // changes nothing, so this is not a jump
     if (before != home)
     {
       person.turning = i % 2 == 0 ? Turning::Upright : person.turning;
@@ -387,7 +387,7 @@ TEST(TestSessionCamera, ADoubleTapBesideTheModelGoesHome)
   EXPECT_FALSE(session.GetStatus().canUndo);
   session.UndoView();
   EXPECT_EQ(ViewOf(session), near);
-  // On the model it does not.
+  // A double tap on the model does not go home.
   const auto [x, y] = OnModel(session);
   fingers.DoubleTap(session, x, y);
   EXPECT_EQ(ViewOf(session), near);
@@ -502,7 +502,7 @@ TEST(TestSessionCamera, TurnsByItselfUntilItIsTouched)
   }
   EXPECT_LT(Length(ViewOf(session).eye - first.eye), 0.01 * Length(first.eye - first.focal));
   const View before = ViewOf(session);
-  session.Advance(time += 1e6); // asleep
+  session.Advance(time += 1e6); // as after the computer was asleep
   EXPECT_LT(Length(ViewOf(session).eye - before.eye), 0.1 * Length(first.eye - first.focal));
   const std::vector<std::function<void()>> stops{ [&] { session.Zoom(1.1, 400, 300); },
     [&] {
@@ -521,7 +521,7 @@ TEST(TestSessionCamera, TurnsByItselfUntilItIsTouched)
   }
 }
 
-// Where frames are slow, a flick is one step, just before the finger is lifted.
+// If frames are slow, a flick is a single step, just before the finger is lifted.
 TEST(TestSessionCamera, AFlickWithinAFrameTurnsOn)
 {
   for (const bool flick : { true, false })
@@ -533,7 +533,7 @@ TEST(TestSessionCamera, AFlickWithinAFrameTurnsOn)
     Open(session);
     server.Serve(session);
     session.HandleTouches({ 10, { { 1, 300, 300 } } });
-    session.HandleTouches({ 10.01, {} }); // a tap before it tells nothing
+    session.HandleTouches({ 10.01, {} }); // an earlier tap does not count
     session.HandleTouches({ 11, { { 1, 300, 300 } } });
     session.HandleTouches({ flick ? 11.08 : 16.08, { { 1, 420, 300 } } });
     session.HandleTouches({ flick ? 11.081 : 16.081, {} });

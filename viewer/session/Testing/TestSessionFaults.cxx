@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What fails, is lost, or comes too late: a sentence, and the rest stays.
+// Blobs that fail, are lost, or come too late: there is a sentence about them, and the rest stays
+// usable.
 #include "viewer/session/SessionFile.h"
 #include "viewer/session/Testing/SessionsByLevel.h"
 
@@ -22,7 +23,7 @@ TEST(TestSessionFaults, WhatIsShownIsKeptWhileSomethingElseComes)
   Fingers fingers;
   MemoryServer server = SmallTorus();
   SessionOptions options = ByLevel();
-  options.cacheBytes = 1; // nothing beyond what is shown or asked for
+  options.cacheBytes = 1; // keeps nothing beyond what is shown or requested
   ViewerSession session(options);
   Open(session);
   server.Serve(session);
@@ -86,7 +87,8 @@ TEST(TestSessionFaults, DamagedBytesBecomeASentenceAndTheNextCoarserLevel)
   EXPECT_EQ(status.error.rfind("levels/13/5 of torus cannot be loaded: ", 0), 0u) << status.error;
   EXPECT_EQ(status.targetLevel, 13u);
   EXPECT_EQ(status.shownLevel, 12u);
-  // Usable: once the blob is whole again, the next pinch gets it, and only it.
+  // The session stays usable: when the blob is undamaged again, the next pinch gets it, and nothing
+  // else.
   server.Blob(BlobId::LevelPiece(13, 5)) =
     MemoryServer(SmallTorus()).Blob(BlobId::LevelPiece(13, 5));
   server.sent.clear();
@@ -116,7 +118,7 @@ TEST(TestSessionFaults, ARefusedPartitionLeavesTheRestOfTheRegion)
   EXPECT_EQ(status.error,
     "partitions/" + std::to_string(bad) + " of torus cannot be loaded: it is damaged");
   EXPECT_EQ(status.region->shown + 1, status.region->partitions);
-  // It is not asked for again by itself, but by the next double tap.
+  // It is not requested again by itself, but by the next double tap.
   server.refused.clear();
   server.log.clear();
   session.Resize({ width, height, 1 });
@@ -138,7 +140,7 @@ TEST(TestSessionFaults, ALostConnectionFailsWhatWasOutstanding)
   server.Serve(session);
   const auto [x, y] = OnModel(session);
   fingers.DoubleTap(session, x, y);
-  // The finer levels and the region fail, then the coarser levels that would replace them.
+  // The finer levels and the region fail, and then the coarser levels that would replace them.
   for (int round = 0; round < 4; ++round)
   {
     for (const SessionRequest& request : session.TakeRequests())
@@ -163,7 +165,7 @@ TEST(TestSessionFaults, ModelsThatCannotBeShownAreRefusedWithAReason)
   EXPECT_EQ(session.GetStatus().error,
     "torus cannot be shown: it has no levels of detail, only partitions.");
   EXPECT_TRUE(session.IsIdle());
-  // Nothing that a person does then asks for what is not there.
+  // Whatever the user does then, what is not there is not requested.
   session.EnterFullScreen();
   session.Zoom(2, width / 2, height / 2);
   session.SetRings(3);

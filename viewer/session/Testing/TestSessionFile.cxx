@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Session files: read, refused with the line's number, and written back bit for bit.
+// Session files are read, refused with the number of the line, and written back bit for bit.
 #include "viewer/session/SessionFile.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Distances between two taps: on the original when that has arrived, with the known error until
-// then.
+// Distances between two taps: measured on the original when it has arrived; until then with a known
+// error.
 #include "viewer/session/Picker.h"
 #include "viewer/session/Testing/SessionsByLevel.h"
 
@@ -79,7 +79,7 @@ TEST(TestSessionMeasure, EndsLieOnTheOriginalOnceItHasCome)
       const Ray ray = RayThrough(*session, x, y);
       const auto hit = PickSurface(OriginalTorus(), ray);
       const auto shown = PickSurface(*session->Scene().surface, ray);
-      if (hit && shown && std::abs(hit->distance - shown->distance) < 0.01) // not past an edge
+      if (hit && shown && std::abs(hit->distance - shown->distance) < 0.01) // not at a silhouette
       {
         meant.push_back(*hit);
         SlowTap(fingers, *session, x, y);
@@ -142,7 +142,7 @@ TEST(TestSessionMeasure, WhatMayNotBeHadStaysOnTheLevel)
     }
     ViewerSession session;
     Open(session);
-    if (!isRefused) // by the server's rights
+    if (!isRefused) // refused to this user by the server
     {
       for (const SessionRequest& request : session.TakeRequests())
       {
@@ -172,7 +172,7 @@ TEST(TestSessionMeasure, TapsPlaceOneEndAfterTheOther)
   MemoryServer server = SmallTorus();
   const auto session = Measuring(server);
   const auto [x, y] = OnModel(*session);
-  fingers.DoubleTap(*session, x, y); // quickly
+  fingers.DoubleTap(*session, x, y); // a quick one
   ASSERT_EQ(session->Measurements().size(), 1u);
   EXPECT_TRUE(session->Measurements().front().to);
   EXPECT_FALSE(session->GetStatus().region) << "no region is asked for meanwhile";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A session with a section and raking light: moving them by fingers, what is fetched, and links.
+// A session with a section and raking light: how fingers move them, what is fetched, and links.
 #include "viewer/session/SessionFile.h"
 #include "viewer/session/Testing/SessionsByLevel.h"
 
@@ -43,7 +43,7 @@ void DragTwo(Fingers& fingers, ViewerSession& session, double dx, double dy)
   session.HandleTouches({ fingers.now += 0.02, {} });
 }
 
-// What is cut away is not asked for, with whichever camera; without the section it is.
+// What is cut away is not requested, wherever the camera is; without the section it is.
 TEST(TestSessionSection, WhatIsCutAwayIsNotFetched)
 {
   Fingers fingers;
@@ -117,7 +117,7 @@ TEST(TestSessionSection, LessIsWanted)
   EXPECT_LT(sent[1], 0.4 * static_cast<double>(sent[0]));
 }
 
-// Only what is left of a tapped region is asked for, and counted.
+// Of a tapped region, only the partitions that are left are requested and counted.
 TEST(TestSessionSection, RegionsEndAtThePlane)
 {
   Fingers fingers;
@@ -159,7 +159,8 @@ TEST(TestSessionSection, FingersMoveAndTurnIt)
   const double at = session->GetSection().Plane()->offset;
   Drag(fingers, *session, 400, 300, 100, 0);
   EXPECT_EQ(session->GetCamera(), before);
-  // The finger's way on the screen, without the distance before it counted as a drag.
+  // The plane moves by the finger's way on the screen, without the distance before it counted as a
+  // drag.
   const double unit = session->GetCamera().PixelsPerUnit();
   EXPECT_NEAR(session->GetSection().Plane()->offset - at, 100 / unit, 11 / unit);
   const double turned = session->GetSection().Plane()->offset;
@@ -170,7 +171,7 @@ TEST(TestSessionSection, FingersMoveAndTurnIt)
   EXPECT_LT(session->GetSection().Plane()->normal[0], 0.9);
   EXPECT_NEAR(Length(session->GetSection().Plane()->normal), 1, 1e-12);
   EXPECT_NE(session->GetSection().Plane()->offset, turned);
-  // A plane across the line of sight: down is nearer.
+  // For a plane across the line of sight, dragging down brings the plane nearer.
   ASSERT_TRUE(session->SetSectionAlong("view"));
   const double depth = session->GetSection().Depth();
   Drag(fingers, *session, 400, 200, 0, 60);
@@ -180,7 +181,7 @@ TEST(TestSessionSection, FingersMoveAndTurnIt)
   EXPECT_NE(session->GetCamera().Orientation(), before.Orientation());
 }
 
-// However the model stands; the eye's side goes.
+// Whatever the model's home view is. The side of the eye is cut away.
 TEST(TestSessionSection, IsCalledByWhereItIsSeenFrom)
 {
   for (const HomeView& homeView :
@@ -232,7 +233,7 @@ TEST(TestSessionSection, TheCapIsWhatIsPicked)
   EXPECT_FALSE(end.waits) << "a point of the plane is exact";
 }
 
-// Across a ring of the torus: both ends come to the original's outline.
+// A distance across a ring of the torus: both ends move to the outline of the original.
 TEST(TestSessionSection, MeasuresAlongTheOutline)
 {
   Fingers fingers;
@@ -250,7 +251,7 @@ TEST(TestSessionSection, MeasuresAlongTheOutline)
     fingers.now += 1;
     fingers.Tap(*session, (*pixel)[0], (*pixel)[1]);
   };
-  // Where the outline crosses the x axis, of what is shown now.
+  // Where the outline of the shown surface crosses the x axis.
   std::vector<double> crossings;
   for (const SectionSegment& segment : session->GetSection().Outline())
   {
@@ -278,7 +279,7 @@ TEST(TestSessionSection, MeasuresAlongTheOutline)
   }
 }
 
-// A section leaves enough to find one's way back.
+// With a section, too, the user finds the way back.
 TEST(TestSessionSection, NobodyGetsLost)
 {
   Fingers fingers;
@@ -329,7 +330,7 @@ TEST(TestSessionSection, LightComesFromTheFinger)
   EXPECT_NEAR(Length(from), 1, 1e-9);
   EXPECT_LT(from[0], -0.7);
   EXPECT_EQ(session->Scene().lighting.lights[1].intensity, 0);
-  fingers.DoubleTap(*session, 790, 300); // beyond the rim: no lower than the horizon, and no region
+  fingers.DoubleTap(*session, 790, 300); // beyond the rim: clamped to it, and no region
   EXPECT_NEAR(session->GetLight()->lightSource.x, RakingLight::rim, 1e-9);
   EXPECT_GT(session->Scene().lighting.lights[0].position[2], 0.05);
   EXPECT_FALSE(session->GetStatus().region);

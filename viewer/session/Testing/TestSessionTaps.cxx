@@ -39,7 +39,7 @@ TEST(TestSessionTaps, OtherRingsChangeTheRegionThatIsThere)
   EXPECT_EQ(region->rings, 2u);
   EXPECT_EQ(region->partitions, regionOf(2));
   EXPECT_EQ(region->shown, regionOf(2));
-  EXPECT_EQ(server.sent.size(), regionOf(2) - regionOf(1)); // only what is new
+  EXPECT_EQ(server.sent.size(), regionOf(2) - regionOf(1)); // only the new ones
   ExpectClosed(session);
   session.SetRings(1);
   server.Serve(session);
@@ -50,7 +50,7 @@ TEST(TestSessionTaps, OtherRingsChangeTheRegionThatIsThere)
   EXPECT_FALSE(session.GetStatus().region);
 }
 
-// It has been tapped where it is small already: only a zoom lets it go.
+// A region that is small already when it is tapped stays. Only a zoom drops it.
 TEST(TestSessionTaps, ASmallRegionStaysUntilOneZooms)
 {
   Fingers fingers;
@@ -84,7 +84,7 @@ TEST(TestSessionTaps, ASmallRegionStaysUntilOneZooms)
   EXPECT_FALSE(session.GetStatus().region);
 }
 
-// A double tap that a tool has a use for asks for nothing, so not again for what has failed.
+// A double tap that a tool uses requests nothing, so it does not request again what has failed.
 TEST(TestSessionTaps, ATapThatAToolTakesLeavesTheMessage)
 {
   Fingers fingers;
@@ -105,7 +105,7 @@ TEST(TestSessionTaps, ATapThatAToolTakesLeavesTheMessage)
   EXPECT_EQ(session.GetStatus().error, "");
 }
 
-// A mesh so small that all its levels are mere points: the original is a double tap away.
+// The levels of a very small mesh have only points. A double tap on them still picks the original.
 TEST(TestSessionTaps, PicksOnPointsWhereThereAreNoTriangles)
 {
   Fingers fingers;
@@ -184,7 +184,7 @@ TEST(TestSessionTaps, MovingTheRegionOnReusesPartitions)
     EXPECT_EQ(server.sent.count(blob), 1u) << protocol::BlobName(blob);
   }
   EXPECT_GT(server.sent.size(), before.size());
-  // Turning and pinching keep the region; far away it is let go.
+  // Turning and pinching keep the region; far away it is dropped.
   fingers.Pinch(session, x, y, 1.5);
   EXPECT_TRUE(session.GetStatus().region);
   for (int i = 0; i < 6; ++i)
@@ -200,7 +200,7 @@ TEST(TestSessionTaps, ADoubleTapBeforeTheTreeWaitsForIt)
   MemoryServer server = SmallTorus();
   ViewerSession session(ByLevel());
   Open(session);
-  server.Answer(session); // opened
+  server.Answer(session); // the model is opened
   server.Answer(session); // the preview
   session.BeginFrame();
   const auto [x, y] = OnModel(session);
@@ -211,7 +211,7 @@ TEST(TestSessionTaps, ADoubleTapBeforeTheTreeWaitsForIt)
   EXPECT_EQ(session.GetStatus().region->shown, session.GetStatus().region->partitions);
 }
 
-// However large the model: what comes is what lies along the way to the tap.
+// However large the model is, only pages and boxes on the way to the tap are fetched.
 TEST(TestSessionTaps, OnlyTheTreeAroundATapComes)
 {
   Fingers fingers;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Textures of a model: wanted where the original is shown from near, within their budget, and on
-// the right parts.
+// The textures of a model are wanted where the view is near enough, stay within their budget, and
+// are shown on the right parts.
 #include "viewer/session/Testing/SessionsByView.h"
 #include "viewer/session/texture/ShownTiles.h"
 #include "viewer/session/texture/TexturedCorners.h"
@@ -116,7 +116,8 @@ TEST(TestSessionTextures, AreWantedWhereTheOriginalIsSeenClosely)
   EXPECT_EQ(server.sent.size(), sent) << "what is here is not asked for again";
 }
 
-// Wherever the camera is, what is drawn and may be visible is textured, whatever its resolution.
+// Wherever the camera is, everything that is drawn and may be visible is textured, in all
+// resolutions.
 TEST(TestSessionTextures, OfLevelsAreWantedToo)
 {
   MemoryServer server = TexturedLevels();
@@ -141,7 +142,8 @@ TEST(TestSessionTextures, OfLevelsAreWantedToo)
     [](const BlobId& blob) { return blob.kind == BlobKind::LevelTexture; }));
 }
 
-// The colours of vertices stay where a level's texture cannot be had, and the surface is whole.
+// If a level's texture cannot be fetched, the colours of vertices are shown, and the surface is
+// whole.
 TEST(TestSessionTextures, OfLevelsThatCannotBeHadAreNamed)
 {
   MemoryServer server = TexturedLevels();
@@ -175,7 +177,7 @@ std::size_t CountSeenParts(const ViewerSession& session)
     }));
 }
 
-// As the original means with its pictures, however small it is on the screen.
+// Showing all as the original includes its pictures, however small the model is on the screen.
 TEST(TestSessionTextures, AreAllWantedWhereAllIsTheOriginal)
 {
   MemoryServer server = Textured();
@@ -199,7 +201,8 @@ TEST(TestSessionTextures, AreAllWantedWhereAllIsTheOriginal)
   EXPECT_EQ(wanted(1e-6, true), seen);
 }
 
-// Two triangles of the piece, of which one has turned, around an edge that lies in two places.
+// Two triangles of a piece at a common edge, which lies at two places of the tile. The corners of
+// one triangle begin with another vertex than in the piece.
 TEST(TestTexturedCorners, AVertexForEachPlace)
 {
   Surface surface;
@@ -222,7 +225,8 @@ TEST(TestTexturedCorners, AVertexForEachPlace)
   EXPECT_FALSE(CanTexture(surface, {}, tile));
 }
 
-// Hostile: a hub with another place in each of its triangles costs no square of their number.
+// A hostile case: a point that has another place in each of its many triangles. The time must not
+// grow with the square of their number.
 TEST(TestTexturedCorners, APointInManyPlaces)
 {
   constexpr std::uint32_t count = 200'000;
@@ -257,7 +261,7 @@ TEST(TestSessionTextures, AModelWithoutHasNone)
   }
 }
 
-// Also where all of the model is of one level, or is the original.
+// Also if the whole model is shown in one level, or as the original.
 TEST(TestSessionTextures, OfATappedRegionComeByOneLevelToo)
 {
   for (const DetailMode detail : { DetailMode::View, DetailMode::Level, DetailMode::Full })
@@ -317,14 +321,15 @@ TEST(TestSessionTextures, ThatCannotBeHadAreNamedAndTheSurfaceStays)
     }
     server.refused.clear();
     server.lie = {};
-    ASSERT_TRUE(session.SelectModel("torus")); // tries again
+    ASSERT_TRUE(session.SelectModel("torus")); // requests the failed textures again
     server.Serve(session);
     EXPECT_GT(CountTexturedParts(session), 0u);
     EXPECT_EQ(session.GetStatus().error, "");
   }
 }
 
-// Whatever the view, the pictures stay within their limit, and those in the middle are there.
+// In every view, the pictures stay within their limit, and those in the middle of the screen are
+// there.
 TEST(TestSessionTextures, StayWithinTheirBudget)
 {
   constexpr std::size_t most = 5;
@@ -354,7 +359,8 @@ TEST(TestSessionTextures, StayWithinTheirBudget)
   EXPECT_LE(session.Scene().tiles->size(), 1u);
 }
 
-// A picture that is larger than all that may be is not decoded; nothing asks for it for ever.
+// A picture that is larger than the limit for all pictures is not decoded, and not requested
+// endlessly.
 TEST(TestSessionTextures, TooLargeOnesAreLeftOut)
 {
   MemoryServer server = Plain();

@@ -20,7 +20,7 @@ void Add(Surface& cloud, const Vec3& point, Resolution resolution = Resolution::
   cloud.sources.push_back({ resolution, 0 });
 }
 
-// Squares of 8 x 8 points, one after the other, as runs of the k-d tree are.
+// Adds squares of 8 x 8 points, one after the other, as the k-d tree orders points.
 void AddSquares(Surface& cloud, int squares, double spacing, double y, Resolution resolution)
 {
   for (int i = 0; i < 64 * squares; ++i)
@@ -37,7 +37,7 @@ TEST(SplatRadii, CloseUpSquareGrids)
     AddSquares(cloud, 10, spacing, 0, Resolution::Original());
     for (const float radius : SplatRadii(cloud))
     {
-      // Half a diagonal at least: nothing is seen between.
+      // At least half a diagonal, so that there are no gaps.
       EXPECT_GT(radius, 0.7072 * spacing);
       EXPECT_LT(radius, spacing);
     }
@@ -57,7 +57,7 @@ TEST(SplatRadii, CloseUpScatteredPoints)
     }
   }
   const std::vector<float> radii = SplatRadii(cloud);
-  // Places of the plane, away from its border, that no splat covers.
+  // Counts the places of the plane, away from its border, that no splat covers.
   std::uniform_real_distribution<double> along(8.0, 392.0), across(1.0, 7.0);
   int holes = 0;
   for (int i = 0; i < 2000; ++i)
@@ -106,8 +106,8 @@ TEST(SplatRadii, HoldStrayPointsBack)
   EXPECT_NEAR(radii[8 * 64], usual / 4, 1e-4);
 }
 
-// A scanned ball of equal density: where the tree's order jumps from one side to the other, a run
-// has points of both.
+// A scanned ball of uniform density. Where the tree's order jumps from one side to the other, a run
+// has points of both sides.
 Surface BallInTreeOrder(std::size_t count)
 {
   std::mt19937 random(11);
@@ -142,7 +142,7 @@ TEST(SplatRadii, NoRunAcrossCellsIsABalloon)
   }
 }
 
-// Few points of a resolution among those of another, as a cut's borders have them.
+// A few points of one resolution among those of another, as at the borders in a cut.
 TEST(SplatRadii, ShortRunsAreDrawnAsTheirNeighbours)
 {
   Surface cloud = BallInTreeOrder(40'000);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where planes meet surfaces: outlines are closed, caps have the area that the outlines enclose,
-// and what is cut away cannot be picked.
+// Planes through surfaces: outlines are closed, caps have the area that the outlines enclose, and
+// what is cut away cannot be picked.
 #include "Testing/Fixtures/Meshes.h"
 #include "viewer/session/section/ShownSection.h"
 #include "viewer/session/section/SurfaceSection.h"
@@ -49,7 +49,7 @@ Vec3 AnyDirection(std::mt19937& random)
   return Normalized(v);
 }
 
-// Through the box, anywhere.
+// A random plane through the box.
 SectionPlane AnyPlane(std::mt19937& random, const Box& box)
 {
   SectionPlane plane{ AnyDirection(random), 0 };
@@ -58,7 +58,7 @@ SectionPlane AnyPlane(std::mt19937& random, const Box& box)
   return plane;
 }
 
-// What directed segments enclose, by Green's theorem: above 0 where it is on their left.
+// The area that directed segments enclose, by Green's theorem: above 0 if it is on their left.
 double AreaWithin(const std::vector<SectionSegment>& segments, const SectionPlane& plane)
 {
   double twice = 0;
@@ -70,7 +70,7 @@ double AreaWithin(const std::vector<SectionSegment>& segments, const SectionPlan
   return twice / 2;
 }
 
-// Signed, as the triangles turn around the normal.
+// The signed area of a cap: above 0 if the triangles turn left around the normal.
 double AreaOf(const Surface& cap, const SectionPlane& plane)
 {
   double twice = 0;
@@ -169,7 +169,7 @@ TEST(TestSurfaceSection, CapsAreWhereTheModelIsSolid)
   EXPECT_GT(inside, 300u);
 }
 
-// A scan of which some is missing.
+// A scan with holes.
 TEST(TestSurfaceSection, HolesAreClosedByAStraightLine)
 {
   std::mt19937 random(4);
@@ -198,7 +198,7 @@ TEST(TestSurfaceSection, HolesAreClosedByAStraightLine)
   EXPECT_GT(open, 20u);
 }
 
-// Planes through corners, edges and faces.
+// Planes exactly through corners, edges and faces.
 TEST(TestSurfaceSection, PlanesThroughCornersAndFaces)
 {
   Mesh cube;
@@ -257,7 +257,7 @@ TEST(TestSurfaceSection, HardMeshesAreCutWithoutHarm)
   }
 }
 
-// Against all triangles, of which the part before the plane does not count.
+// Compared with a search in all triangles, of which the part that is cut away does not count.
 TEST(TestSurfaceSection, PicksWhatIsLeft)
 {
   std::mt19937 random(6);
@@ -311,7 +311,7 @@ TEST(TestSurfaceSection, NearestIsWhatIsLeft)
   const SectionPlane plane{ { 0, 0, 1 }, -0.5 };
   const auto hit = NearestOnSurface(surface, { 0, 0, 2 }, 0, &plane);
   ASSERT_TRUE(hit);
-  EXPECT_LT(hit->point[2], -0.3); // of a triangle that it goes through
+  EXPECT_LT(hit->point[2], -0.3); // on a triangle that the plane goes through
   const SectionPlane all{ { 0, 0, 1 }, -9 };
   EXPECT_FALSE(NearestOnSurface(surface, { 0, 0, 2 }, 0, &all));
 }
@@ -323,7 +323,7 @@ TEST(TestSurfaceSection, IsMovedWithinTheBox)
   section.Reset(box);
   EXPECT_FALSE(section.Plane());
   EXPECT_EQ(section.Depth(), 0);
-  section.Move(1); // of none
+  section.Move(1); // without a plane: does nothing
   section.SetDepth(0.5);
   section.Turn({});
   EXPECT_FALSE(section.Plane());
@@ -360,7 +360,7 @@ TEST(TestSurfaceSection, SnapsToAxesUntilItIsTurnedFurther)
   ShownSection section;
   section.Reset({ { -1, -1, -1 }, { 1, 1, 1 } });
   section.SetAlong("z", { 0, 0, 1 });
-  const auto turn = [&](double angle) // about y, small
+  const auto turn = [&](double angle) // a small turn about y
   {
     section.Turn(Quaternion{ 1, 0, angle / 2, 0 }.After({}));
   };
@@ -402,7 +402,7 @@ TEST(TestSurfaceSection, WorksOnlyWhereSomethingIsNew)
   EXPECT_TRUE(section.Outline().empty());
 }
 
-// Reads the path back.
+// Parses the path of a drawing, and returns the area that it encloses.
 double AreaOfDrawing(const std::string& svg)
 {
   double twice = 0;
@@ -424,7 +424,7 @@ double AreaOfDrawing(const std::string& svg)
       for (std::size_t i = 0; i < loop.size(); ++i)
       {
         const auto &a = loop[i], &b = loop[(i + 1) % loop.size()];
-        twice += a[1] * b[0] - a[0] * b[1]; // y goes down
+        twice += a[1] * b[0] - a[0] * b[1]; // y points down in SVG
       }
       loop.clear();
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What fingers do with the tool in hand, and which gestures are left for the camera.
+// What fingers do with the chosen tool, and which gestures are left for the camera.
 #include "viewer/session/Testing/TorusModel.h"
 #include "viewer/session/tools/Tools.h"
 
@@ -42,7 +42,7 @@ TEST(TestTools, OneFingerMovesTheSectionTwoTurnIt)
 {
   InHand hand;
   hand.tools.TakeInHand(Tool::Section);
-  EXPECT_FALSE(hand.Take(Kind::Rotate, 400, 300, 0, 50)); // there is none
+  EXPECT_FALSE(hand.Take(Kind::Rotate, 400, 300, 0, 50)); // there is no section
   ASSERT_TRUE(hand.model.section.SetAlong("y", { 0, 0, 1 }));
   const double depth = hand.model.section.Depth();
   EXPECT_TRUE(hand.Take(Kind::Rotate, 400, 300, 0, 50));
@@ -80,7 +80,7 @@ TEST(TestTools, TapsMeasureAndBesideTheModelADoubleTapIsLeft)
   EXPECT_EQ(hand.tools.Measuring().All().size(), 1u);
   EXPECT_FALSE(hand.Take(Kind::DoubleTap, 1, 1));
   hand.Take(Kind::Tap, onRingX, onRingY);
-  hand.tools.TakeInHand(Tool::None); // drops the half one
+  hand.tools.TakeInHand(Tool::None); // drops the unfinished measurement
   EXPECT_EQ(hand.tools.Measuring().All().size(), 1u);
 }
 

@@ -31,8 +31,7 @@ TEST(VertexNormals, FollowTheOrientationOfATriangle)
 
 TEST(VertexNormals, WeightByArea)
 {
-  // At the origin a triangle of area 6 in the plane of x and y, and one of area 2 in that of y and
-  // z.
+  // At the origin there are a triangle of area 6 in the xy plane and one of area 2 in the yz plane.
   const std::vector<Vec3> points{ { 0, 0, 0 }, { 3, 0, 0 }, { 0, 4, 0 }, { 0, 0, 1 } };
   const std::vector<Triangle> triangles{ { 0, 1, 2 }, { 0, 2, 3 } };
   const double length = std::hypot(6.0, 2.0);
@@ -43,7 +42,7 @@ TEST(VertexNormals, AreZeroWhereThereIsNoDirection)
 {
   const std::vector<Vec3> points{ { 0, 0, 0 }, { 1, 0, 0 }, { 0, 1, 0 }, { 5, 5, 5 }, { 2, 2, 2 },
     { 3, 3, 3 } };
-  // A pair back to back, and a triangle without area.
+  // Two triangles back to back, and one without area.
   const std::vector<Triangle> triangles{ { 0, 1, 2 }, { 0, 2, 1 }, { 3, 4, 5 } };
   for (const auto& normal : ComputeVertexNormals(points, triangles))
   {

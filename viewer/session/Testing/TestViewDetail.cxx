@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The session in view mode, with a server in memory: what is visible is fine, what is drawn is
-// closed at every moment, and it comes to rest. What it fetches for that: TestViewFetching.
+// The session in view mode, with a server in memory: visible parts are fine, the drawn surface is
+// closed at every moment, and the session comes to rest. TestViewFetching tests what it fetches.
 #include "viewer/session/SessionParts.h"
 #include "viewer/session/Testing/SessionsByView.h"
 
@@ -44,7 +44,7 @@ TEST(TestViewDetail, WhatIsSeenIsFineAndTheRestCostsNothing)
   EXPECT_EQ(sent, 0u) << "nothing comes twice";
   EXPECT_LT(partitions, server.Description().partitions / 16);
 
-  // And back: nothing has to be fetched.
+  // Zooming back needs nothing from the server.
   server.log.clear();
   session.Zoom(1.0 / 40, onRingX, onRingY);
   server.Serve(session);
@@ -76,7 +76,7 @@ TEST(TestViewDetail, AStillCameraComesToRest)
   EXPECT_EQ(session.Parts().lod.Choices(), choices);
 }
 
-// Steps never show holes, whatever comes in whatever order, while the view moves on.
+// While the view moves, there are never holes, in whatever order pieces arrive.
 TEST(TestViewDetail, TheSurfaceIsWholeAfterEveryArrival)
 {
   for (const unsigned seed : { 1u, 2u, 3u, 4u })
@@ -144,8 +144,7 @@ TEST(TestViewDetail, BudgetsHold)
   EXPECT_LT(most, 10'000u);
 }
 
-// What was checked and found to be invisible is not requested again when its piece has been
-// evicted.
+// Pieces that were found to be invisible, and then evicted, are not requested again.
 TEST(TestViewDetail, WithoutRoomForMoreThanIsShownItComesToRestToo)
 {
   MemoryServer server = Torus();
@@ -179,7 +178,7 @@ TEST(TestViewDetail, WithPreviewsOnlyZoomsAndTapsWait)
   double clock = 0;
   session.Zoom(4, onRingX, onRingY);
   server.Serve(session);
-  DoubleTap(session, width / 2.0, height / 2.0, clock); // goes home, or picks
+  DoubleTap(session, width / 2.0, height / 2.0, clock); // goes home, or picks a partition
   session.Zoom(4, onRingX, onRingY);
   DoubleTap(session, onRingX, onRingY, clock);
   server.Serve(session);
@@ -198,7 +197,7 @@ TEST(TestViewDetail, WithPreviewsOnlyZoomsAndTapsWait)
   ExpectClosed(session);
 }
 
-// Far away nothing of what was tapped or looked at is left.
+// Seen from far away, nothing is left of what was tapped or refined.
 TEST(TestViewDetail, FarAwayThePreviewIsEnough)
 {
   MemoryServer server = Torus();
@@ -256,9 +255,9 @@ TEST(TestViewDetail, FullShowsAllOfTheOriginal)
   EXPECT_EQ(session.GetStatus().triangles, server.Description().levels[11].triangles);
 }
 
-// A server that sends wrong pieces, parts of them, nothing, or the same twice, and whose pages have
-// wrong errors: no endless refinement, no livelock. The surface is whole, except where a piece is
-// another one, which a single piece cannot show.
+// A server sends wrong pieces, parts of pieces, nothing, or the same twice, and its pages have
+// wrong errors. There is no endless refinement, and no livelock. The surface is whole, unless a
+// piece was sent in place of another one, which the session cannot detect.
 TEST(TestViewDetail, AServerThatLiesIsSurvived)
 {
   for (const unsigned seed : { 1u, 2u, 3u, 4u, 5u, 6u })
@@ -303,7 +302,7 @@ TEST(TestViewDetail, AServerThatLiesIsSurvived)
         {
           session.BlobArrived(static_cast<std::uint32_t>(random() % 100), blob, bytes, 0.01, false);
         }
-        return generator != 3; // else: it fails
+        return generator != 3; // 3: the blob fails
       };
       do
       {

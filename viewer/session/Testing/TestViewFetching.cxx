@@ -23,12 +23,12 @@ using protocol::BlobKind;
 namespace
 {
 
-// Blobs in flight when they are cancelled still arrive: they are kept, once, and not requested
-// again; blobs that were never requested are not accepted.
+// Cancelled blobs that were in flight still arrive. They are kept, once, and not requested again.
+// Blobs that were never requested are not accepted.
 TEST(TestViewFetching, WhatComesLateIsKept)
 {
   MemoryServer server = Torus();
-  std::vector<std::string> late; // what the trace tells of it
+  std::vector<std::string> late; // lines of the trace about late blobs
   SessionOptions options;
   options.TraceTo(
     [&late](std::string_view line)
@@ -52,7 +52,7 @@ TEST(TestViewFetching, WhatComesLateIsKept)
   }
   ASSERT_GT(inFlight.size(), 2u);
   session.GoHome();
-  session.Zoom(20, width - onRingX, onRingY); // elsewhere: it is cancelled
+  session.Zoom(20, width - onRingX, onRingY); // elsewhere: cancels what is in flight
   session.BeginFrame();
   std::size_t cancels = 0;
   for (const SessionRequest& request : session.TakeRequests())
@@ -66,7 +66,7 @@ TEST(TestViewFetching, WhatComesLateIsKept)
     BlobArrival::Damaged);
   EXPECT_EQ(session.BlobArrived(damaged.first, BlobId::Partition(300),
               server.Blob(BlobId::Partition(300)), 0.1, false),
-    BlobArrival::Unwanted); // not this request's
+    BlobArrival::Unwanted); // not a blob of this request
   for (const auto& [request, blob] : inFlight)
   {
     EXPECT_EQ(session.BlobArrived(request, blob, server.Blob(blob), 0.1, false),
@@ -95,7 +95,8 @@ TEST(TestViewFetching, WhatComesLateIsKept)
   EXPECT_LE(session.GetTraffic().wasted, session.GetTraffic().bytes);
 }
 
-// What comes for a pinch to 1.4 times the size in the middle of the screen, after all was served.
+// The bytes that arrive for a pinch to 1.4 times the size, in the middle of the screen, after
+// everything has been served.
 std::size_t BytesOfAPinch(std::size_t prefetchBytes, std::uint64_t& before, Surface& shown)
 {
   MemoryServer server = Torus();
@@ -144,7 +145,7 @@ TEST(TestViewFetching, WhatIsPrefetchedMakesWay)
   OpenUntilIdle(session, server);
   const std::vector<BlobId> ahead = server.Outstanding();
   ASSERT_GT(ahead.size(), 2u);
-  // Something else is wanted.
+  // Now other pieces are wanted.
   session.Zoom(40, onRingX, onRingY);
   session.BeginFrame();
   EXPECT_FALSE(session.IsIdle());
@@ -159,13 +160,13 @@ TEST(TestViewFetching, WhatIsPrefetchedMakesWay)
   ExpectClosed(session);
 }
 
-// As of a server that is away, while all that is seen is in the cache.
+// As if the server is away, and everything that is visible is in the cache.
 TEST(TestViewFetching, WhatIsPrefetchedMayFail)
 {
   MemoryServer server = Torus();
   SessionOptions options;
   ViewerSession before(options);
-  OpenFullScreen(before, server); // fetches only what is seen
+  OpenFullScreen(before, server); // fetches only what is visible
   server.lie = [seen = server.sent](const BlobId& blob, std::vector<std::uint8_t>&)
   { return seen.count(blob) > 0; };
   server.sent.clear();
@@ -179,13 +180,14 @@ TEST(TestViewFetching, WhatIsPrefetchedMayFail)
   }
   EXPECT_TRUE(session.IsIdle());
   EXPECT_EQ(session.GetStatus().error, "");
-  // The wanted parts are reported.
+  // Wanted pieces that fail are reported.
   session.Zoom(6, onRingX, onRingY);
   server.Serve(session);
   EXPECT_NE(session.GetStatus().error.find(" of torus cannot be loaded: "), std::string::npos);
 }
 
-// A page keeps undamaged blobs; no sentence says that a prefetched blob is damaged.
+// BlobArrived says that a prefetched blob is damaged, because a web page keeps only undamaged
+// blobs; but the user gets no message.
 TEST(TestViewFetching, ADamagedBlobIsReportedToItsBringerAlsoWhereNobodyMissesIt)
 {
   MemoryServer server = Torus();
@@ -200,7 +202,8 @@ TEST(TestViewFetching, ADamagedBlobIsReportedToItsBringerAlsoWhereNobodyMissesIt
   EXPECT_EQ(session.GetStatus().error, "");
 }
 
-// Finer than level S and than the preview: can be shown without what is between.
+// Finer than level S and than the preview, but not the original. Such a piece only comes in
+// between: finer ones can be shown without it.
 bool IsIntermediate(PieceId piece, const TreeDepths& depths)
 {
   return !piece.resolution.IsOriginal() && piece.resolution.Depth() > depths.stitch &&
@@ -234,18 +237,19 @@ TEST(TestViewFetching, WhatFailsIsReportedOnlyWhereItIsMissed)
   }
   ASSERT_FALSE(stepsAlone.empty());
   ASSERT_TRUE(used);
-  // Came first without others, until something finer was there.
+  // These pieces only came first, and were replaced by finer ones: without them, the result is the
+  // same.
   const auto withoutSteps = viewAll(server, stepsAlone);
   EXPECT_EQ(withoutSteps->GetStatus().error, "");
   EXPECT_EQ(withoutSteps->Parts().model.surface.Pieces(), whole->Parts().model.surface.Pieces());
 
-  // What is below it stands in.
+  // If a used piece fails, the pieces below it replace it.
   const BlobId bad = BlobOfPiece(*used, depths);
   const auto otherwise = viewAll(server, { bad });
   EXPECT_EQ(otherwise->GetStatus().error, "");
   EXPECT_GE(otherwise->GetStatus().triangles, whole->GetStatus().triangles);
 
-  // Unless that cannot be had either.
+  // It is reported if those cannot be fetched either.
   std::set<BlobId> all{ bad };
   for (const PieceId piece : otherwise->Parts().model.surface.Pieces())
   {
@@ -261,7 +265,7 @@ TEST(TestViewFetching, WhatFailsIsReportedOnlyWhereItIsMissed)
     std::string::npos);
 }
 
-// All that is asked for now is lost; how many requests that were.
+// Loses everything that is requested now; returns how many requests that were.
 std::size_t Lose(ViewerSession& session)
 {
   session.BeginFrame();
@@ -273,7 +277,8 @@ std::size_t Lose(ViewerSession& session)
   return requests.size();
 }
 
-// Everything that is asked for until nothing is left, in at most this number of rounds.
+// Loses everything that is requested, until nothing is requested any more, which takes at most 9
+// rounds.
 void LoseAll(ViewerSession& session)
 {
   for (int round = 0; round < 9; ++round)
@@ -291,7 +296,8 @@ void TurnALittle(ViewerSession& session)
   session.HandleTouches({ 3, {} });
 }
 
-// What fails with its whole request is asked for once more as soon as anything comes again.
+// Blobs that fail together with their whole request are requested again as soon as anything
+// arrives.
 TEST(TestViewFetching, WhatALostLineTookIsHadOnceItIsBack)
 {
   MemoryServer server = Torus();
@@ -311,7 +317,7 @@ TEST(TestViewFetching, WhatALostLineTookIsHadOnceItIsBack)
   EXPECT_EQ(session.Parts().model.surface.Pieces(), lucky.Parts().model.surface.Pieces());
 }
 
-// Lost again before all of that has come.
+// The connection is lost again before all of it has arrived.
 TEST(TestViewFetching, WhatIsLostAgainIsHadToo)
 {
   for (const std::size_t answers : { 2u, 3u, 5u, 8u })
@@ -359,8 +365,8 @@ TEST(TestViewFetching, WhatIsLostAgainIsHadToo)
   }
 }
 
-// A server that never sends some pieces, and drops the request with each, is not asked endlessly,
-// although other pieces arrive.
+// A server never sends some pieces, and drops each request that has one. It is not asked for them
+// endlessly, although other pieces arrive.
 TEST(TestViewFetching, WhatIsLostEachTimeIsNotAskedForWithoutEnd)
 {
   MemoryServer server = Torus();
@@ -404,7 +410,7 @@ TEST(TestViewFetching, WhatIsLostEachTimeIsNotAskedForWithoutEnd)
   EXPECT_NE(session.GetStatus().error.find(" cannot be loaded: no"), std::string::npos);
 }
 
-// Messages about something else stay, and blobs that came damaged are not asked for again.
+// Messages about other failures stay, and blobs that arrived damaged are not requested again.
 TEST(TestViewFetching, WhatWasNotLostStaysReported)
 {
   MemoryServer server = Torus();
@@ -448,7 +454,7 @@ TEST(TestViewFetching, ATapComesFirst)
   double clock = 0;
   session.Zoom(5, onRingX, onRingY);
   session.BeginFrame();
-  server.Take(session); // much is wanted
+  server.Take(session); // many blobs are wanted
   for (int i = 0; i < 4; ++i)
   {
     server.Answer(session);
@@ -457,8 +463,9 @@ TEST(TestViewFetching, ATapComesFirst)
   server.sent.clear();
   DoubleTap(session, 400, 300, clock);
   ASSERT_TRUE(session.GetStatus().picking || session.GetStatus().region);
-  // First only the tree around it, then the way down to the partition: a piece of each level that
-  // is not loaded yet. What was in flight before is cancelled.
+  // First only pages and boxes of the tree around the tap are requested, then the way down to the
+  // partition: a piece of each level that is not loaded yet. Earlier requests in flight are
+  // cancelled.
   std::size_t before = 0;
   while (session.GetStatus().region == std::nullopt || session.GetStatus().region->shown == 0)
   {
@@ -480,7 +487,7 @@ TEST(TestViewFetching, ATapComesFirst)
   EXPECT_EQ(region->shown, region->partitions);
   ExpectClosed(session);
 
-  // The next one adds to it.
+  // The next region adds to it.
   const std::size_t originals = VerticesOfOriginal(session);
   DoubleTap(session, 430, 340, clock);
   server.Serve(session);
@@ -514,8 +521,8 @@ TEST(TestViewFetching, WhatIsNotWantedAnyMoreIsCancelled)
   EXPECT_TRUE(session.IsIdle());
 }
 
-// So that a turn is answered at once, little is in flight on a slow line (the server's is 0.25 s a
-// blob), however long the wish list is.
+// So that a new view is answered soon, little is in flight on a slow connection (here 0.25 s for
+// each blob), however long the wish list is.
 TEST(TestViewFetching, LittleIsInFlightOnASlowLine)
 {
   for (const DetailMode detail : { DetailMode::View, DetailMode::Full })
@@ -523,7 +530,7 @@ TEST(TestViewFetching, LittleIsInFlightOnASlowLine)
     SCOPED_TRACE(static_cast<int>(detail));
     MemoryServer server = Torus();
     ViewerSession session;
-    OpenFullScreen(session, server); // it is known how slow the line is
+    OpenFullScreen(session, server); // the session now knows how slow the connection is
     server.sent.clear();
     session.SetDetail(detail);
     session.Zoom(30, onRingX, onRingY);
@@ -580,7 +587,7 @@ TEST(TestViewFetching, WhatFailsStaysCoarseAndIsNotAskedForAgain)
       std::string::npos)
       << request;
   }
-  session.Zoom(1.01, onRingX, onRingY); // asks again
+  session.Zoom(1.01, onRingX, onRingY); // requests again what has failed
   server.Serve(session);
   EXPECT_EQ(session.GetStatus().error, "");
 }
@@ -599,7 +606,7 @@ TEST(TestViewFetching, CountsWhatWasWasted)
   EXPECT_EQ(session.GetTraffic().bytes, bytes);
   EXPECT_EQ(session.GetTraffic().wasted, 0u);
   const auto piece = BlobId::Partition(0);
-  session.BlobArrived(4711, piece, server.Blob(piece), 0, false); // nobody asked
+  session.BlobArrived(4711, piece, server.Blob(piece), 0, false); // nobody requested it
   EXPECT_EQ(session.GetTraffic().wasted, server.Blob(piece).size());
 }
 

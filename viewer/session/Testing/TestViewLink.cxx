@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Links to views: what one saw, another sees; whatever somebody writes into them.
+// Links to views: another user sees the same view; and a link may contain any text.
 #include "viewer/session/ViewLink.h"
 
 #include "viewer/session/Testing/SessionsByLevel.h"
@@ -13,9 +13,9 @@ using namespace kdstream::testing;
 namespace
 {
 
-constexpr double pixel = 2 * Camera::tangentOfHalfAngle / height; // tangent of its angle
+constexpr double pixel = 2 * Camera::tangentOfHalfAngle / height; // tangent of a pixel's angle
 
-// How far apart two cameras show a point about which they turn, in pixels, and what lies beside it.
+// How far apart, in pixels, two cameras show the point about which they turn, and points beside it.
 double PixelsApart(const ViewerScene& a, const ViewerScene& b)
 {
   double most = 0;
@@ -33,7 +33,7 @@ double PixelsApart(const ViewerScene& a, const ViewerScene& b)
   return most;
 }
 
-// A user who has looked around, and a server that has answered everything.
+// The session of a user who has looked around, after the server has answered everything.
 std::unique_ptr<ViewerSession> SomeView(Fingers& fingers, unsigned seed, MemoryServer& server)
 {
   auto session = std::make_unique<ViewerSession>();
@@ -98,7 +98,7 @@ TEST(TestViewLink, ARegionIsTheOriginalThere)
   EXPECT_EQ(theirs.GetStatus().region->rings, 2u);
 }
 
-// Nothing of the square in the middle is cut off.
+// All of the square in the middle of the window stays visible.
 TEST(TestViewLink, AnotherWindowShowsTheMiddle)
 {
   Fingers fingers;
@@ -120,7 +120,7 @@ TEST(TestViewLink, AnotherWindowShowsTheMiddle)
   }
 }
 
-// As a phone's does while the page starts: its bars come and go.
+// As on a phone while the page starts, when the browser's bars come and go.
 TEST(TestViewLink, AWindowThatChangesItsShapeShowsTheSame)
 {
   MemoryServer server = SmallTorus();
@@ -146,7 +146,7 @@ TEST(TestViewLink, AWindowThatChangesItsShapeShowsTheSame)
   slow.Resize({ 412, 743, 2 });
   slow.Resize({ 412, 703, 1 });
   EXPECT_TRUE(slow.GetCamera() == before);
-  slow.Zoom(1.1, 200, 300); // from here on it is one's own
+  slow.Zoom(1.1, 200, 300); // from here on, the view is the user's own
   const double distance = slow.GetCamera().Distance();
   slow.Resize({ 412, 743, 1 });
   EXPECT_EQ(slow.GetCamera().Distance(), distance);
@@ -162,7 +162,7 @@ TEST(TestViewLink, AnotherVersionOfTheModelIsReported)
   Open(theirs);
   server.Serve(theirs);
   const ViewerScene before = theirs.Scene();
-  ASSERT_TRUE(theirs.Follow(link)); // of a model that is open
+  ASSERT_TRUE(theirs.Follow(link)); // the model is open already
   EXPECT_EQ(theirs.GetStatus().error,
     "This link was made with another version of torus: its view may not fit.");
   EXPECT_GT(PixelsApart(before, theirs.Scene()), 10);
@@ -173,7 +173,8 @@ TEST(TestViewLink, AnotherVersionOfTheModelIsReported)
   EXPECT_EQ(theirs.Follow(link).GetError().message, "the server has no model 'gone'");
 }
 
-// From what is right, and not: a sentence or a link, and no camera that is lost.
+// Any text, made from correct and wrong links, gives an error or a link, and never a useless
+// camera.
 TEST(TestViewLink, TakesAnyText)
 {
   Fingers fingers;

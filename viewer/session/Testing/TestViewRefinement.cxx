@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which pieces a view needs, compared with the pages of a torus.
+// Which pieces a view needs, compared with what follows from the pages of a torus.
 #include "viewer/session/Testing/MemoryServer.h"
 #include "viewer/session/model/PieceCache.h"
 #include "viewer/session/model/ViewRefinement.h"
@@ -21,7 +21,7 @@ const MemoryServer& Torus()
   return server;
 }
 
-// All of its pages.
+// The tree with all of its pages.
 KnownTree WholeTree(MemoryServer& server)
 {
   const ModelDescription& model = server.Description();
@@ -48,7 +48,7 @@ bool Holds(const std::vector<PieceId>& pieces, PieceId piece)
   return std::binary_search(pieces.begin(), pieces.end(), piece);
 }
 
-// The pieces that would take the place of a piece.
+// The next finer pieces, which would replace a piece.
 std::vector<PieceId> Below(PieceId piece, const TreeDepths& depths)
 {
   const Resolution next = piece.resolution.Depth() == depths.finest
@@ -86,8 +86,8 @@ bool MaySeePartitionIn(
 }
 
 // The rule, implemented a second time: a piece is refined if it would show a visible error in the
-// box of a piece below it. Of the refined pieces, those are wanted of which something is shown;
-// and, for each that is finer than S, one three steps above it.
+// box of a piece below it. Of the refined pieces, those are wanted that finer ones do not replace
+// completely; and, for each that is finer than S, one three steps above it.
 std::vector<PieceId> WhatTheScreenNeeds(
   const Camera& camera, const ModelDescription& model, KnownTree& tree)
 {
@@ -138,7 +138,8 @@ std::vector<PieceId> WhatTheScreenNeeds(
   return { wanted.begin(), wanted.end() };
 }
 
-// A scan of a few triangles is shown as it is where one of many would be a level.
+// A scan with few triangles is shown as the original where a scan with many triangles would be
+// shown in a level.
 TEST(TestViewRefinement, ASmallModelIsShownFourTimesAsFine)
 {
   MemoryServer server = Torus();
@@ -166,8 +167,8 @@ TEST(TestViewRefinement, ASmallModelIsShownFourTimesAsFine)
   }
 }
 
-// Light, vertex colours, and textures need finer and finer levels: the finer a level is, the nearer
-// to the original is the last one.
+// Vertex colours need finer levels than light, and textures that only the original has need still
+// finer ones, because they have more detail than vertices.
 TEST(TestViewRefinement, ColorsAndTexturesAskForMoreVertices)
 {
   MemoryServer server = Torus();
@@ -214,7 +215,7 @@ TEST(TestViewRefinement, RefinesWhatWouldBeSeenToBeWrong)
     EXPECT_EQ(refinement.RemainingError(), 0);
     sizes[i] = refinement.Pieces().size();
   }
-  EXPECT_EQ(sizes[0], 0u); // small: the preview does
+  EXPECT_EQ(sizes[0], 0u); // small on the screen: the preview is enough
   EXPECT_GT(sizes[1], 10u);
   EXPECT_GT(sizes[2], 10u);
   ViewRefinement near(model, {});
@@ -222,7 +223,7 @@ TEST(TestViewRefinement, RefinesWhatWouldBeSeenToBeWrong)
   EXPECT_EQ(near.Finest(), Resolution::Original());
 }
 
-// What a server lets this client have.
+// The model's description says which resolutions the server lets this client have.
 TEST(TestViewRefinement, NothingIsWantedThatMayNotBeHad)
 {
   MemoryServer server = Torus();
@@ -283,7 +284,7 @@ TEST(TestViewRefinement, BudgetsEndItAtTheLeastError)
     left = some.RemainingError();
   }
   EXPECT_GT(left, 1);
-  EXPECT_EQ(pieces, 0u); // fewer than the preview has
+  EXPECT_EQ(pieces, 0u); // a budget below the preview's triangles
 
   RefinementOptions little;
   little.bytes = std::size_t{ 2 } << 20;
@@ -298,7 +299,7 @@ TEST(TestViewRefinement, BudgetsEndItAtTheLeastError)
   EXPECT_GT(small.RemainingError(), 1);
   EXPECT_FALSE(small.Pieces().empty());
 
-  // What is wanted anyway takes from the budget first.
+  // Pieces that are wanted in any case use the budget first.
   std::vector<PieceId> tapped;
   for (NodeId i = 0; i < 40; ++i)
   {
@@ -330,7 +331,7 @@ TEST(TestViewRefinement, ALittleToAndFroChangesNothing)
   EXPECT_LT(fresh.Pieces().size(), near.size());
 }
 
-// Down to S all that is above is needed; finer pieces are shown without those on the way.
+// Down to level S, all pieces above are needed; finer pieces can be shown without those between.
 TEST(TestViewRefinement, WhatFailedIsNotWantedButWhatCanBeShownWithoutItIs)
 {
   MemoryServer server = Torus();
@@ -362,7 +363,7 @@ TEST(TestViewRefinement, WhatFailedIsNotWantedButWhatCanBeShownWithoutItIs)
     }
   }
   EXPECT_GT(below, 10u);
-  // The original has none below it; what is above takes its place.
+  // A piece of the original has no pieces below it; the piece above replaces it.
   ViewRefinement near(model, {});
   const Camera nearest = CameraAt(model, 40, 150, 300);
   near.Follow({ nearest, tree, Nothing(), nullptr, false }, {}, {});
@@ -431,7 +432,7 @@ TEST(TestViewRefinement, LiesAboutErrorsEndAtABudget)
   EXPECT_LT(refinement.Pieces().size(), 200u);
 }
 
-// What is reckoned for the memory of pieces is about what they take, and not less.
+// The estimated memory of pieces is about what they take, and not less.
 TEST(TestViewRefinement, ReckonsMemory)
 {
   MemoryServer server = Torus();

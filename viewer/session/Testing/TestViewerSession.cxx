@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The session with one level for the whole model, with a server in memory: what is drawn is closed
-// at every moment, for any order of arrivals.
+// The session with one level for the whole model, and a server in memory: the drawn surface is
+// closed at every moment, for any order of arrivals.
 #include "viewer/session/SessionFile.h"
 #include "viewer/session/SessionParts.h"
 #include "viewer/session/Testing/SessionsByLevel.h"
@@ -40,20 +40,21 @@ TEST(TestViewerSession, WalksFromBrowsingToAStreamedRegion)
   EXPECT_EQ(status.triangles, server.Description().levels[11].triangles);
   EXPECT_EQ(server.log.size(), 2u); // open, preview
 
-  // A tap: full screen. A pinch: nearer, and a finer level.
+  // A tap leads to full screen; a pinch leads nearer, and to a finer level.
   const auto [x, y] = OnModel(session);
   fingers.Tap(session, x, y);
   EXPECT_EQ(session.GetStatus().mode, ViewerMode::FullScreen);
   server.Serve(session);
   fingers.Pinch(session, x, y, 16);
   EXPECT_EQ(session.GetStatus().targetLevel, 13u);
-  EXPECT_EQ(session.GetStatus().shownLevel, 11u); // until all of the other has come
+  EXPECT_EQ(session.GetStatus().shownLevel, 11u); // until all of the other level has arrived
   server.Serve(session);
   status = session.GetStatus();
   EXPECT_EQ(status.shownLevel, 13u);
   EXPECT_EQ(status.triangles, server.Description().levels[13].triangles);
 
-  // A double tap: the partitions of the region that the server finds too, nearest first.
+  // A double tap requests the region's partitions, nearest first: the same as those found in the
+  // server's tree.
   server.log.clear();
   const auto [px, py] = OnModel(session);
   fingers.DoubleTap(session, px, py);
@@ -78,7 +79,7 @@ TEST(TestViewerSession, WalksFromBrowsingToAStreamedRegion)
   EXPECT_EQ(session.GetStatus().region->shown, region.size());
   EXPECT_TRUE(session.IsIdle());
   ExpectClosed(session);
-  // All of these partitions' vertices are there.
+  // All vertices of these partitions are drawn.
   std::size_t originals = 0;
   for (const auto& source : session.Scene().surface->Whole().sources)
   {
@@ -86,7 +87,7 @@ TEST(TestViewerSession, WalksFromBrowsingToAStreamedRegion)
   }
   EXPECT_EQ(originals, region.size() * 125);
 
-  // A double tap beside the model lets the region go and goes home; nothing is asked for.
+  // A double tap beside the model drops the region and goes home; nothing is requested.
   server.log.clear();
   session.Resize({ width, height, 1 });
   fingers.DoubleTap(session, -1e6, -1e6);
@@ -110,7 +111,8 @@ TEST(TestViewerSession, SelectingTwiceEntersFullScreenAndAnotherModelBrowses)
   EXPECT_NE(unknown.GetError().message.find("'nobody'"), std::string::npos);
   server.Serve(session);
   EXPECT_GT(session.GetStatus().triangles, 0u);
-  // The other one cannot be opened: a sentence, nothing drawn, and the first can be selected again.
+  // The other model cannot be opened: there is a message, nothing is drawn, and the first model can
+  // be selected again.
   EXPECT_TRUE(session.SelectModel("other"));
   EXPECT_EQ(session.GetStatus().mode, ViewerMode::Browsing);
   server.Serve(session);
@@ -134,7 +136,7 @@ TEST(TestViewerSession, AWheelZoomsAsAPinchDoesAndBackShowsThePreviewAgain)
   server.Serve(session);
   const auto [x, y] = OnModel(session);
   const double before = session.Scene().eye[2];
-  // Factors that make no sense change nothing.
+  // Invalid factors change nothing.
   for (const double factor : { 0.0, -2.0, std::nan(""), std::numeric_limits<double>::infinity() })
   {
     session.Zoom(factor, x, y);
@@ -143,7 +145,7 @@ TEST(TestViewerSession, AWheelZoomsAsAPinchDoesAndBackShowsThePreviewAgain)
   EXPECT_EQ(session.Scene().eye[2], before);
   EXPECT_EQ(session.GetStatus().mode, ViewerMode::Browsing);
 
-  // What is under the pointer stays under it.
+  // The point under the pointer stays under it.
   session.Zoom(4, x, y);
   session.Zoom(4, x, y);
   EXPECT_EQ(session.GetStatus().mode, ViewerMode::FullScreen);
@@ -166,10 +168,10 @@ TEST(TestViewerSession, AWheelZoomsAsAPinchDoesAndBackShowsThePreviewAgain)
   EXPECT_EQ(status.shownLevel, 11u);
   EXPECT_EQ(status.triangles, server.Description().levels[11].triangles);
   EXPECT_EQ(session.Scene().eye[2], before);
-  EXPECT_TRUE(server.log.empty()); // the preview was kept
+  EXPECT_TRUE(server.log.empty()); // the preview is still in the cache
 }
 
-// The preview would do for the shape, but not for the colours.
+// The preview would be fine enough for the shape, but not for the colours.
 TEST(TestViewerSession, AColoredModelIsShownFiner)
 {
   Mesh torus = MakeTorus(200, 80);
@@ -190,7 +192,7 @@ TEST(TestViewerSession, AColoredModelIsShownFiner)
   EXPECT_EQ(levelOf(), 11u);
   kdstream::testing::AddVertexColors(torus);
   EXPECT_GT(levelOf(), 11u);
-  torus.attributes.erase(torus.attributes.begin()); // only normals
+  torus.attributes.erase(torus.attributes.begin()); // only normals are left
   EXPECT_EQ(levelOf(), 11u);
 }
 
@@ -244,7 +246,8 @@ std::array<double, 2> SeenPart(const ViewerSession& session)
 
 constexpr Viewport portrait{ height / 2, width, 1 }, landscape{ width, height, 1 };
 
-// A picture is saved by drawing once more, and bars of a browser come and go.
+// A window's size changes for a moment when a picture is saved, or when a browser's bars come and
+// go.
 TEST(TestViewerSession, TheSameWindowShowsTheSameView)
 {
   Fingers fingers;
@@ -299,7 +302,7 @@ TEST(TestViewerSession, TheSameWindowShowsTheSameView)
   expectTheSame("undone");
 }
 
-// A turned preview opens in full screen from the same side, equally large.
+// A turned preview opens in full screen from the same side, and as large.
 TEST(TestViewerSession, AnotherWindowShowsWhatWasSeenOfATurnedModel)
 {
   Fingers fingers;
@@ -326,7 +329,7 @@ TEST(TestViewerSession, AnotherWindowShowsWhatWasSeenOfATurnedModel)
   }
 }
 
-// A first view or a side fits every window, also where one comes back to it by other ways.
+// A first view or a side fits every window, by whatever jumps the user comes back to it.
 TEST(TestViewerSession, WhatNobodyHasTouchedFitsAnotherWindow)
 {
   Fingers fingers;
@@ -380,8 +383,8 @@ TEST(TestViewerSession, CancelledTouchesAreNotATap)
   EXPECT_EQ(session.GetStatus().mode, ViewerMode::Browsing);
 }
 
-// Random fingers, random order of blobs, refusals and damage: closed at every frame, and idle at
-// the end.
+// Random fingers, random order of blobs, refusals and damage: the surface is closed at every frame,
+// and the session is idle at the end.
 class TestRandomSessions : public ::testing::TestWithParam<bool>
 {
 };
@@ -396,7 +399,7 @@ TEST_P(TestRandomSessions, DrawAClosedSurfaceAtEveryMoment)
     MemoryServer server = seed % 2 == 0 ? SmallTorus() : SmallCells();
     std::set<BlobId> damaged;
     SessionOptions options = ByLevel();
-    options.cacheBytes = seed % 3 == 0 ? 1 : 1u << 26; // one keeps nothing beyond what is shown
+    options.cacheBytes = seed % 3 == 0 ? 1 : 1u << 26; // 1: keeps nothing but what is shown
     options.policy.tolerance = 1;
     ViewerSession session(options);
     Open(session);
@@ -432,11 +435,11 @@ TEST_P(TestRandomSessions, DrawAClosedSurfaceAtEveryMoment)
           session.HandleTouches({ fingers.now += 0.1, {} });
           break;
       }
-      // Some answers, or all of them, before the next gesture.
+      // A random number of answers arrives before the next gesture, sometimes all.
       auto answers = random() % 40;
       while (answers-- > 0 && server.Answer(session, &random))
       {
-        if (random() % 3 != 0) // sometimes several answers come before a frame
+        if (random() % 3 != 0) // sometimes several answers arrive before a frame
         {
           session.BeginFrame();
         }
@@ -496,7 +499,7 @@ TEST(TestViewerSession, AFasterZoomCancelsTheLevelInBetween)
   fingers.Pinch(session, x, y, 16);
   server.Take(session);
   const std::uint64_t answered = server.sent.size();
-  fingers.Pinch(session, x, y, 0.05); // back before anything has come
+  fingers.Pinch(session, x, y, 0.05); // back before anything has arrived
   session.FollowView();
   server.Take(session);
   EXPECT_EQ(session.GetStatus().targetLevel, 11u);
@@ -532,7 +535,7 @@ TEST(TestViewerSession, KeepsEveryBlobsTimes)
   while (server.Answer(session))
   {
   }
-  session.BeginFrame(); // all partitions in one frame: they share its time
+  session.BeginFrame(); // all partitions appear in one frame, and share its time
   session.EndFrame(3);
   double sum = 0;
   for (const BlobStatistics& blob : session.Statistics())
@@ -570,8 +573,8 @@ TEST(TestViewerSession, KeepsTheTimesOfTheNewestBlobsOnly)
   }
 }
 
-// With a region in a level coarser than S, every vertex of the level must be visited to find which
-// clusters are split.
+// This matters: with a region in a level coarser than S, a choice visits every vertex of the level
+// to find which clusters are split.
 TEST(TestViewerSession, MovingTheCameraDoesNotChooseAnew)
 {
   Fingers fingers;
@@ -598,7 +601,7 @@ TEST(TestViewerSession, MovingTheCameraDoesNotChooseAnew)
   session.Resize({ width + 10, height, 1 });
   EXPECT_NE(session.Scene().eye, eye);
   EXPECT_EQ(session.Parts().lod.Choices(), choices);
-  // What changes something is seen to.
+  // Inputs that change something lead to a new choice.
   fingers.Pinch(session, x, y, 16);
   server.Serve(session);
   EXPECT_GT(session.Parts().lod.Choices(), choices);
@@ -625,7 +628,7 @@ TEST(TestViewerSession, AnotherOneTakesItsPlace)
   EXPECT_GT(session.GetStatus().triangles, 0u);
 }
 
-// They refer to each other.
+// A session's parts refer to each other.
 TEST(TestViewerSession, PartsAreNeverCopied)
 {
   EXPECT_FALSE(std::is_copy_constructible_v<SessionParts>);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What may be visible, by coarse levels of a torus, against all triangles of the finer pieces.
+// Which parts of a torus may be visible according to coarse levels, compared with all triangles of
+// the finer pieces.
 #include "viewer/session/Testing/MemoryServer.h"
 #include "viewer/session/model/VisiblePartitions.h"
 
@@ -48,7 +49,8 @@ VisiblePartitions AllLevels()
   return seen;
 }
 
-// Whether the middle of any triangle with an own vertex is on the screen, and faces it.
+// Whether any triangle with an own vertex has its middle on the screen, and, if `closed`, faces the
+// camera.
 bool IsSeen(const Piece& piece, const Camera& camera, bool closed)
 {
   const Vec3 eye = camera.Eye();

@@ -12,7 +12,7 @@ using Kind = SessionRequest::Kind;
 namespace
 {
 
-constexpr std::size_t blobBytes = 8 * 1024; // of each: where nothing is known 64 KiB are in flight
+constexpr std::size_t blobBytes = 8 * 1024; // of each blob; at first 64 KiB are in flight
 std::size_t BytesOf(const BlobId& /*blob*/)
 {
   return blobBytes;
@@ -113,7 +113,7 @@ TEST(TestWishList, ThePreviewIsRequestedByItselfAndTheTreeOnlyForATap)
     { BlobId::TreePage(1), BlobId::PartitionBoxes(4), BlobId::Partition(1), BlobId::Texture(1) });
   tap.AskMore(BytesOf, { preview });
   EXPECT_EQ(BlobsOf(tap.TakeOutgoing()), std::vector{ BlobId::Texture(1) });
-  tap.KeepTreeOnly(); // another tap
+  tap.KeepTreeOnly(); // a second tap
   const auto cancels = tap.TakeOutgoing();
   ASSERT_EQ(cancels.size(), 2u);
   EXPECT_EQ(cancels[0].kind, Kind::Cancel);
@@ -122,7 +122,7 @@ TEST(TestWishList, ThePreviewIsRequestedByItselfAndTheTreeOnlyForATap)
   EXPECT_FALSE(tap.Book().IsOutstanding(BlobId::Texture(1)));
 }
 
-// A quota that is used up refuses a request as a whole.
+// Because a server whose quota is used up refuses a request as a whole.
 TEST(TestWishList, TheOriginalIsAskedForApartWhereThatIsWanted)
 {
   const std::vector<BlobId> wanted{ BlobId::Partition(1), BlobId::LevelPiece(12, 2),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Shared by tests of a session's parts: the torus of a server as an open model, with as much of it
-// as they want; no session.
+// as a test needs, without a session.
 #pragma once
 
 #include "viewer/session/Testing/SessionsByLevel.h"
@@ -31,7 +31,7 @@ struct TorusModel
   {
     return this->model.open->tree.Add(blob, this->server.Blob(blob));
   }
-  // All pages of the tree, and all boxes.
+  // Adds all pages of the tree, and all boxes.
   void TakeTree()
   {
     for (const protocol::BlobId& blob : this->server.AllBlobs()) // coarse before fine
@@ -46,7 +46,7 @@ struct TorusModel
     ASSERT_TRUE(decoded) << decoded.GetError().message;
     this->model.Add(std::move(*decoded));
   }
-  // Draws the preview and these pieces, which are all loaded.
+  // Loads and draws the preview and these pieces.
   void Show(const std::vector<PieceId>& pieces = {})
   {
     this->Take(this->model.Preview());

@@ -81,7 +81,7 @@ std::vector<double> RoundNumbers(double low, double high)
   const double scale = PowerOfTen(std::abs(exponent));
   for (const double digit : { 1.0, 2.0, 5.0, 10.0, 20.0, 50.0 })
   {
-    // Whole numbers over a power of ten are rounded once, so they read as they should.
+    // A whole number divided by a power of ten is rounded only once, so it prints as expected.
     const auto value = [&](double i)
     { return exponent < 0 ? i * digit / scale : i * digit * scale; };
     const double first = std::ceil(low / value(1)), last = std::floor(high / value(1));
@@ -90,7 +90,7 @@ std::vector<double> RoundNumbers(double low, double high)
       continue;
     }
     std::vector<double> numbers;
-    // One more at both ends, in case a quotient was rounded.
+    // One more at each end, in case `first` or `last` was rounded.
     for (double i = first - 1; i <= last + 1 && std::abs(i) < 0x1p50; ++i)
     {
       numbers.push_back(value(i) + 0.0); // no -0

@@ -36,16 +36,16 @@ struct ColorLegend
   static constexpr std::size_t mostClasses = 20;
 };
 
-// Nothing if the coloring is not by an attribute. scalars: of the model.
+// The legend is empty if the surface is not coloured by an attribute. scalars: those of the model.
 ColorLegend LegendOf(const Coloring& coloring, const ScalarDescriptions& scalars);
 
-// Whether it is among the ColorLegend::mostClasses most frequent. O(all).
+// Whether the class `each` is among the ColorLegend::mostClasses most frequent of `all`. O(all).
 bool IsInLegend(
   const ScalarDescription::Class& each, const std::vector<ScalarDescription::Class>& all);
 
-// The multiples of 1, 2 or 5 times a power of ten between them, about five; only both ends if they
-// differ so little that there is no round number between them. REQUIRES: low < high, and their
-// difference is finite.
+// About five round numbers from `low` to `high`: multiples of 1, 2 or 5 times a power of ten. If
+// there are no round numbers between them, because they differ too little: only `low` and `high`.
+// REQUIRES: low < high, and their difference is finite.
 std::vector<double> RoundNumbers(double low, double high);
 
 }

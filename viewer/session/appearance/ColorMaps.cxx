@@ -5,7 +5,8 @@
 // public (CC0). Cividis: Nunez, Anderton, Renslow, "Optimizing colormaps with consideration for
 // color vision deficiency", PLoS ONE 13(7), 2018 (CC BY), as Matplotlib has it. Diverging:
 // Moreland, "Diverging color maps for scientific visualization", 2009, "cool to warm", which is
-// free to use. From each map 17 entries, evenly spaced; colours between them are interpolated.
+// free to use. Of each map 17 evenly spaced entries are stored; colours between them are
+// interpolated.
 #include "viewer/session/appearance/ColorMaps.h"
 
 #include <algorithm>
@@ -82,7 +83,7 @@ Color ColorOf(ColorMap map, double share)
 
 Color ClassColor(double value, bool isLas)
 {
-  // People cannot distinguish more hues than these.
+  // Classes beyond 65535 share a hue: people could not distinguish more hues anyway.
   const auto kind = static_cast<std::uint32_t>(std::clamp(std::abs(value), 0.0, 65535.0));
   return isLas && kind < lasColors.size() ? lasColors[kind] : PartitionColor(kind);
 }

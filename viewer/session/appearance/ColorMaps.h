@@ -15,8 +15,8 @@ namespace kdstream
 enum class ColorMap
 {
   Viridis,  // dark to light, perceptually even, readable in grey
-  Cividis,  // the same for people who do not tell red from green
-  Diverging // blue, grey in the middle, red: for what lies to either side of something
+  Cividis,  // the same, also for people who cannot tell red from green
+  Diverging // blue, grey in the middle, red: for values on both sides of a middle
 };
 inline constexpr std::array<ColorMap, 3> allColorMaps{ ColorMap::Viridis, ColorMap::Cividis,
   ColorMap::Diverging };

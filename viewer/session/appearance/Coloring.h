@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a surface is coloured by: the user's choice, and what follows from it for the model that is
-// shown. Step "draw" of the pipeline picture.
+// What a surface is coloured by: the user's choice, and the colouring of the shown model that
+// follows from it. Step "draw" of the pipeline picture.
 #pragma once
 
 #include "filters/core/drawing/Surface.h"
@@ -33,9 +33,9 @@ struct ColorChoice
 // "resolution", or "by:NAME[:MAP[:LOW:HIGH]]". NAME is percent-encoded, except letters, digits,
 // '-', '.' and '_'.
 std::string FormatColors(const ColorChoice& choice);
-// Nothing if the text is none of these.
+// Nothing for any other text.
 std::optional<ColorChoice> ParseColors(std::string_view text);
-// Two finite numbers, the first below the second, with `between` between them.
+// Parses two finite numbers, the first below the second, separated by `between`.
 std::optional<std::array<double, 2>> ParseRange(std::string_view text, char between);
 
 // The colouring for renderers.
@@ -51,13 +51,13 @@ struct Coloring
   std::string attribute{};
   ColorMap map = ColorMap::Viridis;
   double low = 0, high = 1; // low <= high
-  bool hasClasses = false;  // which have colours of their own, and no map
+  bool hasClasses = false;  // values are classes, which have colours of their own and no map
   bool isLas = false;       // the classes are those of LAS
   bool operator==(const Coloring&) const = default;
 
   // The colour of a value of the attribute; stone for NaN.
   Color Of(double value) const;
-  // Whether colours are those of points, which go over into each other: Own and Attribute.
+  // Whether colours belong to points, and are interpolated between them: Own and Attribute.
   bool IsOfPoints() const
   {
     return this->kind == SurfaceColoring::Own || this->kind == SurfaceColoring::Attribute;

@@ -15,7 +15,7 @@ public:
   static constexpr double pause = 10;  // seconds until occlusion is tried again
   static constexpr double stillness = 0.25;
 
-  // Whether a picture that is drawn now has it. moves: it is another than the last one.
+  // Whether a picture that is drawn now has it. moves: it differs from the last picture.
   bool Has(bool moves, double now)
   {
     this->Moves = moves;
@@ -26,8 +26,9 @@ public:
     return now >= this->PausesUntil || now - this->LastMove >= stillness;
   }
 
-  // A picture was shown on the screen. seconds: since the one before it, if they follow each other;
-  // its own time, if that is known. Waiting for new surfaces does not count.
+  // A picture was shown on the screen. seconds: the time that this picture took, if that is known;
+  // otherwise, if pictures follow each other directly, the time since the one before. Waiting for
+  // new surfaces does not count.
   void Drawn(bool occluded, double seconds, double now)
   {
     if (!this->Moves || !occluded)

@@ -14,17 +14,17 @@
 // 1. the depths;
 // 2. occluded light, with lines of another direction in each of 4 × 4 neighbours;
 // 3. the mean of those neighbours that are about as far away.
-// Then each sample of the model in the picture is multiplied by what this mean is at its own depth
-// (joint bilateral upsampling, Kopf, Cohen, Lischinski, Uyttendaele, SIGGRAPH 2007). A pixel at an
-// edge has samples of two surfaces: a near bright one must not take the light of a dark one behind
-// it, nor the other way round.
+// Then each sample of the model in the picture is multiplied by the light that this mean leaves at
+// the sample's own depth (joint bilateral upsampling, Kopf, Cohen, Lischinski, Uyttendaele,
+// SIGGRAPH 2007). A pixel at an edge has samples of two surfaces: a near bright one must not take
+// the light of a dark one behind it, nor the other way round.
 #pragma once
 
 namespace kdstream
 {
 
 inline constexpr double occlusionReach = 0.08;   // of the picture's height
-inline constexpr double occlusionStrength = 1.4; // 1 would be what is geometrically hidden
+inline constexpr double occlusionStrength = 1.4; // 1: as much as is geometrically hidden
 
 // A side of the passes' render targets, for this side of the picture.
 constexpr int HalfSide(int side)
@@ -56,14 +56,15 @@ vec3 positionAt(vec2 place)
 }
 )";
 
-// How much is occluded, 0-1, in red. All samples of a line are multiples of one vector of whole
-// texels: if each were rounded by itself, a plane would seem to rise on both sides. A line has 6
-// samples, at increasing distances up to the reach.
-// - `unsure` is subtracted from a rise: the length of this number of steps of a 24-bit depth there.
-//   If the eye is inside the model's box, one step is as long as a texel, and smooth surfaces would
-//   get visible bands.
+// Writes how much is occluded, 0-1, to the red channel. All samples of a line are multiples of one
+// vector of whole texels: if each were rounded by itself, a plane would seem to rise on both sides.
+// A line has 6 samples, at increasing distances up to the reach.
+// - `unsure` is subtracted from a rise: the length that `depthSteps` steps of a 24-bit depth have
+//   there. If the eye is inside the model's box, one step is as long as a texel, and smooth
+//   surfaces would get visible bands.
 // - rise: the sine of the angle by which a place rises from the plane across the line of sight; -1
-//   for the background, out of reach, and outside the picture. part: of a step.
+//   for the background, out of reach, and outside the picture. part: by which part of a step the
+//   samples are shifted.
 // - facet: FacetLength, in the unit of the projection. If it is longer than the reach, concave
 //   edges between triangles are not relief of the model but a limit of its resolution, and shallow
 //   ones are ignored.
@@ -143,8 +144,8 @@ void main()
 
 // The light that is left of a sample, 0-1. texel: its place in the half picture; away: its distance
 // from the eye. The texels around it count by how near they are in the picture and in depth, where
-// the unit is a texel's width there. If none of four has its depth, as at the tip of a thin part,
-// 16 are asked.
+// the unit is a texel's width there. If none of the nearest four texels has this depth, as at the
+// tip of a thin part, the nearest 16 are used.
 inline constexpr const char* occlusionLeft = R"(
 uniform sampler2D occluded;
 vec2 takenAround(vec2 texel, float away, float wide)

@@ -10,7 +10,7 @@ namespace kdstream
 namespace
 {
 
-// Any number of multiples of it are spread evenly over the circle of hues.
+// The multiples of this spread evenly over the circle of hues, however many there are.
 constexpr double goldenStep = 0.61803398874989485;
 
 // hue: turns; its whole part is ignored. saturation, value: 0-1.

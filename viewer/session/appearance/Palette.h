@@ -16,18 +16,19 @@ enum class SurfaceColoring
 {
   Own,        // the colours that the model came with (OwnColors in SceneRules.h), else stone
   Stone,      // one neutral material
-  Partition,  // a colour a partition; below the stitch depth vertices have none, and stay stone
-  Resolution, // a colour a resolution
-  Attribute   // what a number of each vertex looks like (Coloring.h)
+  Partition,  // one colour for each partition; vertices coarser than S have no partition: stone
+  Resolution, // one colour for each resolution
+  Attribute   // by a number that each vertex has (Coloring.h)
 };
 
-// A colour for every partition; neighbours in number, and so mostly in space, lie far apart in hue.
+// A colour for every partition. Partitions with neighbouring numbers, which are mostly neighbours
+// in space, have very different hues.
 Color PartitionColor(std::uint32_t partition);
 
 // A colour for every resolution; gold for the original.
 Color ResolutionColor(Resolution resolution);
 
-// The stone that everything without a colour of its own is made of.
+// The colour of stone, for everything without a colour of its own.
 inline constexpr Color stoneColor{ 217, 208, 192 };
 
 }

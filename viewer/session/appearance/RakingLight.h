@@ -30,7 +30,7 @@ struct RakingLight
   bool operator==(const RakingLight&) const = default;
 
   static constexpr double mostIntensity = 2;
-  static constexpr double rim = 0.997; // of the disc: from behind the rim there is no light
+  static constexpr double rim = 0.997; // of the disc's radius: no light falls flatter than there
 };
 
 // The value clamped to its range; `least` for NaN.
@@ -55,7 +55,7 @@ inline RakingLight Confined(const RakingLight& light)
     InRange(light.relief, 0, 1) };
 }
 
-// The standard light without one.
+// The lights of a scene with this raking light; without it, the standard lights.
 inline SceneLighting LightingOf(const std::optional<RakingLight>& light)
 {
   SceneLighting lighting;

@@ -13,8 +13,8 @@
 namespace kdstream
 {
 
-// Shines from `position` towards the origin, in the camera's coordinates: x to the right, y up, z
-// to the viewer; everywhere in the same direction.
+// A directional light: it shines from `position` towards the origin, everywhere in the same
+// direction. In the camera's coordinates: x to the right, y up, z to the viewer.
 struct SceneLight
 {
   Vec3 position;
@@ -41,10 +41,12 @@ struct SceneLighting
 };
 inline constexpr double reliefShare = 0.015;
 
-// The cut face of a section: fired clay, which no light makes look like the surface.
+// The cut face of a section: the colour of fired clay, so that it never looks like the surface,
+// whatever the light.
 inline constexpr std::array<unsigned char, 3> capColor{ 176, 104, 82 };
 
-// Phong's model. Ambient and diffuse light take the colour of the place, highlights that of stone.
+// Phong's model. Ambient and diffuse light take the surface's colour at that place; highlights take
+// the colour of stone.
 struct SceneMaterial
 {
   double ambient, diffuse, specular;
@@ -52,7 +54,7 @@ struct SceneMaterial
 };
 inline constexpr SceneMaterial sceneMaterial{ 0.15, 0.85, 0.14, 30.0 };
 
-// Red, green, blue: 0-1. Whole 255ths, since VTK cuts a gradient's ends to these.
+// Red, green, blue: 0-1. Whole 255ths, because VTK truncates the ends of a gradient to these.
 inline constexpr Vec3 backgroundBottom{ 91.0 / 255.0, 94.0 / 255.0, 99.0 / 255.0 };
 inline constexpr Vec3 backgroundTop{ 33.0 / 255.0, 35.0 / 255.0, 40.0 / 255.0 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What every renderer decides alike about a scene: see SceneRules.h.
+// What every renderer decides in the same way about a scene: see SceneRules.h.
 #include "viewer/session/appearance/SceneRules.h"
 
 #include "filters/model/JsonWriter.h"
@@ -140,7 +140,8 @@ double FacetLength(const Surface& surface)
 
 ClippingPlanes PlanesAround(const Box& bounds, const Vec3& eye, const Vec3& focal)
 {
-  // The box's extent along the line of sight: its center's, and half its sides' projected.
+  // The box's extent along the line of sight: that of its center, plus and minus its projected half
+  // sides.
   const Vec3 sight = focal - eye;
   const double distance = std::sqrt(Dot(sight, sight));
   double nearest = distance;

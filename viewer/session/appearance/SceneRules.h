@@ -39,17 +39,17 @@ Status CheckCamera(const SceneCamera& camera);
 
 // The box of the surface's points, relative to `center`.
 Box BoundsAround(const Surface& surface, const Vec3& center);
-// The same, farther out by `margin` on every side; empty bounds stay empty.
+// The bounds, enlarged by `margin` on every side; empty bounds stay empty.
 Box Enlarged(const Box& bounds, double margin);
 
-// About the length of edges where triangles are smallest: the mean of some edges of each part, of
-// the part with the least; 0 without triangles. O(parts).
+// About the length of edges where triangles are smallest: the mean length of some edges of each
+// part, and of these means the smallest; 0 without triangles. O(parts).
 double FacetLength(const DrawnSurface& surface);
 double FacetLength(const Surface& surface);
 
-// Distances from the eye along the line of sight, 0 < nearest < farthest, between which all of
-// `bounds` before the eye lies; around the focal point if bounds are empty. REQUIRES: the eye is
-// not at the focal point.
+// Distances from the eye along the line of sight, 0 < nearest < farthest, between which everything
+// of `bounds` lies that is in front of the eye; around the focal point if bounds are empty.
+// REQUIRES: the eye is not at the focal point.
 struct ClippingPlanes
 {
   double nearest = 0.0;
@@ -57,12 +57,12 @@ struct ClippingPlanes
 };
 ClippingPlanes PlanesAround(const Box& bounds, const Vec3& eye, const Vec3& focal);
 
-// The colours of the model itself, one for each point: its first array of that role; null if there
-// is none. Light scales these bytes as it scales the stone's colour: as sRGB values, without
+// The model's own colours, one for each point: its first array in the role of colours; null if
+// there is none. Light scales these bytes as it scales the stone's colour: as sRGB values, without
 // conversion to linear light, as VTK does too. A fourth byte (alpha) is ignored: blending would
 // require drawing from back to front.
 const Attribute* OwnColors(const Surface& surface);
-// Whether any part has them.
+// Whether any part has colours of its own.
 bool HasOwnColors(const DrawnSurface& surface);
 // REQUIRES: colors are OwnColors of a surface that has the point.
 Color OwnColor(const Attribute& colors, std::size_t point);
@@ -75,12 +75,13 @@ UnitNormals NormalsOf(const Surface& surface);
 // The inputs for the colour of a vertex or a triangle.
 struct ColorSource
 {
-  std::optional<std::uint32_t> partition; // none below the stitch depth: clusters span several
+  std::optional<std::uint32_t> partition; // none coarser than S: clusters span several
   Resolution resolution;
 };
 ColorSource ColorSourceOf(const Surface::Source& vertex, const TreeDepths& depths);
-// The colour source of a triangle across a border: the lowest partition, its owner, and the finest
-// resolution that it touches. So a triangle's colour is always that of one of its corners.
+// The colour source of a triangle across a border: the lowest partition, which owns the triangle,
+// and the finest resolution that it touches. So a triangle's colour is always that of one of its
+// corners.
 ColorSource Together(const ColorSource& a, const ColorSource& b);
 Color ColorOf(const ColorSource& source, SurfaceColoring coloring);
 

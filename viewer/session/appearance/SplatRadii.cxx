@@ -20,8 +20,8 @@ namespace
 
 constexpr std::size_t longestRun = 64;
 constexpr std::size_t shortestRun = 32; // a shorter run has no spacing of its own
-constexpr std::size_t askedStride = 4;  // one of this number is asked for its neighbours
-constexpr std::size_t neighbour = 4;    // which is the fourth nearest
+constexpr std::size_t askedStride = 4;  // the neighbours of every fourth point are searched
+constexpr std::size_t neighbour = 4;    // the distance to the fourth nearest counts
 constexpr double radiusToSpacing = 0.82;
 
 struct Run
@@ -95,9 +95,9 @@ RunsOfResolutions FindRuns(const Surface& cloud)
   return all;
 }
 
-// Short runs have too few points for an estimate. They take the spacing of the run before them; the
-// first ones that of the run after them, which is near. If all runs are short, each uses its own
-// estimate.
+// Short runs have too few points for an estimate. They take the spacing of the run before them;
+// short runs at the beginning take that of the run after them, which is near. If all runs are
+// short, each uses its own estimate.
 void FindSpacings(const Surface& cloud, std::vector<Run>& runs)
 {
   const auto first = std::find_if_not(runs.begin(), runs.end(), IsShort);

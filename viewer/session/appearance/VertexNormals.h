@@ -11,10 +11,10 @@
 namespace kdstream
 {
 
-// The vector of length 1 in that direction; (0, 0, 0) where it has none, or is not finite.
+// `v` scaled to length 1; (0, 0, 0) if `v` has no direction, or is not finite.
 std::array<float, 3> UnitNormal(const Vec3& v);
 
-using UnitNormals = std::vector<std::array<float, 3>>; // one a point
+using UnitNormals = std::vector<std::array<float, 3>>; // one for each point
 
 // UnitNormal of each vector.
 UnitNormals UnitNormalsOf(std::span<const Vec3> vectors);

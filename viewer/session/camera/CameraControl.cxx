@@ -11,9 +11,9 @@ namespace kdstream
 {
 namespace
 {
-constexpr double pointOfCloud = 2; // points of the screen: a cloud's point stops the eye this near
+constexpr double pointOfCloud = 2; // screen points: a cloud's point this near stops the eye
 
-// The direction from the model towards the eye. Nothing for an unknown side.
+// The direction from the model towards an eye that looks at this side. Nothing for an unknown side.
 std::optional<Vec3> DirectionOfSide(std::string_view side, const Vec3& up, const Vec3& front)
 {
   const Vec3 right = Cross(up, front);
@@ -26,10 +26,10 @@ std::optional<Vec3> DirectionOfSide(std::string_view side, const Vec3& up, const
                             : std::nullopt;
 }
 
-// Horizontal, towards the side of the first view.
+// The horizontal direction from the model towards the eye of the first view.
 Vec3 LevelFront(const HomeView& homeView)
 {
-  constexpr double least = 0.1; // a first view from nearly above tells nothing about the front
+  constexpr double least = 0.1; // a first view from nearly above does not show where the front is
   const auto level = [&homeView](const Vec3& v) { return v - homeView.up * Dot(v, homeView.up); };
   const Vec3 front = level(homeView.view);
   return Normalized(Length(front) > least ? front : level(FrontOf(homeView.up)));
@@ -88,8 +88,9 @@ void CameraControl::Move(Camera moved)
   }
 }
 
-// A finer surface may be in front of the coarser one at which the eye was stopped. Not on the way
-// to the view of a link: that view was outside of the surface that will arrive.
+// If the eye is inside the surface, steps back out of it: a finer surface may lie in front of the
+// coarser one that stopped the eye. Not while the view of a link is loading: that view was outside
+// the surface that will arrive.
 void CameraControl::StepOutside()
 {
   constexpr int mostWalls = 8;
@@ -110,7 +111,7 @@ void CameraControl::StepOutside()
 
 // The same view in another window. After a zoom the eye stays where the user has put it; otherwise
 // what was visible of the model fits the new window. If the model would then be out of sight, and
-// only a way through the surface would lead back: the first view.
+// the way back would go through the surface: goes to the first view.
 void CameraControl::Take(const Camera& view, const Viewport& viewport)
 {
   this->Eye = view;
@@ -134,8 +135,8 @@ void CameraControl::Take(const Camera& view, const Viewport& viewport)
   }
 }
 
-// In the present window nothing changes. Until the user moves, each window shows what was visible
-// in the first one: a phone that is rotated and rotated back shows the same.
+// In a window of the same size nothing changes. Until the user moves, each window shows what was
+// visible in the first one: a phone that is rotated and rotated back shows the same.
 void CameraControl::Refit(const Viewport& viewport)
 {
   Camera here = this->Eye;
@@ -212,7 +213,8 @@ bool CameraControl::JumpToSide(std::string_view side)
   {
     const View before = this->Now();
     this->Fit();
-    // From above and below the front is at the lower, or upper, edge of the screen.
+    // Seen from above, the front is at the lower edge of the screen; seen from below, at the upper
+    // edge.
     const bool isLevel = std::abs(Dot(*direction, homeView.up)) < 0.5;
     const Vec3 right = Cross(homeView.up, front);
     this->Eye.FitTo(this->Model.open->description.box,
@@ -237,7 +239,7 @@ void CameraControl::TakePlace(const std::optional<CameraPlace>& place, bool isJu
   }
 }
 
-// Goes to a place of the camera, in the present window.
+// Goes to a place of the camera, in the current window.
 void CameraControl::GoTo(const CameraPlace& place)
 {
   Camera there = this->Eye;
@@ -249,7 +251,7 @@ void CameraControl::GoTo(const CameraPlace& place)
 }
 
 // A window may still change its shape while it opens. So if the user has not moved since a link was
-// followed, the link is followed again; else false.
+// followed, the link is followed again. False if the user has moved.
 bool CameraControl::GoToLinkedPlace(const Viewport& viewport)
 {
   if (!(this->Linked->eye == this->Eye))
@@ -388,7 +390,8 @@ void CameraControl::PanAndRoll(const Gesture& pinch)
   this->Move(moved);
 }
 
-// If something is behind the eye, it goes straight back through that.
+// Zooms, and stops before the surface. When zooming out, the eye goes straight back through
+// whatever is behind it.
 void CameraControl::Zoom(double factor, double x, double y)
 {
   this->EyeMoved = true;
@@ -421,7 +424,7 @@ bool CameraControl::ZoomAbout(double factor, double x, double y)
   return true;
 }
 
-// ---- what turns by itself
+// ---- turning by itself
 
 void CameraControl::SetCoasting(bool coasts)
 {

@@ -36,9 +36,9 @@ public:
   // Whether a pinch, a wheel or a link has moved the eye since the model was fitted.
   bool HasMoved() const { return this->EyeMoved; }
 
-  // Another model: what was seen of the last one is forgotten.
+  // Call for another model: forgets the views of the last one.
   void Reset();
-  // The first view: that of the description (HomeView).
+  // Goes to the first view, which the model's description has (HomeView).
   void Fit();
   // As ViewerSession::Resize.
   void Resize(const Viewport& viewport);
@@ -46,16 +46,17 @@ public:
 
   // ---- jumps, each of which Undo takes back
   void JumpHome();
-  // Errors: false for other words (ViewerSession::LookFromSide).
+  // False for words other than those of ViewerSession::LookFromSide.
   bool JumpToSide(std::string_view side);
   // The direction from the open model towards a side. Nothing for other words, or without a model.
   std::optional<Vec3> TowardsSide(std::string_view side) const;
-  // Where a link says. isJump: from where one was; otherwise it is the first view.
+  // Goes to the place that a link has, if it has one. isJump: Undo takes it back; otherwise this is
+  // the first view of the model.
   void TakePlace(const std::optional<CameraPlace>& place, bool isJump);
   bool CanUndo() const { return !this->Earlier.empty(); }
   bool Undo(); // false if there was no jump
   // Sets the view of a host's own camera, which may be inside the surface. False, and no change, if
-  // the view is the same; but the host's first call always counts as a motion.
+  // the view is the same. begins: the host's first call, which always counts as a motion.
   bool LookFrom(const Vec3& eye, const Vec3& focal, const Vec3& up, double tangent, bool begins);
 
   // ---- fingers. Returns the gestures; call EndTouches after they have been used.
@@ -66,10 +67,10 @@ public:
   // under them stays there; if there is none, the point at the depth of the focal point. isTaken: a
   // tool has used the gesture, so that only its zoom counts here.
   void Handle(const Gesture& gesture, double time, bool isTaken);
-  // Like a pinch there, at once; the model stops turning by itself. False if nothing is open, or if
-  // the factor is not finite or not above 0.
+  // Zooms about pixel (x, y) like a pinch, at once; the model stops turning by itself. False if
+  // nothing is open, or if the factor is not finite or not above 0.
   bool ZoomAbout(double factor, double x, double y);
-  // The surface's point under a finger.
+  // The point of the surface under a finger at pixel (x, y).
   std::optional<SurfaceHit> PickUnder(double x, double y) const;
 
   // ---- turning by itself. Whether the model continues to turn after it is released.
@@ -83,9 +84,11 @@ public:
   };
   Advanced Advance(double time);
 
-  // ---- the surface. There is another surface; if it surrounds the eye, the eye steps back.
+  // ---- the surface. Call when another surface is shown: if it surrounds the eye, the eye steps
+  // back.
   void FollowSurface() { this->StepOutside(); }
-  // All that is wanted has come: at the view of a link the eye stays inside until then.
+  // Call when everything wanted has arrived. Until then, an eye at the view of a link may stay
+  // inside the surface.
   void Arrive();
 
 private:
@@ -97,7 +100,7 @@ private:
   struct LinkedView
   {
     CameraPlace place;
-    Camera eye; // there
+    Camera eye; // the camera at that place
   };
   // The view when the window began to change its shape.
   struct LeftView
@@ -126,12 +129,12 @@ private:
   bool EyeMoved = false;
   Turning Turns;
   bool CoastsOn;
-  std::deque<View> Earlier;         // before the last jumps, the last one last
-  std::optional<LinkedView> Linked; // the last link's
+  std::deque<View> Earlier;         // the views before the jumps, the latest last
+  std::optional<LinkedView> Linked; // the view of the last link
   std::optional<LeftView> Left;     // the view from which changes of the window are computed
   bool IsArriving = false;          // at a link's view, until its surface is loaded
-  bool IsLed = false;               // by the host's own camera
-  Momentum Turned;                  // by itself
+  bool IsLed = false;               // the host's own camera sets the view
+  Momentum Turned;                  // turning by itself
 };
 
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How far an eye may go through a model: see FreeWay.h.
+// How far the eye may move: see FreeWay.h.
 #include "viewer/session/camera/FreeWay.h"
 
 #include <algorithm>
@@ -10,11 +10,11 @@ namespace kdstream
 namespace
 {
 
-constexpr double mostOfTheWay = 0.9; // to what is ahead,
-// Distance before the surface, larger than rounding errors.
+constexpr double mostOfTheWay = 0.9; // to the obstacle ahead
+// The least distance that is kept from the obstacle, larger than rounding errors.
 constexpr double leastInDiagonals = 1e-5;
 
-// The distance to the surface, or to the box if no surface is shown; infinite if none is ahead.
+// The distance to the surface, or to the box if no surface is shown; infinity if nothing is ahead.
 double DistanceToObstacle(const ShownModel& model, const Ray& ray, double slack)
 {
   constexpr double none = std::numeric_limits<double>::infinity();

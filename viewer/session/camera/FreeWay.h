@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How far an eye may move in a model without going through its surface, and keeping some of it in
-// sight: below step "navigate" of the pipeline picture.
+// How far the eye may move without going through the surface of a model, and how some of the
+// surface stays in sight: below step "navigate" of the pipeline picture.
 #pragma once
 
 #include "viewer/session/Camera.h"
@@ -15,11 +15,11 @@ namespace kdstream
 // these): an open model.
 double FreePart(const ShownModel& model, const Camera& from, const Camera& to, double slack);
 
-// Moves the focal point so near to some of the shown surface that this stays on the screen however
-// the model is turned. The camera itself knows only a box, most of which may be empty.
+// Moves the focal point near enough to the shown surface for some of it to stay on the screen,
+// however the model is turned. The camera itself knows only a box, most of which may be empty.
 void KeepInSight(const ShownModel& model, Camera& camera);
 
-// Whether the surface, which is closed, is around the eye.
+// Whether the shown surface surrounds the eye. REQUIRES: a closed surface.
 bool IsInside(const ShownModel& model, const Camera& camera);
 
 }

@@ -9,12 +9,12 @@ namespace kdstream
 {
 namespace
 {
-// Continuing to turn: each step is slower than the one before, in all about as far as a finger goes
-// in a fifth of a second.
+// Coasting: each step is slower than the one before. In all, the model turns about as far as the
+// finger would turn it in a fifth of a second.
 constexpr double coastStep = 1.0 / 120, coastSlowing = 0.96;
 constexpr double slowestCoast = 6;    // points a second
 constexpr double fastestCoast = 4000; // points a second
-constexpr double speedSeconds = 0.1;  // the last part of a finger's way that tells its speed
+constexpr double speedSeconds = 0.1;  // a finger's speed is measured over this last time
 constexpr std::size_t mostSteps = 64;
 constexpr double restSeconds = 0.05; // a finger that did not move for this time is at rest
 }
@@ -23,7 +23,7 @@ void Momentum::Touch(double time)
 {
   if (this->Steps.empty())
   {
-    this->Steps.push_back({ time, 0, 0 }); // what comes next began here
+    this->Steps.push_back({ time, 0, 0 }); // the next step begins here
   }
 }
 
@@ -38,8 +38,8 @@ void Momentum::Follow(double time, double dx, double dy)
 
 void Momentum::LetGo(double time, double x, double y, double pixelRatio)
 {
-  // The first step is only complete when the second began: on a slow device one step may be the
-  // whole way.
+  // Removes steps that ended too long ago. The first step that is left may have begun earlier: on a
+  // slow device one step may be the whole drag.
   std::deque<Step>& steps = this->Steps;
   while (steps.size() > 1 && !(steps[1].time >= time - speedSeconds))
   {
@@ -52,7 +52,7 @@ void Momentum::LetGo(double time, double x, double y, double pixelRatio)
   const double seconds = time - steps.front().time;
   if (!(seconds > coastStep))
   {
-    return; // keys, whose drags take no time
+    return; // a drag by keys takes no time
   }
   Coast coast{ time, x, y, 0, 0 };
   for (std::size_t i = 1; i < steps.size(); ++i)
@@ -76,7 +76,7 @@ void Momentum::SetSpinning(bool spins)
 
 Momentum::Drag Momentum::Spin(double time, const Viewport& window)
 {
-  constexpr double longestStep = 0.1;       // after a pause the model turns on from where it was
+  constexpr double longestStep = 0.1;       // after a pause the model continues where it was
   constexpr double sidesPerSecond = 0.1309; // sides of the window; 2 sides are a radian
   const double seconds = this->LastSpin ? std::clamp(time - *this->LastSpin, 0.0, longestStep) : 0;
   this->LastSpin = time;
@@ -89,7 +89,7 @@ std::vector<Momentum::Drag> Momentum::Advance(double time, double pixelRatio)
   std::vector<Drag> drags;
   if (this->Coasting && !(time >= this->Coasting->time - 1))
   {
-    this->Coasting.reset(); // by another clock
+    this->Coasting.reset(); // the time is of another clock
   }
   const double slowest = slowestCoast * pixelRatio;
   while (this->Coasting && this->Coasting->time + coastStep <= time)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What cannot be fetched of a model: see FailedBlobs.h.
+// The blobs of a model that cannot be fetched: see FailedBlobs.h.
 #include "viewer/session/model/FailedBlobs.h"
 
 #include <utility>

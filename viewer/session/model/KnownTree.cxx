@@ -155,7 +155,7 @@ std::set<BlobId> KnownTree::TakeMissing()
   return std::exchange(this->Missing, {});
 }
 
-// ---- what comes
+// ---- taking blobs
 
 Status KnownTree::Add(const BlobId& blob, std::span<const std::uint8_t> bytes)
 {

@@ -18,8 +18,9 @@
 namespace kdstream
 {
 
-// Not all of it is in memory at a time: beyond a limit the least recently used pages are dropped,
-// and are missing when they are needed again. What a search needs is recorded (TakeMissing).
+// Not all of the tree is in memory at a time: beyond a limit the least recently used pages are
+// dropped, and are missing when they are needed again. What a search needs and cannot find is
+// recorded (TakeMissing).
 class KnownTree : public TreeBoxes
 {
 public:
@@ -27,7 +28,8 @@ public:
   KnownTree(const TreeDepths& depths, bool hasLevels, const Box& root, std::size_t limit);
 
   // Takes a page of the tree or boxes of partitions. A page whose own box is not known any more is
-  // ignored. Errors: those of the decoders; InvalidInput if an exact box is not within the page's.
+  // ignored. Errors: those of the decoders; InvalidInput if an exact box is not within the box that
+  // the page has.
   Status Add(const protocol::BlobId& blob, std::span<const std::uint8_t> bytes);
 
   const Box* Around(NodeId node) override;
@@ -35,14 +37,15 @@ public:
   void NeedAround(NodeId node) override;
   void NeedOfPartition(NodeId node) override;
 
-  // The facts of a piece; null if its page is not known. O(log pages + levels).
+  // The facts about a piece; null if its page is not known. O(log pages + levels).
   const PieceFacts* FactsOf(PieceId piece);
   void NeedFactsOf(PieceId piece);
   // The number of pages that can be known at a time, whatever their content.
   std::size_t MostPages() const;
 
   // Visits the pages whose node's box passes `enter`, from the root down, depth by depth, as far as
-  // they are known; the next ones are recorded as missing. At most half of MostPages.
+  // they are known; the unknown ones after these are recorded as missing. Visits at most half of
+  // MostPages.
   void Walk(const std::function<bool(NodeId page, const Box& box)>& enter);
 
   // The missing pages and boxes since the last call; pages first, coarse before fine.

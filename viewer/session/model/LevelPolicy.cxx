@@ -17,7 +17,7 @@ std::vector<LevelFacts> LevelFactsOf(const ModelDescription& model)
   {
     if (model.detail == ModelDetail::Preview && facts.size() > PreviewLevel(model))
     {
-      break; // of which nothing can be had
+      break; // finer levels are not available
     }
     const double spacing = VertexSpacing(model.box, static_cast<double>(level.vertices));
     facts.push_back({ std::max(level.geometricError99, spacing * part), level.triangles });

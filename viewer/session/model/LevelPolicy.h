@@ -13,15 +13,15 @@
 namespace kdstream
 {
 
-// What the policy has to know of a level.
+// What the policy must know about a level.
 struct LevelFacts
 {
-  double geometricError = 0; // that 99 of 100 of its vertices do not exceed, model units
+  double geometricError = 0; // 99 of 100 of its vertices do not exceed it, model units
   std::uint64_t triangles = 0;
 };
-// Facts about the available levels of a model, 0 first. Light and texture suffer before the shape
-// does (LightPartOf). The vertices of a level are assumed to be spread over half the surface of the
-// box.
+// Facts about the available levels of a model, level 0 first. The error of a level is at least what
+// light and texture need, because they suffer before the shape does (LightPartOf); for this, the
+// vertices are assumed to be spread over half the surface of the box.
 std::vector<LevelFacts> LevelFactsOf(const ModelDescription& model);
 
 // Chooses among the levels preview … L of one model: the coarsest whose geometric error is small
@@ -42,7 +42,7 @@ public:
   // The level for a scale of `pointsPerUnit` points of the screen for one model unit in the focal
   // plane, without history.
   unsigned Choose(double pointsPerUnit) const { return this->Coarsest(pointsPerUnit, 1); }
-  // The same, for a viewer that aims at `current` now.
+  // The same with hysteresis, for a viewer whose level is `current`.
   unsigned Choose(double pointsPerUnit, unsigned current) const;
 
 private:

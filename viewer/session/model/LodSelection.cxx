@@ -12,11 +12,11 @@ namespace kdstream
 namespace
 {
 
-constexpr std::size_t bytesOfTreeBlob = 1500; // about
-constexpr double nearerNext = 1.5;            // the view that is prefetched
+constexpr std::size_t bytesOfTreeBlob = 1500; // approximate
+constexpr double nearerNext = 1.5; // pieces are prefetched for a view nearer by this factor
 constexpr auto notTapped = std::numeric_limits<std::size_t>::max();
 
-// Which of the tapped partitions are below a piece: those are one interval of nodes.
+// Finds which tapped partitions are below a piece: their nodes are one interval.
 class Taps
 {
 public:
@@ -42,7 +42,7 @@ public:
 
 private:
   unsigned Depth;
-  std::map<NodeId, std::size_t> Places; // in the list, of a partition's node
+  std::map<NodeId, std::size_t> Places; // position in the list, by node
 };
 
 }
@@ -142,7 +142,7 @@ void LodSelection::Follow(const View& view)
 
 ViewRefinement::View LodSelection::ViewOf(const Camera& camera, bool inSteps)
 {
-  const bool isCloud = this->Model.open->description.triangles == 0; // whose points hide nothing
+  const bool isCloud = this->Model.open->description.triangles == 0; // points hide nothing
   return { camera, this->Model.open->tree, this->Model.pieces,
     isCloud ? nullptr : &this->Chooser->seen, inSteps, this->Model.Plane() };
 }
@@ -182,7 +182,7 @@ void LodSelection::FollowTiles(const View& view)
     tapped.insert(piece.node);
   }
   const bool all = this->Options.detail == DetailMode::Full;
-  std::vector<PieceId> levels; // ascending: nothing that is wanted is coarser than the preview
+  std::vector<PieceId> levels; // ascending, because no wanted piece is coarser than the preview
   if (this->ByView())
   {
     levels.push_back(this->Model.Preview());
@@ -212,7 +212,7 @@ unsigned LodSelection::EffectiveLevel() const
 SurfaceWish LodSelection::Wish(const View& view) const
 {
   const Resolution preview = this->Model.Preview().resolution;
-  if (this->Model.surface.IsEmpty()) // the preview comes first, and nothing else
+  if (this->Model.surface.IsEmpty()) // nothing but the preview is requested first
   {
     return { preview, {} };
   }
@@ -254,7 +254,7 @@ std::optional<std::vector<BlobId>> LodSelection::Choose(const View& view)
   return order;
 }
 
-// In the mode of one level, the preview comes first while nothing is shown.
+// In level and full mode, the preview comes first as long as nothing is shown.
 std::vector<BlobId> LodSelection::InOrder(const View& view, const std::vector<PieceId>& missing)
 {
   const FailedBlobs& failed = this->Model.failed;

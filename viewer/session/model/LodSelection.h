@@ -32,8 +32,8 @@ public:
   {
     const Camera& camera;
     bool isFullScreen = false;
-    bool previewsOnly = false;     // nothing finer
-    bool inSteps = true;           // as ViewRefinement::View
+    bool previewsOnly = false;     // nothing finer is wanted
+    bool inSteps = true;           // as in ViewRefinement::View
     std::vector<PieceId> tapped{}; // of the original, wanted before all else, most urgent first
     std::pair<NodeId, unsigned> region{}; // around a tap: its cell, or 0, and rings
   };
@@ -46,21 +46,22 @@ public:
   LodSelection(const LodSelection&) = delete;
 
   void Reset(); // no model is open
-  void Open();  // a model is
+  void Open();  // a model is open
   const LodOptions& GetOptions() const { return this->Options; }
   bool ByView() const { return this->Options.detail == DetailMode::View; }
   void SetDetail(DetailMode detail);
   void SetBudgets(const RefinementOptions& refinement, const LevelPolicyOptions& policy);
 
-  // For one level: chooses it by the zoom. pointsPerUnit: of a model unit in the focal plane.
+  // In level mode: chooses the level by the zoom. pointsPerUnit: points of the screen for one model
+  // unit in the focal plane.
   void FollowZoom(double pointsPerUnit);
   void AimAtPreview();
 
-  // A piece has come.
+  // A piece has arrived.
   void Add(const Piece& piece);
   // Finds the wanted pieces, and the missing pages of the tree and textures.
   void Follow(const View& view);
-  // Something is wanted, or has come, since the last choice.
+  // Whether anything that the choice depends on has changed since the last choice.
   bool IsDue() const { return this->ChoiceIsDue; }
   void SetDue() { this->ChoiceIsDue = true; }
   // Shows the best that is loaded. Returns what is missing and can be fetched, most urgent first:
@@ -74,11 +75,11 @@ public:
 
   // The missing blobs of a nearer view, the tree first, then the most urgent.
   std::vector<protocol::BlobId> WantedNext(const View& view);
-  // About, of a blob that has not come.
+  // The approximate size of a blob that has not arrived.
   std::size_t BytesOf(const protocol::BlobId& blob) const;
   // Whether a part of the tree that is needed now is missing and can be fetched.
   bool WaitsForTree() const;
-  // A piece that has failed may be done without (ViewRefinement).
+  // Whether the view can do without this failed piece (ViewRefinement).
   bool MayDoWithout(PieceId piece) const
   {
     return this->ByView() && this->Chooser->refinement.MayDoWithout(piece);
@@ -100,7 +101,7 @@ private:
     std::vector<protocol::BlobId> tiles; // missing tiles
     std::set<PieceId> failedPieces;
     std::set<protocol::BlobId> failedTree;
-    std::uint64_t pieces = 0; // their version
+    std::uint64_t pieces = 0; // version of the cached pieces
     bool operator==(const Situation&) const = default;
   };
   struct Choosers

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a double tap leads to: see PickedRegion.h.
+// What a double tap picks: see PickedRegion.h.
 #include "viewer/session/model/PickedRegion.h"
 
 #include "filters/core/tree/Region.h"
@@ -68,7 +68,7 @@ bool PickedRegion::Follow(bool keepsLast)
   return true;
 }
 
-// False where not enough of the tree is known.
+// Finds the region around the picked cell. False if not enough of the tree is known.
 bool PickedRegion::Find(bool keepsLast)
 {
   KnownTree& tree = this->Model.open->tree;
@@ -146,8 +146,8 @@ void PickedRegion::FollowZoom(double pointsPerUnit)
   }
 }
 
-// The regions before the new one stay, if all of them together are within the budget, and not
-// larger than a single region may be.
+// Keeps the earlier regions, if together they are within the budget, and not larger than a single
+// region may be.
 void PickedRegion::Keep(const Region& last)
 {
   this->Earlier.insert(this->Earlier.begin(), last.partitions.begin(), last.partitions.end());

@@ -17,11 +17,12 @@
 namespace kdstream
 {
 
-// One region at a time. Those before it may be kept, as far as the budget goes.
+// There is one region at a time. Earlier regions may be kept, as far as the budget allows.
 class PickedRegion
 {
 public:
-  // viewTriangles: that may be shown at a time; all regions together take at most half of them.
+  // viewTriangles: the triangles that may be shown at a time; all regions together take at most
+  // half of them.
   PickedRegion(
     ShownModel& model, unsigned rings, const RegionLimits& limits, std::uint64_t viewTriangles);
   PickedRegion(const PickedRegion&) = delete;
@@ -32,36 +33,37 @@ public:
   void PickCell(NodeId cell);
   bool IsPicking() const { return this->Point || this->Cell; }
   // Continues as far as the known part of the tree allows; the tree records as missing what else is
-  // needed. True if the region has changed. keepsLast: keeps the region before it, too.
+  // needed. True if the region has changed. keepsLast: the last region is kept, too.
   bool Follow(bool keepsLast);
-  // This number of further pages and boxes was asked for: beyond the limit, ends the pick with a
+  // treeBlobs: how many more pages and boxes were requested. Beyond the limit, the pick ends with a
   // message.
   void NoteAsked(std::size_t treeBlobs);
   void DropPick();
 
-  // ---- the region. The rings of this region, which is picked anew, and of the next ones. Clamped
-  // to 1-3.
+  // ---- the region. Sets the rings of this region, which is picked again, and of later ones.
+  // Clamped to 1-3.
   void SetRings(unsigned rings);
-  // Takes smaller limits than when the region was picked.
+  // Sets limits, also for the current region: it becomes smaller if it exceeds them.
   void SetTriangles(std::uint64_t triangles, std::uint64_t viewTriangles);
-  // pointsPerUnit: of a model unit in the focal plane.
+  // Drops a region that has become too small. pointsPerUnit: points of the screen for one model
+  // unit in the focal plane.
   void FollowZoom(double pointsPerUnit);
   bool IsShown() const { return this->Shown.has_value(); }
   // Whether partitions of earlier regions are left. Forgets those that have left the view.
   bool HasEarlier() const { return !this->Earlier.empty(); }
   void ForgetEarlier(const Camera& camera);
   void ForgetEarlier() { this->Earlier.clear(); }
-  // The region, those before it, and a pick.
+  // Drops the region, earlier regions, and a waiting pick.
   void LetGo();
 
-  // Its cell and rings; 0 and 0 without one.
+  // The region's cell and rings; 0 and 0 without a region.
   std::pair<NodeId, unsigned> Key() const;
-  // The boxes of its partitions, that of the picked one first; none without a region.
+  // The boxes of the region's partitions, that of the picked one first; none without a region.
   std::vector<Box> Boxes() const;
-  // For an existing region. Appends its partitions, without those that the section cuts away, and
-  // those of the regions before.
+  // Appends the region's partitions, without those that the section cuts away, and the partitions
+  // of earlier regions. REQUIRES, for the next two: a region.
   void AddTo(std::vector<PieceId>& pieces) const;
-  // How many of its partitions the section leaves, and how many of these are shown.
+  // How many of the region's partitions the section leaves, and how many of these are shown.
   ViewerStatus::Region GetStatus() const;
 
 private:
@@ -71,7 +73,7 @@ private:
     unsigned rings = 1;
     std::vector<std::uint32_t> partitions; // nearest first
     Box box;
-    std::vector<Box> boxes; // of these
+    std::vector<Box> boxes; // of these partitions
   };
   bool Find(bool keepsLast);
   std::size_t MostPartitions() const;
@@ -82,12 +84,13 @@ private:
   unsigned Rings;
   RegionLimits Limits;
   std::uint64_t ViewTriangles;
-  // A tap waits for these: its partition, and those around it.
+  // A waiting pick: the tapped point, until its partition is known; then the partition's node,
+  // until the partitions around it are known.
   std::optional<Vec3> Point;
   std::optional<NodeId> Cell;
   std::size_t Asked = 0;
   std::optional<Region> Shown;
-  std::vector<std::uint32_t> Earlier; // partitions of regions before, newest first
+  std::vector<std::uint32_t> Earlier; // partitions of earlier regions, newest first
 };
 
 }

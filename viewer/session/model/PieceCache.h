@@ -38,7 +38,7 @@ public:
 
   std::size_t Bytes() const { return this->Sum; }
   std::size_t Size() const { return this->Entries.size(); }
-  // Grows whenever other pieces are in it.
+  // Grows whenever a piece is added or evicted.
   std::uint64_t Version() const { return this->Changes; }
 
 private:

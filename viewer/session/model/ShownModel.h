@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The open model: its description, what of it has arrived, and what of that is shown. The parts of
-// a session share it.
+// The open model: its description, the parts of it that have arrived, and those that are shown. The
+// parts of a session share it.
 #pragma once
 
 #include "filters/codec/PieceCodec.h"
@@ -28,10 +28,10 @@ struct ShownModel
     ModelDescription description;
     CodecContext codec;
     KnownTree tree;
-    bool isClosed = false; // nearly: its back is hidden
+    bool isClosed = false; // nearly closed: its back is hidden
   };
-  std::string id;             // that is selected
-  std::optional<Opened> open; // once its description has come
+  std::string id;             // of the selected model
+  std::optional<Opened> open; // when its description has arrived
   PieceCache pieces;
   ShownTiles tiles;
   ShownSurface surface;
@@ -46,8 +46,8 @@ struct ShownModel
   }
 
   void Select(const std::string& model); // forgets the last model
-  // treeBytes: limit for loaded pages of the tree. False, and reported, if the model cannot be
-  // shown.
+  // treeBytes: limit for loaded pages of the tree. False if the model cannot be shown; this is then
+  // reported.
   bool Open(const ModelDescription& model, std::size_t treeBytes);
 
   // The depths of the open model.
@@ -74,17 +74,18 @@ struct ShownModel
   void Retry();
 
   const DrawnSurface& Drawn() const { return *this->surface.GetSurface(); }
-  // Null without one.
+  // The plane of the section; null without a section.
   const SectionPlane* Plane() const
   {
     return this->section.Plane() ? &*this->section.Plane() : nullptr;
   }
-  // The point where a ray meets the shown surface that is not cut away: see PickSurface.
+  // The point where a ray meets the part of the shown surface that is not cut away: see
+  // PickSurface.
   std::optional<SurfaceHit> Pick(const Ray& ray, double slack = 0) const
   {
     return this->section.Pick(this->Drawn(), ray, slack);
   }
-  // Outline and cap of what is shown now.
+  // Updates the outline and the cap of the section for the surface that is shown now.
   void FollowSection();
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The surface that is shown: its cut, chosen from what is loaded, and drawing it. Step "draw" of
-// the pipeline picture.
+// The shown surface: chooses its cut from the loaded pieces, and draws it. Step "draw" of the
+// pipeline picture.
 #include "viewer/session/model/ShownSurface.h"
 
 #include <algorithm>
@@ -40,7 +40,7 @@ void ShownSurface::Reset(const TreeDepths& depths)
   ++this->DrawnVersion;
 }
 
-// A base with some finer pieces, and what of that is not loaded.
+// Makes a cut of a base and finer pieces, and lists the pieces for it that are not loaded.
 ShownSurface::Choice ShownSurface::MakeChoice(
   Resolution base, const std::vector<PieceId>& wanted, PieceCache& pieces)
 {
@@ -117,7 +117,7 @@ ShownSurface::Needs ShownSurface::ShowLoaded(const SurfaceWish& wish, PieceCache
   return needs;
 }
 
-// Shows a cut if all its pieces are there.
+// Shows a cut if all its pieces are loaded.
 bool ShownSurface::Show(const Choice& choice)
 {
   if (!choice.missing.empty())
@@ -151,7 +151,8 @@ Result<bool> ShownSurface::Draw(PieceCache& pieces)
   return true;
 }
 
-// Which partitions are drawn whole as the original: all vertices that their piece owns.
+// Finds out which partitions are drawn completely as the original: with all vertices that their
+// pieces own.
 void ShownSurface::NoteWhatIsDrawn(PieceCache& pieces)
 {
   this->FinestDrawn.reset();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The surface that is shown: its cut, chosen from what is loaded, and drawing it. Step "draw" of
-// the pipeline picture.
+// The shown surface: chooses its cut from the loaded pieces, and draws it. Step "draw" of the
+// pipeline picture.
 #pragma once
 
 #include "filters/core/drawing/DrawnSurface.h"
@@ -19,7 +19,7 @@ namespace kdstream
 struct SurfaceWish
 {
   Resolution base;             // everywhere
-  std::vector<PieceId> pieces; // and these, finer than that, in any order
+  std::vector<PieceId> pieces; // in addition, finer than the base, in any order
   bool operator==(const SurfaceWish&) const = default;
 };
 
@@ -44,7 +44,7 @@ public:
 
   // Shows the best cut that the loaded pieces allow. The first of these that is whole:
   // 1. the wished base with the loaded pieces;
-  // 2. the shown base with these;
+  // 2. the shown base with the loaded pieces;
   // 3. if `failed` has a piece that 1 needs: only the wished base;
   // 4. what is shown already.
   //
@@ -60,16 +60,16 @@ public:
   const std::optional<Cut>& GetCut() const { return this->Shown; }
   // Whether all of the partition is drawn as the original. O(log partitions).
   bool IsRefined(std::uint32_t partition) const { return this->Refined.count(partition) != 0; }
-  // The finest resolution of which anything is drawn.
+  // The finest resolution in what is drawn.
   std::optional<Resolution> Finest() const { return this->FinestDrawn; }
   // The pieces that the shown cut needs.
   const std::set<PieceId>& Pieces() const { return this->Used; }
 
-  // Draws what has changed of the shown cut; true if there is another surface. Errors: those of
-  // SurfaceParts, if pieces were evicted: pin Pieces().
+  // Draws what has changed in the shown cut; true if the surface is another one now. Errors: those
+  // of SurfaceParts, if pieces were evicted: pin Pieces().
   Result<bool> Draw(PieceCache& pieces);
   bool NeedsDrawing() const { return this->Dirty; }
-  // Whether the parts of the next surfaces morph from the one before.
+  // Whether the parts of each later surface morph from the surface before it.
   void SetGeomorphs(bool geomorphs)
   {
     this->Geomorphs = geomorphs;

@@ -16,8 +16,8 @@ namespace kdstream
 namespace
 {
 
-// Memory for each triangle: of a decoded piece (positions and keys, ghosts too, ancestors,
-// triangles), and of what is drawn and uploaded of it. TestViewRefinement compares it with
+// Memory for each triangle: in the decoded piece (positions and keys, also of ghosts, ancestors,
+// triangles), and in what is drawn and uploaded. TestViewRefinement compares it with
 // MemoryOf(Piece).
 constexpr double bytesOfTriangle = 120;
 
@@ -38,7 +38,7 @@ double VertexSpacing(const Box& box, double vertices)
   return std::sqrt(area / std::max(vertices, 1.0));
 }
 
-// What is known below a piece that is refined.
+// What is known about the pieces below a refined piece.
 struct FoundBelow
 {
   double urgency = 0;
@@ -53,7 +53,7 @@ struct ViewRefinement::Walk
   const std::set<PieceId> before; // pieces that were refined before
   std::priority_queue<Candidate> waiting;
   std::map<PieceId, FoundBelow> found;
-  std::map<NodeId, bool> seen; // of nodes that were asked for
+  std::map<NodeId, bool> seen; // by node: whether it may be visible
   std::set<NodeId> pages;      // pages of pieces that were refined
 };
 
@@ -100,7 +100,7 @@ ViewRefinement::ViewRefinement(const ModelDescription& model, const RefinementOp
     const double pieces =
       std::ldexp(1.0, static_cast<int>(this->Steps[i].depth) - static_cast<int>(above.depth));
     const double leap =
-      this->Steps[i].vertices * pieces / std::max(above.vertices, 1.0) / 2; // beyond twice as many
+      this->Steps[i].vertices * pieces / std::max(above.vertices, 1.0) / 2; // 1: twice as many
     const double root = std::sqrt(std::sqrt(std::max(leap, 1.0)));
     this->Steps[i].leap = root * std::sqrt(root);
   }
@@ -128,7 +128,8 @@ std::size_t ViewRefinement::StepOf(Resolution resolution) const
            : resolution.Depth() - std::size_t{ this->Steps.front().resolution.Depth() };
 }
 
-// A piece's error in model units: geometric, and of interpolation between vertices.
+// The error of a piece in model units: the larger of its geometric error and that of interpolating
+// light and colour between vertices.
 std::optional<double> ViewRefinement::GeometricErrorOf(
   std::size_t step, NodeId node, KnownTree& tree) const
 {
@@ -155,7 +156,8 @@ double ViewRefinement::Weight(const Box& box, const Camera& camera)
   return 1 / (1 + std::min(away * away, 100.0));
 }
 
-// A box is mostly empty: the known boxes inside it are better.
+// Whether anything in a node may be visible. A box is mostly empty, so the boxes inside it decide,
+// where they are known.
 bool ViewRefinement::MayBeVisible(Walk& walk, NodeId node) const
 {
   const auto known = walk.seen.find(node);
@@ -179,8 +181,8 @@ bool ViewRefinement::MayBeVisible(Walk& walk, NodeId node) const
   return may;
 }
 
-// Whether finer pieces are to replace a failed piece. Only one step finer: otherwise, without a
-// server, everything that was never seen would be searched for.
+// Whether finer pieces should replace a failed piece. Only one step finer: otherwise, without a
+// server, the search would go through everything that was never loaded.
 bool ViewRefinement::NeedsSubstitute(const Walk& walk, std::size_t step, NodeId node) const
 {
   const PieceId piece{ this->Steps[step].resolution, node };
@@ -211,7 +213,7 @@ void ViewRefinement::PushBelow(Walk& walk, std::size_t step, NodeId node, double
   const bool isReported = view.seen && view.seen->Knows(teller);
   if (view.seen && !isReported && !view.loaded.Peek(teller))
   {
-    walk.found[above].seen = 1; // that piece will say which of the pieces below may be visible
+    walk.found[above].seen = 1; // that piece will show which ones below may be visible
     return;
   }
   const Step& next = this->Steps[step + 1];
@@ -224,7 +226,7 @@ void ViewRefinement::PushBelow(Walk& walk, std::size_t step, NodeId node, double
     if (!box)
     {
       view.tree.NeedAround(below.node);
-      ++walk.found[above].seen; // it may be visible
+      ++walk.found[above].seen; // counts as visible
     }
     else if (this->MayBeVisible(walk, below.node) &&
              (!isReported || step >= this->Stitch || view.seen->MayBeVisible(below)))
@@ -282,8 +284,8 @@ void ViewRefinement::Follow(
   this->WantWhatIsLeft(walk);
 }
 
-// For pieces that have failed: if everything below one that may be visible can be fetched, the
-// piece is not missed.
+// Finds the failed pieces that the view misses. A failed piece is not missed if all pieces below it
+// that may be visible can be fetched.
 void ViewRefinement::FindWhatIsMissed(Walk& walk)
 {
   for (auto piece = this->Refined.rbegin(); piece != this->Refined.rend(); ++piece) // finest first
@@ -304,7 +306,7 @@ void ViewRefinement::FindWhatIsMissed(Walk& walk)
   }
 }
 
-// Wants those refined pieces of which something is shown.
+// Wants those refined pieces that finer pieces do not replace completely.
 void ViewRefinement::WantWhatIsLeft(const Walk& walk)
 {
   for (const PieceId piece : this->Refined)
@@ -335,8 +337,9 @@ void ViewRefinement::Want(PieceId piece, double urgency)
   }
 }
 
-// Until a wanted piece finer than S arrives, also wants what is loaded below it, and the finest
-// piece above it, or a piece in between that is worth fetching first.
+// Until a wanted piece finer than S arrives, also wants the loaded pieces below it, and the finest
+// loaded piece above it. If none is loaded between it and S, a piece three steps coarser is fetched
+// first (View::inSteps).
 void ViewRefinement::WantIntermediate(
   PieceId piece, const View& view, const std::set<PieceId>& failed)
 {

@@ -23,7 +23,7 @@ namespace kdstream
 {
 
 // Light and colour are values at the vertices, interpolated between them: variations between
-// vertices are lost, however near the surface is. So the error of a piece is at least this part of
+// vertices are lost, however exact the surface is. So the error of a piece is at least this part of
 // the distance between its vertices (decision 6): a sixth for the normals; a third if the model has
 // vertex colours; a half if only its original has textures, which have more detail than vertices; a
 // sixth if levels have textures too, whose texels are nearer to each other than that.
@@ -46,9 +46,10 @@ double VertexSpacing(const Box& box, double vertices);
 // The urgency of a piece is its error in points, in the middle of the screen; half of that at the
 // upper and lower edges. It is never more than that of the piece above it.
 //
-// On each way down only the last piece is wanted; MakeClosure adds what is needed of the others,
-// down to level S, to show it. If the last piece is finer than S and far below what is loaded, one
-// piece in between is wanted too. Until a piece arrives, the finest loaded one above it is shown.
+// On each way down only the last piece is wanted; MakeClosure adds the pieces above it, down to
+// level S, that are needed to show it. If the last piece is finer than S and far below what is
+// loaded, one piece in between is wanted too. Until a piece arrives, the finest loaded one above it
+// is shown.
 //
 // If a piece has failed, the one above it is wanted. The search continues below a failed piece
 // where finer pieces can be shown without it: finer than S. There one step is searched even if
@@ -66,7 +67,7 @@ public:
     const Camera& camera;
     KnownTree& tree;
     const PieceCache& loaded;
-    const VisiblePartitions* seen = nullptr; // null: all may be
+    const VisiblePartitions* seen = nullptr; // null: everything may be visible
     bool inSteps = true;                     // fine pieces are preceded by one intermediate piece
     const SectionPlane* section = nullptr;   // the section that cuts parts away
   };
@@ -81,7 +82,7 @@ public:
   const std::vector<PieceId>& Pieces() const { return this->Wanted; }
   // The finest resolution among them; the preview's if there is none.
   Resolution Finest() const;
-  // The largest error in points of what was not refined because of a budget; 0 if everything was.
+  // The largest error, in points, that was left because of a budget; 0 if everything was refined.
   double RemainingError() const { return this->Left; }
 
   // Whether a failed piece is not needed, because it can be shown otherwise.
@@ -99,7 +100,7 @@ public:
 
   // About how many bytes the blob of a piece has.
   std::size_t BlobBytes(PieceId piece, KnownTree& tree) const;
-  // About how much memory a piece takes that has been decoded, with its part of what is drawn.
+  // About how much memory a piece takes, decoded and drawn.
   std::size_t MemoryOf(PieceId piece) const;
 
 private:
@@ -107,7 +108,7 @@ private:
   struct Step
   {
     Resolution resolution;
-    unsigned depth = 0;   // of its pieces
+    unsigned depth = 0;   // depth of its pieces in the tree
     double triangles = 0; // average triangles of a piece; points for a cloud
     double vertices = 0, blob = 0, memory = 0;
     double leap = 1; // the piece is taken at an error larger by this factor
@@ -124,7 +125,7 @@ private:
   struct Walk;
 
   std::size_t StepOf(Resolution resolution) const;
-  // Finer than S, and not the finest: shown or not, the pieces below can be shown.
+  // Finer than S, but not the finest: pieces below can be shown without such a piece.
   bool IsIntermediate(std::size_t step) const
   {
     return step > this->Stitch && step + 1 < this->Allowed;
@@ -144,14 +145,14 @@ private:
   RefinementOptions Options;
   TreeDepths Depths;
   std::size_t Stitch; // the step of level S, or 0
-  double LightPart;   // of the distance between vertices, which counts as an error
-  double Smallest;    // distance from the eye, model units
+  double LightPart;   // this part of the distance between vertices counts as an error
+  double Smallest;    // least distance from the eye that is used, model units
   std::vector<Step> Steps;
   std::size_t Allowed = 0;   // number of resolutions that this client may get
-  std::set<PieceId> Refined; // with all above each
+  std::set<PieceId> Refined; // with each piece also those above it
   std::set<PieceId> Missed;  // of these, the pieces that cannot be fetched
   std::vector<PieceId> Wanted;
-  std::map<PieceId, double> Urgencies; // of what is wanted
+  std::map<PieceId, double> Urgencies; // of the wanted pieces
   double Left = 0;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What of a model may be visible: see VisiblePartitions.h.
+// Which parts of a model may be visible: see VisiblePartitions.h.
 #include "viewer/session/model/VisiblePartitions.h"
 
 #include "viewer/session/Geometry.h"
@@ -13,7 +13,7 @@ namespace kdstream
 {
 namespace
 {
-// 14 MB at most are kept; a view of many more begins anew.
+// At most 14 MB are kept; beyond that, everything known is dropped.
 constexpr std::size_t mostFaces = 500'000;
 constexpr double margin = 0.17; // the sine of 10 degrees
 
@@ -36,7 +36,7 @@ std::vector<NodeId> NodesBelow(const Piece& piece, const Triangle& t)
 }
 }
 
-// What a camera sees of faces.
+// Which faces a camera may see.
 class VisiblePartitions::Sight
 {
 public:
@@ -93,7 +93,7 @@ void VisiblePartitions::Add(const Piece& piece)
   }
 }
 
-// New faces are about to come.
+// Call before faces are added: drops everything known if there are too many faces.
 void VisiblePartitions::MakeRoom()
 {
   this->Last.reset();
@@ -155,7 +155,7 @@ void VisiblePartitions::AddFaces(const Piece& piece)
   }
 }
 
-// Each triangle counts for the pieces below its own corners.
+// Adds each triangle to the pieces that hold the children of its own corners.
 void VisiblePartitions::AddFacesAbove(const Piece& piece)
 {
   std::vector<Below>& all = this->Above[piece.id];

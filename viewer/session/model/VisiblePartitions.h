@@ -18,11 +18,11 @@ namespace kdstream
 {
 
 // Culling by boxes is not enough: most of a box is empty, and the front of a closed surface hides
-// its back. So the triangles of loaded pieces say about where the surface is and which way it
-// faces:
-// - those of a level coarser than S, for the pieces of the next level that hold the children of its
-//   clusters;
-// - those of level S, whose clusters lie in one partition each, for the partitions.
+// its back. So triangles of loaded pieces are used, which show roughly where the surface is and
+// which way it faces:
+// - triangles of a level coarser than S, for the pieces of the next level that hold the children of
+//   its clusters;
+// - triangles of level S, whose clusters each lie in one partition, for the partitions.
 //
 // What is not loaded is unknown, and counts as visible.
 class VisiblePartitions
@@ -38,16 +38,16 @@ public:
   // most one of 200 edges has a single triangle.
   static bool IsNearlyClosed(const Piece& whole);
 
-  // Whether a piece has been added, and its facts are still known. The piece itself may have been
-  // evicted since.
+  // Whether a piece has been added, and its triangles are still known. The piece itself may have
+  // been evicted since.
   bool Knows(PieceId piece) const;
 
   // Sets the camera for the functions below. closed: surfaces that face away are hidden.
   // O(triangles) if the camera has moved, or pieces have arrived. Allows a margin of 10 degrees and
   // of half a triangle for the level's inaccuracy.
   void Cull(const Camera& camera, bool closed);
-  // Whether any of a piece of a level up to S may be visible, according to the pieces of the level
-  // before that have been added.
+  // Whether any of a piece of a level up to S may be visible, according to the added pieces of the
+  // next coarser level.
   bool MayBeVisible(PieceId piece) const { return this->Visible.count(piece) != 0; }
   // Whether any partition in a node may be visible. O(log partitions).
   bool MayBeVisible(NodeId node) const;
@@ -68,7 +68,7 @@ private:
     FaceList list;
     bool visible = true;
   };
-  struct Below // facts that a level below S has about a piece of the next level
+  struct Below // faces that a level coarser than S has for a piece of the next level
   {
     NodeId node;
     FaceList list;
@@ -85,7 +85,7 @@ private:
   std::map<PieceId, std::vector<Below>> Above;
   std::set<PieceId> Visible;
   std::size_t Faces = 0;
-  std::shared_ptr<const Sight> Last; // the view of Seen; null if there are new faces
+  std::shared_ptr<const Sight> Last; // the last view culled; null if faces have come since
 };
 
 }

@@ -10,7 +10,7 @@ namespace
 {
 constexpr double leastWindow = 12 * 1024, firstWindow = 64 * 1024, mostWindow = 4096.0 * 1024;
 constexpr double leastAhead = 0.25; // s
-// Earlier blobs count less with each new one: the last dozen decide.
+// Each new blob multiplies the weight of earlier ones by this, so about the last dozen decide.
 constexpr double remembered = 0.92;
 }
 
@@ -31,7 +31,7 @@ void BandwidthMeter::Arrived(std::size_t bytes, double seconds, bool single)
   }
 }
 
-// A blob that was requested by itself took a round trip, and the time of its own bytes.
+// The round trip: the time of a blob that was requested by itself, without the time for its bytes.
 double BandwidthMeter::RoundTrip(double rate) const
 {
   return std::max(0.0, this->Single.seconds - this->Single.bytes / rate);
@@ -47,7 +47,7 @@ std::size_t BandwidthMeter::Window() const
   const double rate = sample.bytes / sample.seconds;
   const double window = rate * std::max(leastAhead, 2 * this->RoundTrip(rate));
   return static_cast<std::size_t>(
-    window >= leastWindow ? std::min(window, mostWindow) : leastWindow); // nor NaN
+    window >= leastWindow ? std::min(window, mostWindow) : leastWindow); // also instead of NaN
 }
 
 }

@@ -24,14 +24,15 @@ public:
 
   // A blob of `bytes` bytes has arrived, of any kind; isWasted: nobody waited for it.
   void Count(std::size_t bytes, bool isWasted);
-  // A piece has been decoded, and `entry` says how it came.
+  // A piece has been decoded; `entry` says how its blob arrived.
   void Add(PieceId piece, BlobStatistics entry);
-  // A blob that counts as wasted may still be shown later.
+  // A late blob was counted as wasted, but its piece may still be shown.
   void AddLate(PieceId piece, std::size_t bytes) { this->NeverShown[piece] += bytes; }
-  // A frame has begun that shows these pieces. Those that it is the first to show share its time.
+  // A frame has begun that shows these pieces. The pieces that are shown for the first time share
+  // the frame's time.
   void BeginFrame(const std::set<PieceId>& shown);
   void EndFrame(double seconds);
-  // Another model is opened: what has not been shown of the last one never will be.
+  // Another model is opened: pieces of the last one that were never shown stay wasted.
   void CloseModel();
 
   const std::deque<BlobStatistics>& Entries() const { return this->Newest; } // oldest first
@@ -44,10 +45,10 @@ private:
   std::size_t Most;
   std::deque<BlobStatistics> Newest;
   std::uint64_t Forgotten = 0;               // number of the first in Newest
-  std::map<PieceId, std::uint64_t> NotShown; // number of its entry
+  std::map<PieceId, std::uint64_t> NotShown; // the number of its entry
   std::vector<std::uint64_t> JustShown;      // by the frame that has begun
   SessionTraffic Sum;
-  // Bytes of pieces that were never shown: they count as wasted until then.
+  // Bytes of pieces that have not been shown: they count as wasted until they are shown.
   std::map<PieceId, std::size_t> NeverShown;
 };
 

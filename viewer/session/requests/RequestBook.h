@@ -28,19 +28,20 @@ public:
   // Cancels each request with outstanding blobs if none of them is in `wanted`; never `Open`. So
   // blobs of the other requests are not requested twice. O(outstanding blobs).
   void CancelUseless(const std::set<protocol::BlobId>& wanted);
-  // Cancels everything. Ids go on.
+  // Cancels everything. The numbering of requests continues.
   void CancelAll();
 
-  // An answer has arrived. False if that request has no such blob outstanding (it was cancelled, or
-  // never sent).
+  // An answer has arrived. False if the request has no such blob outstanding, because it was
+  // cancelled or never sent.
   bool Settle(std::uint32_t request, const protocol::BlobId& blob);
   bool SettleOpen(std::uint32_t request);
   // An answer has arrived for a request that was cancelled after it had been sent: true if the
-  // request has this blob outstanding, the first time. Only for the last cancelledRequests, and not
-  // for those before CancelAll.
+  // request has this blob outstanding, the first time. Only for the last cancelledRequests
+  // requests, and not for those before CancelAll.
   bool TakeLate(std::uint32_t request, const protocol::BlobId& blob);
   static constexpr std::size_t cancelledRequests = 64;
-  // The request is over: what is still outstanding of it, nothing if it is not known (any more).
+  // The request is over. Returns what is still outstanding of it; nothing if the request is not
+  // known (any more).
   std::vector<protocol::BlobId> Close(std::uint32_t request);
 
   // The outstanding blobs, and their requests.
@@ -64,7 +65,8 @@ public:
 
 private:
   void Cancel(std::uint32_t request);
-  // The requests with this number of outstanding blobs in `wanted`.
+  // Cancels the requests for which `cancels` is true. outstanding: how many of their blobs are
+  // outstanding; useful: how many of these are in `wanted`.
   void CancelWhere(const std::set<protocol::BlobId>& wanted,
     bool (*cancels)(std::size_t useful, std::size_t outstanding));
 
@@ -77,7 +79,7 @@ private:
   std::map<std::uint32_t, Entry> Open;
   std::map<protocol::BlobId, std::uint32_t> Outstanding;
   std::vector<SessionRequest> Unsent;
-  std::map<std::uint32_t, Entry> Cancelled; // cancelled after they had been sent
+  std::map<std::uint32_t, Entry> Cancelled; // those that had been sent
 };
 
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is wanted and not there, and how it is got: see WishList.h.
+// The wanted blobs that are not loaded, and requesting them: see WishList.h.
 #include "viewer/session/requests/WishList.h"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The list of what is wanted and not loaded, most urgent first, and fetching it: requests as much
-// as fills the connection, and more as it arrives. Step "request" of the pipeline picture.
+// The list of wanted blobs that are not loaded, most urgent first. Requests as many as fill the
+// connection, and more as they arrive. Step "request" of the pipeline picture.
 #pragma once
 
 #include "viewer/session/SessionTypes.h"
@@ -19,14 +19,14 @@
 namespace kdstream
 {
 
-// A request has a quarter of what may be in flight, so that cancelling one costs little. When
+// Each request has about a quarter of what may be in flight, so cancelling one wastes little. When
 // everything on the list has arrived, what will probably be wanted next is prefetched; prefetches
 // make way for what is wanted. O(log blobs) a blob, except functions that go through the whole
 // list.
 class WishList
 {
 public:
-  // About the bytes of a blob that has not come.
+  // The approximate bytes of a blob that has not arrived.
   using Estimate = std::function<std::size_t(const protocol::BlobId&)>;
   static constexpr std::size_t mostRequests = 8; // unfinished; servers refuse more than 16
 
@@ -42,28 +42,29 @@ public:
   void Want(const std::vector<protocol::BlobId>& missing);
   // Requests nothing more until the next Want.
   void Clear() { this->Queue.clear(); }
-  // The same, and cancels each request with anything outstanding other than pages and boxes.
+  // The same; also cancels each request of which anything but pages and boxes is outstanding.
   void KeepTreeOnly();
 
-  // ---- asking
+  // ---- requests
   struct Manner
   {
-    protocol::BlobId alone;     // is asked for by itself
-    bool treeOnly = false;      // nothing from the first piece of the list on
-    bool originalApart = false; // no request has both some of the original, which may be refused as
-                                // a whole, and anything else
+    protocol::BlobId alone;     // is requested by itself
+    bool treeOnly = false;      // stop before the first piece in the list
+    bool originalApart = false; // no request mixes the original with anything else, because a
+                                // request for the original may be refused as a whole
   };
-  // Returns how many pages and boxes it has asked for.
+  // Returns how many pages and boxes it has requested.
   std::size_t AskMore(const Estimate& bytesOf, const Manner& manner);
   // Whether more may be prefetched for the view that wants these pieces.
   bool MayPrefetch(const std::vector<PieceId>& view);
-  // Requests as much of these as may be in flight, and as the view's prefetch limit leaves.
+  // Requests as many of these as may be in flight, and as the prefetch limit of this view still
+  // allows.
   void Prefetch(const std::vector<protocol::BlobId>& next, const Estimate& bytesOf);
   void SetPrefetch(std::size_t bytes);
 
   // ---- answers; false if nobody waits for them
   bool Opened(std::uint32_t request) { return this->Requests.SettleOpen(request); }
-  // seconds: as in BandwidthMeter; those of a cached blob are ignored.
+  // seconds: as in BandwidthMeter; ignored for a cached blob.
   bool Arrived(std::uint32_t request, const protocol::BlobId& blob, std::size_t bytes,
     double seconds, bool fromCache);
   bool Failed(std::uint32_t request, const protocol::BlobId& blob)
@@ -75,7 +76,7 @@ public:
   {
     return this->Requests.TakeLate(request, blob);
   }
-  // The request has failed: what is still outstanding of it.
+  // The request has failed. Returns what is still outstanding of it.
   std::vector<protocol::BlobId> Close(std::uint32_t request)
   {
     return this->Requests.Close(request);
@@ -89,7 +90,7 @@ public:
   bool IsEmpty() const { return this->Queue.empty() && this->Requests.Empty(); }
   // The same without prefetches.
   bool IsIdle() const { return this->Queue.empty() && this->IsOnlyPrefetched(); }
-  // Since it was idle last.
+  // Counts since the list was last idle.
   struct Progress
   {
     std::uint64_t blobsLoaded = 0, blobsWanted = 0, bytesLoaded = 0;
@@ -106,11 +107,11 @@ private:
   RequestBook Requests;
   BandwidthMeter Meter;
   std::deque<protocol::BlobId> Queue;    // blobs not requested yet
-  std::set<protocol::BlobId> Prefetched; // asked for though not wanted yet
-  std::vector<PieceId> PrefetchedFor;    // the wanted pieces beyond which that was,
+  std::set<protocol::BlobId> Prefetched; // requested though not wanted yet
+  std::vector<PieceId> PrefetchedFor;    // wanted pieces of the view that this was for
   std::size_t PrefetchBytes,
-    PrefetchLeft;                // bytes for each view, and what is left for this view
-  std::uint32_t LoneRequest = 0; // sent while nothing was outstanding; nothing of it has arrived
+    PrefetchLeft;                // bytes: for each view, and left for this view
+  std::uint32_t LoneRequest = 0; // sent when nothing was outstanding, and nothing of it has arrived
   Progress Counts;
 };
 

@@ -14,7 +14,7 @@ namespace
 
 using Point = std::array<double, 2>;
 
-struct Side // of trapezoids: a segment, upwards
+struct Side // a side of trapezoids: a segment, directed upwards
 {
   Point low, high;
 
@@ -31,8 +31,8 @@ double SquareBetween(const Point& a, const Point& b)
   return (a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]);
 }
 
-// Adds segments between the ends of open lines, so that no end is left. A scan has few holes: if
-// there are more than some hundred ends, the rest stays open.
+// Joins the ends of open lines by segments, so that no open end is left. A scan has few holes: if
+// there are more than mostEnds ends, the rest stays open.
 void CloseGaps(std::vector<std::array<Point, 2>>& segments)
 {
   constexpr std::size_t mostEnds = 512;
@@ -75,7 +75,7 @@ void CloseGaps(std::vector<std::array<Point, 2>>& segments)
   }
 }
 
-// What the sweep has found so far, from the lowest end upwards.
+// The state of the sweep, which goes from the lowest end upwards.
 class Sweep
 {
 public:
@@ -140,11 +140,12 @@ private:
     open.right = none;
   }
 
-  // Emits the slab from height y on; `middle`: half way to the next end.
+  // Pairs the active sides from height y on. A trapezoid whose right side changes is emitted, up to
+  // y. `middle`: the height half way to the next end, at which the sides are compared.
   template <class Emit>
   void Pair(double y, double middle, const Emit& emit)
   {
-    for (std::size_t i = 1; i < this->Active.size(); ++i) // nearly in order already
+    for (std::size_t i = 1; i < this->Active.size(); ++i) // insertion sort: nearly in order already
     {
       const std::size_t side = this->Active[i];
       const double x = this->Sides[side].At(middle);
@@ -168,8 +169,8 @@ private:
   }
 
   std::vector<Side> Sides;
-  std::vector<Trapezoid> Trapezoids; // one a side
-  std::vector<std::size_t> Active;   // sides at this height, from the left
+  std::vector<Trapezoid> Trapezoids; // one for each side
+  std::vector<std::size_t> Active;   // the sides at the current height, from the left
 };
 
 }

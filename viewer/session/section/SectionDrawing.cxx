@@ -25,7 +25,7 @@ std::string Escaped(std::string_view text)
   return escaped;
 }
 
-// How the unit is written on paper, and how many of that one of the model's is; nothing otherwise.
+// The unit on paper, and how many of it one model unit is; an empty name for unknown units.
 struct PaperUnit
 {
   std::string_view name;

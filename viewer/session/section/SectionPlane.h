@@ -18,12 +18,12 @@ struct SectionPlane
   double offset = 0;      // of its points along the normal, model units
   bool operator==(const SectionPlane&) const = default;
 
-  // Above 0: cut away.
+  // The distance of a point above the plane; above 0, the point is cut away.
   double Above(const Vec3& point) const { return Dot(point, this->normal) - this->offset; }
   bool CutsAway(const Vec3& point) const { return this->Above(point) > 0; }
-  // Whether nothing of a box is left; of an empty box nothing is.
+  // Whether all of a box is cut away; true for an empty box.
   bool CutsAwayAllOf(const Box& box) const { return this->LeastOf(box) > this->offset; }
-  // Whether it goes through a box.
+  // Whether the plane goes through a box.
   bool Meets(const Box& box) const
   {
     return this->LeastOf(box) <= this->offset && this->MostOf(box) >= this->offset;
@@ -34,8 +34,8 @@ struct SectionPlane
 
   Vec3 NearestTo(const Vec3& point) const { return point - this->normal * this->Above(point); }
 
-  // The part of a ray that is not cut away: from `begin` to `end`, both 0 or more along it; begin >
-  // end if nothing is left.
+  // The part of a ray that is not cut away: from `begin` to `end`, distances of 0 or more along the
+  // ray; begin > end if nothing is left.
   struct Part
   {
     double begin = 0, end = std::numeric_limits<double>::infinity();
@@ -65,8 +65,8 @@ private:
   }
 };
 
-// The plane's own axes, around a point near what is drawn, seen against the normal: x to the right,
-// y up. For planes across an axis they are two of the other axes.
+// The plane's own axes, with their origin at a point near what is drawn. Seen against the normal, x
+// is to the right and y up. For a plane across a coordinate axis, they are the other two axes.
 struct SectionAxes
 {
   Vec3 origin, x, y;

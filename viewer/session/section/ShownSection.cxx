@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The section that a person has put through the model: see ShownSection.h.
+// The section that the user has put through the model: see ShownSection.h.
 #include "viewer/session/section/ShownSection.h"
 
 #include <algorithm>

@@ -15,7 +15,7 @@
 namespace kdstream
 {
 
-// No plane at first. It goes through the model's box, or touches it.
+// There is no plane at first. A plane always goes through the model's box, or touches it.
 class ShownSection
 {
 public:
@@ -23,25 +23,27 @@ public:
   void Reset(const Box& box);
 
   const std::optional<SectionPlane>& Plane() const { return this->Cut; }
-  // Normals of any length but 0; what is not finite changes nothing.
+  // Sets the plane, or removes it. Its normal may have any length above 0. Values that are not
+  // finite change nothing.
   void Set(const std::optional<SectionPlane>& plane);
-  // Sets the section: "x", "y", "z": across that axis; "view": across the line of sight; through
-  // the middle of the box. The side of the eye is cut away (toEye: direction from the middle).
-  // "flip": cuts away the other side. "off". False, and no change, for other words.
+  // Sets a plane through the middle of the box. "x", "y", "z": across that axis; "view": across the
+  // line of sight. The side of the eye is cut away (toEye: the direction from the middle to the
+  // eye). "flip": cuts away the other side. "off": removes the plane. For other words: false, and
+  // no change.
   bool SetAlong(std::string_view word, const Vec3& toEye);
   // The same across any direction.
   void SetAcross(const Vec3& direction, const Vec3& toEye);
   // How much of the box's length along the normal is cut away: 0-1. 0 without a plane.
   double Depth() const;
   void SetDepth(double depth);
-  // Along the normal, model units; so that more is kept where `length` is above 0.
+  // Moves the plane along its normal by `length` model units; if that is above 0, more is kept.
   void Move(double length);
   // Turns the plane about its point nearest to the middle of the box. Within 5 degrees of an axis
   // it snaps to the axis, until it is turned further.
   void Turn(const Quaternion& turn);
 
-  // Computes the outline and, if the surface is closed, the cap, if plane or surface have changed.
-  // surfaceVersion: of `surface`. As CutSurface and CapOf.
+  // If the plane or the surface has changed, computes the outline and, for a closed surface, the
+  // cap. surfaceVersion: the version of `surface`. Complexity: as CutSurface and CapOf.
   void Follow(const DrawnSurface& surface, std::uint64_t surfaceVersion, bool isClosed);
   // The cap that fills the plane where the model is solid; null if there is none. Its version grows
   // whenever it changes.
@@ -49,14 +51,14 @@ public:
   std::uint64_t CapVersion() const { return this->FillingVersion; }
   const std::vector<SectionSegment>& Outline() const { return this->Segments; }
 
-  // As PickSurface, for what the section leaves: the surface, or the cap before it.
+  // As PickSurface, for what the section leaves: the surface, or the cap if it is nearer.
   std::optional<SurfaceHit> Pick(
     const DrawnSurface& surface, const Ray& ray, double slack = 0) const;
   // The point of the outline nearest to `point`, with its triangle, if it is at most `most` away.
   // O(segments).
   std::optional<SurfaceHit> NearestOnOutline(const Vec3& point, double most) const;
 
-  // The triangle of a hit on the cap, where there is none.
+  // SurfaceHit::part of a hit on the cap, which belongs to no part.
   static constexpr std::size_t capPart = static_cast<std::size_t>(-1);
 
 private:
@@ -64,7 +66,7 @@ private:
 
   Box Around;
   std::optional<SectionPlane> Cut;
-  Vec3 Turned{}; // the normal as turned by fingers
+  Vec3 Turned{}; // the normal as fingers have turned it, before it snaps to an axis
   struct Basis
   {
     SectionPlane plane;

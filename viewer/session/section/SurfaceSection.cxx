@@ -12,8 +12,8 @@ namespace kdstream
 namespace
 {
 
-// Computed from the point that is kept to the one that is cut away, always in this order, so that
-// all triangles at an edge get the same point.
+// Where an edge crosses the plane. Always computed from the kept end to the end that is cut away,
+// so that all triangles at the edge get the same point.
 Vec3 CrossingOf(const Vec3& kept, double below, const Vec3& away, double above)
 {
   const double share = below / (below - above);
@@ -75,8 +75,8 @@ std::vector<SectionSegment> CutSurface(const DrawnSurface& surface, const Sectio
 
 std::vector<SectionLine> LinesOf(const std::vector<SectionSegment>& segments)
 {
-  std::multimap<Vec3, std::size_t> beginning; // segments that no line has yet
-  std::map<Vec3, int> ends;                   // at each place: ends minus beginnings
+  std::multimap<Vec3, std::size_t> beginning; // by first point: segments that are in no line yet
+  std::map<Vec3, int> ends; // at each place: segments that end there minus those that begin
   for (std::size_t i = 0; i < segments.size(); ++i)
   {
     beginning.emplace(segments[i].from, i);
@@ -99,7 +99,7 @@ std::vector<SectionLine> LinesOf(const std::vector<SectionSegment>& segments)
     }
     lines.push_back(std::move(line));
   };
-  // First open lines, from their ends: from the middle they would be split.
+  // Open lines come first, from where they begin: from the middle they would be split.
   for (const auto& [place, surplus] : ends)
   {
     for (int i = surplus; i < 0; ++i)

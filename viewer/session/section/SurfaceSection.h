@@ -16,13 +16,13 @@
 namespace kdstream
 {
 
-// Where the plane goes through one triangle. The triangles of a closed surface turn left around
-// their outward normals; seen against the plane's normal, the inside is then on the left of the way
-// from `from` to `to`.
+// Where the plane goes through one triangle. If the triangles of a closed surface turn left around
+// their outward normals, the inside is on the left of the way from `from` to `to`, seen against the
+// plane's normal.
 struct SectionSegment
 {
   Vec3 from{}, to{};
-  std::uint32_t part = 0, triangle = 0; // numbers as in SurfaceHit
+  std::uint32_t part = 0, triangle = 0; // as in SurfaceHit
 };
 
 // Triangles that only touch the plane from one side have no segment. If two triangles share an
@@ -30,19 +30,20 @@ struct SectionSegment
 // meets).
 std::vector<SectionSegment> CutSurface(const DrawnSurface& surface, const SectionPlane& plane);
 
-// Segments, end to end.
+// Segments joined end to end.
 struct SectionLine
 {
-  std::vector<Vec3> points; // two or more; of a closed line each once
+  std::vector<Vec3> points; // two or more; a closed line does not repeat its first point
   bool closed = false;
 };
-// Each segment is in one line. O(n log n).
+// Joins segments to lines. Each segment is in exactly one line. O(n log n).
 std::vector<SectionLine> LinesOf(const std::vector<SectionSegment>& segments);
 
-// Fills the outline with triangles by the even-odd rule. Open lines are closed first, each end to
-// the nearest other end. Triangles turn left around the plane's normal. If segments cross between
-// their ends, which happens only for a surface that intersects itself, the error is smaller than
-// the slab of the plane between two ends. O(n (log n + m)) for m segments side by side.
+// Fills the outline with triangles by the even-odd rule. Open lines are closed first, by joining
+// each end to the nearest other end. Triangles turn left around the plane's normal. If segments
+// cross between their ends, which happens only for a surface that intersects itself, the error is
+// smaller than the slab of the plane between two ends. O(n (log n + m)) for n segments, of which up
+// to m lie side by side.
 //
 // A plane sweep (J. Nievergelt, F. P. Preparata: Plane-sweep algorithms for intersecting geometric
 // figures, 1982): two neighbouring segments enclose a trapezoid, until one of them ends or another
@@ -50,8 +51,9 @@ std::vector<SectionLine> LinesOf(const std::vector<SectionSegment>& segments);
 Surface CapOf(const std::vector<SectionSegment>& segments, const SectionPlane& plane);
 
 // The lines as SVG 1.1, one path, seen against the plane's normal. One unit of the drawing is one
-// of the model; if that is mm, cm, m or in, the drawing has its true size on paper (a browser takes
-// metres as 1000 mm). title, note: any text; the note says how exact the drawing is. O(n).
+// unit of the model. If that is mm, cm, m or in, the drawing has its true size on paper (metres are
+// written as 1000 mm, for browsers). title, note: any text; the note says how exact the drawing is.
+// O(n).
 std::string SectionDrawing(const std::vector<SectionLine>& lines, const SectionPlane& plane,
   std::string_view unit, std::string_view title, std::string_view note);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The tiles of texture that paint what is shown: see ShownTiles.h.
+// The texture tiles for the shown surface: see ShownTiles.h.
 #include "viewer/session/texture/ShownTiles.h"
 
 #include <algorithm>
@@ -11,7 +11,7 @@ namespace kdstream
 namespace
 {
 
-constexpr double softPoints = 1.5; // of the screen between neighbouring vertices
+constexpr double softPoints = 1.5; // points of the screen between neighbouring vertices
 
 std::size_t PictureBytesOf(const TextureTile& tile)
 {
@@ -45,7 +45,7 @@ void ShownTiles::Reset(const ModelDescription& model, std::vector<double> spacin
   {
     return;
   }
-  // A server's claim is only a hint.
+  // Clamped, because the server may claim anything.
   const auto each = [](std::uint64_t all, std::uint64_t pieces)
   {
     return static_cast<std::size_t>(std::clamp<std::uint64_t>(
@@ -111,7 +111,7 @@ void ShownTiles::Follow(const DrawnSurface& surface, const Camera& camera,
   {
     return;
   }
-  std::vector<std::pair<double, PieceId>> wanted; // by how far from the middle of the screen
+  std::vector<std::pair<double, PieceId>> wanted; // by distance from the middle of the screen
   for (const DrawnSurface::Part& part : surface.Parts())
   {
     const PieceId piece = part.part->piece;
@@ -161,7 +161,7 @@ Status ShownTiles::Add(
   KDSTREAM_TRY(tile);
   if (PictureBytesOf(*tile) > this->Limit)
   {
-    this->Fail(blob); // no error: the colours of the vertices stay
+    this->Fail(blob); // not an error: the colours of vertices are shown instead
     return {};
   }
   if (!this->Touch(piece->id))
@@ -173,8 +173,8 @@ Status ShownTiles::Add(
   return {};
 }
 
-// Removes tiles that were wanted longest ago first; tiles that are wanted now only if they do not
-// fit.
+// Removes tiles until the rest fits: first those that were wanted longest ago, last those that are
+// wanted now.
 void ShownTiles::Evict()
 {
   std::size_t pictures = this->PictureBytes();

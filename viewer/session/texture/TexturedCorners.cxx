@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A painted part as renderers draw it: see TexturedCorners.h.
+// A textured part as renderers draw it: see TexturedCorners.h.
 #include "viewer/session/texture/TexturedCorners.h"
 
 #include <algorithm>
@@ -9,7 +9,7 @@ namespace kdstream
 namespace
 {
 
-// Texture places of a point that are compared; with more of them, vertices are repeated.
+// How many texture places of a point are compared; if it has more, vertices may be repeated.
 constexpr unsigned mostPlaces = 64;
 
 }
@@ -28,7 +28,8 @@ TexturedCorners TexturedCornersOf(
   const float width = static_cast<float>(tile.width), height = static_cast<float>(tile.height);
   TexturedCorners textured;
   textured.triangles.reserve(surface.triangles.size());
-  // The vertices of a point are a list: the last one, and before each the one before it.
+  // The vertices of a point form a linked list: `last` has its latest vertex, and `before` the one
+  // before each vertex.
   std::vector<VertexId> last(surface.points.size(), noVertex), before;
   const auto vertexAt = [&](VertexId point, const std::array<float, 2>& place)
   {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A textured part as renderers draw it: a vertex for each place in the texture that a point has.
-// Step "render" of the pipeline picture.
+// A textured part as renderers draw it: a point with several places in the texture has a vertex for
+// each. Step "render" of the pipeline picture.
 #pragma once
 
 #include "filters/codec/TextureTile.h"
@@ -16,9 +16,9 @@ namespace kdstream
 
 struct TexturedCorners
 {
-  std::vector<VertexId> points;             // of each vertex, its point of the surface
-  std::vector<std::array<float, 2>> places; // of each vertex, 0-1 from the picture's first row down
-  std::vector<Triangle> triangles;          // of vertices, in the order of the surface's
+  std::vector<VertexId> points;             // for each vertex, its point of the surface
+  std::vector<std::array<float, 2>> places; // for each vertex, 0-1 down from the first row
+  std::vector<Triangle> triangles; // indices of vertices, in the order of the surface's triangles
 };
 
 // Whether the tile has all texture corners of a surface's triangles (SurfacePart::corners).

@@ -19,7 +19,7 @@ struct TexturedPiece
 };
 using TileList = std::vector<TexturedPiece>; // by piece, ascending
 
-// Null where none paints it. O(log).
+// The tile of a piece; null if there is none. O(log tiles).
 inline std::shared_ptr<const TextureTile> FindTile(const TileList& tiles, PieceId piece)
 {
   const auto place = std::partition_point(

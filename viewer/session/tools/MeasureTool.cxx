@@ -87,10 +87,10 @@ bool MeasureTool::MeasureAt(const Ray& ray, double slack)
   return true;
 }
 
-// The end of a distance that a ray gives.
+// The end of a distance that a ray hits.
 std::optional<SurfaceHit> MeasureTool::EndOn(const Ray& ray, double slack) const
 {
-  constexpr double near = 0.5; // of the width of a finger: nearer hits mean the outline
+  constexpr double near = 0.5; // of a finger's width: a hit this near means the outline
   auto hit = this->Model.Pick(ray, slack);
   if (hit && hit->part == ShownSection::capPart)
   {
@@ -150,7 +150,7 @@ MeasuredPoint& MeasureTool::PointOf(const End& end)
   return end.isSecond ? *measurement.to : measurement.from;
 }
 
-// Notes what was hit; whether the end waits for the original there.
+// Records what was hit. Returns whether the end waits for the original there.
 bool MeasureTool::Settle(End& end, const SurfaceHit& hit)
 {
   const ModelDescription& model = this->Model.open->description;
@@ -176,7 +176,7 @@ bool MeasureTool::Settle(End& end, const SurfaceHit& hit)
   const auto isShown = [this](std::uint32_t partition)
   { return this->Model.surface.IsRefined(partition); };
   const bool isAllShown = std::all_of(end.partitions.begin(), end.partitions.end(), isShown);
-  if (isAllShown) // true also if none are known: the first is the one around the hit
+  if (isAllShown) // also if no partition is known yet: the first is that around the hit
   {
     end.around = end.partitions.empty() ? std::vector<Vec3>{ hit.point } : coarse;
   }
@@ -218,7 +218,7 @@ void MeasureTool::FollowSurface(double slack)
       const MeasuredPoint before = this->PointOf(end);
       auto hit =
         end.isOfLink ? this->EndAt(end.ray.origin, before.error) : this->EndOn(end.ray, slack);
-      // The surface that was meant may now be behind another one, or beside the ray.
+      // The surface that the user tapped may now be behind another one, or beside the ray.
       const double tolerance = 2 * before.error + 1e-3 * Length(before.point - end.ray.origin);
       if (!end.isOfLink && (!hit || Length(hit->point - before.point) > tolerance))
       {
@@ -232,7 +232,7 @@ void MeasureTool::FollowSurface(double slack)
     });
 }
 
-// Whether what it waits for has failed.
+// Whether what the end waits for has failed.
 bool MeasureTool::IsGivenUp(const End& end) const
 {
   const FailedBlobs& failed = this->Model.failed;

@@ -17,10 +17,10 @@
 namespace kdstream
 {
 
-// An end is picked on what is shown, with the error of that resolution. The partition around it is
-// then fetched as the original, before everything else; if a triangle there reaches into other
-// partitions, these too. After each new surface the end is picked again, by the same ray, until all
-// corners there are the original's.
+// An end is picked on the shown surface, with the error of the resolution there. The partition
+// around it is then fetched as the original, before everything else. If the hit triangle reaches
+// into other partitions, these are fetched too. After each new surface the end is picked again, by
+// the same ray, until all corners of the hit triangle are the original's.
 //
 // In a section, an end near the outline is on the outline, and so on the surface; an end within the
 // cap is a point of the plane, which is exact.
@@ -41,22 +41,22 @@ public:
   // Begins a distance, or ends the one that was begun. slack: the tangent of the angle that a
   // finger covers. False if nothing was hit, or if there are already as many distances as allowed.
   bool MeasureAt(const Ray& ray, double slack);
-  // Replaces the distances by another user's: their points are on the original, to which they are
-  // moved when it has arrived.
+  // Replaces the distances by those of another user. Their ends are points of the original, and are
+  // moved to it when it has arrived.
   void Take(const std::vector<std::array<Vec3, 2>>& measured);
   void Name(std::size_t index, const std::string& name);
   void Remove(std::size_t index);
-  void DropHalf(); // a distance that was only begun
+  void DropHalf(); // drops a distance that was only begun
 
   // Whether any end waits for the original.
   bool Waits() const { return !this->Ends.empty(); }
   // Finds which partitions are around the waiting ends, as far as the tree is known; the tree
-  // records as missing what else is needed. If a part of that has failed, an end stays on the
-  // level.
+  // records as missing what else is needed. If some of that has failed, the end stays on the level.
   void FollowTree();
-  // On the surface that has just been drawn, by the finger of now.
+  // Picks the waiting ends again, on the surface that has just been drawn. slack: as in MeasureAt,
+  // for the current camera.
   void FollowSurface(double slack);
-  // Appends the partitions that are to be the original.
+  // Appends the partitions that must be shown as the original.
   void AddTo(std::vector<PieceId>& pieces) const;
 
 private:
@@ -65,9 +65,9 @@ private:
   {
     std::size_t measurement = 0;
     bool isSecond = false;
-    bool isOfLink = false;              // by a link: the ray begins there, and goes nowhere
-    Ray ray;                            // the ray of the pick
-    std::set<std::uint32_t> partitions; // that are to be the original
+    bool isOfLink = false; // from a link: the ray's origin is the point, its direction is 0
+    Ray ray;               // the ray of the pick
+    std::set<std::uint32_t> partitions; // that must be shown as the original
     std::vector<Vec3> around;           // places whose partitions will be known later
   };
 
@@ -81,7 +81,7 @@ private:
   ShownModel& Model;
   std::vector<Measurement> Measured;
   std::size_t Made = 0;
-  std::vector<End> Ends; // that wait for the original
+  std::vector<End> Ends; // all of them wait for the original
 };
 
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Distances that a person measures: see Measurement.h.
+// Distances that the user measures: see Measurement.h.
 #include "viewer/session/tools/Measurement.h"
 
 #include "filters/core/VectorMath.h"

@@ -16,16 +16,18 @@ namespace kdstream
 struct MeasuredPoint
 {
   Vec3 point{};          // model units
-  Resolution resolution; // the coarsest that had a part in what was picked
-  // How far the mesh of which the store was built may be: for a level an estimate, see ErrorOf.
+  Resolution resolution; // the coarsest among the corners that were picked
+  // How far the point may be from the mesh that the store was built of; for a level an estimate
+  // (ErrorOf).
   double error = 0;   // model units
-  bool waits = false; // for the original, which is asked for
+  bool waits = false; // waits for the original, which has been requested
   bool operator==(const MeasuredPoint&) const = default;
 };
 
 // How far a point of a resolution's surface may be from the input's, in model units. For the
-// original an upper bound, the grid's rounding: 0 of a lossless store. For a level an estimate, its
-// geometric error besides: that bounds how far the original is from the level, not the way back.
+// original, this is an upper bound, the rounding to the grid: 0 for a lossless store. For a level,
+// the geometric error is added, and this is an estimate: the geometric error bounds how far the
+// original is from the level, not how far the level is from the original.
 double ErrorOf(Resolution resolution, const ModelDescription& model);
 
 struct Measurement
@@ -35,13 +37,13 @@ struct Measurement
   std::optional<MeasuredPoint> to; // nothing while there is only one end
   bool operator==(const Measurement&) const = default;
 
-  // These three are 0 as long as there is no `to`.
+  // The next three are 0 as long as there is no `to`.
   double Distance() const;                 // model units, straight
-  double Height(const Vec3& up) const;     // of that along `up`, of length 1; below 0: downwards
+  double Height(const Vec3& up) const;     // its part along `up`, of length 1; below 0: downwards
   double Horizontal(const Vec3& up) const; // horizontal part of the distance
-  // The distance in the input differs from this one by at most this.
+  // The distance in the input mesh differs from Distance() by at most this.
   double Error() const;
-  // Both ends are on the original.
+  // Whether both ends are on the original.
   bool IsExact() const;
 };
 

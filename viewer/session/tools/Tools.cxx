@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The tools that a person may take in hand: see Tools.h.
+// The tools that the user may choose: see Tools.h.
 #include "viewer/session/tools/Tools.h"
 
 #include "filters/model/JsonWriter.h"
@@ -52,11 +52,12 @@ bool Tools::Take(const Gesture& gesture, const Camera& camera)
   return false;
 }
 
-// One finger moves the plane along its normal, as it appears on the screen; if the normal points at
-// the eye, moving down brings the plane nearer.
+// One finger moves the plane along its normal as the normal appears on the screen. If that is too
+// short, because the normal is nearly along the line of sight, dragging down brings the plane
+// nearer.
 void Tools::DragSection(double dx, double dy, const Camera& camera)
 {
-  constexpr double leastSeen = 0.3; // of the normal's length
+  constexpr double leastSeen = 0.3; // of the normal's length, on the screen
   const Vec3& normal = this->Model.Plane()->normal;
   const double right = Dot(normal, camera.Right()), up = Dot(normal, camera.Up());
   const double seen = std::sqrt(right * right + up * up);
@@ -65,7 +66,8 @@ void Tools::DragSection(double dx, double dy, const Camera& camera)
   this->Model.section.Move(pixels / camera.PixelsPerUnit());
 }
 
-// Two fingers turn it, as a ball under them: by a radian for half the window's shorter side.
+// Two fingers turn the plane like a ball under them: by about a radian for half the window's
+// shorter side.
 void Tools::TurnSection(double dx, double dy, const Camera& camera)
 {
   const Viewport& window = camera.GetViewport();
@@ -81,7 +83,7 @@ void Tools::SetLight(const std::optional<RakingLight>& light)
   this->Raking = light ? std::optional(Confined(*light)) : std::nullopt;
 }
 
-// The light in hand stands where the finger is: on a disc as wide as most of the window.
+// The chosen light moves to the finger, on a disc that covers most of the window.
 void Tools::ShineFrom(double x, double y, const Viewport& window)
 {
   constexpr double share = 0.45; // of the window's shorter side: the disc's radius

@@ -15,7 +15,7 @@
 namespace kdstream
 {
 
-// One tool is in hand at a time. What all of them have made stays, until the model is another one.
+// One tool is in hand at a time. What any tool has made stays until another model is selected.
 class Tools
 {
 public:
@@ -27,7 +27,7 @@ public:
   Tools(const Tools&) = delete;
 
   void Reset(); // another model; the tool stays in hand
-  // Half a measurement is dropped.
+  // An unfinished measurement is dropped.
   void TakeInHand(Tool tool);
   Tool InHand() const { return this->Hand; }
   // Whether the chosen tool uses a gesture. Then the gesture does not move the camera, except for
@@ -43,10 +43,10 @@ public:
   MeasureTool& Measuring() { return this->Measures; }
   const MeasureTool& Measuring() const { return this->Measures; }
   const std::optional<RakingLight>& Light() const { return this->Raking; }
-  // Nothing: the standard light. What is out of its range is brought into that.
+  // Nothing: the standard light. Values out of range are clamped.
   void SetLight(const std::optional<RakingLight>& light);
 
-  // Writes the tools into a link, relative to the camera's fitted box.
+  // Writes measurements, section and light into a link, relative to the camera's fitted box.
   void PutInto(ViewLink& link, const Camera& camera) const;
   void TakeFrom(const ViewLink& link, const Camera& camera);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Run by TestRankPipelines on the ranks of a job: an error of one rank is an error of all, which
-// names the rank, and no rank waits; and no rank has much more of the mesh than others, whatever
-// its ids.
+// TestRankPipelines runs this on the ranks of a job. It checks that every rank reports an error of
+// one rank, with the number of that rank, and that no rank waits for ever. It also checks that no
+// rank has much more of the mesh than others, whatever its ids are.
 //   RankFaults CASE FOLDER; exit code 1 and a line for each difference.
 #include "filters/adapter/RankMesh.h"
 #include "filters/adapter/Testing/FilterTools.h"
@@ -48,7 +48,7 @@ void Expect(bool holds, const std::string& what)
   }
 }
 
-// A part of a mesh.
+// Rank `of`'s part of a mesh.
 PolyData PartOf(int of)
 {
   PolyData part = MakeSphere(20);
@@ -67,7 +67,7 @@ bool Execute(vtkAlgorithm& algorithm)
   return writer ? writer->Write() != 0 : (algorithm.Update(), algorithm.GetErrorCode() == 0);
 }
 
-// All ranks report that the rank has failed, and why; there is no output.
+// All ranks must report that this rank has failed, and why; there must be no output.
 void ExpectErrorOf(
   int failed, vtkAlgorithm& algorithm, const std::string& what, const std::string& said = "")
 {
@@ -140,7 +140,7 @@ void ForFilterAndWriter(const Visit& visit)
   visit(*writer, "the writer");
 }
 
-// One rank's input differs: an error. With the right input the next Update works.
+// The input of one rank is bad, which is an error. With a good input, the next Update works.
 void CheckInputs()
 {
   int bad = 0;
@@ -161,7 +161,7 @@ void CheckInputs()
   }
 }
 
-// The same where another algorithm asks for the output.
+// The same, if another algorithm after the filter asks for the output.
 void CheckBehind()
 {
   vtkNew<vtkKdTreePartition> filter;
@@ -179,8 +179,9 @@ void CheckBehind()
     "the error is " + heard.error);
 }
 
-// What ParaView does with a filter: the filter keeps its executive only if that is of the class
-// that the panel's XML names (none: ParaView's own). Then the input of one rank fails.
+// Does with a filter what ParaView does. A filter keeps its executive only if this is of the class
+// that the XML of its panel names; without a name, it gets ParaView's own. Then the input of one
+// rank fails.
 void CheckParaView()
 {
   std::ifstream file(KDSTREAM_PANELS);
@@ -231,9 +232,10 @@ void CheckOptions()
   Expect(Execute(*filter), "with the same options");
 }
 
-constexpr std::size_t leastOfLists = 2000; // bytes: VTK itself ends where there is not even less
+constexpr std::size_t leastOfLists = 2000; // bytes: with less, VTK itself aborts
 
-// Rank 1's memory ends: at its first allocation, at a later one, at one later than that, …
+// Rank 1 runs out of memory: at its first allocation, then at a later one, then at an even later
+// one, …
 void CheckMemory()
 {
   PolyData part = PartOf(rank);
@@ -249,7 +251,7 @@ void CheckMemory()
     [&](vtkAlgorithm& algorithm, const std::string& which)
     {
       algorithm.SetInputDataObject(part);
-      Execute(algorithm); // VTK's pipelines are made
+      Execute(algorithm); // VTK sets up its pipelines here
       int isFailed = 1, times = 0;
       for (long at = 0; isFailed; at += 1 + at / 2)
       {
@@ -274,7 +276,7 @@ void CheckMemory()
     });
 }
 
-// Each rank's share of points and triangles, as the store's build gets it.
+// Each rank's share of points and triangles, as the build of a store gets it.
 void CheckShares()
 {
   constexpr std::int64_t stray = std::int64_t{ 1 } << 62;
@@ -320,9 +322,9 @@ void CheckShares()
   }
 }
 
-// The store's folder does not exist on one rank, or cannot be written. On the first rank that is an
-// error of all. Other ranks use the system's folder for temporary files; if that does not exist
-// either, the error names both.
+// The store's folder does not exist on one rank, or cannot be written. On the first rank, this is
+// an error of all ranks. Other ranks then use the system's folder for temporary files; if that does
+// not exist either, the error names both folders.
 void CheckFolders()
 {
   const std::filesystem::path own = folder + "/rank" + std::to_string(rank);
@@ -347,7 +349,7 @@ void CheckFolders()
     removeFrom(1);
     if (rank == 1 && isThere)
     {
-      std::filesystem::create_directory_symlink("/proc", "there"); // not even by root
+      std::filesystem::create_directory_symlink("/proc", "there"); // even root cannot write there
     }
     job->Barrier();
     Expect(Execute(*writer), "no folder to write on rank 1");
@@ -368,7 +370,7 @@ void CheckFolders()
 
 int main(int argc, char** argv)
 {
-  ::alarm(100); // s: nobody waits for ever
+  ::alarm(100); // seconds: no rank waits for ever
   vtkNew<vtkMPIController> controller;
   controller->Initialize(&argc, &argv);
   vtkMultiProcessController::SetGlobalController(controller);

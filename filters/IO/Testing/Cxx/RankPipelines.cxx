@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Run by TestRankPipelines on the ranks of a job: each rank has a part of a mesh, and gets its
-// partitions of one tree over all. They are equal, bit for bit, to those of one process for the
-// whole mesh.
+// TestRankPipelines runs this on the ranks of a job. Each rank has a part of a mesh, and gets its
+// partitions of one tree over all parts. These must equal, bit for bit, the partitions that one
+// process makes of the whole mesh.
 //   RankPipelines CASE FOLDER [MESH]; exit code 1 and a line for each difference.
 #include "filters/adapter/Testing/FilterTools.h"
 
@@ -119,7 +119,7 @@ int KindOf(vtkPolyData* mesh, vtkIdType cell)
   return kind;
 }
 
-// vtkPolyData knows no polygons of two points, but its arrays do.
+// vtkPolyData does not allow polygons of two points, but its arrays can hold them.
 Ids CornersOf(vtkPolyData* mesh, vtkIdType cell)
 {
   int kind = 0;
@@ -142,7 +142,7 @@ void CopyTuples(vtkDataSetAttributes* from, const Ids& which, vtkDataSetAttribut
   }
 }
 
-// Points and cells of a mesh, ascending, as a mesh.
+// Makes a mesh of these points and cells; both lists are in ascending order.
 PolyData Extract(vtkPolyData* whole, const Ids& points, const Ids& cells)
 {
   const auto part = PolyData::New();
@@ -188,9 +188,10 @@ void Mark(vtkDataSetAttributes* data, vtkIdType count, const std::vector<bool>& 
   data->AddArray(marks);
 }
 
-// The part of a mesh that rank `of` has: every cell once, with its points, and its share of the
-// points without cells; with ghosts also some of the next rank's cells, marked. Rank `none` has
-// nothing. Also for another number of shares than ranks.
+// The part of a mesh that rank `of` has. Every cell, with its points, is in one part; points
+// without cells are distributed, too. ghosts: each part also has some of the next rank's cells,
+// marked as ghosts. none: a rank that has nothing. shares: the number of parts, which can differ
+// from the number of ranks.
 struct Sharing
 {
   bool ghosts = false;
@@ -255,7 +256,7 @@ PolyData ShareOf(vtkPolyData* whole, int of, const Sharing& sharing)
   return part;
 }
 
-// Parts one after the other as one mesh: their points, and their cells kind by kind.
+// Joins parts into one mesh, in order: their points, and their cells kind by kind.
 PolyData Join(const std::vector<PolyData>& parts)
 {
   const auto whole = PolyData::New();
@@ -329,8 +330,9 @@ vtkPolyData* PartitionAt(vtkKdTreePartition* filter, unsigned int i)
   return vtkPolyData::SafeDownCast(filter->GetOutput()->GetPartition(i));
 }
 
-// This rank's partitions must be those of one process, and it must have no others. first: the
-// number of this rank's first point, if global ids count the points of each rank; -1: they do not.
+// Checks that this rank's partitions equal those of one process, and that it has no others. first:
+// the number of this rank's first point, if its global ids count only its own points; -1: the ids
+// are other numbers.
 void ComparePartitions(vtkDataObject* own, vtkPolyData* whole, vtkIdType size, vtkIdType first = 0)
 {
   const auto together = Partition(own, size, false), one = Partition(whole, size, true);
@@ -344,7 +346,7 @@ void ComparePartitions(vtkDataObject* own, vtkPolyData* whole, vtkIdType size, v
     Expect((here != nullptr) == isOwn, "who has partition " + std::to_string(i));
     Expect(!here || AreSame(here, PartitionAt(one, i)), "partition " + std::to_string(i));
   }
-  // Port 1 without port 0 says the same of the points.
+  // Port 1 without port 0 must give the same partitions to points.
   together->Modified();
   together->Update(1);
   const auto ids = vtkPolyData::SafeDownCast(together->GetOutputDataObject(1));
@@ -375,7 +377,7 @@ void CompareBlocks(vtkPolyData* whole, vtkIdType size)
   ComparePartitions(blocks, whole, size);
 }
 
-// Without ids nothing is the same point: the whole mesh is the shares, one after the other.
+// Without ids, no two points are the same, so the whole mesh is the shares, one after the other.
 void CompareInTurn(vtkPolyData* whole, vtkIdType size, const Sharing& sharing)
 {
   std::vector<PolyData> shares;
@@ -391,8 +393,8 @@ void SetInactive(vtkDataSetAttributes* data)
   data->SetActiveAttribute(-1, vtkDataSetAttributes::GLOBALIDS);
 }
 
-// Ids that each rank counts separately have no meaning: the whole mesh is the shares, one after the
-// other, and the array of these ids is an ordinary array.
+// If each rank counts its ids from the beginning, they have no meaning. The whole mesh is then the
+// shares, one after the other, and the array of these ids is an ordinary array.
 void CompareRestartedIds(vtkPolyData* whole, vtkIdType size)
 {
   std::vector<PolyData> shares;
@@ -410,7 +412,7 @@ void CompareRestartedIds(vtkPolyData* whole, vtkIdType size)
   ComparePartitions(own, all, size, first);
 }
 
-// The same of cells, where points have good ids.
+// The same for the ids of cells, if points have valid ids.
 void CompareRestartedCellIds(vtkPolyData* whole, vtkIdType size)
 {
   AddGlobalIds(whole);
@@ -432,7 +434,7 @@ void CompareRestartedCellIds(vtkPolyData* whole, vtkIdType size)
   ComparePartitions(own, whole, size);
 }
 
-// Ids are compared to the last bit.
+// Ids must be compared to the last bit.
 void CompareHighCellIds(vtkPolyData* whole, vtkIdType size)
 {
   AddGlobalIds(whole);
@@ -444,7 +446,7 @@ void CompareHighCellIds(vtkPolyData* whole, vtkIdType size)
   ComparePartitions(ShareOf(whole, rank, {}), whole, size);
 }
 
-// Ids of any size: negative ones, some far from all others, those that one number of ranks divides.
+// Ids of any size: negative ones, one far from all others, and multiples of many numbers of ranks.
 const std::vector<IdOf>& StrayIds()
 {
   constexpr vtkIdType far = vtkIdType{ 1 } << 62;
@@ -465,7 +467,7 @@ void CompareStrayIds(vtkPolyData* whole, vtkIdType size)
   }
 }
 
-// Arrays of cells are those of the ranks that have cells.
+// The arrays of cells are those of the ranks that have cells.
 void CompareArrays(vtkPolyData* whole, vtkIdType size)
 {
   AddGlobalIds(whole);
@@ -478,7 +480,7 @@ void CompareArrays(vtkPolyData* whole, vtkIdType size)
   ComparePartitions(own, whole, size);
 }
 
-// A cell that was cut up and one without elements are not two whole ones.
+// A cell that was cut up, and one that has no elements, must not count as two whole cells.
 void ExpectNoIdsOfCutCells()
 {
   const PolyData whole = MakePlate(20);
@@ -498,7 +500,7 @@ void ExpectNoIdsOfCutCells()
   }
 }
 
-// An error in one rank's input: all ranks report it, and none waits.
+// An error in one rank's input: all ranks must report it, and none may wait for ever.
 void ExpectErrorOfInput(const std::string& folder)
 {
   vtkNew<vtkKdMeshReader> reader;
@@ -524,7 +526,7 @@ void ExpectErrorOfInput(const std::string& folder)
   Expect(filter->GetOutput()->GetNumberOfPartitions() == 0, "there is an output");
 }
 
-// Process 0 writes, so its file name counts, and no other's.
+// Process 0 writes, so only its file name counts.
 void ExpectNameOfFirst(const std::string& folder, vtkMPIController* controller)
 {
   const std::string file = folder + "/named.kds";
@@ -546,7 +548,7 @@ void ExpectNameOfFirst(const std::string& folder, vtkMPIController* controller)
   }
 }
 
-// An error of one rank is reported by all, and none waits.
+// All ranks must report an error of one rank, and none may wait for ever.
 void ExpectErrorOfAll()
 {
   const PolyData input = MakeSphere(20);
@@ -573,7 +575,7 @@ void ExpectErrorOfAll()
   Expect(writer->GetErrorCode() != 0, "no error code");
 }
 
-// What only numbers can do: arrays of texts do not travel, and each rank that has one says so.
+// Only arrays of numbers are sent to other ranks. Each rank that has an array of texts must warn.
 void ExpectWarningOfTexts(const std::string& folder)
 {
   const PolyData whole = MakeSphere(40);
@@ -618,7 +620,7 @@ std::string ContentOf(const std::string& file)
   return { std::istreambuf_iterator<char>(stream), {} };
 }
 
-// A store of what all ranks have is that of one process.
+// The store that all ranks write together must equal that of one process.
 void CompareStores(const std::string& folder, vtkMPIController* controller)
 {
   const PolyData whole = MakeSphere(60);
@@ -639,7 +641,7 @@ void CompareStores(const std::string& folder, vtkMPIController* controller)
   };
   const std::string together = folder + "/model.kds", one = folder + "/one/model.kds";
   write(ShareOf(whole, rank, {}), together, false);
-  // Blocks that have no points may be of any kind, as on one process.
+  // Blocks without points may be of any type, as on one process.
   vtkNew<vtkPartitionedDataSet> blocks;
   blocks->SetPartition(0, vtkSmartPointer<vtkUnstructuredGrid>::New());
   blocks->SetPartition(1, ShareOf(whole, rank, {}));
@@ -659,7 +661,7 @@ void CompareStores(const std::string& folder, vtkMPIController* controller)
 using Parts = std::vector<PolyData>;
 using SetUpWriter = std::function<void(vtkKdStoreWriter&)>;
 
-// The store of what the ranks have is that of all their parts on one process, to the byte.
+// The store of the ranks' parts must equal, byte for byte, that of all these parts on one process.
 void CompareStoreOfParts(const std::string& what, const std::string& folder,
   vtkMPIController* controller, const std::vector<Parts>& ofRanks, const SetUpWriter& setUp = {})
 {
@@ -714,7 +716,7 @@ std::vector<Parts> SharesOf(vtkPolyData* whole, const Sharing& sharing)
   return shares;
 }
 
-// Two of each rank, with ghosts.
+// Two blocks for each rank, with ghosts.
 std::vector<Parts> BlocksOf(vtkPolyData* whole)
 {
   std::vector<Parts> blocks;
@@ -736,7 +738,7 @@ void CompareStoresOfStrayIds(const std::string& folder, vtkMPIController* contro
 {
   const PolyData whole = MakeSphere(30);
   std::vector<IdOf> kinds = StrayIds();
-  kinds.push_back([](vtkIdType, vtkIdType) { return 5; }); // not believed
+  kinds.push_back([](vtkIdType, vtkIdType) { return 5; }); // no valid ids
   for (const IdOf& idOf : kinds)
   {
     AddGlobalIds(whole, idOf);
@@ -794,7 +796,7 @@ void CompareStoresOfParts(const std::string& folder, vtkMPIController* controlle
   compare("a cloud", parts, keepAll);
 }
 
-// Gives the piece that it is asked for, as vtkKdStoreReader does.
+// Returns the piece that is requested, as vtkKdStoreReader does.
 class PieceSource : public vtkPolyDataAlgorithm
 {
 public:
@@ -823,7 +825,7 @@ protected:
 };
 vtkStandardNewMacro(PieceSource);
 
-// Gives what it gets.
+// Passes its input on.
 class Between : public vtkPolyDataAlgorithm
 {
 public:
@@ -840,7 +842,8 @@ protected:
 };
 vtkStandardNewMacro(Between);
 
-// Each rank gets its piece of what can be had in pieces, also where it has had all of it.
+// If a source can give pieces, each rank gets its own piece, even if the source has given
+// everything before.
 void ComparePieces(const std::string& folder, vtkMPIController* controller)
 {
   vtkNew<PieceSource> source;
@@ -902,8 +905,8 @@ void WriteObj(vtkPolyData* mesh, const std::string& file)
   }
 }
 
-// If a source cannot give pieces, each rank uses what it has: a file of its own, or a file that all
-// read, with a warning.
+// If a source cannot give pieces, each rank uses the file that it reads: its own file, or one that
+// all ranks read, with a warning.
 void CompareFiles(const std::string& folder)
 {
   const PolyData whole = MakeSphere(40);
@@ -934,7 +937,7 @@ void CompareFiles(const std::string& folder)
     {
       const bool isReported =
         each->warning.find("all processes have the same mesh") != std::string::npos;
-      const bool knows = each == &heard || rank == 0; // who writes
+      const bool knows = each == &heard || rank == 0; // only rank 0 writes
       Expect(isReported == (knows && !isOwn), "the warning is " + each->warning);
     }
   }

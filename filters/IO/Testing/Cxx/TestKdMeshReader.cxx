@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Files as VTK gets them: strips, arrays that are chosen, clouds, soups; errors with their place.
+// Files as VTK gets them: strips, selected arrays, clouds, soups, and errors with their place.
 #include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/adapter/Testing/FilterTools.h"
 
@@ -45,7 +45,7 @@ protected:
   vtkNew<vtkKdMeshReader> Reader;
 };
 
-// VTK 9.1's own reader gives an empty mesh for these.
+// VTK 9.1's own reader returns an empty mesh for such files.
 TEST_F(TestKdMeshReader, StripsBecomeTriangles)
 {
   this->Write("strip.ply",
@@ -95,7 +95,7 @@ TEST_F(TestKdMeshReader, TheHeaderIsReportedBeforeFacesAreRead)
     "property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"
     "property double heat\nelement face 2\nproperty list uchar int vertex_indices\n"
     "property int label\nend_header\n0 0 0 1 2 3 0\n1 0 0 4 5 6 0\n1 1 0 7 8 9 0\n0 1 0 1 1 1 0\n"
-    "faces are not looked at"); // vertices are read: their colours decide what white is
+    "faces are not looked at"); // colours are needed, to find out what is white
   this->Reader->UpdateInformation();
   EXPECT_EQ(this->Reader->GetErrorCode(), vtkErrorCode::NoError);
   vtkInformation* const info = this->Reader->GetOutputInformation(0);
@@ -121,7 +121,8 @@ TEST_F(TestKdMeshReader, TheHeaderIsReportedBeforeFacesAreRead)
   this->Reader->UpdateInformation();
   EXPECT_EQ(reported(vtkDataObject::POINT_DATA_VECTOR()), "heat 11 1 4; ");
 
-  // Another file: neither merged points nor missing ones are reported.
+  // After a change of the file, the old file's arrays and numbers of merged points are not
+  // reported.
   this->Write("triangle.stl",
     "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
     "endloop\nendfacet\nendsolid\n");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Stores of what a pipeline has: the same as of the mesh itself, also of its partitions.
+// Stores of what a pipeline gives: equal to the store of the mesh itself, also if it is
+// partitioned.
 #include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/adapter/Testing/FilterTools.h"
 #include "filters/store/Store.h"
@@ -29,7 +30,8 @@ using namespace kdstream;
 using namespace kdstream::testing;
 using kdstream::fixtures::TemporaryFolder;
 
-// Each triangle by the places of its corners, the lowest first; sorted. So of any numbering.
+// Each triangle by the positions of its corners, the lowest first; sorted. So the numbering of
+// points does not matter.
 std::vector<std::array<Vec3, 3>> Shape(const Mesh& mesh)
 {
   std::vector<std::array<Vec3, 3>> shape;
@@ -89,7 +91,7 @@ TEST_F(TestKdStoreWriter, AStoreHoldsTheMeshWithItsArrays)
   ASSERT_EQ(store->Info().attributes.size(), 2u);
   EXPECT_EQ(store->Info().attributes[0].name, "Point");
   EXPECT_EQ(store->Info().attributes[1].name, "Cell");
-  // Its arrays number the points, so none are welded.
+  // The arrays give each point another number, so no points are welded.
   EXPECT_EQ(store->Info().vertices, static_cast<std::uint64_t>(sphere->GetNumberOfPoints()));
 }
 
@@ -197,7 +199,7 @@ TEST_F(TestKdStoreWriter, WhatCannotBeWrittenIsAnErrorAndNoFile)
   EXPECT_EQ(this->Writer->GetErrorCode(), static_cast<unsigned long>(vtkErrorCode::NoError));
 }
 
-// The algorithm before it has failed, and Write must not return success.
+// The algorithm before the writer has failed, so Write must not return success.
 TEST_F(TestKdStoreWriter, AnInputThatCouldNotBeMadeIsAnError)
 {
   vtkNew<vtkKdMeshReader> reader;

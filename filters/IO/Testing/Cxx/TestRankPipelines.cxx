@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pipelines on several processes: RankPipelines compares their results with those of one process,
+// Pipelines on several processes. RankPipelines compares their results with those of one process;
 // RankFaults makes one process fail.
 #include "filters/Parallel/Testing/RunRanks.h"
 
@@ -98,7 +98,7 @@ TEST_P(RankPipelines, TheStoreIsThatOfAllParts)
   this->Expect({ "parts" });
 }
 
-// What one rank cannot do, or other ids. The number of ranks matters little.
+// Failures of one rank, or unusual ids. The number of ranks matters little.
 class RankFaults : public RankPipelines
 {
 protected:

@@ -44,7 +44,7 @@ double Length(const Place& a)
   return std::sqrt(Dot(a, a));
 }
 
-// Points spread evenly over a sphere along a spiral.
+// Points that are spread evenly over a sphere, along a spiral.
 std::vector<Place> Spiral(int count, const Place& centre = {}, double radius = 1)
 {
   std::vector<Place> points;
@@ -101,7 +101,7 @@ EdgeCounts CountEdges(vtkPolyData& mesh)
   return counts;
 }
 
-// The share of triangles whose normal shows away from a place.
+// The share of triangles whose normal points away from a place.
 double ShareOutward(vtkPolyData& mesh, const Place& centre)
 {
   vtkIdType outward = 0;
@@ -115,7 +115,7 @@ double ShareOutward(vtkPolyData& mesh, const Place& centre)
   return double(outward) / double(mesh.GetNumberOfCells());
 }
 
-// The farthest that a corner or the middle of a triangle is from a sphere.
+// The largest distance from a sphere, over all corners and centres of triangles.
 double DistanceToSphere(vtkPolyData& mesh, const Place& centre, double radius)
 {
   double farthest = 0;
@@ -171,7 +171,7 @@ TEST(PCLSurfaceReconstruction, GreedySphereKeepsThePoints)
 {
   for (const int type : { VTK_FLOAT, VTK_DOUBLE })
   {
-    // Far from the origin, where floats would be half a unit apart.
+    // The centre is far from the origin: floats would be half a unit apart there.
     const Place centre = type == VTK_FLOAT ? Place{ 1, 2, 3 } : Place{ 4e6, 5e6, 100 };
     const PolyData input = MakePoints(Spiral(4000, centre, 10), type);
     AddIds(*input);
@@ -248,7 +248,7 @@ TEST(PCLSurfaceReconstruction, InputNormalsSayWhatIsOutside)
   for (std::size_t i = 0; i < points.size(); ++i)
   {
     const Place& p = points[i];
-    // Some points have no normal, and take the side of their neighbours.
+    // Some points have no normal, and get the side of their neighbours.
     const float tuple[] = { i % 5 == 0 ? nan : float(-p[0]), float(-p[1]),
       i % 7 == 0 ? nan : float(-p[2]) };
     inward->InsertNextTypedTuple(tuple);
@@ -267,7 +267,7 @@ TEST(PCLSurfaceReconstruction, InputNormalsSayWhatIsOutside)
 
 TEST(PCLSurfaceReconstruction, GreedyTrianglesAreTurnedAsTheirNormals)
 {
-  // On a cube, whose edges PCL's own orientation gets wrong in places.
+  // A cube: PCL's own orientation is wrong in places at its edges.
   std::mt19937 random(8);
   std::vector<Place> points;
   for (unsigned i = 0; i < 6000; ++i)
@@ -302,7 +302,7 @@ TEST(PCLSurfaceReconstruction, GreedyTrianglesAreTurnedAsTheirNormals)
 
 TEST(PCLSurfaceReconstruction, NormalsTowardsTheViewPoint)
 {
-  // A scanner inside a room sees its walls from within.
+  // A scanner inside a room sees the inner side of its walls.
   vtkNew<Filter> filter;
   filter->SetOrientation(Filter::TOWARDS_VIEWPOINT);
   filter->SetViewPoint(7, 0, 0);
@@ -358,7 +358,7 @@ TEST(PCLSurfaceReconstruction, PoissonPassesTheDataOfTheNearestPoint)
 
 TEST(PCLSurfaceReconstruction, TrimmingTakesAwayWhatNoPointIsNearTo)
 {
-  // Half a sphere: Poisson goes on below it.
+  // Half a sphere: Poisson's surface continues below it.
   std::vector<Place> points = Spiral(6000);
   points.resize(3000);
   const PolyData input = MakePoints(points);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// libFuzzer's entry to glTF, read as a whole: as .gltf with a buffer, and as .glb whose JSON and
-// bytes are split at the first 0: ./dev fuzz.
+// libFuzzer's entry to reading a whole glTF: ./dev fuzz. The input is read as a .gltf with a
+// buffer, and as a .glb; it is split into JSON and bytes at the first 0.
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/gltf/GltfDocument.h"
 #include "filters/convert/gltf/GltfMaterials.h"

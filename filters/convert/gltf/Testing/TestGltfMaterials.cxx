@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pictures in a glTF's own bytes: each once, however many images name them.
+// Pictures in a glTF's own bytes: each is read once, however many images name it.
 #include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/convert/gltf/GltfMaterials.h"
 
@@ -12,7 +12,7 @@ using namespace kdstream;
 namespace
 {
 
-// Of a buffer of twelve bytes; a material for each image.
+// Reads the materials of a file with a buffer of twelve bytes, and one material for each image.
 GltfMaterials Read(const std::string& uri, const std::string& views, std::size_t images)
 {
   std::string imageJson, textures, materials;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// libFuzzer's entry to tilesets: the JSON up to the first 0, then the bytes of the one tile, which
-// are those of the subtree, too: ./dev fuzz.
+// libFuzzer's entry to tilesets: ./dev fuzz. The input is the JSON up to the first 0; the bytes
+// after it are both the only tile and the subtree.
 #include "filters/convert/ForeignMesh.h"
 #include "filters/texture/Testing/FuzzFolder.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A model as an actor in a plain render window: of a server and of a store, bounds, budgets, idle
-// time, picks, pictures. Needs an X server.
+// A model of a server or a store, as an actor in a plain render window: bounds, budgets, idle time,
+// picking, pictures. Needs an X server.
 #include "Testing/Fixtures/Meshes.h"
 #include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/adapter/Testing/ReportedErrors.h"
@@ -44,9 +44,9 @@ using namespace kdstream::testing;
 using fixtures::TemporaryFolder;
 
 constexpr int side = 200;
-constexpr double deadline = 60; // seconds, of what takes a few hundredths
+constexpr double deadline = 60; // seconds, for what takes a few hundredths
 
-// Every partition has a picture of 9 x 5 red texels.
+// Gives every partition a picture of 9 x 5 red texels.
 class RedTextures : public PieceTextures
 {
 public:
@@ -91,7 +91,7 @@ protected:
     this->Window->SetSize(side, side);
     this->Window->AddRenderer(this->Renderer);
   }
-  // What is seen, pixels that are not the background.
+  // The number of pixels that show the model, and not the background.
   std::size_t Covered()
   {
     return this->Count([](const unsigned char* c) { return c[0] + c[1] + c[2] > 0; });
@@ -116,7 +116,7 @@ protected:
 
 TEST_F(TestKdStreamActor, TheFirstPictureHasThePreviewAndMoreComesByFrames)
 {
-  this->Actor->SetSecondsPerFrame(0); // a piece a picture
+  this->Actor->SetSecondsPerFrame(0); // only one piece per picture
   this->Window->Render();
   const vtkIdType preview = this->Actor->GetNumberOfDrawnTriangles();
   EXPECT_GT(preview, 1000);
@@ -150,18 +150,18 @@ TEST_F(TestKdStreamActor, RefinesByTheViewWithinItsBudget)
   this->Actor->SetNumberOfTriangles(2000000);
   ASSERT_TRUE(this->Actor->Refine(this->Renderer, deadline));
   EXPECT_GT(double(this->Actor->GetNumberOfDrawnTriangles()), 1.5 * double(whole));
-  // A model that is far away needs few triangles.
+  // A distant model needs few triangles.
   this->Renderer->GetActiveCamera()->Dolly(0.02);
   ASSERT_TRUE(this->Actor->Refine(this->Renderer, deadline));
   EXPECT_LT(this->Actor->GetNumberOfDrawnTriangles(), whole);
-  // A parallel projection is followed too.
+  // A parallel projection is followed, too.
   this->Renderer->GetActiveCamera()->ParallelProjectionOn();
   this->Renderer->GetActiveCamera()->SetParallelScale(1.5);
   ASSERT_TRUE(this->Actor->Refine(this->Renderer, deadline));
   EXPECT_GT(double(this->Actor->GetNumberOfDrawnTriangles()), 1.5 * double(whole));
 }
 
-// Pictures without a request: the interactor's timers fire by hand, as often as they are made.
+// Pictures are drawn without a call of Render: the test fires each timer that the interactor makes.
 TEST_F(TestKdStreamActor, IdleTimeRefinesUntilAllIsThere)
 {
   vtkNew<vtkGenericRenderWindowInteractor> interactor;
@@ -198,7 +198,7 @@ TEST_F(TestKdStreamActor, IdleTimeRefinesUntilAllIsThere)
   EXPECT_EQ(clock.ids.size(), timers);
 }
 
-// The same in the loop of the interactor that VTK makes for a window.
+// The same, in the loop of the interactor that VTK makes for a window.
 TEST_F(TestKdStreamActor, APlainInteractorsLoopRefinesUntilAllIsThere)
 {
   struct Watch
@@ -207,7 +207,7 @@ TEST_F(TestKdStreamActor, APlainInteractorsLoopRefinesUntilAllIsThere)
     vtkRenderWindowInteractor& interactor;
     std::chrono::steady_clock::time_point end;
     int timers = 0;
-    void OnTimer() // also of the guard below
+    void OnTimer() // also called by the guard's timer below
     {
       ++this->timers;
       if (this->actor.IsComplete() || std::chrono::steady_clock::now() > this->end)
@@ -224,7 +224,7 @@ TEST_F(TestKdStreamActor, APlainInteractorsLoopRefinesUntilAllIsThere)
   const vtkIdType preview = this->Actor->GetNumberOfDrawnTriangles();
   ASSERT_FALSE(this->Actor->IsComplete());
   interactor->Initialize();
-  interactor->CreateRepeatingTimer(500); // so that the loop ends, whatever the actor does
+  interactor->CreateRepeatingTimer(500); // guard: ends the loop, whatever the actor does
   Watch watch{ *this->Actor, *interactor,
     std::chrono::steady_clock::now() + std::chrono::seconds(int(deadline)) };
   interactor->AddObserver(vtkCommand::TimerEvent, &watch, &Watch::OnTimer);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A streamed model between other actors: seen from the side, moved, as fine as its camera needs.
+// A streamed model between other actors: seen from the side, moved, and as fine as the camera
+// needs.
 #include "filters/adapter/Testing/FilterTools.h"
 #include "filters/adapter/Testing/WritePicture.h"
 

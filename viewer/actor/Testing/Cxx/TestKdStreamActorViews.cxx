@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a renderer's camera sees of surfaces and clouds: with any kind of projection, in tiles, in
-// passes of other cameras, in a window without a size; and destruction in any order. Needs an X
-// server.
+// How a renderer's camera sees surfaces and clouds: with any kind of projection, in tiles, in
+// passes for other cameras, in a window without a size. Also destroys the objects in any order.
+// Needs an X server.
 #include "Testing/Fixtures/Meshes.h"
 #include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/adapter/Testing/ReportedErrors.h"
@@ -57,12 +57,12 @@ using fixtures::TemporaryFolder;
 using kdstream::testing::ReportedErrors;
 using Clock = std::chrono::steady_clock;
 
-constexpr double deadline = 60; // seconds, of what takes a few tenths
+constexpr double deadline = 60; // seconds, for what takes a few tenths
 const double nan = std::numeric_limits<double>::quiet_NaN();
 
 using Pixels = std::vector<unsigned char>;
 
-// How many of a thousand pixels differ visibly.
+// Returns how many of a thousand pixels differ visibly.
 int Differing(const Pixels& a, const Pixels& b)
 {
   EXPECT_EQ(a.size(), b.size());
@@ -113,7 +113,7 @@ protected:
   void Open(const std::string& source)
   {
     this->Actor->SetSource(source);
-    this->Actor->SetNumberOfTriangles(500000); // so that none is small, and wholly shown
+    this->Actor->SetNumberOfTriangles(500000); // models must not count as small
     this->Renderer->AddActor(this->Actor);
     this->Window->AddRenderer(this->Renderer);
     this->Window->SetSize(200, 200);
@@ -123,7 +123,7 @@ protected:
     this->Camera().SetClippingRange(1, 20);
   }
   vtkCamera& Camera() { return *this->Renderer->GetActiveCamera(); }
-  // Refined.
+  // Returns the picture of the refined model.
   Pixels Picture()
   {
     EXPECT_TRUE(this->Actor->Refine(this->Renderer, deadline));
@@ -138,7 +138,7 @@ protected:
     this->Window->GetPixelData(0, 0, size[0] - 1, size[1] - 1, 1, pixels);
     return { pixels->GetPointer(0), pixels->GetPointer(0) + pixels->GetNumberOfValues() };
   }
-  // A camera that is set up otherwise, to see the same as now.
+  // Sets up the camera differently; it must see the same as before.
   void ExpectTheSame(const char* what, const std::function<void()>& setUp)
   {
     SCOPED_TRACE(what);
@@ -156,7 +156,7 @@ protected:
   vtkSmartPointer<vtkRenderWindow> Window = vtkSmartPointer<vtkRenderWindow>::New();
 };
 
-// As the page "from VTK" has it: no SetSize, Refine before the first picture.
+// As doc/from-vtk.md does it: without SetSize, and with Refine before the first picture.
 TEST_F(TestKdStreamActorViews, AWindowWithoutASizeIsRefinedForTheOneThatItGets)
 {
   this->Actor->SetSource(Surface());
@@ -191,7 +191,7 @@ TEST_F(TestKdStreamActorViews, RefineNeedsAWindowAndSeconds)
   EXPECT_TRUE(this->Actor->Refine(this->Renderer, deadline));
 }
 
-// From so far away that perspective and a parallel projection see the same.
+// Seen from so far away that perspective and a parallel projection give the same picture.
 TEST_F(TestKdStreamActorViews, AParallelProjectionSeesWhatPerspectiveSeesFromAfar)
 {
   for (const std::string& source : { Surface(), Cloud() })
@@ -268,7 +268,7 @@ TEST_F(TestKdStreamActorViews, AllThatACameraIsMadeOfIsFollowed)
   }
 }
 
-// A screen in the world, seen by an eye that is not before its middle.
+// A screen in the world that is seen by an eye which is not in front of its middle.
 TEST_F(TestKdStreamActorViews, AnOffAxisProjectionIsFollowed)
 {
   for (const std::string& source : { Surface(), Cloud() })
@@ -284,7 +284,7 @@ TEST_F(TestKdStreamActorViews, AnOffAxisProjectionIsFollowed)
     this->Camera().SetScreenBottomRight(1.2, -1.2, 0);
     this->Camera().SetScreenTopRight(1.2, 1.2, 0);
     this->Camera().UseOffAxisProjectionOn();
-    // A slanted view has its matrices, and none of a symmetric one.
+    // Compares an off-axis view with one that has the same matrices set explicitly.
     vtkNew<vtkMatrix4x4> projection, view;
     projection->DeepCopy(this->Camera().GetProjectionTransformMatrix(1, -1, 1));
     view->DeepCopy(this->Camera().GetModelViewTransformMatrix());
@@ -373,7 +373,7 @@ TEST_F(TestKdStreamActorViews, TilesOfAPictureShowTheSameAndAreAsFineAsItsPixels
   this->Renderer->RemoveObserver(observer);
   auto* const image = static_cast<unsigned char*>(tiles->GetOutput()->GetScalarPointer());
   const Pixels tiled(image, image + 3 * 600 * 600);
-  // The same in one.
+  // The same picture, not in tiles.
   this->Window->SetSize(600, 600);
   const Pixels whole = this->Picture();
   EXPECT_LE(Differing(tiled, whole), 10);
@@ -417,7 +417,7 @@ TEST_F(TestKdStreamActorViews, PassesOfOtherCamerasDoNotRefine)
   EXPECT_EQ(this->Actor->GetNumberOfDrawnTriangles(), drawn);
 }
 
-// VTK's own: of shadows, whose lights look from elsewhere; of depths; and what is seen through.
+// VTK's own passes: for shadows, whose lights look from elsewhere; for depths; for transparency.
 TEST_F(TestKdStreamActorViews, VtksPassesDrawTheRefinedModel)
 {
   this->Open(Surface());
@@ -483,7 +483,7 @@ TEST_F(TestKdStreamActorViews, WithoutLightItHasItsPlainColour)
   }
 }
 
-// With a timer and requests under way.
+// Any object can be destroyed first, even with a timer and requests pending.
 TEST_F(TestKdStreamActorViews, AnyoneMayGoFirst)
 {
   struct Timers
@@ -560,7 +560,7 @@ TEST_F(TestKdStreamActorViews, ACopyOpensTheModelItself)
   this->Renderer->AddActor(this->Actor);
   EXPECT_LE(Differing(before, this->Picture()), 2);
   EXPECT_EQ(copy->GetParts()->GetNumberOfItems(), parts);
-  // Of another assembly only the place counts.
+  // From an assembly of another kind, only the position is copied.
   vtkNew<vtkAssembly> other;
   other->AddPart(copy);
   other->SetPosition(1, 2, 3);

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# Plays RECORDING.recording by the native or the web build's ReplaySession and compares the trace with what must be the
-# same: natively, with the trace of the recording itself; of WebAssembly, with a native replay of the same moment.
+# Plays RECORDING.recording with the ReplaySession of the native build or of the web build, and compares traces, which
+# must be the same. A native trace is compared with that of the recording itself; a trace of WebAssembly, with that of a
+# native replay made at the same time.
 function(replay trace)
   execute_process(COMMAND ${ARGN} "${RECORDING}.recording" "${trace}" RESULT_VARIABLE code)
   if(NOT code EQUAL 0)

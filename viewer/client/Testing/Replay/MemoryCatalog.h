@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One model in memory as a server's catalog, for recordings.
+// A server's catalog of one model in memory, for recordings.
 #pragma once
 
 #include "server/session/Catalog.h"
@@ -14,7 +14,7 @@
 namespace kdstream::testing
 {
 
-// With colours and normals.
+// A torus with colours and normals.
 inline Mesh ColoredTorus()
 {
   Mesh mesh = MakeTorus(420, 210);
@@ -30,7 +30,8 @@ public:
     , Facts(this->Server.Description())
   {
     this->Facts.id = std::move(id);
-    // Levels follow only the shape: a model with colours would be shown in the finest at once.
+    // Without attributes, levels are chosen by the shape only. A model with colours would be shown
+    // in the finest level at once.
     this->Facts.attributes.clear();
   }
   const ModelDescription& Description() const override { return this->Facts; }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Records one walk on a phone (Recorder.h): list, preview, full screen, pinches through the levels,
-// regions, damage, outages, turning the phone, home and undone, turning freely, and back.
+// Records one walk on a phone (Recorder.h): list of models, preview, full screen, pinches through
+// the levels, regions, damage, outages, turning the phone, going home and undoing it, turning
+// freely, and back.
 //
 //   RecordSession view|level torus FILE            a bumpy torus, over the stream
 //   RecordSession view|level plate FILE            a plate, over GET
@@ -8,10 +9,10 @@
 //   RecordSession view slow|slow-get FILE          the torus on a slow line, with budgets
 //   (SlowWalk.h)
 //
-// By the view, or with one level for the whole model.
+// view: in view mode; level: with one level for the whole model.
 //
-// Writes FILE.recording and FILE.trace. Exit code 1 if the walk did not reach all of its
-// situations: a recording in which nothing happens proves nothing.
+// Writes FILE.recording and FILE.trace. Exit code 1 if the walk did not get into all the situations
+// that it is for: a recording in which nothing happens proves nothing.
 #include "server/session/StoreCatalog.h"
 #include "viewer/client/Testing/Replay/MemoryCatalog.h"
 #include "viewer/client/Testing/Replay/Recorder.h"
@@ -33,8 +34,8 @@ namespace
 using Kind = RecordedInput::Kind;
 
 // A square plate with a relief of roofs, each half as wide as the one below it. All coordinates are
-// small multiples of 1/16 and much is symmetric: distances are often equal, so a dependence on the
-// order of equal things becomes visible.
+// small multiples of 1/16, and much is symmetric, so distances are often equal. This shows if
+// anything depends on the order of equal things.
 Mesh MakePlate()
 {
   constexpr std::uint32_t side = 256;
@@ -89,7 +90,8 @@ private:
   void GoBack();
 
   void Expect(bool condition, const std::string& what);
-  // Double taps here and there until the surface is hit: a region answers, or waits for the server.
+  // Double taps at several places until the surface is hit: then there is a region, or it waits for
+  // the server.
   void PickSomething(double x, double y);
   bool RegionIsShown() const;
 
@@ -134,7 +136,7 @@ void Walk::PickSomething(double x, double y)
     }
     if (status.canUndo)
     {
-      this->Phone.Do(Kind::Undo); // it was beside the model, and went home
+      this->Phone.Do(Kind::Undo); // the tap missed the model, and went home
     }
   }
   this->Expect(false, "no double tap hit the surface");
@@ -170,7 +172,7 @@ void Walk::PinchThroughLevels()
   for (int i = 0; i < 6; ++i)
   {
     this->Phone.Pinch(585, 1266, 620, 260, 15, -20);
-    this->Phone.Settle(9); // not all comes before it is cancelled
+    this->Phone.Settle(9); // some answers, before the rest is cancelled
     outwards.insert(*this->Phone.Status().shownLevel);
   }
   this->Phone.Settle();

@@ -270,7 +270,7 @@ void Recorder::Settle()
   constexpr std::size_t all = 1000000;
   while (this->Settle(all) > 0)
   {
-    // again: what the last frame made wanted
+    // repeated, because the last frame may have requested more
   }
 }
 

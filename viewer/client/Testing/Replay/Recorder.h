@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Makes a recording: drives a session against a server's Conversation in the same process, and
-// writes down all inputs. Time is simulated and nothing is random, so a recording is the same
-// whenever it is made.
+// writes down all inputs. Time is simulated, and nothing is random, so a recording is always the
+// same.
 #pragma once
 
 #include "server/session/Catalog.h"
@@ -20,7 +20,7 @@
 namespace kdstream::testing
 {
 
-// The models of another catalog, some blobs of which cannot be read.
+// The models of another catalog, but some blobs cannot be read.
 class TroubledCatalog : public Catalog
 {
 public:
@@ -43,42 +43,43 @@ class Recorder
 public:
   using Kind = RecordedInput::Kind;
 
-  // Writes FILE.recording, and the trace of what happens to FILE.trace. hasStream: false:
-  // everything goes by GET.
+  // Writes FILE.recording, and the trace to FILE.trace. If hasStream is false, everything is
+  // fetched by GET.
   Recorder(const Catalog& models, bool hasStream, const std::string& file);
 
-  // ---- what the person does
+  // ---- what the user does
   void Do(Kind kind, std::vector<double> numbers = {}, std::string payload = {});
   void Tap(double x, double y);
   void DoubleTap(double x, double y);
-  // One finger, in steps.
+  // Drags with one finger, in steps.
   void Drag(double x, double y, double dx, double dy);
-  // Two fingers about (x, y) whose gap goes from one to the other, moving by (dx, dy) meanwhile.
+  // Two fingers around (x, y), whose gap changes from `fromGap` to `toGap` while they move by (dx,
+  // dy).
   void Pinch(double x, double y, double fromGap, double toGap, double dx = 0, double dy = 0);
 
-  // ---- the server. Answers one thing; false if there is nothing.
+  // ---- the server. Sends one answer; false if nothing is outstanding.
   bool Answer();
-  // Answers everything, with frames in between.
+  // Sends all answers, with frames in between.
   void Settle();
-  // At most this number of answers; returns how many there were.
+  // Sends at most this number of answers; returns how many it sent.
   std::size_t Settle(std::size_t answers);
-  // The connection breaks, or what is fetched does not come.
+  // The connection breaks, or the current GET fails.
   void Break();
   // Flips one bit of the next frame or fetched blob.
   void DamageNext() { this->Damage = true; }
   bool serverIsUp = true;
-  double bytesPerSecond = 0; // that the line carries; 0: any number
-  // Each answer is drawn, instead of several together.
+  double bytesPerSecond = 0; // speed of the connection; 0: unlimited
+  // Whether a frame is drawn after each answer, instead of after several.
   bool drawsEach = false;
-  // Blobs of which all has been sent, in order.
+  // Blobs that have been sent completely, in order.
   std::vector<protocol::BlobId> sent;
-  // Edges with only one triangle, of all surfaces that were drawn.
+  // The edges with only one triangle, in all drawn surfaces together.
   std::size_t Holes() const { return this->BoundaryEdges; }
   std::size_t Surfaces() const { return this->SurfacesDrawn; }
   TroubledCatalog catalog;
 
   void Wait(double seconds) { this->Now += seconds; }
-  // The statistics. False where something could not be written.
+  // Writes the statistics. False if anything could not be written.
   bool Finish();
 
   const TracedSession& Traced() const { return this->Session; }

@@ -19,7 +19,7 @@ struct KindFacts
 {
   InputKind kind;
   const char* name;
-  std::size_t numbers; // of touches: a multiple
+  std::size_t numbers; // for touches, a multiple of this
 };
 
 constexpr std::array<KindFacts, 23> kinds{ { { InputKind::Resize, "resize", 3 },
@@ -40,7 +40,7 @@ Error Wrong(const std::string& what)
   return { ErrorCode::InvalidInput, "recording: " + what };
 }
 
-// The line before a payload.
+// Parses the line before a payload. Returns the input, and the size of the payload.
 Result<std::pair<RecordedInput, std::size_t>> ParseLine(std::string_view line)
 {
   const auto json = ParseJson(line);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Recordings: all inputs of a session and its line to a server, in order, with times: what the user
-// did, and every byte that the server sent. Played again they give the same trace on any machine:
-// this proves that the phone runs the same logic as the desktop.
+// Recordings: all inputs of a session and of its connection to a server, in order, with times: what
+// the user did, and every byte that the server sent. If a recording is played again, it gives the
+// same trace on any machine. This proves that the phone runs the same logic as the desktop.
 //
 // A recording is one file. Each input is a line of JSON, then its payload and a line's end:
 //
@@ -10,7 +10,7 @@
 //   t        seconds of a clock that runs from 0
 //   input    what came, as below
 //   numbers  its numbers
-//   bytes    of the payload that follows the line's end; without one nothing follows
+//   bytes    size of the payload after the line's end; if it is 0, nothing follows
 //
 //   input          numbers               payload
 //   resize         width, height, ratio
@@ -21,12 +21,12 @@
 //   detail         0 by the view, 1 one level, 2 the original
 //   budgets        triangles, bytes
 //   turning        0 upright, 1 free
-//   coast          1 what is let go turns on, 0 it does not
+//   coast          1: the model turns on after a release, 0: it does not
 //   home undo
 //   select                               the model
 //   back
 //   models                               the answer to GET /api/models
-//   opened                                              the connection stands
+//   opened                                              the connection is open
 //   text                                 the message
 //   frame                                the message
 //   ended          1 = refused, else 0   why
@@ -80,11 +80,11 @@ struct RecordedInput
 
 const char* NameOf(RecordedInput::Kind kind);
 
-// As it lies in a recording.
+// An input in the format of a recording.
 std::string FormatInput(const RecordedInput& input);
 
-// Removes the first input from the front of `text`, and returns it. Errors: InvalidInput naming
-// what is wrong; the number of numbers fits the kind.
+// Removes the first input from the front of `text`, and returns it. Errors: InvalidInput, naming
+// what is wrong, also if the count of the numbers does not fit the kind.
 Result<RecordedInput> TakeInput(std::string_view& text);
 
 }

@@ -3,9 +3,9 @@
 // sources natively and as WebAssembly under Node.
 //
 //   ReplaySession RECORDING TRACE      exit code 2 if the recording cannot be read
-//   ReplaySession --compare A B        exit code 1 if the files differ: says where
+//   ReplaySession --compare A B        exit code 1 if the files differ, and where
 //
-// The trace goes to a file, because what Node has not yet written to a pipe is lost when it ends.
+// The trace goes to a file, because Node loses what it has not yet written to a pipe when it ends.
 #include "viewer/client/Testing/Replay/TracedSession.h"
 
 #include <cstdio>

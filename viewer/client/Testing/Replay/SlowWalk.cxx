@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A walk on a slow line: see SlowWalk.h.
+// A walk on a slow connection: see SlowWalk.h.
 #include "viewer/client/Testing/Replay/SlowWalk.h"
 
 #include "viewer/client/Testing/Replay/MemoryCatalog.h"
@@ -61,7 +61,7 @@ void SlowWalk::Expect(bool condition, const char* what)
   }
 }
 
-// Zooms that come while much is outstanding.
+// Zooms while much is outstanding.
 void SlowWalk::Look()
 {
   this->Phone.Do(Kind::Resize, { 1170, 2532, 3 });
@@ -79,7 +79,7 @@ void SlowWalk::Look()
   this->Phone.Settle(5);
 }
 
-// On the surface, wherever that is.
+// Taps until it hits the surface.
 void SlowWalk::TapSomewhere()
 {
   for (int i = 0; i < 40; ++i)
@@ -90,13 +90,13 @@ void SlowWalk::TapSomewhere()
     {
       return;
     }
-    this->Phone.Do(Kind::Undo); // it was beside the model, and went home
+    this->Phone.Do(Kind::Undo); // the tap missed the model, and went home
   }
   this->Expect(false, "no double tap hit the surface");
 }
 
-// How many of the sent blobs are neither of the tree, nor the picked partition or a piece above it.
-// Counts as TestTapByGet.
+// How many of the sent blobs are not of the tree, and neither the picked partition nor a piece
+// above it. TestTapByGet counts in the same way.
 std::ptrdiff_t SlowWalk::OthersSent() const
 {
   const auto region = this->Phone.Status().region;
@@ -111,8 +111,8 @@ std::ptrdiff_t SlowWalk::OthersSent() const
     });
 }
 
-// The first partition arrives after at most one blob that was requested before, apart from the tree
-// and the pieces that the tap needs.
+// Taps. The first partition must arrive after at most one blob that was requested before, not
+// counting the tree and the pieces that the tap needs.
 void SlowWalk::TapOnTheWay()
 {
   this->TapSomewhere();

@@ -15,7 +15,7 @@ namespace kdstream::testing
 namespace
 {
 
-// FNV-1a over 64-bit words, stirred, so that high bits count too.
+// FNV-1a over 64-bit words, with mixing, so that high bits count, too.
 class Digest
 {
 public:
@@ -57,7 +57,7 @@ std::uint64_t DigestOfSources(const std::vector<Surface::Source>& sources)
   return digest.Sum();
 }
 
-// All arrays, with their names.
+// The digest of all arrays and their names.
 std::uint64_t DigestOfAttributes(const std::vector<Attribute>& attributes)
 {
   Digest digest;
@@ -85,7 +85,7 @@ std::uint64_t DigestOfNumbers(const std::vector<float>& numbers)
   return digest.Sum();
 }
 
-// Those that renderers light by.
+// The digest of the normals that renderers use for lighting.
 std::uint64_t DigestOfNormals(const DrawnSurface& surface)
 {
   Digest digest;

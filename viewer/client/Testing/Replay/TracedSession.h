@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A session with its line to a server, driven by recorded inputs, that records everything it does.
+// A session with its connection to a server, which is driven by recorded inputs, and traces
+// everything that it does.
 //
-// A trace is lines of JSON: those of ViewerSession (the state after every input, SessionTrace.cxx),
-// one for each action that the line asks for, one for each frame, and at the end the statistics of
-// every blob. A frame's line has digests, over all bits, of what would be drawn.
+// A trace consists of lines of JSON: those of ViewerSession (the state after every input,
+// SessionTrace.cxx), one for each action of the ServerLine, one for each frame, and at the end the
+// statistics of every blob. A frame's line has digests, over all bits, of what would be drawn.
 #pragma once
 
 #include "viewer/client/ServerLine.h"
@@ -22,14 +23,14 @@ namespace kdstream::testing
 class TracedSession
 {
 public:
-  // `trace` is called with one line at a time, without its end.
+  // `trace` is called with one line at a time, without the line's end.
   explicit TracedSession(std::function<void(std::string_view)> trace);
   TracedSession(const TracedSession&) = delete;
   TracedSession& operator=(const TracedSession&) = delete;
 
-  // The input, and all that follows from it. Gives what the line wants done.
+  // Applies the input, with everything that follows from it. Returns the actions of the ServerLine.
   std::vector<ServerLine::Action> Apply(const RecordedInput& input);
-  // The statistics.
+  // Traces the statistics.
   void Finish();
 
   const ViewerSession& Session() const { return this->Viewer; }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Numbers in columns: all of them can be read in a window that is as wide as is said.
+// The table of blobs: every column can be read if the window is as wide as the table asks for.
 #include "viewer/desktop/window/Panels.h"
 
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ protected:
   }
   ~TestBlobTable() override { ImGui::DestroyContext(); }
 
-  // One frame of a window of that width; what the table wants.
+  // Draws one frame of a window of this width. Returns the width that the table asks for.
   float Draw(float windowWidth)
   {
     ImGui::NewFrame();

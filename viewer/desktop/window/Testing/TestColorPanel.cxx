@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The window's legend: the map's colours from bottom to top, classes in their order, in the lower
-// right corner; nothing if colours are not those of an array.
+// The window's legend, in the lower right corner: the map's colours from bottom to top, and classes
+// in their order. Nothing is drawn if the colours are not those of an array.
 #include "viewer/desktop/window/ColorPanel.h"
 #include "viewer/desktop/window/Panels.h"
 #include "viewer/session/appearance/ColorLegend.h"
@@ -17,7 +17,7 @@ namespace
 {
 
 constexpr int screenWidth = 1280, screenHeight = 800;
-constexpr double stripHeight = 150; // what takes the lower edge
+constexpr double stripHeight = 150; // of the strip of previews at the bottom
 
 ImU32 InkOf(const Color& color)
 {
@@ -43,7 +43,7 @@ protected:
   }
   ~TestColorPanel() override { ImGui::DestroyContext(); }
 
-  // What a frame has of the legend.
+  // Returns the vertices of the legend in one frame.
   std::vector<ImDrawVert> Draw(const ColorChoice& colors, double taken = stripHeight)
   {
     PanelFacts facts;
@@ -58,7 +58,7 @@ protected:
     return drawn;
   }
 
-  // From above to below, of all vertices of that colour; nothing where there are none.
+  // The uppermost and the lowest row of all vertices of this colour; nothing if there are none.
   static std::optional<std::pair<float, float>> RowsOf(
     const std::vector<ImDrawVert>& drawn, const Color& color)
   {
@@ -100,14 +100,14 @@ TEST_F(TestColorPanel, AMeasureHasItsMapFromBelowToAbove)
     ASSERT_TRUE(low && middle && high);
     EXPECT_GT(low->first, middle->second);
     EXPECT_GT(middle->first, high->second);
-    for (const Color& color : legend.colors) // to the ends of the bar
+    for (const Color& color : legend.colors) // all lie between the ends of the bar
     {
       const auto rows = RowsOf(drawn, color);
       ASSERT_TRUE(rows);
       EXPECT_LE(rows->second, low->second);
       EXPECT_GE(rows->first, high->first);
     }
-    // A line and a number of at least one character for each tick, and the name.
+    // Each tick has a line and a number of at least one character; and there is the name.
     EXPECT_GE(drawn.size(), 4 * (legend.colors.size() - 1) + 8 * legend.ticks.size());
   }
 }

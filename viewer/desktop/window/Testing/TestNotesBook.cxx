@@ -59,7 +59,7 @@ TEST(TestNotesBook, WhatNotesMayNotBeIsNotKept)
     return kept ? "kept" : kept.GetError().message;
   };
   EXPECT_EQ(wrong(" \t\n", "", ""), "a note needs a title");
-  std::string longest; // of characters, not of bytes
+  std::string longest; // lengths count characters, not bytes
   for (std::size_t i = 0; i < Note::longestTitle; ++i)
   {
     longest += "é";
@@ -82,7 +82,7 @@ TEST(TestNotesBook, WhatNotesMayNotBeIsNotKept)
   EXPECT_TRUE(book.Keep(99, "b", "", "")) << "an old one changes";
 }
 
-// Whatever an author does, what comes out is what a server takes.
+// Whatever an author does, the resulting notes are valid for a server.
 TEST(TestNotesBook, WhateverIsDoneCanBeServed)
 {
   std::mt19937 random(20261125);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is done in a window, as a session file that plays again.
+// Recording what is done in a window as a session file.
 #include "viewer/desktop/window/SessionRecorder.h"
 
 #include "Testing/Fixtures/TemporaryFolder.h"
@@ -21,9 +21,9 @@ TEST(TestSessionRecorder, WaitsWhereSomebodyHasWaited)
   auto recorder = SessionRecorder::Make((folder / "r.jsonl").string());
   ASSERT_TRUE(recorder);
   EXPECT_TRUE(recorder->IsOn());
-  recorder->NoteIdle(); // before anything was done
+  recorder->NoteIdle(); // before the first step
   recorder->Add(select);
-  recorder->Add(home); // at once
+  recorder->Add(home); // immediately
   recorder->NoteIdle();
   recorder->NoteIdle();
   EXPECT_EQ(*ParseSession(fixtures::ReadWhole(folder / "r.jsonl")),

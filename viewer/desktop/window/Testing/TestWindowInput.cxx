@@ -70,7 +70,7 @@ TEST(TestWindowInput, RightMiddleAndShiftedButtonsAreTwoFingers)
   {
     EXPECT_EQ(Input().Handle(press), two);
   }
-  // A second button changes nothing; the mouse is one pointer.
+  // A second button changes nothing, because the mouse is one pointer.
   WindowInput input = Input();
   input.Handle(Event(Kind::Press, 110, 60, 1));
   EXPECT_EQ(input.Handle(Event(Kind::Press, 110, 60, 2, Button::Right)), Steps());
@@ -123,7 +123,7 @@ TEST(TestWindowInput, TheWheelZoomsWhereThePointerIs)
     EXPECT_DOUBLE_EQ(steps[0].y, 10);
     EXPECT_EQ(steps[0].factor > 1, notches > 0);
   }
-  // Before it, the moves that came before it.
+  // Moves that preceded the wheel come before it.
   input.Handle(Event(Kind::Press, 110, 60, 1));
   input.Handle(Event(Kind::Move, 120, 60, 2));
   EXPECT_EQ(input.Handle(wheel).size(), 2u);
@@ -146,7 +146,7 @@ TEST(TestWindowInput, KeysTurnZoomJumpAndTap)
   withControl.control = true;
   EXPECT_EQ(Input().Handle(withControl), Steps());
 
-  // Return acts as a double tap, for code that recognizes these.
+  // The touches of Return are recognized as a double tap.
   GestureRecognizer gestures;
   std::vector<Gesture> all;
   for (const SessionStep& step : Input().Handle(Key("Return")))
@@ -159,7 +159,7 @@ TEST(TestWindowInput, KeysTurnZoomJumpAndTap)
   ASSERT_FALSE(all.empty());
   EXPECT_EQ(all.back().kind, Gesture::Kind::DoubleTap);
   EXPECT_DOUBLE_EQ(all.back().x, 400);
-  // And an arrow is a turn, and no tap.
+  // Those of an arrow are recognized as a turn, and not as a tap.
   gestures.Reset();
   all.clear();
   for (const SessionStep& step : right)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// German. texts: the page's texts, by the English text; sentences: those of session and server, whose {names} vary.
+// German. texts: the page's texts, by their English text; sentences: those of the session and the server, which have varying
+// {names}.
 
 export const texts = {
   // the list

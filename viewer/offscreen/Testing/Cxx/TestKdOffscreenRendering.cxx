@@ -20,7 +20,7 @@ namespace
 
 using kdstream::testing::ReportedErrors;
 
-// What a window of one colour shows in its middle: red, green, blue.
+// Draws red; returns the window's size and the colour of its middle: red, green, blue.
 std::string MiddleOfRed(vtkRenderWindow& window)
 {
   vtkNew<vtkRenderer> renderer;
@@ -94,7 +94,7 @@ TEST(KdOffscreenRendering, ReportsWhatX11Lacks)
   }
 }
 
-// As a program written for a screen does it.
+// Uses windows as a program does that was written for a screen.
 TEST(KdOffscreenRendering, CanBeUsedForAllWindows)
 {
   vtkNew<vtkKdOffscreenRendering> offscreen;
@@ -107,7 +107,7 @@ TEST(KdOffscreenRendering, CanBeUsedForAllWindows)
   EXPECT_EQ(MiddleOfRed(*window), "50x30 255 0 0");
   interactor->Start();
 
-  // A later choice holds for later windows.
+  // A later choice applies to later windows.
   offscreen->SetBackendToOsMesa();
   ASSERT_TRUE(offscreen->UseForAllWindows());
   vtkNew<vtkRenderWindow> another;

@@ -22,7 +22,7 @@ TEST(MissingGlSymbols, AreReportedWithAReason)
   }
 }
 
-// As programs of others see it: null, not a window that crashes.
+// Programs of others get null, instead of a window that crashes.
 TEST(MissingGlSymbols, MakeNoWindow)
 {
   vtkNew<vtkKdOffscreenRendering> offscreen;

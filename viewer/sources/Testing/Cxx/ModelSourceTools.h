@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Shared by the tests of model sources: a mesh in VTK's arrays, its store, and the content of an
-// output independent of the order of its points and cells.
+// output, whatever the order of its points and cells.
 #pragma once
 
 #include "Testing/Fixtures/Meshes.h"
@@ -29,7 +29,7 @@ inline PolyData AsPolyData(const Mesh& mesh)
   return data;
 }
 
-// Lossless, in partitions of at most this number of vertices.
+// Builds a lossless store, with partitions of at most this number of vertices.
 inline void BuildTo(const std::filesystem::path& file, const Mesh& mesh,
   std::uint32_t verticesPerPartition, const PartitionMethod* partitioner = &KdTreeMethod())
 {
@@ -41,8 +41,8 @@ inline void BuildTo(const std::filesystem::path& file, const Mesh& mesh,
   ASSERT_TRUE(built) << built.GetError().message;
 }
 
-// Places of points, and of the corners of cells (the least rotation): of those that are not marked,
-// or of all.
+// The positions of points, and of the corners of cells (rotated so that the least corner is first):
+// of those that are not marked, or of all.
 struct Content
 {
   std::vector<std::array<double, 3>> points;

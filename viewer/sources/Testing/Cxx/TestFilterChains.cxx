@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Chains of any two filters: the output of a filter in parts is the same mesh again for the next
-// one. Prints the table of own cells, area and error code.
+// Chains of any two filters: if a filter outputs a mesh in parts, the next filter takes them as the
+// same mesh. Prints a table of own cells, areas and error codes.
 #include "viewer/sources/Testing/Cxx/ModelSourceTools.h"
 
 #include <vtkErrorCode.h>
@@ -36,8 +36,8 @@ using Data = vtkSmartPointer<vtkDataObject>;
 
 struct Outcome
 {
-  Data data;  // what it gives
-  Data whole; // the same as one mesh, where there is one
+  Data data;  // the output
+  Data whole; // the output as one mesh, if there is one
   vtkIdType cells = 0;
   double area = 0;
   unsigned long error = 0;
@@ -194,7 +194,8 @@ protected:
     return filters;
   }
 
-  // For each pair: the second filter gives of the first one's parts what it gives of the one mesh.
+  // For each pair: from the parts that the first filter outputs, the second filter makes the same
+  // as from one mesh.
   void ExpectChains(vtkPolyData& mesh, vtkIdType size, double tolerance)
   {
     for (const auto& [name, first] : this->Filters(size))
@@ -206,14 +207,15 @@ protected:
         SCOPED_TRACE(name + " -> " + next);
         if (before.data->IsA("vtkTable"))
         {
-          continue; // the end of a chain
+          continue; // a table ends a chain
         }
         const Outcome one = second(*before.whole), parts = second(*before.data);
         std::printf("%-26s %-26s %8lld %8lld  %.6f %.6f  %5lu %5lu\n", name.c_str(), next.c_str(),
           static_cast<long long>(one.cells), static_cast<long long>(parts.cells), one.area,
           parts.area, one.error, parts.error);
-        // A store keeps global ids: its parts are joined in their order, its single mesh is in the
-        // store's order. The order distinguishes equal coordinates.
+        // The tolerance for stores: a store keeps global ids, and its parts are joined in the order
+        // of these, but its single mesh is in the store's order. The order decides between equal
+        // coordinates.
         std::fflush(stdout);
         const double most = name == "StoreWriter" ? std::max(tolerance, 0.01) : tolerance;
         EXPECT_NEAR(double(parts.cells), double(one.cells), most * double(one.cells));
@@ -224,9 +226,9 @@ protected:
     }
   }
 
-  // The partitions of a store are the same as its single mesh: bit for bit without loss. On a
-  // coarse grid points may get the same place, and then it cannot be found out which of them is
-  // used where.
+  // The partitions of a store are the same as its single mesh; bit for bit if the store is
+  // lossless. On a coarse grid, several points may get the same position; then one cannot know
+  // which of them a cell uses.
   void ExpectStoreChain(vtkPolyData& mesh, int bits, vtkIdType size, vtkIdType target)
   {
     SCOPED_TRACE(bits);
@@ -290,7 +292,8 @@ PolyData NumberedSphere(int side)
   return sphere;
 }
 
-// With global ids the parts are the mesh to the bit, so all that is made of them is the same.
+// With global ids, the parts are the mesh to the bit, so everything that is made from them is the
+// same.
 TEST_F(TestFilterChains, OfPartsWithGlobalIdsAreThoseOfTheMesh)
 {
   this->ExpectChains(*NumberedSphere(50), 200, 0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Stores as VTK gets them: whole and in parts, each cell once however many pieces ask for it.
+// Stores as VTK gets them: whole and in parts; each cell once, whatever the number of pieces.
 #include "filters/baselines/stores/Baselines.h"
 #include "filters/core/UnusedVertices.h"
 #include "filters/core/tree/Region.h"
@@ -48,7 +48,7 @@ protected:
     this->Reader->Update();
     return this->Reader->GetOutputDataObject(0);
   }
-  // Why there is nothing.
+  // Updates, checks that the output is empty, and returns the error.
   std::string Refusal()
   {
     FilterObserver heard(this->Reader);
@@ -88,7 +88,7 @@ TEST_F(TestKdStoreReader, PartitionsAreThoseOfTheFilterToTheBit)
   EXPECT_TRUE(ContentOf(output) == ContentOf(mesh));
 }
 
-// Without what no triangle uses.
+// One mesh is the input, without points that no triangle uses.
 TEST_F(TestKdStoreReader, OneMeshIsTheInput)
 {
   for (const auto& [name, mesh] : fixtures::HardMeshes())
@@ -166,7 +166,7 @@ TEST_F(TestKdStoreReader, PiecesOfAPipelineHaveAllOfItOnce)
             << content << type << pieces << ghosts;
         }
       }
-      // More pieces than there is anything: the memory does not grow with their number.
+      // Far more pieces than points: memory does not grow with the number of pieces.
       this->Reader->UpdatePiece(1, VTK_INT_MAX, 1);
       EXPECT_EQ(this->Reader->GetOutputDataObject(0)->GetNumberOfElements(vtkDataObject::POINT), 0);
       EXPECT_EQ(this->Reader->GetErrorCode(), 0U);
@@ -174,7 +174,7 @@ TEST_F(TestKdStoreReader, PiecesOfAPipelineHaveAllOfItOnce)
   }
 }
 
-// With ghost levels no point of one's own lacks a cell.
+// With ghost levels, no own point lacks a cell.
 TEST_F(TestKdStoreReader, GhostLevelsBringTheCellsAround)
 {
   this->Open(this->Sphere, 50);
@@ -237,7 +237,7 @@ TEST_F(TestKdStoreReader, ARegionIsThatOfTheViewers)
   }
 }
 
-// Fine where it looks; one closed surface; coarser where the budget is less.
+// The surface is fine where the camera looks, closed, and coarser with a smaller budget.
 TEST_F(TestKdStoreReader, ACameraGetsWhatItNeeds)
 {
   this->Open(fixtures::DisplacedSphere(8), 200); // 327,682 vertices
@@ -259,7 +259,7 @@ TEST_F(TestKdStoreReader, ACameraGetsWhatItNeeds)
     }
     for (const auto& [edge, count] : edges)
     {
-      EXPECT_EQ(count, 0); // both ways as often: closed
+      EXPECT_EQ(count, 0); // as often in both directions: closed
     }
     return drawn.cells;
   };
@@ -275,7 +275,7 @@ TEST_F(TestKdStoreReader, ACameraGetsWhatItNeeds)
   this->Reader->SetNumberOfTriangles(2000000);
   this->Reader->SetCameraPosition(0, 0, 50);
   EXPECT_LT(cells().size(), 6000u);
-  // A narrower angle is a nearer look.
+  // A narrower angle of view needs finer pieces, as a nearer camera does.
   this->Reader->SetCameraViewAngle(0.5);
   EXPECT_GT(cells().size(), 20000u);
   this->Reader->SetOutputTypeToPartitionedDataSet();
@@ -329,7 +329,7 @@ TEST_F(TestKdStoreReader, OnlyWhatIsAskedForIsLoaded)
     this->Reader->AddPartition(partition);
   }
   EXPECT_EQ(LoadedPartitions(this->Update()), 2u);
-  this->Reader->UpdatePiece(0, 2, 2); // around them is nothing that was asked for
+  this->Reader->UpdatePiece(0, 2, 2); // no requested partition is around them
   EXPECT_EQ(LoadedPartitions(this->Reader->GetOutputDataObject(0)), 2u);
   this->Reader->RemoveAllPartitions();
   EXPECT_EQ(LoadedPartitions(this->Update()), 0u);
@@ -349,7 +349,7 @@ TEST_F(TestKdStoreReader, OnlyWhatIsAskedForIsLoaded)
   }
 }
 
-// By default only the store's metadata are read for it.
+// By default, only the store's metadata is read for this.
 TEST_F(TestKdStoreReader, InformationIsReportedWithoutDecoding)
 {
   this->Open(this->Sphere);
@@ -635,7 +635,7 @@ TEST_F(TestKdStoreReader, ErrorsNameTheFileAndWhatIsWrong)
   this->Reader->SetLevelDepth(40);
   EXPECT_NE(this->Refusal().find("there is no level 40: the finest is "), std::string::npos);
   EXPECT_EQ(this->Reader->GetErrorCode(), vtkErrorCode::UnknownError);
-  // A byte of what comes last in the file.
+  // Damages bytes in the second half of the file.
   const auto size = std::filesystem::file_size(this->File);
   std::fstream bytes(this->File, std::ios::in | std::ios::out | std::ios::binary);
   for (auto at = static_cast<std::streamoff>(size / 2); at < static_cast<std::streamoff>(size);
@@ -664,7 +664,7 @@ TEST_F(TestKdStoreReader, ReportsProgressAndStopsWhenAborted)
   this->Reader->Modified();
   EXPECT_EQ(LoadedPartitions(this->Update()), 0u);
   EXPECT_EQ(heard.error, "");
-  // While one mesh is put together of what was read.
+  // Aborts while the pieces that were read are made into one mesh.
   this->Reader->SetOutputTypeToPolyData();
   heard.abortAt = 0.82;
   for (const int content :

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Models of a server as VTK gets them: what a reader of the store has, and only what is asked for.
+// Models of a server as VTK gets them: the same as from a reader of the store, and only what is
+// needed is fetched.
 #include "filters/adapter/Testing/ReportedErrors.h"
 #include "server/access/Testing/ForgedToken.h"
 #include "server/http/HttpServer.h"
@@ -199,11 +200,11 @@ TEST_F(TestKdStreamSource, ErrorsNameTheServerAndWhatIsWrong)
   const std::string url = this->Source->GetUrl();
   this->Source->SetModelId("sphere");
   EXPECT_EQ(LoadedPartitions(this->Update()), 128u);
-  // The connection is lost, and is asked for what is not there any more.
+  // The connection is lost, and the server is gone when the source asks again.
   this->Server.reset();
   const std::string lost = this->Refusal();
   EXPECT_NE(lost.find(url + ": "), std::string::npos) << lost;
-  this->Source->SetTimeout(59); // another connection
+  this->Source->SetTimeout(59); // needs another connection
   EXPECT_NE(this->Refusal().find("cannot be reached"), std::string::npos);
 }
 
@@ -233,7 +234,7 @@ TEST_F(TestKdStreamSource, ATokenSaysWhatMayBeHad)
     << original;
 }
 
-// A model whose blobs never come, until it is let go.
+// A model whose blobs do not arrive until it is released.
 class SilentModel : public TorusModel
 {
 public:
@@ -249,7 +250,7 @@ public:
   std::shared_future<void> gone = letGo.get_future().share();
 };
 
-// Aborts at the first report of progress after something is the case; knows when.
+// Aborts at the first progress report at which isTime() is true, and records when that was.
 struct AbortWhen
 {
   vtkAlgorithm& filter;
@@ -271,7 +272,7 @@ struct AbortWhen
   }
 };
 
-// The timeout is longer than this test may take: an update that does not stop hangs it.
+// The timeout is longer than this test may take, so the test hangs if an update does not stop.
 TEST_F(TestKdStreamSource, EveryOutputStopsWhileNothingComes)
 {
   std::shared_ptr<SilentModel> silent;
@@ -298,7 +299,7 @@ TEST_F(TestKdStreamSource, EveryOutputStopsWhileNothingComes)
       silent->letGo.set_value();
     }
   }
-  // Once it answers, the next Update has it, though nothing was set.
+  // When the server answers, the next Update has the output, although nothing was set.
   abort.isTime = [] { return false; };
   EXPECT_FALSE(ContentOf(this->Update()).points.empty());
 }
@@ -333,7 +334,7 @@ struct StopAt
   }
 };
 
-// VTK forgets an abort that comes when the model is open and nothing is read yet.
+// VTK itself would forget an abort that comes when the model is open and nothing has been read yet.
 TEST_F(TestKdStreamSource, AnAbortBeforeItReadsCounts)
 {
   struct AbortAtStart
@@ -352,8 +353,8 @@ TEST_F(TestKdStreamSource, AnAbortBeforeItReadsCounts)
   EXPECT_FALSE(ContentOf(this->Update()).points.empty());
 }
 
-// From the first progress report to the last, also before the first piece has arrived and after the
-// last one: after an abort there are no more reports, and the output is empty.
+// At any progress report, from the first one to the last, also before the first piece has arrived
+// and after the last one: after an abort there are no more reports, and the output is empty.
 TEST_F(TestKdStreamSource, EveryOutputStopsAtAnyOfItsSteps)
 {
   StopAt stop{ this->Source };
@@ -374,7 +375,7 @@ TEST_F(TestKdStreamSource, EveryOutputStopsAtAnyOfItsSteps)
       const double most = stop.most;
       const int atMost = stop.atMost;
       std::vector<std::pair<double, int>> when{ { 0.0, 1 }, { 0.0, 2 }, { 0.0, 3 } };
-      if (most > 0) // it is one piece otherwise, and how often it waits for that is not certain
+      if (most > 0) // 0: one piece, with any number of reports
       {
         when.insert(when.end(), { { most / 2, 1 }, { most, 1 }, { most, atMost } });
       }
@@ -406,11 +407,11 @@ TEST_F(TestKdStreamSource, StopsWhileAServerDoesNotAnswer)
   this->Source->AddObserver(vtkCommand::ProgressEvent, &abort, &AbortWhen::Look);
   FilterObserver heard(this->Source);
   EXPECT_TRUE(ContentOf(this->Update(), true).points.empty());
-  EXPECT_EQ(heard.error, ""); // of its timeout
+  EXPECT_EQ(heard.error, ""); // no error about the timeout
   abort.Tell("a server that does not answer");
   this->Source->RemoveAllObservers();
   ReportedErrors late(*this->Source);
-  this->Source->SetTimeout(1); // counts for the connection, too
+  this->Source->SetTimeout(1); // also limits connecting
   this->Update();
   EXPECT_NE(late.Take().find("the server has sent nothing for 1 s"), std::string::npos);
   EXPECT_EQ(this->Source->GetErrorCode(), vtkErrorCode::CannotOpenFileError);
@@ -443,7 +444,7 @@ TEST_F(TestKdStreamSource, AModelThatWasReplacedIsOpenedAnew)
   const Content second = ContentOf(this->Update());
   EXPECT_EQ(second.cells.size(), torus.triangles.size());
   EXPECT_EQ(this->Source->GetNumberOfModelPoints(), vtkIdType(torus.points.size()));
-  // On a server that was started anew at the same address, too: the connection is lost.
+  // Also if the server was restarted at the same address, so that the connection is lost.
   BuildTo(this->File, this->Sphere, 200);
   const std::uint16_t port = this->Server->Port();
   this->Server.reset();
@@ -458,7 +459,7 @@ TEST_F(TestKdStreamSource, AModelThatWasReplacedIsOpenedAnew)
   EXPECT_TRUE(ContentOf(this->Update()) == first);
 }
 
-// After an error while reading, the source need not be set anew either.
+// After an error while reading, nothing needs to be set either.
 TEST_F(TestKdStreamSource, TheUpdateAfterAFailureOpensAnew)
 {
   auto torus = std::make_unique<TorusCatalog>();

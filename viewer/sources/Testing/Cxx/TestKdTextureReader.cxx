@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pieces of textured stores as VTK gets them: coordinates, pictures, each triangle once.
+// Pieces of textured stores as VTK gets them: texture coordinates, pictures, and each triangle
+// once.
 #include "filters/codec/TextureTile.h"
 #include "filters/store/Store.h"
 #include "filters/texture/WritePicture.h"
@@ -25,7 +26,8 @@ using fixtures::TemporaryFolder;
 
 constexpr std::uint32_t width = 9, height = 5;
 
-// Corners of a vertex lie where its place says; every seventh triangle is beyond a seam.
+// The texture coordinate of a corner, computed from the position of its vertex. Every seventh
+// triangle is beyond a seam.
 TileCoordinate CornerAt(const Vec3& point, bool beyond)
 {
   return { float(std::nearbyint(256 * (point[0] + 2)) / 256),
@@ -222,7 +224,7 @@ TEST_F(TestKdTextureReader, AServersModelIsReadOverItsSource)
         this->Reader->GetPicture()->GetScalarComponentAsDouble(pixel % width, pixel / width, 0, 0));
     }
   }
-  // What was stopped is read by the next Update.
+  // What an abort stopped is read by the next Update.
   for (const bool informationAlone : { false, true })
   {
     streamed->SetPartition(informationAlone ? 7 : 6);
