@@ -13,7 +13,7 @@ namespace kdstream
 namespace
 {
 
-// Not with a stream: if memory runs out, a stream fails without saying why.
+// No stream: if memory runs out, a stream fails without a reason.
 std::optional<Vec3> ParseDirection(const std::string& text)
 {
   const char* at = text.data();
