@@ -243,7 +243,7 @@ private:
     return true;
   }
 
-  // Collects what the file contains that no store keeps (the rank that reads the end of the file
+  // Collects the notes on the input: what no store keeps (the rank that reads the end of the file
   // has seen all of it), and what was dropped or repaired in each rank's share.
   Status TakeReported(const MeshFileInfo& info)
   {

@@ -13,8 +13,8 @@
 namespace kdstream
 {
 
-// Of the vertices that a rank has read, those that stay. Numbers are consecutive from rank to rank,
-// in the order of the file.
+// The vertices that a rank has read and that are not removed. Numbers are consecutive from rank to
+// rank, in the order of the file.
 struct DistributedVertices
 {
   std::vector<VertexId> readBegin; // first number in the file of each rank, and the end

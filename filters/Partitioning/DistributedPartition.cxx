@@ -332,7 +332,7 @@ public:
   }
 
 private:
-  // This rank's points and elements; which of them are its own.
+  // Reads this rank's points and elements, and finds out which of them are its own.
   Status Read()
   {
     KDSTREAM_TRY(Take(ReadPoints(this->Input, this->Runs), this->Points));

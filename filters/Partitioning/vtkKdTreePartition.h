@@ -60,8 +60,8 @@ public:
 
   ///@{
   /**
-   * The processes that cut one mesh together. Default: vtkMultiProcessController's global one; null
-   * or a single process: only this one.
+   * The processes that cut one mesh together. Default: the global controller of
+   * vtkMultiProcessController. Null or a single process: only this process.
    */
   virtual void SetController(vtkMultiProcessController* controller);
   vtkGetObjectMacro(Controller, vtkMultiProcessController);

@@ -127,7 +127,7 @@ protected:
   virtual void AssignPoints(kdstream::MeshPartitionWork& work) = 0;
 
   /**
-   * Whether AssignPoints looks at triangles.
+   * Whether AssignPoints uses triangles.
    */
   virtual bool UsesCells() const { return false; }
 

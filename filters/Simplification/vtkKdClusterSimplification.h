@@ -171,8 +171,8 @@ public:
 
   ///@{
   /**
-   * The most points of a partition, 1 to 2^31 - 1; default 2000. The finest level is at least as
-   * deep as the partitions.
+   * The maximum number of points in a partition, 1 to 2^31 - 1; default 2000. The finest level is
+   * at least as deep as the partitions.
    */
   virtual void SetVerticesPerPartition(vtkIdType value);
   vtkGetMacro(VerticesPerPartition, vtkIdType);

@@ -26,8 +26,8 @@ public:
   vtkTypeMacro(RankPipeline, vtkCompositeDataPipeline);
 
   // For CreateDefaultExecutive of an algorithm with one input. controller: the algorithm's member;
-  // if it is null or has one process, everything is as in the superclass. setErrorCode: that of the
-  // algorithm.
+  // if it is null or has one process, everything is as in the superclass. setErrorCode: sets the
+  // error code of the algorithm.
   //
   // If the whole input was requested, and all sources upstream deliver pieces
   // (CAN_HANDLE_PIECE_REQUEST), this process's piece is requested; there are as many pieces as

@@ -33,8 +33,8 @@ inline const std::string convertNamedMark = "named ";
 // Whether kdstream-convert must read files with this extension.
 bool NeedsConversion(const std::filesystem::path& input);
 
-// If there is no kdstream-convert beside this program: a warning that tells how to get it. what: is
-// left out.
+// If there is no kdstream-convert in the folder of this program: a warning that says how to get it.
+// what: names, for the warning, the things that are left out of the model.
 std::optional<std::string> WhyNoPictures(std::string_view what = "pictures");
 
 // A PLY made by kdstream-convert; it is removed with this object.

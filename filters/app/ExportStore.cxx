@@ -91,8 +91,8 @@ location /api/ {
 }
 )";
 
-// Only what AllowOverride FileInfo allows. With anything else Apache would answer no request at
-// all.
+// These are only rules that AllowOverride FileInfo allows. With any other rule Apache would answer
+// no request at all.
 constexpr const char* apacheRules =
   R"(AddType application/wasm .wasm
 AddType application/json .json
@@ -366,7 +366,7 @@ public:
     return {};
   }
 
-  // The path by the name that the user gave.
+  // The path for messages: it begins with the folder's name as the user gave it.
   std::string NameOf(const std::string& path) const { return this->Folder.NameOf(path.substr(1)); }
 
   // Errors: NotFound; InputOutput, also for a link; LimitExceeded.

@@ -49,8 +49,8 @@ Result<OutputFolders> OutputFolders::Make(const std::filesystem::path& file)
   for (auto next = missing.rbegin(); next != missing.rend(); ++next)
   {
     // create_directory may find that the folder exists: "a/b/" has the parent "a/b", and "." exists
-    // as soon as its parent does.
-    // Stored before the folder is made: afterwards there may be no memory.
+    // as soon as its parent does. The name is stored before the folder is made, because afterwards
+    // there may be no memory.
     folders.Made.push_back(*next);
     if (fs::create_directory(*next, status))
     {

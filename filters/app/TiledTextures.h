@@ -17,8 +17,8 @@
 namespace kdstream
 {
 
-// The finer pieces that were read last: pieces beside each other read the same ones. Any number of
-// threads may use it.
+// The finer pieces that were read last; adjacent pieces need the same ones. Any number of threads
+// may use it.
 class FinerCache
 {
 public:

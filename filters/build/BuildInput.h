@@ -29,7 +29,7 @@ BlockedSize ClaimedBlocks(const MeshReader& reader);
 
 // Checks that partitions of the mesh that the header claims fit in options.memory when they are
 // made out of core. Only certain facts count: not vertices that welding may remove, and only the
-// least number of triangles of each polygon. Errors: LimitExceeded.
+// smallest number of triangles that each polygon can have. Errors: LimitExceeded.
 Status CheckClaimedPartitions(const MeshReader& reader, const BuildOptions& options);
 
 // Puts point arrays first, as pieces have them. Errors: InvalidInput if the mesh has no vertices,

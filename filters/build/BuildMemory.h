@@ -54,21 +54,21 @@ struct BlockedSize
   std::uint64_t vertices = 0, triangles = 0;
   std::uint64_t pointTupleBytes = 0, cellTupleBytes = 0; // for one vertex, for one triangle
 };
-// The least depth of blocks, from `least` to `most`, at which one block fits in memory in every
+// The smallest depth of blocks, from `least` to `most`, at which one block fits in memory in every
 // step.
 unsigned DepthOfBlocks(
   const BlockedSize& mesh, std::uint64_t memory, unsigned least, unsigned most);
 
-// The most vertices that a block may have, if all vertices of the mesh take the same memory.
+// The maximum number of vertices of a block, if all vertices of the mesh take the same memory.
 std::uint64_t MostBlockVertices(const BlockedSize& mesh, std::uint64_t memory);
 
-// The most bytes of files that a build out of core will probably have at one time. soup: as in
+// The maximum bytes of files that a build out of core will probably have at one time. soup: as in
 // MeshFileInfo; the vertices are then the corners of the triangles. Measured; 0 for no vertices.
 std::uint64_t EstimateTemporaryBytes(const BlockedSize& mesh, bool soup, ScalarType scalars);
 
 // Checks that partitions can be made in blocks within `limit` bytes; a partition is never divided.
-// For some sizes only the least may be known. O(1). Errors: LimitExceeded, with the limit that
-// would be enough.
+// Some sizes in `mesh` may be lower bounds of the real ones. O(1). Errors: LimitExceeded, with the
+// limit that would be enough.
 Status CheckPartitionMemory(
   const BlockedSize& mesh, const KdTreeOptions& tree, std::uint64_t limit);
 

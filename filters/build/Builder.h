@@ -53,7 +53,7 @@ struct BuildOptions
   // given (GuessHomeView.h). REQUIRES: directions (DirectionOf).
   std::optional<Vec3> up, view;
   // Makes textures of partitions, from the arrays of texture coordinates that the input has; null:
-  // there are none.
+  // the store gets no textures.
   std::shared_ptr<const PieceTextures> textures;
   std::string inputName; // stored as the input's name; empty: the name of the file
   // The files whose bytes identify the input (InputDigest.h), in this order; empty: the input file.

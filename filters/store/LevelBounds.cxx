@@ -545,7 +545,7 @@ private:
   std::uint32_t Last = 0; // the last result; the next point is often near it
   std::uint64_t Visits = 0, MostVisits = visitsAtFirst;
   double Most;
-  std::priority_queue<Suspect> Suspects; // of one partition, the farthest first
+  std::priority_queue<Suspect> Suspects; // of one partition, farthest first
 };
 
 }

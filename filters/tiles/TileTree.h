@@ -45,7 +45,7 @@ struct TilesOptions
 // The source of the data for tiles. Both functions may be called from any thread.
 struct TileInput
 {
-  std::function<Result<Piece>(PieceId)> readPiece; // checked
+  std::function<Result<Piece>(PieceId)> readPiece; // returns a checked piece
   // Reads a page of the tree, or a texture.
   std::function<Result<std::vector<std::uint8_t>>(const protocol::BlobId&)> readBlob;
 };

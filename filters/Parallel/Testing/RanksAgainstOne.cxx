@@ -169,7 +169,7 @@ bool AllHearOfAnException(MpiGroup& group, const std::filesystem::path& folder)
   return heard;
 }
 
-// Rank 1 has no memory for what rank 0 would send.
+// Rank 1 has too little memory for the bytes that rank 0 would send.
 bool AllHearOfNoMemory(MpiGroup& group)
 {
   constexpr std::uint64_t bytes = std::uint64_t{ 1 } << 28;

@@ -81,7 +81,7 @@ inline InMemory BuildInMemory(const Mesh& mesh, const KdTreeOptions& options, Le
   return built;
 }
 
-// How deep the blocks are that the files are cut into.
+// The depths of the blocks that the files are cut into.
 struct Blocks
 {
   unsigned ofMesh = 0;

@@ -92,7 +92,7 @@ public:
   BuildFolder& operator=(BuildFolder&&) = delete;
   ~BuildFolder();
 
-  // Where files are made. Each is removed with its owner, unless Finish keeps it.
+  // The folder for new files. Each file is removed with its owner, unless Finish keeps it.
   SpillFolder& Files() { return this->Folder; }
 
   bool Finished(std::string_view phase) const;
@@ -133,7 +133,7 @@ private:
   Status TakeUp(std::string_view fingerprint, bool resume);
   // Whether the file exists with the size and time that the journal says.
   bool IsThere(const JournalFile& file) const;
-  // Whether also its checksum is right.
+  // The same, and whether its checksum is right too.
   bool IsWhole(const JournalFile& file) const;
   void RemoveUnnamed();
   Result<PhaseJournal> ReadJournal() const;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The levels of a mesh that does not fit the memory: step "levels" of building out of core.
+// The levels of a mesh that does not fit in memory: step "levels" of building out of core.
 #pragma once
 
 #include "filters/core/levels/Levels.h"
@@ -30,7 +30,6 @@ struct ExternalLevels
 // that BuildLevels makes in memory. Blocks of a level are larger than those of the mesh if they
 // need no more memory. Each block is loaded about three times; when levels are made by clusters,
 // once.
-// about three times, with clusters once.
 //
 // Memory: one block, about 520 bytes a cluster and 220 a vertex, and the next block while it is
 // being loaded. Levels coarser than S with up to 2^16 clusters (sometimes four times as many; 2^14

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Welding of vertices that do not fit the memory: step "weld" of the pipeline picture, out of core.
+// Welding of vertices that do not fit in memory: step "weld" of the pipeline picture, out of core.
 #pragma once
 
 #include "filters/core/Execution.h"

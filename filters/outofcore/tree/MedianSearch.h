@@ -48,7 +48,7 @@ struct KeyRange
 
 struct MedianSearch
 {
-  std::uint64_t rank = 0;     // of the wanted key; 0 is the least
+  std::uint64_t rank = 0;     // of the wanted key; 0: the smallest key
   KeyRange known;             // the range that contains the median
   double mean = 0;            // of the coordinates of all keys: the first pivot of Heaps
   std::uint64_t keepable = 1; // a range with at most this number of keys is narrow enough
