@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# Checks that doc/api.md has a line for each header of the API, the VTK modules' classes included, and for no other; and that each
-# begins with what it is for: run with -D ROOT=<source tree>.
+# Checks that doc/api.md has a line for each header of the API, including those of the VTK modules' classes, and for no
+# other; and that each header begins with its purpose. Run with -D ROOT=<source tree>.
 cmake_policy(VERSION 3.25)
 set(PROJECT_SOURCE_DIR "${ROOT}")
 include("${ROOT}/cmake/KdStreamApi.cmake")

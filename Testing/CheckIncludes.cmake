@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# Checks that includes follow the arrows below (doc/architecture.md has the main ones): run with -D ROOT=<source tree>.
-# A folder may include itself, what is listed for it, and headers that are not ours; VTK only where it says so. It has at
-# most 45 files, and a line in doc/architecture.md. Scripts of the page import from where a thing is defined, and in no circle.
+# Checks that includes follow the arrows below (doc/architecture.md has the main ones). Run with -D ROOT=<source tree>.
+# A folder may include its own headers, those of the folders listed for it, and headers that are not ours; VTK only if
+# this is listed. A folder has at most 45 files, and a line in doc/architecture.md. Scripts of the page import a name
+# from the script that defines it, and never in a circle.
 cmake_policy(VERSION 3.25)
 set(problems "")
 set(mostFiles 45)
 file(READ "${ROOT}/doc/architecture.md" architecture)
 
-# check(folder [VTK] [FLAT] may-include…)   FLAT: without the folders in it
+# check(folder [VTK] [FLAT] may-include…)   FLAT: without subfolders
 function(check folder)
   cmake_parse_arguments(PARSE_ARGV 1 arg "VTK;FLAT" "" "")
   set(glob GLOB_RECURSE)
@@ -53,7 +54,7 @@ function(check folder)
   set(problems "${problems}" PARENT_SCOPE)
 endfunction()
 
-# check_scripts(folder): what its scripts import, at once or when it is needed.
+# check_scripts(folder): checks the imports of its scripts, both static and dynamic ones.
 function(check_scripts folder)
   file(GLOB scripts RELATIVE "${ROOT}/${folder}" "${ROOT}/${folder}/*.js")
   if(NOT scripts)
@@ -68,7 +69,7 @@ function(check_scripts folder)
     list(TRANSFORM imports REPLACE ".*\"\\./(.*)\"" "\\1")
     set(imports_of_${script} ${imports})
   endforeach()
-  # Those that import nothing, or only what is taken off already, are in no circle.
+  # Removes scripts that import nothing, or only removed scripts. The scripts that are left form a circle.
   set(left ${scripts})
   set(goesOn TRUE)
   while(goesOn)
@@ -93,7 +94,7 @@ function(check_scripts folder)
   set(problems "${problems}" PARENT_SCOPE)
 endfunction()
 
-# Core, in the order of a triangle's way.
+# Core, in the order in which a triangle passes through it.
 set(core filters/core)
 check(filters/core FLAT)
 foreach(folder IN ITEMS tree collapse levels pieces drawing)
@@ -114,7 +115,7 @@ check(filters/tiles filters/protocol filters/model filters/codec ${core})
 check(filters/page filters/protocol filters/model filters/codec ${core})
 check(filters/store filters/files filters/protocol filters/model filters/codec ${core})
 
-# Out of core: each folder on core and on those before it.
+# Out of core: each folder may include core and the folders before it.
 set(outofcore "")
 foreach(folder IN ITEMS files journal tree mesh levels pieces)
   check(filters/outofcore/${folder} ${core} filters/files filters/meshio ${outofcore})

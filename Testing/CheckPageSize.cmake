@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# Looks whether the page is small: SIZES is the file page.sizes of the preset web (viewer/mobile/web/MakePage.cmake): the bytes, gzipped,
-# that come before the first picture, those of all files, and the version of emscripten's clang.
+# Checks that the page is small. SIZES is the file page.sizes of the preset web (viewer/mobile/web/MakePage.cmake): the
+# gzipped bytes that are loaded before the first picture, those of all files, and the version of emscripten's clang.
 file(READ "${SIZES}" sizes)
 list(GET sizes 0 first)
 list(GET sizes 1 bytes)
 list(GET sizes 2 compiler)
 set(most_first 164582)
 set(most_bytes 246500)
-if(compiler VERSION_GREATER_EQUAL 16) # Debian 12 has 14; Debian 13 makes 6 and 13 kB more of the same sources
+if(compiler VERSION_GREATER_EQUAL 16) # Debian 12 has 14; with Debian 13, the same sources give 6 and 13 kB more
   math(EXPR most_first "${most_first} + 7000")
   math(EXPR most_bytes "${most_bytes} + 14000")
 endif()

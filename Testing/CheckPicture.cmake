@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# Checks that doc/architecture.md's "Where a triangle goes" and the headers agree: run with -D ROOT=<source tree>.
-# 1. Every step that the first comment of a file names, as in: Step "tree", steps "cut" and "encode", stands in the picture.
+# Checks that doc/architecture.md's "Where a triangle goes" and the headers agree. Run with -D ROOT=<source tree>.
+# 1. Every step that the first comment of a file names, as in: Step "tree", steps "cut" and "encode", is in the picture.
 # 2. Every file in the picture exists, and its first comment, or that of the header beside it, names its step.
 cmake_minimum_required(VERSION 3.25)
 set(problems "")

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# Runs README's "Three commands" and compares what they print with what README says: run with -D ROOT=<source tree>
-# -D PROGRAMS=<folder> -D DRAGON=<dragon.ply> -D WORK=<folder>. In README "$ " begins a command, "…" stands for any text. The server's
-# command is tried elsewhere. Also: README has fewer than 150 lines.
+# Runs README's "Three commands" and compares their output with README's. Run with -D ROOT=<source tree> -D
+# PROGRAMS=<folder> -D DRAGON=<dragon.ply> -D WORK=<folder>. In README "$ " begins a command, and "…" stands for any
+# text. The server's command is tested elsewhere. Also checks that README has fewer than 150 lines.
 cmake_minimum_required(VERSION 3.25)
 
 file(STRINGS "${ROOT}/README.md" lines ENCODING UTF-8)

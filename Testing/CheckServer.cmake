@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# Checks that a server holds nothing that builds: no function of the builders' and readers' libraries is in it.
-# Run with -D NM=<nm> -D SERVER=<kdstream-serve> -D LIBRARIES=<archives, a list>.
+# Checks that a server contains no code that builds: no function of the builders' and readers' libraries is in it. Run
+# with -D NM=<nm> -D SERVER=<kdstream-serve> -D LIBRARIES=<archives, a list>.
 cmake_minimum_required(VERSION 3.25)
 
-# The names of the functions that a file defines itself (not inline ones, which many define).
+# The names of the functions that a file defines itself (without inline functions, which many files define).
 function(functions_of file result)
   execute_process(COMMAND "${NM}" --defined-only "${file}" OUTPUT_VARIABLE symbols ERROR_QUIET COMMAND_ERROR_IS_FATAL ANY)
   string(REGEX MATCHALL " T _Z[A-Za-z0-9_]+" functions "${symbols}")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# Every source of tests is named in a CMakeLists.txt: one that is forgotten would never run.
+# Checks that every source of tests is named in a CMakeLists.txt, because a forgotten one would never run.
 # cmake -D ROOT=… -P CheckTests.cmake
 file(GLOB_RECURSE lists LIST_DIRECTORIES false RELATIVE "${ROOT}" "${ROOT}/filters/CMakeLists.txt" "${ROOT}/server/CMakeLists.txt"
   "${ROOT}/viewer/CMakeLists.txt" "${ROOT}/Testing/CMakeLists.txt" "${ROOT}/Data/CMakeLists.txt" "${ROOT}/Examples/CMakeLists.txt")

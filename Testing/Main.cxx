@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The main function of every test program. A program has the tests of one library; arguments are
-// names of its sources, without ".cxx": `CoreTests TestKdTree TestRegion` runs the tests of these
-// two. Without arguments all run. If sources are named, only the part of --gtest_filter after its
-// "-" is used, to leave out tests; else the whole filter.
+// The main function of every test program. A program contains the tests of one library. Arguments
+// are names of its sources, without ".cxx": `CoreTests TestKdTree TestRegion` runs the tests of
+// these two. Without arguments all tests run. If sources are named, only the part of --gtest_filter
+// after its "-" is used, to leave out tests; else the whole filter is used.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -13,7 +13,7 @@
 namespace
 {
 
-// A filter of the tests that these sources have; names whose source has none stay in `sources`.
+// A filter for the tests of these sources. Names of sources without tests stay in `sources`.
 std::string FilterOf(std::set<std::string>& sources)
 {
   std::set<std::string> found;

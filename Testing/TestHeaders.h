@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Precompiled once for all test programs: headers that nearly every test includes. Tests include
+// Headers that nearly every test includes; precompiled once for all test programs. Tests include
 // what they use nevertheless.
 #pragma once
 

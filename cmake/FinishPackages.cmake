@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# Run by CPack when the packages' files are in place, in a folder for each component: adds copyright and changelog, compresses
-# manual pages, gives all files the time SOURCE_DATE_EPOCH.
+# CPack runs this when the packages' files are in place, in a folder for each component. It adds copyright and
+# changelog, compresses manual pages, and gives all files the time SOURCE_DATE_EPOCH.
 set(epoch "$ENV{SOURCE_DATE_EPOCH}")
 if(NOT epoch MATCHES "^[0-9]+$")
   message(FATAL_ERROR "SOURCE_DATE_EPOCH is not set: ./dev package sets it to the time of the last commit")

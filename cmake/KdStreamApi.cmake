@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# The API: the headers that users of an installed KdStream may include, beside those of the VTK modules' classes. doc/api.md has a
-# line for each (TestApi). Installed are these and what they include, which may change with any version.
+# The API: the headers that users of an installed KdStream may include, besides those of the VTK modules' classes.
+# doc/api.md has a line for each (TestApi). These headers are installed, and so are the headers that they include, which
+# may change with any version.
 set(KDSTREAM_API_HEADERS
   filters/core/Attribute.h
   filters/core/Execution.h
@@ -35,7 +36,7 @@ set(KDSTREAM_API_HEADERS
   viewer/session/ViewerSession.h
   viewer/session/appearance/SceneAppearance.h)
 
-# What is installed: the API, and what its headers include of ours.
+# The headers to install: the API, and those of our headers that it includes.
 function(kdstream_find_installed_headers result)
   set(installed "")
   set(waiting ${KDSTREAM_API_HEADERS})

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Install rules: find_package(KdStream) works from an install tree. The targets themselves are installed where they are
-# made; with VTK, vtk_module_build writes the file of all exported targets (KdStreamVtkModules.cmake).
+# defined. With VTK, vtk_module_build writes the file with all exported targets (KdStreamVtkModules.cmake).
 include(CMakePackageConfigHelpers)
 
 set(KDSTREAM_PACKAGE_FOLDER "${CMAKE_INSTALL_LIBDIR}/cmake/KdStream")
@@ -9,7 +9,7 @@ if(NOT KDSTREAM_BUILD_VTK)
     DESTINATION "${KDSTREAM_PACKAGE_FOLDER}" COMPONENT development)
 endif()
 
-# The components of find_package, and why one is not among them.
+# The components of find_package, and why a component is missing.
 get_property(KDSTREAM_INSTALLED_LIBRARIES GLOBAL PROPERTY KDSTREAM_LIBRARIES)
 list(TRANSFORM KDSTREAM_INSTALLED_LIBRARIES REPLACE "^kdstream_" "")
 list(JOIN KDSTREAM_INSTALLED_LIBRARIES " " KDSTREAM_INSTALLED_LIBRARIES)
@@ -48,7 +48,7 @@ install(FILES "${PROJECT_BINARY_DIR}/KdStreamConfig.cmake" "${PROJECT_BINARY_DIR
 install(FILES "${PROJECT_BINARY_DIR}/include/kdstream/Version.h" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/kdstream"
   COMPONENT development)
 
-# For programs without CMake: the static libraries over stores and servers.
+# For programs without CMake: the static libraries for stores and servers.
 file(RELATIVE_PATH KDSTREAM_PC_PREFIX "/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/")
 string(REGEX REPLACE "/$" "" KDSTREAM_PC_PREFIX "${KDSTREAM_PC_PREFIX}")
 set(KDSTREAM_PC_LIBRARIES "")
@@ -61,14 +61,14 @@ string(STRIP "${KDSTREAM_PC_LIBRARIES}" KDSTREAM_PC_LIBRARIES)
 configure_file("${PROJECT_SOURCE_DIR}/cmake/kdstream.pc.in" "${PROJECT_BINARY_DIR}/kdstream.pc" @ONLY)
 install(FILES "${PROJECT_BINARY_DIR}/kdstream.pc" DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig" COMPONENT development)
 
-# The page, built elsewhere by the preset `web`; kdstream-serve finds it here (server/app).
+# The web page, which the preset `web` has built elsewhere; kdstream-serve finds it here (server/app).
 if(KDSTREAM_WEB_BUILD)
   install(DIRECTORY "${KDSTREAM_WEB_BUILD}/page/" DESTINATION "${CMAKE_INSTALL_DATADIR}/kdstream/web" COMPONENT programs)
 endif()
 
 install(FILES LICENSE DESTINATION "${CMAKE_INSTALL_DOCDIR}" COMPONENT licence) # packages have a copy of their own
 
-# Documents and examples, linked to each other as here; of packages only.
+# Documents and examples, with the same links between them as here; only in packages.
 set(documents "${CMAKE_INSTALL_DATADIR}/doc/kdstream-doc")
 install(FILES README.md CHANGELOG.md CONTRIBUTING.md SECURITY.md DESTINATION "${documents}" COMPONENT documentation EXCLUDE_FROM_ALL)
 install(DIRECTORY doc DESTINATION "${documents}" COMPONENT documentation EXCLUDE_FROM_ALL PATTERN site EXCLUDE)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# What this build needs and the system lacks, in one line with Debian's packages, before anything is compiled. What is optional is
-# reported where it is left out. VTK is looked for by CMakeLists.txt.
+# Reports what this build needs and the system lacks, in one line with Debian's packages, before anything is compiled.
+# Optional parts that are left out report this themselves. CMakeLists.txt searches for VTK.
 function(kdstream_check_needs)
   set(needs xxhash.h=libxxhash-dev)
   if(KDSTREAM_BUILD_TESTING)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# Debian packages, by CPack: one for each component of the install rules. `./dev package` makes them of the preset `package`.
+# Debian packages, made by CPack: one for each component of the install rules. `./dev package` makes them with the
+# preset `package`.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME kdstream)
 set(CPACK_PACKAGE_VENDOR "The KdStream authors")
@@ -14,12 +15,12 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_COMPRESSION_TYPE xz)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
-# What an executable needs of libkdstream is a dependency of its own, below.
+# An executable's dependency on libkdstream is added below.
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS "${CMAKE_LIBRARY_OUTPUT_DIRECTORY}")
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS_POLICY "=")
 
-# Packages of one version for several systems: those of the later system count as newer.
+# If there are packages of the same version for several systems, those of the later system count as newer.
 set(system "")
 if(EXISTS /etc/os-release)
   file(STRINGS /etc/os-release lines REGEX "^(ID|VERSION_ID)=")
@@ -54,7 +55,7 @@ function(kdstream_package component)
     set(CPACK_DEBIAN_${key}_PACKAGE_ARCHITECTURE "${arg_ARCHITECTURE}" PARENT_SCOPE)
     set(CPACK_DEBIAN_${key}_PACKAGE_SHLIBDEPS OFF PARENT_SCOPE)
   endif()
-  # The first line is the summary.
+  # The description's first line is the summary.
   set(CPACK_DEBIAN_${key}_DESCRIPTION "${arg_SUMMARY}\n${arg_DESCRIPTION}" PARENT_SCOPE)
   set(CPACK_COMPONENT_${key}_DESCRIPTION "${arg_SUMMARY}\n${arg_DESCRIPTION}" PARENT_SCOPE)
 endfunction()
@@ -75,7 +76,7 @@ else()
       DESCRIPTION "A window on stores, meshes and servers of KdStream; also pictures without\na screen, and thumbnails for file managers.")
   endif()
   if(TARGET kdstream-convert)
-    set(modules "${library} (= ${version})") # of which it uses filters
+    set(modules "${library} (= ${version})") # the program uses filters of this library
     if(KDSTREAM_PCL_VERSION)
       list(APPEND modules "${pcl} (= ${version})")
     endif()
@@ -84,7 +85,7 @@ else()
       DESCRIPTION "With it kdstream-build reads VTK, glTF, VRML, PCD, LAS and text formats,\nand reconstructs surfaces from point clouds. It needs VTK and the Point\nCloud Library.")
   endif()
   if(TARGET kdstream-build-mpi)
-    # Open MPI starts no program without its helpers, not even a single rank.
+    # Open MPI needs its helper programs to start any program, even with a single rank.
     kdstream_package(mpi PACKAGE kdstream-mpi SECTION science DEPENDS mpi-default-bin
       SUMMARY "builds KdStream stores on several machines"
       DESCRIPTION "kdstream-build-mpi builds a store by the ranks of an MPI job.")
@@ -94,7 +95,7 @@ else()
     kdstream_package(libraries PACKAGE "${library}" SECTION libs
       SUMMARY "VTK modules of KdStream"
       DESCRIPTION "Filters, readers, writers, and an actor for VTK: partitions and simplifies\nhuge meshes, reads and writes stores, shows models of servers.")
-    set(triggers "${PROJECT_SOURCE_DIR}/deploy/packages/triggers") # ldconfig
+    set(triggers "${PROJECT_SOURCE_DIR}/deploy/packages/triggers") # runs ldconfig
     set(CPACK_DEBIAN_LIBRARIES_PACKAGE_CONTROL_EXTRA "${triggers}")
     set(CPACK_DEBIAN_PCL_PACKAGE_CONTROL_EXTRA "${triggers}")
     if(KDSTREAM_PCL_VERSION)
@@ -114,7 +115,7 @@ else()
     DESCRIPTION "Command line, formats, protocol, tutorials, and examples as projects of\ntheir own.")
 endif()
 
-# Copyright, changelog, and what else Debian asks for; the same bytes for the same sources.
+# Copyright, changelog, and other files that Debian requires. The same sources give the same bytes.
 set(CPACK_PRE_BUILD_SCRIPTS "${PROJECT_SOURCE_DIR}/cmake/FinishPackages.cmake")
 set(CPACK_KDSTREAM_SOURCE "${PROJECT_SOURCE_DIR}")
 set(CPACK_KDSTREAM_VERSION "${version}")

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# KdStream::pcl: the parts of PCL that are used here, where PCL is installed; nothing otherwise. In a function, and not by
-# PCL's own targets: these bring all of VTK with Qt, compiler flags and definitions along. As system headers, since they
-# are not free of warnings. KDSTREAM_PCL_VERSION is PCL's version, or empty.
+# KdStream::pcl: the parts of PCL that are used here, if PCL is installed. KDSTREAM_PCL_VERSION is PCL's version, or
+# empty. This is a function, and does not use PCL's own targets, because these bring all of VTK with Qt, compiler flags
+# and definitions. The headers are system headers, because they cause warnings.
 set(KDSTREAM_PCL_COMPONENTS common kdtree octree search io features surface)
 
 function(kdstream_find_pcl)
   set(KDSTREAM_PCL_VERSION "" PARENT_SCOPE)
-  set(CMAKE_DISABLE_FIND_PACKAGE_VTK TRUE) # what is used here works without
+  set(CMAKE_DISABLE_FIND_PACKAGE_VTK TRUE) # the parts that are used here work without it
   set(CMAKE_FIND_PACKAGE_WARN_NO_MODULE FALSE)
   find_package(PCL 1.11 QUIET COMPONENTS ${KDSTREAM_PCL_COMPONENTS})
   set(libraries "")
@@ -21,7 +21,7 @@ function(kdstream_find_pcl)
   if(NOT TARGET KdStream::pcl)
     add_library(KdStream::pcl INTERFACE IMPORTED GLOBAL)
     target_link_libraries(KdStream::pcl INTERFACE ${libraries})
-    # How PCL was compiled decides how its matrices lie in memory.
+    # The options that PCL was compiled with determine the memory layout of its matrices.
     target_compile_options(KdStream::pcl INTERFACE ${PCL_COMPILE_OPTIONS})
     target_include_directories(KdStream::pcl SYSTEM INTERFACE ${PCL_INCLUDE_DIRS})
   endif()

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# libkdstream: all that the VTK modules need, once, as a shared library under them; the programs link the same parts as static
-# libraries. It exports what KdStreamApi.map lists.
+# libkdstream: everything that the VTK modules need, as one shared library below them. Programs link the same parts as
+# static libraries. libkdstream exports the symbols that KdStreamApi.map lists.
 set(parts core baselines ranks vtkadapter)
 if(KDSTREAM_BUILD_TOOLS)
   list(APPEND parts codec model files store meshio outofcore build parallel)
@@ -13,7 +13,7 @@ list(TRANSFORM parts PREPEND kdstream_)
 set(objects ${parts})
 list(TRANSFORM objects REPLACE "(.+)" "$<TARGET_OBJECTS:\\1>")
 add_library(kdstream SHARED ${objects})
-# After the objects nothing is missing that the parts have: what is linked here is what they link.
+# All objects of the parts are in the library already; so this only links the libraries that the parts link.
 target_link_libraries(kdstream PRIVATE ${parts})
 set_target_properties(kdstream PROPERTIES LINKER_LANGUAGE CXX
   VERSION "${PROJECT_VERSION}" SOVERSION "${KDSTREAM_SOVERSION}" INSTALL_RPATH "${KDSTREAM_LIBRARY_RPATH}")
@@ -22,7 +22,7 @@ add_library(KdStream::kdstream ALIAS kdstream)
 target_include_directories(kdstream INTERFACE "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>")
 
 if(KDSTREAM_BUILD_PARAVIEW)
-  # Linked to ParaView's VTK, it is the plugin's own, and lies beside it.
+  # This library is linked to ParaView's VTK, so it belongs to the plugin, and is installed beside it.
   set_target_properties(kdstream PROPERTIES OUTPUT_NAME kdstream-paraview)
   install(TARGETS kdstream LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}/${PARAVIEW_PLUGIN_SUBDIR}/KdStream" COMPONENT paraview)
 else()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# How a target is made here: warnings, language, sanitizers, export, tests. One way for all of them.
+# How targets are made here: warnings, language, sanitizers, export, tests. All targets are made in this way.
 
 set(CMAKE_POSITION_INDEPENDENT_CODE ON)
 set(CMAKE_RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/bin")
@@ -13,34 +13,34 @@ if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE Release CACHE STRING "Build type" FORCE)
 endif()
 
-# What is installed finds its libraries wherever the prefix is: seen from the programs, and from the libraries themselves. VTK
-# and others that lie outside the system's folders are found where they were linked.
+# Installed programs and libraries find our libraries wherever the prefix is, relative to themselves. VTK and other
+# libraries outside the system's folders are found where they were linked.
 file(RELATIVE_PATH KDSTREAM_PROGRAM_RPATH "${CMAKE_INSTALL_FULL_BINDIR}" "${CMAKE_INSTALL_FULL_LIBDIR}")
 set(KDSTREAM_PROGRAM_RPATH "$ORIGIN/${KDSTREAM_PROGRAM_RPATH}")
 set(KDSTREAM_LIBRARY_RPATH "$ORIGIN")
 set(CMAKE_INSTALL_RPATH_USE_LINK_PATH ON)
-# Libraries of one minor version have one ABI.
+# Libraries of the same minor version have the same ABI.
 set(KDSTREAM_SOVERSION "${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}")
 configure_file("${CMAKE_CURRENT_LIST_DIR}/Version.h.in" "${PROJECT_BINARY_DIR}/include/kdstream/Version.h" @ONLY)
 if(UNIX AND NOT APPLE AND NOT EMSCRIPTEN)
   set(KDSTREAM_ELF TRUE)
 endif()
 
-# g++ 12's SLP vectoriser drops the rounding of double(float(x)) when it handles two values at once: what should be a
-# float stays a double. Lossless coordinates depend on it (TestPieceCodec fails without this line).
+# g++ 12's SLP vectoriser drops the rounding of double(float(x)) when it handles two values at once: a value that should
+# be a float stays a double. Lossless coordinates depend on this rounding (TestPieceCodec fails without this line).
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   add_compile_options(-fno-tree-slp-vectorize)
 endif()
 
-# With the sanitizers' checks, code compiles in less than half of the time where it is not optimised: so only what computes is, and
-# tests that are loops.
+# With the sanitizers' checks, code compiles in less than half of the time if it is not optimised. So only these
+# libraries, which do the computing, are optimised, and tests that are loops.
 set(KDSTREAM_COMPUTING kdstream_core kdstream_codec kdstream_texture kdstream_meshio kdstream_build kdstream_outofcore
   kdstream_baselines kdstream_baselinestores kdstream_fixtures kdstream_model kdstream_page kdstream_protocol
   kdstream_store kdstream_tiles)
 
-# Every target of ours: C++20, strict warnings, no fused multiply-add (the same bits everywhere:
+# Configures one of our targets: C++20, strict warnings, no fused multiply-add (the same bits everywhere:
 # doc/design.md#deterministic).
-# kdstream_configure_target(target [FEATURES PRIVATE cxx_std_17]): another language than C++20 for all.
+# kdstream_configure_target(target [FEATURES PRIVATE cxx_std_17]): with FEATURES, a language other than C++20.
 function(kdstream_configure_target target)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "FEATURES")
   if(NOT arg_FEATURES)
@@ -50,10 +50,11 @@ function(kdstream_configure_target target)
   set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wconversion -ffp-contract=off)
   if(CMAKE_CXX_COMPILER_ID STREQUAL GNU AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
-    target_compile_options(${target} PRIVATE -Wno-restrict) # false for "text" + string: GCC bug 105651
+    target_compile_options(${target} PRIVATE -Wno-restrict) # warns wrongly about "text" + string: GCC bug 105651
   endif()
   if(CMAKE_UNITY_BUILD AND CMAKE_CXX_COMPILER_ID STREQUAL GNU)
-    target_compile_options(${target} PRIVATE -Wno-subobject-linkage) # a unit is no header, though another one includes it
+    # The unit is not a header, although another one includes it.
+    target_compile_options(${target} PRIVATE -Wno-subobject-linkage)
   endif()
   if(KDSTREAM_WARNINGS_AS_ERRORS)
     target_compile_options(${target} PRIVATE -Werror)
@@ -64,23 +65,24 @@ function(kdstream_configure_target target)
       target_compile_options(${target} PRIVATE -O0)
     endif()
     if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
-      # With the sanitizers' checks in between, g++ takes many variables for uninitialised.
+      # With the sanitizers' checks in between, g++ wrongly takes many variables for uninitialised.
       target_compile_options(${target} PRIVATE -Wno-maybe-uninitialized)
       if(KDSTREAM_SANITIZERS MATCHES thread)
-        # Of the fences in Asio's headers it knows nothing; what it looks at is ordered by mutexes as well.
+        # This sanitizer does not support the fences in Asio's headers. The data that it checks is also ordered by
+        # mutexes.
         target_compile_options(${target} PRIVATE -Wno-tsan)
       endif()
     endif()
     target_link_options(${target} PUBLIC -fsanitize=${KDSTREAM_SANITIZERS})
   endif()
-  # What a program has of the static libraries is its own: else libraries that it loads would find their functions there.
+  # A program keeps the symbols of its static libraries to itself; otherwise libraries that it loads would bind to them.
   get_target_property(type ${target} TYPE)
   if(KDSTREAM_ELF AND type STREQUAL "EXECUTABLE" AND NOT KDSTREAM_SANITIZERS)
     target_link_options(${target} PRIVATE LINKER:--exclude-libs,ALL)
   endif()
 endfunction()
 
-# A shared library exports what the linker's version script `map` names, and nothing is missing in it.
+# The shared library exports only what the linker's version script `map` names, and must have no undefined symbols.
 function(kdstream_export_only target map)
   if(KDSTREAM_ELF)
     target_link_options(${target} PRIVATE "LINKER:--version-script,${map}" LINKER:--no-undefined)
@@ -88,15 +90,15 @@ function(kdstream_export_only target map)
   endif()
 endfunction()
 
-# Code that waits for people, files or sockets, and tests: optimising it fully takes half as long again to compile, and nobody
-# would notice.
+# For code that waits for people, files or sockets, and for tests. Optimising it fully takes half as long again to
+# compile, and nobody would notice the difference.
 function(kdstream_optimise_lightly target)
   if(NOT EMSCRIPTEN)
     target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
   endif()
 endfunction()
 
-# Of headers of this folder, those that are installed.
+# Installs those of this folder's headers that are to be installed.
 function(kdstream_install_headers)
   file(RELATIVE_PATH folder "${PROJECT_SOURCE_DIR}" "${CMAKE_CURRENT_SOURCE_DIR}")
   foreach(header IN LISTS ARGN)
@@ -109,8 +111,8 @@ function(kdstream_install_headers)
   endforeach()
 endfunction()
 
-# A static library KdStream::<name> whose headers are included as "filters/core/tree/KdTree.h". Those of the API are installed
-# (KdStreamApi.cmake). NOT_INSTALLED: no library with headers of the API needs it.
+# Adds a static library KdStream::<name>, whose headers are included as "filters/core/tree/KdTree.h". Those of the API
+# are installed (KdStreamApi.cmake). NOT_INSTALLED: no library with headers of the API needs this library.
 # kdstream_add_library(core SOURCES … HEADERS … [LINK …] [PRIVATE_LINK …] [NOT_INSTALLED])
 function(kdstream_add_library name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "NOT_INSTALLED" "" "SOURCES;HEADERS;LINK;PRIVATE_LINK")
@@ -123,7 +125,7 @@ function(kdstream_add_library name)
   target_link_libraries(kdstream_${name} PUBLIC ${arg_LINK} PRIVATE ${arg_PRIVATE_LINK})
   set_target_properties(kdstream_${name} PROPERTIES EXPORT_NAME ${name})
   if(KDSTREAM_ELF)
-    # As in kdstream_configure_target, for programs and libraries of others.
+    # As in kdstream_configure_target, for users' programs and libraries.
     target_link_options(kdstream_${name} INTERFACE "$<INSTALL_INTERFACE:LINKER:--exclude-libs,libkdstream_${name}.a>")
   endif()
   if(arg_NOT_INSTALLED)
@@ -134,8 +136,9 @@ function(kdstream_add_library name)
   kdstream_install_headers(${arg_HEADERS})
 endfunction()
 
-# A VTK module, of VTK or of a plugin: as kdstream_configure_target, on libkdstream, which the module's users do not see: they
-# compile C++17 and VTK alone. It exports its classes vtk* and the functions that API names.
+# Configures a VTK module, for VTK or for a plugin: as kdstream_configure_target does, and linked to libkdstream. Users
+# of the module do not see libkdstream: they compile C++17, with VTK only. The module exports its classes vtk* and the
+# functions that API names.
 # kdstream_configure_module(module [API kdstream::MakeWindow* …])
 function(kdstream_configure_module module)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "API")
@@ -164,8 +167,8 @@ function(kdstream_configure_module module)
   set_target_properties(${target} PROPERTIES INSTALL_RPATH "${KDSTREAM_LIBRARY_RPATH}")
 endfunction()
 
-# A program kdstream-<name>, with its manual page, which is made of its --help (not where sanitizers would slow it down). COMPONENT: what
-# is installed of it alone, and the package that it comes in (KdStreamPackages.cmake).
+# Adds a program kdstream-<name>, with a manual page that is made from its --help (not with sanitizers, which would make
+# this slow). COMPONENT: the component that only this program belongs to, and so its package (KdStreamPackages.cmake).
 find_program(KDSTREAM_AWK awk)
 if(NOT KDSTREAM_AWK)
   message(STATUS "Manual pages: left out, there is no awk")
@@ -198,36 +201,39 @@ function(kdstream_add_program name)
   install(FILES "${page}" DESTINATION "${CMAKE_INSTALL_MANDIR}/man1" COMPONENT ${arg_COMPONENT})
 endfunction()
 
-# What a test program and the parts that it shares with others are compiled with. WAITING as in kdstream_add_tests.
+# Sets the compile options of a test program, and of the parts that it shares with others. WAITING: as in
+# kdstream_add_tests.
 function(kdstream_configure_test target)
   cmake_parse_arguments(PARSE_ARGV 1 arg "WAITING" "" "")
   kdstream_configure_target(${target})
   kdstream_optimise_lightly(${target})
   if(KDSTREAM_SANITIZERS AND NOT arg_WAITING)
-    target_compile_options(${target} PRIVATE -O1) # loops, most of them
+    target_compile_options(${target} PRIVATE -O1) # most tests are loops
   endif()
   set_target_properties(${target} PROPERTIES UNITY_BUILD_BATCH_SIZE 4)
   if(CMAKE_CXX_COMPILER_ID STREQUAL GNU AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
-    target_compile_options(${target} PRIVATE -Wno-array-bounds -Wno-stringop-overflow -Wno-stringop-overread) # as -Wno-restrict
+    # Wrong warnings, like -Wrestrict.
+    target_compile_options(${target} PRIVATE -Wno-array-bounds -Wno-stringop-overflow -Wno-stringop-overread)
   endif()
 endfunction()
 
-# The tests of one library: a GoogleTest program that is built of their sources, and an entry of ctest for each source, of the
-# same name (Testing/Main.cxx runs the tests of one source).
+# Adds the tests of one library: a GoogleTest program made of their sources, and for each source an entry of ctest with
+# its name (Testing/Main.cxx runs the tests of one source).
 #   kdstream_add_tests(CoreTests LABEL unit TESTS TestKdTree TestRegion LINK KdStream::core …)
-# LABEL is unit, render or e2e. SOURCES are what the tests share, DEPENDS the programs that they start, LAUNCHER is what starts
-# the tests, as xvfb-run. KDSTREAM_PROGRAMS is defined as the folder of all programs. Further labels are for
-# the sources named after them, or for ALL: HOSTILE reads bytes of strangers and runs with the address sanitizer too, THREADS
-# runs with the thread sanitizer too. SLOW names tests (Suite.Name) that are left to `./dev test --all`: an entry of their own.
-# UNSANITIZED names tests of hostile sources that read good bytes only, many of them: with a sanitizer they are left to --all too.
-# WAITING: the program waits for sockets and files most of its time, and is not optimised with the sanitizers' checks.
-# Sources are compiled four at a time, for two thirds of the time; ALONE names those whose helpers have the names of others'.
+# LABEL is unit, render or e2e. SOURCES are shared by the tests. DEPENDS are the programs that they start. LAUNCHER
+# starts the tests, for example xvfb-run. KDSTREAM_PROGRAMS is defined as the folder of all programs. Further labels are
+# for the sources named after them, or for ALL. HOSTILE: the source reads bytes of strangers, and also runs with the
+# address sanitizer. THREADS: it also runs with the thread sanitizer. SLOW names tests (Suite.Name) that only `./dev
+# test --all` runs, as an entry of their own. UNSANITIZED names tests of hostile sources that read many bytes, but only
+# good ones: with a sanitizer, only --all runs them, too. WAITING: the program mostly waits for sockets and files, and
+# is not optimised with the sanitizers' checks. Sources are compiled four at a time, which saves a third of the time.
+# ALONE names sources whose helpers have the same names as those of others.
 set(KDSTREAM_TESTED_LABEL "" CACHE STRING "Build the tests of this label only, e.g. hostile; empty = all")
 set(KDSTREAM_LEFT_OUT_TESTS "" CACHE STRING "Test programs that are neither built nor run, e.g. HttpTests;ClientTests")
-add_custom_target(tests) # all test programs, and what they start
+add_custom_target(tests) # all test programs, and the programs that they start
 if(KDSTREAM_BUILD_TESTING)
   find_package(GTest REQUIRED)
-  # A precompiled header serves whoever compiles with the same options: as programs do, not libraries.
+  # A precompiled header can be used by targets with the same compile options: by the tests, but not by libraries.
   foreach(target IN ITEMS kdstream_testing kdstream_testing_waiting)
     add_library(${target} OBJECT "${PROJECT_SOURCE_DIR}/Testing/Main.cxx")
     if(target STREQUAL kdstream_testing)
@@ -315,9 +321,9 @@ function(kdstream_add_tests program)
   endforeach()
 endfunction()
 
-# A libFuzzer executable, part of the target `fuzzers`; nothing unless KDSTREAM_BUILD_FUZZERS is on. The preset `asan`
-# builds the libraries with libFuzzer's coverage and the sanitizers. As a test, of the label fuzz, it runs its kept corpus,
-# a folder, and what earlier runs have added in out/fuzz, and goes on for KDSTREAM_FUZZ_SECONDS.
+# Adds a libFuzzer executable to the target `fuzzers`, if KDSTREAM_BUILD_FUZZERS is on. The preset `asan` builds the
+# libraries with libFuzzer's coverage and the sanitizers. As a test with the label fuzz, the executable runs its corpus
+# (a folder) and the inputs that earlier runs have added in out/fuzz. Then it continues for KDSTREAM_FUZZ_SECONDS.
 # kdstream_add_fuzzer(FuzzCodec SOURCES … LINK … [CORPUS …] [DICTIONARY …])
 option(KDSTREAM_BUILD_FUZZERS "Build the fuzz targets (clang, preset asan)" OFF)
 set(KDSTREAM_FUZZ_SECONDS 5 CACHE STRING "How long a test runs a fuzz target")

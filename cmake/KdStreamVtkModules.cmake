@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# The VTK modules: scanned, built and exported with everything else as KdStream::<name>. A module lives in a folder
-# with a vtk.module; its tests in Testing/Cxx.
+# The VTK modules: found, built and exported with everything else as KdStream::<name>. A module is a folder with a
+# vtk.module; its tests are in Testing/Cxx.
 
-# A picture test, a program of one source that writes its picture to the file that it is given; compared with
-# ../Data/Baseline/<name>.png as users' are (viewer/offscreen/KdStreamOffscreen.cmake). Compiled as C++17, as users of the modules may.
+# Adds a picture test: a program of one source that writes a picture to the file that it is given. The picture is
+# compared with ../Data/Baseline/<name>.png, as users' pictures are (viewer/offscreen/KdStreamOffscreen.cmake). It is
+# compiled as C++17, because users of the modules may use that.
 # kdstream_add_module_picture(TestName LINK …)
 function(kdstream_add_module_picture name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "LINK")
@@ -37,7 +38,7 @@ vtk_module_scan(
   REQUEST_MODULES ${requested}
   PROVIDES_MODULES provided
   ENABLE_TESTS OFF)
-# INSTALL_EXPORT: the export set of all other libraries, so that this call installs and exports them too.
+# INSTALL_EXPORT is the export set of all other libraries, so this call installs and exports them, too.
 vtk_module_build(
   MODULES ${provided}
   PACKAGE KdStream

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# What the preset `web` needs of Debian's header-only libraries: links to their folders, in a folder of their own, since
-# /usr/include itself must stay unseen (it holds the machine's C library, not emscripten's).
+# The header-only libraries of Debian that the preset `web` needs: links to their folders, in a separate folder.
+# /usr/include itself must not be searched, because it contains the machine's C library, not emscripten's.
 set(headers "${CMAKE_BINARY_DIR}/headers")
 file(MAKE_DIRECTORY "${headers}")
 foreach(name xxhash.h)
@@ -12,13 +12,14 @@ endforeach()
 add_library(kdstream_web_headers INTERFACE)
 target_include_directories(kdstream_web_headers SYSTEM INTERFACE "${headers}")
 
-# Of several -O emcc heeds the smallest, so there must be one only.
+# If there are several -O options, emcc uses the smallest, so there must be only one.
 foreach(language C CXX)
   set(CMAKE_${language}_FLAGS_MINSIZEREL "-DNDEBUG")
 endforeach()
 
-# Small: no exceptions (no input of ours throws), no run-time types, one unit for the optimiser. The compiler inlines
-# nothing that is not marked so (em++ 3.1.6 asks for that by itself at -Oz, 3.1.69 no longer): each function is there when
-# the module is parted by their names (PartWasm.cmake). wasm-opt inlines after that.
+# Makes the code small: no exceptions (no input of ours throws), no run-time types, one unit for the optimiser. The
+# compiler inlines only functions that are marked inline (em++ 3.1.6 does this by itself at -Oz, 3.1.69 no longer does).
+# So each function is still there when PartWasm.cmake splits the module by the functions' names. wasm-opt inlines after
+# that.
 add_compile_options(-Oz -fno-inline-functions -flto -fno-exceptions -fno-rtti -mbulk-memory)
 add_link_options(-Oz -flto -mbulk-memory)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A closed surface of any size, written as a stream: nothing of it is held.
+// A closed surface of any size, written as a stream: no part of it is kept in memory.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -19,13 +19,13 @@ struct ColoredPoint
   std::array<std::uint8_t, 3> color; // red, green, blue; sRGB
 };
 
-// Where the surface is at (along, around), both 0-1. `along` runs from one pole to the other, where
-// the point must not depend on `around`; `around` comes back at 1 to where it was at 0. The cross
-// product of the direction of growing `along` and that of growing `around` must point outwards; so
-// do the triangles then.
+// The point of the surface at (along, around), both from 0 to 1. `along` runs from one pole to the
+// other; at a pole the point must not depend on `around`. At `around` = 1 the point must be the
+// same as at 0. The cross product of two directions, that of growing `along` and that of growing
+// `around`, must point outwards; then the triangles face outwards, too.
 using ColoredSurface = std::function<ColoredPoint(double along, double around)>;
 
-// Two poles and between them `rings` circles of `columns` points.
+// A grid of two poles, with `rings` circles of `columns` points between them.
 struct ClosedGrid
 {
   std::uint64_t rings = 0, columns = 0;
@@ -38,8 +38,9 @@ struct ClosedGrid
   std::uint64_t Triangles() const { return 2 * this->rings * this->columns; }
 };
 
-// As a binary little-endian PLY file: float x, y, z, uchar red, green, blue. Closed and
-// consistently oriented. O(vertices) time, memory of a block of the file. Errors: InputOutput.
+// Writes the surface as a binary little-endian PLY file: float x, y, z, uchar red, green, blue. It
+// is closed and consistently oriented. Time: O(vertices); memory: a block of the file. Errors:
+// InputOutput.
 Status WritePly(
   const ClosedGrid& grid, const ColoredSurface& surface, const std::filesystem::path& file);
 

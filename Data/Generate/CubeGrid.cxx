@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The surface of a cube by numbers: see CubeGrid.h.
+// The surface of a cube, computed from indices: see CubeGrid.h.
 #include "Data/Generate/CubeGrid.h"
 
 #include <algorithm>
@@ -27,7 +27,8 @@ Result<CubeGrid> CubeGrid::Of(std::uint64_t points)
   return grid;
 }
 
-// The first and the last layer are squares of points, those between are rings around a square.
+// The first and the last layer are squares of points; the layers between them are rings around a
+// square.
 CubeGrid::Place CubeGrid::PlaceOf(std::uint64_t point) const
 {
   const std::uint64_t m = this->side, row = m + 1, square = row * row, ring = 4 * m;
@@ -73,8 +74,8 @@ std::array<std::uint64_t, 3> CubeGrid::CornersOf(std::uint64_t triangle) const
 {
   const std::uint64_t m = this->side, square = triangle / 2;
   const std::uint64_t face = square / (m * m), row = square / m % m, column = square % m;
-  // On the far side of an axis, the next axis and then the one after it turn counter-clockwise; on
-  // the near side clockwise.
+  // On the far side of an axis, the next two axes in order turn counter-clockwise; on the near side
+  // they turn clockwise.
   const std::size_t axis = face / 2;
   std::size_t u = (axis + 1) % 3, v = (axis + 2) % 3;
   const bool far = face % 2 == 1;

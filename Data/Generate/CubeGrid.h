@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The surface of a cube, cut into squares and these into triangles, computed from indices: none of
-// it is held in memory.
+// The surface of a cube, cut into squares and these into triangles. Everything is computed from
+// indices: nothing is kept in memory.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -11,9 +11,10 @@
 namespace kdstream::generate
 {
 
-// Six sides of `side` × `side` squares, which share the points on the cube's edges. No point has
-// more than eight triangles. Points are numbered layer by layer of z; triangles side by side of the
-// cube, row by row: neighbours in number are mostly neighbours in space.
+// The six sides have `side` × `side` squares each, and share the points on the cube's edges. No
+// point has more than eight triangles. Points are numbered layer by layer along z. Triangles are
+// numbered side of the cube by side, and row by row: neighbours in number are mostly neighbours in
+// space.
 struct CubeGrid
 {
   std::uint64_t side = 0;
@@ -28,9 +29,10 @@ struct CubeGrid
   using Place = std::array<std::uint64_t, 3>; // 0 … side, at least one of them 0 or side
   // REQUIRES: point < Points(). O(1).
   Place PlaceOf(std::uint64_t point) const;
-  // The inverse. O(1).
+  // The inverse of PlaceOf. O(1).
   std::uint64_t PointAt(const Place& place) const;
-  // Three points, counter-clockwise seen from outside. REQUIRES: triangle < Triangles(). O(1).
+  // The triangle's three points, counter-clockwise as seen from outside. REQUIRES: triangle <
+  // Triangles(). O(1).
   std::array<std::uint64_t, 3> CornersOf(std::uint64_t triangle) const;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-generate: models of any size, made up.
+// kdstream-generate: makes up models of any size.
 #include "Data/Generate/ClosedGrid.h"
 #include "Data/Generate/Relief.h"
 #include "Data/Generate/Statue.h"
@@ -27,7 +27,7 @@ struct CommandLine
   bool quiet = false;
 };
 
-// For kinds that are not reliefs.
+// Checks the options of kinds that are not reliefs.
 Status CheckPlain(const CommandLine& line)
 {
   if (line.relief.shuffledTriangles || line.relief.shuffledPoints)

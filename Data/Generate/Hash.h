@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Orders and numbers that look random but are computed on the fly: nothing is held.
+// Orders and numbers that look random but are computed on the fly: nothing is kept in memory.
 #pragma once
 
 #include <bit>
@@ -8,7 +8,7 @@
 namespace kdstream::generate
 {
 
-// Scatters a number (the finalizer of MurmurHash3, by A. Appleby).
+// Hashes a number (the finalizer of MurmurHash3, by A. Appleby).
 constexpr std::uint64_t Hash(std::uint64_t x)
 {
   x = (x ^ (x >> 33)) * 0xFF51AFD7ED558CCDu;
@@ -16,10 +16,10 @@ constexpr std::uint64_t Hash(std::uint64_t x)
   return x ^ (x >> 33);
 }
 
-// A permutation of 0 … count - 1 that needs no memory: a Feistel network over the smallest power of
-// two that is not less than `count`, applied again until the value is below `count` (cycle walking:
-// Black and Rogaway, "Ciphers with arbitrary finite domains", 2002). Fewer than two steps a call on
-// average. The same seed gives the same permutation. Not cryptographic.
+// A permutation of 0 … count - 1 that needs no memory. It is a Feistel network over the smallest
+// power of two that is not less than `count`, applied again until the value is below `count` (cycle
+// walking: Black and Rogaway, "Ciphers with arbitrary finite domains", 2002). A call takes fewer
+// than two steps on average. The same seed gives the same permutation. Not cryptographic.
 class Permutation
 {
 public:
@@ -46,7 +46,7 @@ public:
     return i;
   }
 
-  // Inverse((*this)(i)) == i.
+  // The inverse permutation: Inverse((*this)(i)) == i.
   std::uint64_t Inverse(std::uint64_t i) const
   {
     do
@@ -82,7 +82,7 @@ private:
   }
 
   std::uint64_t Count;
-  unsigned LowBits; // of the half that a number's lower bits are
+  unsigned LowBits; // bits in the lower half of a number
   std::uint64_t LowMask, HighMask;
   std::uint64_t Keys[rounds];
 };

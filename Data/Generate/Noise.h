@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Smooth noise, the same for the same seed.
+// Smooth noise that is the same for the same seed.
 #pragma once
 
 #include "Data/Generate/Hash.h"
@@ -10,26 +10,28 @@
 namespace kdstream::generate
 {
 
-// A scattered number as one from -1 to 1.
+// Converts a hash to a number from -1 to 1.
 constexpr double NoiseOf(std::uint64_t scattered)
 {
   return static_cast<double>(scattered >> 11) * 0x1p-52 - 1.0;
 }
 
-// -1 to 1 at whole coordinates, scattered.
+// The noise at whole coordinates: a random number from -1 to 1.
 inline double NoiseAt(std::int64_t x, std::int64_t y, std::uint64_t seed)
 {
   return NoiseOf(Hash(seed + 0x9E3779B97F4A7C15u * static_cast<std::uint64_t>(x) +
                       0xC2B2AE3D27D4EB4Fu * static_cast<std::uint64_t>(y)));
 }
 
-// How far from one whole coordinate to the next, with no corner at either: t is 0 to 1.
+// The share of the way from one whole coordinate to the next, for t from 0 to 1. It is flat at both
+// ends, so that the noise has no corners.
 constexpr double Ease(double t)
 {
   return t * t * (3.0 - 2.0 * t);
 }
 
-// Between them smooth. It comes back after `period` in x, a whole number.
+// The noise at any coordinates: smooth between whole ones. In x it repeats after `period`, a whole
+// number.
 inline double SmoothNoise(double x, double y, std::int64_t period, std::uint64_t seed)
 {
   const double left = std::floor(x), low = std::floor(y);
@@ -44,7 +46,7 @@ inline double SmoothNoise(double x, double y, std::int64_t period, std::uint64_t
   return below + up * (above - below);
 }
 
-// The same in space, without a period.
+// The same in three dimensions, without a period.
 inline double SmoothNoise(double x, double y, double z, std::uint64_t seed)
 {
   const double near = std::floor(z);

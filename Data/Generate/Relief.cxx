@@ -18,8 +18,8 @@ namespace
 {
 
 constexpr double longestWave = 1.0,
-                 waveHeight = 0.06;  // of the first octave; the ball's radius is 1
-constexpr double heightRatio = 0.47; // from octave to octave
+                 waveHeight = 0.06;  // of the longest wave; the ball's radius is 1
+constexpr double heightRatio = 0.47; // of each wave to the previous one, which is twice as long
 constexpr double shortestWave = 5.0; // in edges
 constexpr double grainHeight = 0.08; // in edges
 
@@ -33,7 +33,8 @@ void PutLittleEndian(std::uint32_t value, char* bytes)
   }
 }
 
-// Writes `count` records of `size` bytes each, a block at a time: fill(i, bytes) makes the i-th.
+// Writes `count` records of `size` bytes each, one block at a time. fill(i, bytes) makes record
+// number i.
 template <class Fill>
 Status WriteRecords(OutputFile& output, std::uint64_t count, std::size_t size, const char* step,
   const Execution& execution, const Fill& fill)
@@ -78,7 +79,7 @@ Relief::Relief(const CubeGrid& grid, const ReliefOptions& options)
 {
   const double side = options.detail > 0 ? std::sqrt(static_cast<double>(options.detail) / 6)
                                          : static_cast<double>(grid.side);
-  const double edge = 1.5 / side; // a side is a sixth of the ball
+  const double edge = 1.5 / side; // one side of the cube is a sixth of the ball
   for (double wave = longestWave; wave >= shortestWave * edge; wave /= 2)
   {
     ++this->Octaves;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A statue for textures from photographs: see Statue.h. Steps:
+// A statue for textures from photographs: see Statue.h. The steps:
 // 1. its shape
 // 2. its colour
-// 3. charts: which part of the surface each has, and where it is in its picture
-// 4. pictures, then the mesh.
+// 3. charts: the part of the surface that each one shows, and its place in a picture
+// 4. pictures, and then the mesh.
 #include "Data/Generate/Statue.h"
 
 #include "Data/Generate/Noise.h"
@@ -41,7 +41,8 @@ Profile ProfileAt(double along)
     profile.begin() + 1, profile.end() - 1, [along](const Profile& p) { return p.along >= along; });
   const Profile& before = *(next - 1);
   const double t = (along - before.along) / (next->along - before.along);
-  // The outline is orthogonal to the axis at both ends, except at the flat foot; the head is round.
+  // The outline is perpendicular to the axis at both ends, except at the flat foot; the head is
+  // round.
   const double share = next->radius == 0    ? 1 - std::sqrt(1 - t * t)
                        : before.radius == 0 ? t
                                             : Ease(t);
@@ -49,7 +50,7 @@ Profile ProfileAt(double along)
     before.radius + share * (next->radius - before.radius) };
 }
 
-// A bump of height 1 about a place of the surface.
+// A bump of height 1 around a place on the surface.
 double Bump(double along, double around, double atAlong, double atAround, double width)
 {
   const double across = around - atAround - std::round(around - atAround); // the short way round
@@ -95,7 +96,7 @@ std::array<double, 3> StoneAt(const Vec3& p, double around, std::uint64_t seed)
   const double band = 0.5 + 0.5 * std::sin(26 * p[1] + 9 * warp);
   const double vein = std::pow(1 - std::abs(Layers(p, 5, 4, seed + 40)), 14);
   const double grain = Layers(p, 260, 3, seed + 60);
-  // Strokes like letters in two lines around the foot.
+  // Two lines of strokes like letters around the foot.
   const double line = (p[1] - 0.06) / 0.045;
   const double letter = std::floor(around * 90);
   const double within = around * 90 - letter;
@@ -117,11 +118,11 @@ std::uint8_t ByteOf(double value)
   return static_cast<std::uint8_t>(std::lround(std::clamp(value, 0.0, 255.0)));
 }
 
-// How the charts of a picture lie in it: in a square of slots.
+// How the charts of a picture are arranged: in a square of slots.
 struct ChartLayout
 {
   std::size_t perSide = 2;
-  double gutter = 8; // texels beside each chart
+  double gutter = 8; // texels around each chart
   bool isMosaic = false;
 
   std::size_t Count() const { return this->perSide * this->perSide; }
@@ -136,7 +137,7 @@ ChartLayout LayoutOf(const StatueOptions& options)
   return options.charts == StatueCharts::Small ? ChartLayout{ 24, 3, true } : ChartLayout{};
 }
 
-// A part of the surface: intervals of levels and columns.
+// The part of the surface that a chart shows: intervals of levels and columns.
 struct Chart
 {
   ChartLayout layout;
@@ -150,7 +151,8 @@ struct Chart
     return double(k == 0 ? slot % this->layout.perSide : slot / this->layout.perSide);
   }
 
-  // Where in its picture, 0-1 from the left and from below, a part's place (0-1 each way) is.
+  // Where in the picture a place of the chart's part of the surface is. Places are 0-1 each way;
+  // the result is 0-1 from the left and from below.
   std::array<double, 2> InPicture(double across, double up, double side) const
   {
     const auto perSide = double(this->layout.perSide);
@@ -159,7 +161,7 @@ struct Chart
     const double y = edge + (1 - 2 * edge) * (this->turned ? 1 - up : up);
     return { (this->Slot(0) + x) / perSide, (this->Slot(1) + y) / perSide };
   }
-  // The other way; also of the gutter.
+  // The inverse of InPicture; also for places in the gutter.
   std::array<double, 2> OnSurface(double x, double y, double side) const
   {
     const auto perSide = double(this->layout.perSide);
@@ -174,7 +176,8 @@ struct Chart
 Chart ChartOf(
   const ClosedGrid& grid, const ChartLayout& layout, std::size_t quarter, std::size_t number)
 {
-  // Few charts are bands around the quarter; a mosaic divides these too.
+  // With few charts, each is a band around its quarter of the statue; a mosaic also divides the
+  // bands.
   const std::size_t across = layout.isMosaic ? layout.perSide : 1;
   const std::size_t bands = layout.Count() / across, band = number / across;
   const std::size_t column = quarter * across + number % across, columns = quarters * across;
@@ -257,7 +260,7 @@ Status WritePictures(const ClosedGrid& grid, const StatueOptions& options,
   return WriteBytes(library.replace_extension(".mtl"), materials);
 }
 
-// The mesh as text: the vertices, then chart by chart its coordinates and faces.
+// Writes the mesh as text: the vertices, and then, chart by chart, its coordinates and faces.
 class StatueWriter
 {
 public:
@@ -344,7 +347,7 @@ private:
     this->Coordinates += (levels + 1) * (columns + 1);
   }
 
-  // From 1.
+  // The number of a vertex, counted from 1.
   std::uint64_t Vertex(std::uint64_t level, std::uint64_t column) const
   {
     return level == 0 ? 1
@@ -356,7 +359,7 @@ private:
   const ClosedGrid& Grid;
   const StatueOptions& Options;
   OutputFile Output;
-  std::uint64_t Coordinates = 1; // the number of the next chart's first
+  std::uint64_t Coordinates = 1; // the number of the next chart's first coordinates
 };
 
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The relief as it is written, read again; the grid and the order behind it.
+// Reads a written relief again; also tests the grid and the permutation that it is made with.
 #include "Data/Generate/Hash.h"
 #include "Data/Generate/Relief.h"
 #include "filters/core/Weld.h"
@@ -58,7 +58,8 @@ Mesh Read(std::uint64_t points, const ReliefOptions& options)
   return mesh;
 }
 
-// Every edge once in each direction: closed, consistently oriented, manifold along edges.
+// Every edge occurs once in each direction: the mesh is closed, consistently oriented, and manifold
+// along edges.
 void ExpectClosed(const Mesh& mesh)
 {
   std::map<std::pair<VertexId, VertexId>, int> edges;
@@ -141,8 +142,8 @@ TEST(CubeGrid, IsAsLargeAsWanted)
   }
 }
 
-// Nothing may overflow when ids come near 2^32: triangles at the ends of every side have corners
-// whose places are on it, next to each other.
+// Nothing may overflow when ids come near 2^32. The corners of triangles at the ends of every side
+// are on that side, and next to each other.
 TEST(CubeGrid, HoldsAtItsLargest)
 {
   const CubeGrid grid = GridOf(std::uint64_t{ 1 } << 32);
@@ -180,7 +181,7 @@ TEST(Permutation, IsOneAndItsInverse)
   }
 }
 
-// Neighbouring inputs have distant outputs, and one output gives no information on the next.
+// Neighbouring inputs have distant outputs, and an output says nothing about the next one.
 TEST(Permutation, Scatters)
 {
   constexpr std::uint64_t count = 300000000, samples = 10000;
@@ -217,8 +218,9 @@ TEST(Relief, HasNoCoincidentPoints)
   EXPECT_EQ(WeldVertices(mesh), 0u);
 }
 
-// The mean absolute difference from the mean of points `step` squares away along a row, divided by
-// the distance: the relief of that size. A smooth ball has almost none at small steps.
+// The relief at a given size: how much points differ, on average, from the mean of the points
+// `step` squares away along a row, divided by the distance. A smooth ball has almost none at small
+// steps.
 TEST(Relief, IsRoughAtEveryScale)
 {
   const CubeGrid grid = GridOf(600000);
@@ -247,7 +249,7 @@ TEST(Relief, IsRoughAtEveryScale)
   }
 }
 
-// A grid of half the edges has all points of the other one.
+// The grid with twice as many squares along a side contains all points of the other one.
 TEST(Relief, IsTheSameShapeForTheSameDetail)
 {
   const std::uint64_t few = 6 * 16 * 16 + 2, many = 6 * 32 * 32 + 2;
@@ -281,13 +283,13 @@ TEST(Relief, ShuffledIsTheSameSetOfTriangles)
 
 TEST(Relief, IsTheSameForTheSameSeed)
 {
-  // Not EXPECT_EQ, which would take minutes to show how the files differ.
+  // EXPECT_EQ would take minutes to show how the files differ.
   EXPECT_TRUE(BytesOf(3000, { 7 }) == BytesOf(3000, { 7 }));
   EXPECT_FALSE(BytesOf(3000, { 7 }) == BytesOf(3000, { 8 }));
   EXPECT_NE(Read(3000, { 7, true }).triangles, Read(3000, { 8, true }).triangles);
 }
 
-// More than a block of triangles, so that there is something to divide.
+// More triangles than a block holds, so that threads have something to divide.
 TEST(Relief, DoesNotDependOnThreads)
 {
   EXPECT_TRUE(BytesOf(700000, { 3, true }) == BytesOf(700000, { 3, true }, MakeTbbExecution(4)));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The statue: closed, painted all over by its photographs, the same each time.
+// The statue is closed, its photographs cover all of it, and it is the same each time.
 #include "Data/Generate/Statue.h"
 #include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/program/TbbExecution.h"
@@ -56,7 +56,7 @@ TEST(Statue, IsClosedAndTexturedWhereItIsPhotographed)
 {
   const fixtures::TemporaryFolder folder;
   const std::filesystem::path file = folder / "s.obj";
-  // As many texels as show the bands; finer paint is not looked for.
+  // Enough texels to show the bands; finer detail is not tested.
   ASSERT_TRUE(WriteStatue({ 20000, 512, 1 }, file));
   ASSERT_TRUE(FindTextures(file));
   EXPECT_TRUE(FindTextures(file)->any);
@@ -91,7 +91,7 @@ TEST(Statue, IsClosedAndTexturedWhereItIsPhotographed)
   EXPECT_EQ(report->pictures, 4U);
   EXPECT_GT(report->texelsPerVertex, 20);
   EXPECT_GT(report->loss, 3);
-  // The stone's own colour at the vertices, against that of the photographs.
+  // Compares the stone's own colour at the vertices with the colour in the photographs.
   const std::uint64_t rings = static_cast<std::uint64_t>(std::llround(std::sqrt(20000 / 1.2)));
   const std::uint64_t columns = (mesh.points.size() - 2) / rings;
   const ColoredSurface surface = MakeStatue(1);
@@ -108,7 +108,7 @@ TEST(Statue, IsClosedAndTexturedWhereItIsPhotographed)
   EXPECT_LT(off, elsewhere / 2);
 }
 
-// However the surface is cut, its vertices have the same colours, more or less.
+// However the surface is cut, its vertices have nearly the same colours.
 TEST(Statue, OtherChartsShowTheSame)
 {
   const fixtures::TemporaryFolder folder;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The vase as it is written, read again.
+// Reads a written vase again.
 #include "Data/Generate/ClosedGrid.h"
 #include "Data/Generate/Vase.h"
 #include "filters/core/tree/KdTree.h"
@@ -61,7 +61,7 @@ TEST(Vase, IsClosedAndFacesOutwards)
     EXPECT_EQ(count, 1);
     EXPECT_EQ(edges.count({ edge.second, edge.first }), 1u);
   }
-  // Its wall: less than a tenth of the cylinder around it.
+  // The volume of the vase's wall: less than a tenth of the cylinder around the vase.
   EXPECT_GT(volume, 0.02);
   EXPECT_LT(volume, 0.5);
 }
@@ -71,7 +71,7 @@ TEST(Vase, IsPainted)
   const Mesh vase = ReadVase(100000);
   ASSERT_FALSE(vase.attributes.empty());
   EXPECT_EQ(RoleOf(vase.attributes[0]), AttributeRole::Colors);
-  // Blue, red, green and gold cover at least half a hundredth of it each.
+  // Blue, red, green and gold each cover at least 0.5 % of the vase.
   std::map<std::string, std::size_t> counts;
   for (std::size_t i = 0; i < vase.points.size(); ++i)
   {

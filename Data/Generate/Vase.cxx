@@ -30,14 +30,14 @@ Paint Mix(const Paint& a, const Paint& b, double part)
   return mixed;
 }
 
-// 0 below `low`, 1 above `high`, smooth between.
+// 0 below `low`, 1 above `high`, and smooth between them.
 double Step(double low, double high, double x)
 {
   const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
   return t * t * (3.0 - 2.0 * t);
 }
 
-// 1 between `low` and `high`, 0 outside, with soft edges of width `soft`.
+// 1 between `low` and `high`, 0 outside them, with soft edges of width `soft`.
 double Between(double low, double high, double x, double soft)
 {
   return Step(low - soft, low + soft, x) * (1.0 - Step(high - soft, high + soft, x));
@@ -49,24 +49,25 @@ struct OutlinePoint
 {
   double radius = 0.0, height = 0.0;
   double outwardRadius = 0.0, outwardHeight = 0.0; // the outline's normal
-  bool outside = false;                            // or inside the vase
+  bool outside = false;                            // false: inside the vase
 };
 
-// From the middle of the inner floor over the lip to the middle of the foot. (radius, height)
+// The outline from the middle of the inner floor over the lip to the middle of the foot, as
+// (radius, height).
 constexpr std::array<std::array<double, 2>, 22> corners{ { { 0.0, 0.14 }, { 0.16, 0.145 },
   { 0.33, 0.22 }, { 0.47, 0.42 }, { 0.545, 0.72 }, { 0.50, 1.0 }, { 0.36, 1.24 }, { 0.235, 1.42 },
   { 0.215, 1.58 }, { 0.275, 1.72 }, { 0.35, 1.79 }, { 0.378, 1.80 }, { 0.372, 1.775 },
   { 0.305, 1.70 }, { 0.25, 1.57 }, { 0.27, 1.43 }, { 0.395, 1.25 }, { 0.54, 1.01 }, { 0.59, 0.72 },
   { 0.50, 0.38 }, { 0.27, 0.10 }, { 0.31, 0.0 } } };
-constexpr std::size_t lip = 11; // index of its highest corner
+constexpr std::size_t lip = 11; // index of the highest corner
 
-// Catmull and Rom's curve through the corners, and a straight line along the ground, by length.
+// A Catmull-Rom curve through the corners, and a straight line along the ground, by length.
 class Outline
 {
 public:
   Outline()
   {
-    constexpr int steps = 64; // from corner to corner
+    constexpr int steps = 64; // between two corners
     for (std::size_t i = 0; i + 1 < corners.size(); ++i)
     {
       for (int s = 0; s < steps; ++s)
@@ -81,7 +82,7 @@ public:
     }
   }
 
-  // At this part of the length, 0-1.
+  // The point at this share of the length, 0-1.
   OutlinePoint At(double along) const
   {
     const double length = along * this->Lengths.back();
@@ -99,7 +100,7 @@ public:
 private:
   static std::array<double, 2> Between4(std::size_t i, double t)
   {
-    // Beyond the middle of the floor the outline is mirrored.
+    // The outline is continued in mirror image beyond the middle of the floor.
     const std::array<double, 2> before =
       i > 0 ? corners[i - 1] : std::array<double, 2>{ -corners[1][0], corners[1][1] };
     const std::array<double, 2> after = i + 2 < corners.size() ? corners[i + 2] : corners[i + 1];
@@ -128,16 +129,16 @@ private:
   std::vector<bool> Outside;
 };
 
-// ---- relief and paint
+// ---- relief and colours
 
 struct Place
 {
-  double height = 0.0, turn = 0.0; // turn: 0-1 around
-  double along = 0.0;              // of the outline's length
+  double height = 0.0, turn = 0.0; // turn: 0-1 around the vase
+  double along = 0.0;              // share of the outline's length
   bool outside = false;
 };
 
-// What lies on a place: how high it stands out, and its paint.
+// The finish of a place: how high it stands out, and its colour.
 struct Finish
 {
   double relief = 0.0;
@@ -155,7 +156,7 @@ void LayFrieze(Finish& finish, const Place& place)
 {
   constexpr double middle = 0.74, half = 0.17;
   const double cell = place.turn * 16.0;
-  const double x = (cell - std::floor(cell) - 0.5) * 0.235; // as long as on the belly
+  const double x = (cell - std::floor(cell) - 0.5) * 0.235; // scaled to the length on the belly
   const double y = place.height - middle;
   if (std::abs(y) > half)
   {
@@ -231,7 +232,8 @@ ColoredSurface MakeVase(std::uint64_t seed)
     const OutlinePoint at = outline.At(along);
     const Place place{ at.height, around, along, at.outside };
     Finish finish = place.outside ? FinishOutside(place) : Finish{ 0.0, celadon };
-    // Grain, turned marks and uneven glaze fade out at the poles, which are one point each.
+    // Grain, marks of the wheel and uneven glaze fade out at the poles, because a pole is a single
+    // point.
     const double fade = Step(0.0, 0.1, at.radius);
     const auto noise = [&](double turns, double length, std::uint64_t layer)
     {

@@ -48,7 +48,7 @@ using Color = std::vector<double>;
 
 const Color stone{ 0.85, 0.8, 0.72 };
 
-// The golden ratio's hues: neighbours differ.
+// Hues at steps of the golden ratio, so that neighbours differ.
 Color ColorOf(unsigned int number)
 {
   double rgb[3];
@@ -72,7 +72,7 @@ Actor MakeActor(vtkDataObject* surface, const Color& color, bool edges = false)
   return actor;
 }
 
-// Each in a colour of its own, pulled apart from the middle.
+// Each partition in a colour of its own, moved away from the middle.
 std::vector<Actor> PulledApart(vtkPartitionedDataSet* parts, const double* middle, double pull)
 {
   std::vector<Actor> actors;
@@ -123,7 +123,7 @@ public:
     picture->SetInput(this->Window);
     picture->ReadFrontBufferOff();
     picture->Update();
-    // 64 shades each: a page of small files.
+    // Reduces each channel to 64 shades, so that the page's files are small.
     auto* const shades =
       vtkUnsignedCharArray::SafeDownCast(picture->GetOutput()->GetPointData()->GetScalars());
     for (vtkIdType i = 0; i < shades->GetNumberOfValues(); ++i)
@@ -162,7 +162,7 @@ void PaintPartitions(Painter& painter, vtkAlgorithmOutput* mesh, const double* m
   means->Update();
   painter.Paint("vtkKMeansPartition", PulledApart(means->GetOutput(), middle, 0.3), 1.2);
 
-  // The redder a partition is, the less compact.
+  // The less compact a partition is, the redder it is drawn.
   vtkNew<vtkPartitionMeasures> measures;
   measures->SetInputConnection(means->GetOutputPort(1));
   measures->Update();
@@ -206,7 +206,7 @@ void PaintStore(Painter& painter, const std::string& store)
   region.push_back(MakeActor(reader->GetOutputDataObject(0), { 0.9, 0.5, 0.2 }));
   painter.Paint("vtkKdStoreReader", region);
 
-  // What a camera that sees the right half needs.
+  // Only what a camera needs that sees the right half.
   reader->SetContentToView();
   reader->SetCameraPosition(bounds[1], bounds[3], bounds[5] + 0.6 * (bounds[1] - bounds[0]));
   reader->SetCameraFocalPoint(bounds[1], 0.5 * (bounds[2] + bounds[3]), bounds[4]);

@@ -22,7 +22,7 @@ int main(int argc, char* argv[])
   mesh->SetFileName(argv[1]);
   vtkNew<vtkKdClusterSimplification> coarse;
   coarse->SetInputConnection(mesh->GetOutputPort());
-  coarse->SetMakerToCollapse(); // or ToCluster: faster, less close
+  coarse->SetMakerToCollapse(); // or ToCluster, which is faster but less accurate
   coarse->SetTargetNumberOfTriangles(std::atoi(argv[3]));
   vtkNew<vtkPLYWriter> writer;
   writer->SetInputConnection(coarse->GetOutputPort());

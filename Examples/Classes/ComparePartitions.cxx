@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Cuts a mesh in three ways, and prints how large and how compact the partitions are:
+// Cuts a mesh in three ways, and prints how large and how compact the partitions are. Usage:
 //   ComparePartitions MESH
 #include <vtkKMeansPartition.h>
 #include <vtkKdMeshReader.h>

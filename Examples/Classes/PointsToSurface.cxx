@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Makes a surface of the points of a mesh or a cloud, by PCL:
+// Makes a surface from the points of a mesh or a cloud, with PCL. Usage:
 //   PointsToSurface POINTS OUT.ply
 #include <vtkKdMeshReader.h>
 #include <vtkNew.h>
@@ -19,7 +19,7 @@ int main(int argc, char* argv[])
   points->SetFileName(argv[1]);
   vtkNew<vtkPCLSurfaceReconstruction> surface;
   surface->SetInputConnection(points->GetOutputPort());
-  surface->SetMethodToGreedy(); // joins the points; ToPoisson: a closed surface near them
+  surface->SetMethodToGreedy(); // connects the points; ToPoisson makes a closed surface near them
   vtkNew<vtkPLYWriter> writer;
   writer->SetInputConnection(surface->GetOutputPort());
   writer->SetFileName(argv[2]);

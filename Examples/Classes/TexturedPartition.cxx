@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Prints what a partition of a textured model in a store has:
+// Prints what is in a partition of a textured model in a store. Usage:
 //   TexturedPartition STORE.kds PARTITION
 #include <vtkErrorCode.h>
 #include <vtkImageData.h>

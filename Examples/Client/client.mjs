@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A client of the protocol in 60 lines: lists a server's models, or writes the preview of one, or some partitions of its
-// original, as OBJ. It reads models from kdstream-serve as from a host of plain files (kdstream-store export).
+// A client of the protocol in 60 lines. It lists a server's models, or writes the preview of one model, or some
+// partitions of its original, as OBJ. It reads models from kdstream-serve, or from a host of plain files
+// (kdstream-store export).
 //   node client.mjs http://HOST:PORT [MODEL OUT.obj [PARTITION...]]
-// A token for the server: KDSTREAM_TOKEN.
+// If the server needs a token, set KDSTREAM_TOKEN.
 import { writeFileSync } from "node:fs";
 import { decodePiece } from "../../Testing/Decoder/PieceDecoder.mjs"; // written from doc/formats.md
 
 const [server, id, out, ...partitions] = process.argv.slice(2);
 const token = process.env.KDSTREAM_TOKEN;
 
-// GET; what is refused for the moment (429, 503) is asked for again after the pause that the server names.
+// Sends a GET. If it is refused for the moment (429, 503), asks again after the pause that the server names.
 async function get(path) {
   for (let wait = 1; ; wait = Math.min(60, 2 * wait)) {
     const answer = await fetch(`${server}/api${path}`, { headers: token ? { Authorization: `Bearer ${token}` } : {} });
@@ -20,7 +21,7 @@ async function get(path) {
   }
 }
 
-// Blobs lie under the model's digest, so they never change: a cache may keep them.
+// A blob's address contains the model's digest, so the blob never changes: a cache may keep it.
 async function piece(model, name, level, node) {
   const blob = new Uint8Array(await (await get(`/models/${id}/${model.digest}/${name}`)).arrayBuffer());
   const { bits, scalar_type, origin, step } = model.precision;
@@ -30,7 +31,8 @@ async function piece(model, name, level, node) {
   return decodePiece(blob, { ...depths, grid }, level, node);
 }
 
-// Vertices of a piece are its own, then ghosts; a triangle on a boundary is in each piece that owns one of its corners.
+// The vertices of a piece are first its own, then ghosts. A triangle on a boundary is in each piece that owns one of
+// its corners.
 function obj(pieces) {
   const lines = [];
   let first = 1;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Makes a store of a pipeline's output: here of a sphere with its heights.
+// Makes a store from a pipeline's output: here from a sphere with its heights. Usage:
 //   MakeStore STORE.kds
 #include <vtkElevationFilter.h>
 #include <vtkKdStoreWriter.h>
@@ -23,7 +23,7 @@ int main(int argc, char* argv[])
   vtkNew<vtkKdStoreWriter> writer;
   writer->SetInputConnection(heights->GetOutputPort());
   writer->SetFileName(argv[1]);
-  writer->SetGridBits(0); // as it is, to the bit
+  writer->SetGridBits(0); // keep the coordinates exactly
   writer->SetVerticesPerPartition(1000);
   writer->SetTitle("A sphere");
   writer->SetUp(0, 0, 1);

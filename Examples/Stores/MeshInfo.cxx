@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Reads a mesh (PLY, STL, OBJ) and prints what is in it; an error names what is wrong, and where:
+// Reads a mesh (PLY, STL, OBJ) and prints what is in it. An error message says what is wrong, and
+// where. Usage:
 //   MeshInfo MESH
 #include <vtkDataArraySelection.h>
 #include <vtkErrorCode.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Draws a model of a server as finely as a camera needs it, and fetches nothing else:
+// Draws a model from a server as finely as a camera needs it, and fetches nothing else. Usage:
 //   StreamPicture http://HOST:PORT PICTURE.png
 #include <vtkActor.h>
 #include <vtkCamera.h>
@@ -21,7 +21,7 @@ int main(int argc, char* argv[])
   vtkNew<vtkKdStreamSource> source;
   source->SetUrl(argv[1]);
   source->SetOutputTypeToPolyData();
-  source->SetContentToLevel(); // the preview, to find the camera
+  source->SetContentToLevel(); // the preview first, to place the camera
   if (source->UpdatePiece(0, 1, 0) == 0)
   {
     return 1;

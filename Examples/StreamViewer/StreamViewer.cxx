@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A viewer of models of any size, of a server or a store: it refines while the window is idle.
+// A viewer of models of any size, from a server or a store. It refines the model while the window
+// is idle. Usage:
 //   StreamViewer http://HOST:PORT|NAME.kds
 #include <vtkInteractorStyleTrackballCamera.h>
 #include <vtkKdStreamActor.h>

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Makes the input of an example and looks at its picture, for the tests:
+// For the tests: makes the input of an example, or checks the example's picture.
 //   ExampleProbe make-mesh FILE.ply          writes a sphere of about 30,000 points
-//   ExampleProbe check-picture FILE.png N    succeeds if at least N hues (of 36) each fill 0.5 % of
-//   it
-//   ExampleProbe make-picture FILE.png N [C] writes a grey picture of N by N pixels, of C components
-//   (3: RGB)
+//   ExampleProbe check-picture FILE.png N    succeeds if at least N hues (of 36) fill 0.5 % each
+//   ExampleProbe make-picture FILE.png N [C] writes a grey N x N picture of C components (3: RGB)
 #include <vtkDataArray.h>
 #include <vtkImageData.h>
 #include <vtkMath.h>

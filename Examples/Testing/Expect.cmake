@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# What TestInstall and TestExamples share.
+# Functions that TestInstall and TestExamples share.
 function(run)
   execute_process(COMMAND ${ARGN} COMMAND_ECHO STDOUT COMMAND_ERROR_IS_FATAL ANY)
 endfunction()
@@ -8,7 +8,7 @@ function(run_in folder)
   execute_process(COMMAND ${ARGN} WORKING_DIRECTORY "${folder}" COMMAND_ECHO STDOUT COMMAND_ERROR_IS_FATAL ANY)
 endfunction()
 
-# What a program says has to match.
+# Runs a program; its output must match the pattern.
 function(expect pattern)
   execute_process(COMMAND ${ARGN} COMMAND_ECHO STDOUT COMMAND_ERROR_IS_FATAL ANY OUTPUT_VARIABLE said)
   if(NOT said MATCHES "${pattern}")
@@ -16,7 +16,7 @@ function(expect pattern)
   endif()
 endfunction()
 
-# A project in `source`, configured and built against an installed KdStream.
+# Configures and builds the project in `source` against an installed KdStream.
 function(configure_against prefix source build)
   run("${CMAKE_COMMAND}" -S "${source}" -B "${build}" -G "${GENERATOR}"
     "-DCMAKE_PREFIX_PATH=${prefix}" "-DCMAKE_BUILD_TYPE=${CONFIGURATION}"
@@ -24,8 +24,8 @@ function(configure_against prefix source build)
   run("${CMAKE_COMMAND}" --build "${build}")
 endfunction()
 
-# In what LD_DEBUG=bindings has told in `folder`: a library or program of ours finds in another one of ours only what that
-# exports, never a copy that a program happens to have.
+# Checks what LD_DEBUG=bindings has written in `folder`: our libraries and programs bind only to symbols that another of
+# our libraries exports, never to a copy that a program happens to contain.
 function(check_bindings folder)
   file(GLOB told "${folder}/bindings.*")
   if(NOT told)
@@ -43,7 +43,7 @@ function(check_bindings folder)
       elseif(to MATCHES "libkdstream\\.|libvtkKdStream" AND symbol MATCHES "^_Z(N|NK|TV|TVN|TI|TIN|TS|TSN)(8kdstream|[0-9]+vtk)")
         continue()
       elseif(NOT to MATCHES "\\.so" AND NOT symbol MATCHES "kdstream|vtkKd|boost|4asio")
-        continue() # data of the system's libraries, which the linker has copied to the program
+        continue() # data of system libraries that the linker has copied into the program
       endif()
       message(FATAL_ERROR "${from} binds ${symbol} to ${to}")
     endforeach()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# Builds the examples against what TestInstall has installed, and looks at what they make.
+# Builds the examples against the installation that TestInstall has made, and checks their output.
 include("${CMAKE_CURRENT_LIST_DIR}/Expect.cmake")
 
 foreach(example IN ITEMS PartitionPicture Stores Classes ClassPictures Offscreen StreamViewer Testing/Snippets)
@@ -7,7 +7,7 @@ foreach(example IN ITEMS PartitionPicture Stores Classes ClassPictures Offscreen
   configure_against("${WORK}/installed" "${SOURCE}/${example}" "${WORK}/${example}")
 endforeach()
 
-# The tutorial's project as it stands, with the source that it names.
+# The tutorial's project as it stands, with the source file that it names.
 file(READ "${SOURCE}/../doc/tutorials/filters-in-a-pipeline.md" text)
 string(REPLACE ";" "<semicolon>" text "${text}")
 if(NOT text MATCHES "\n```cmake\n([^`]*)```")
@@ -23,7 +23,7 @@ set(screen "${XVFB_RUN}" -a -s "-screen 0 1024x768x24 +extension GLX")
 run("${PROBE}" make-mesh "${WORK}/sphere.ply")
 run(${screen} "${WORK}/PartitionPicture/PartitionPicture" "${WORK}/sphere.ply" "${WORK}/partitions.png")
 run("${PROBE}" check-picture "${WORK}/partitions.png" 7)
-# The same program where there is no screen.
+# The same program without a screen.
 run("${CMAKE_COMMAND}" -E env --unset=DISPLAY KDSTREAM_OFFSCREEN=auto
   "${WORK}/PartitionPicture/PartitionPicture" "${WORK}/sphere.ply" "${WORK}/without-screen.png")
 run("${PROBE}" check-picture "${WORK}/without-screen.png" 7)
@@ -52,7 +52,8 @@ if(EXISTS "${WORK}/Classes/PointsToSurface")
   expect("^[0-9]+ triangles" "${WORK}/Classes/PointsToSurface" "${WORK}/coarse.ply" "${WORK}/surface.ply")
 endif()
 
-# Without a screen: the example's own tests, on each backend; and a test of a picture that is another one fails, and says so.
+# Without a screen: runs the example's own tests, with each backend. A test whose baseline is a different picture must
+# fail, and say so.
 run("${CTEST}" --test-dir "${WORK}/Offscreen" --output-on-failure)
 run("${PROBE}" make-picture "${WORK}/grey.png" 300)
 run("${CMAKE_COMMAND}" -S "${SOURCE}/Offscreen" -B "${WORK}/Offscreen" "-DBASELINE=${WORK}/grey.png")
@@ -62,7 +63,7 @@ if(status EQUAL 0 OR NOT said MATCHES "difference: [^\n]*/pictures/SpherePicture
   message(FATAL_ERROR "a wrong picture: ${status}\n${said}")
 endif()
 
-# What compares pictures leaves alpha out, and refuses what it cannot compare.
+# The program that compares pictures ignores alpha, and refuses pictures that it cannot compare.
 foreach(components IN ITEMS 1 3 4)
   run("${PROBE}" make-picture "${WORK}/grey${components}.png" 300 ${components})
 endforeach()

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# Installs the build to a prefix, and to /usr/local below DESTDIR, and looks whether that is whole: run paths, exported symbols and
-# targets, and every program while the build is hidden. A project of its own then links against it. The prefix stays for
-# TestExamples.
+# Installs the build to a prefix, and to /usr/local below DESTDIR. Checks that the installation is complete: run paths,
+# exported symbols and targets, and every program while the build is hidden. Then a project of its own links against it.
+# The prefix is kept for TestExamples.
 include("${CMAKE_CURRENT_LIST_DIR}/Expect.cmake")
 
 file(REMOVE_RECURSE "${WORK}")
@@ -10,7 +10,7 @@ set(staged "${WORK}/staged")
 run("${CMAKE_COMMAND}" --install "${BUILD}" --prefix "${prefix}" --config "${CONFIGURATION}")
 run("${CMAKE_COMMAND}" -E env "DESTDIR=${staged}" "${CMAKE_COMMAND}" --install "${BUILD}" --prefix /usr/local --config "${CONFIGURATION}")
 
-# A build that would make such a package is refused before anything is looked for.
+# A build with static libraries is refused before anything is searched for.
 execute_process(COMMAND "${CMAKE_COMMAND}" -S "${SOURCE}/.." -B "${WORK}/static" -G "${GENERATOR}" -DBUILD_SHARED_LIBS=OFF
   "-DCMAKE_CXX_COMPILER=${COMPILER}" RESULT_VARIABLE status OUTPUT_QUIET ERROR_VARIABLE said)
 string(REGEX REPLACE "[ \n]+" " " said "${said}")
@@ -18,8 +18,8 @@ if(status EQUAL 0 OR NOT said MATCHES "BUILD_SHARED_LIBS is off: the VTK modules
   message(FATAL_ERROR "a static build: ${status}\n${said}")
 endif()
 
-# Programs and libraries find each other from their own place: by run paths from $ORIGIN, and in
-# this very prefix, whether or not the build can be hidden below.
+# Programs and libraries find each other relative to their own place, by run paths from $ORIGIN. They find them in this
+# prefix, whether or not the build can be hidden below.
 foreach(root IN ITEMS "${prefix}" "${staged}/usr/local")
   file(GLOB binaries "${root}/bin/*" "${root}/${LIBDIR}/*.so" "${root}/${LIBDIR}/kdstream/*pictures")
   foreach(binary IN LISTS binaries)
@@ -47,7 +47,7 @@ foreach(root IN ITEMS "${prefix}" "${staged}/usr/local")
   endforeach()
 endforeach()
 
-# Exported are the modules' classes and the functions that libkdstream offers them, and nothing else.
+# The libraries export the modules' classes and the functions that libkdstream offers them, and nothing else.
 file(GLOB libraries "${prefix}/${LIBDIR}/*.so")
 foreach(library IN LISTS libraries)
   execute_process(COMMAND "${NM}" --dynamic --demangle --defined-only "${library}" OUTPUT_VARIABLE symbols COMMAND_ERROR_IS_FATAL ANY)
@@ -69,7 +69,7 @@ foreach(library IN LISTS libraries)
   endif()
 endforeach()
 
-# Exported targets name no folder of this machine.
+# Exported targets contain no folder of this machine.
 file(GLOB exported "${prefix}/${LIBDIR}/cmake/KdStream/*.cmake")
 foreach(file IN LISTS exported)
   file(STRINGS "${file}" lines REGEX "[\"; ]/(usr|home|work|tmp|opt|root)/|${BUILD}|${SOURCE}")
@@ -78,7 +78,7 @@ foreach(file IN LISTS exported)
   endif()
 endforeach()
 
-# Every program, in a mount namespace where the build is not there (where namespaces are allowed).
+# Runs every program in a mount namespace in which the build does not exist (if namespaces are allowed).
 execute_process(COMMAND unshare -Urm mount -t tmpfs none "${BUILD}/lib" RESULT_VARIABLE refused OUTPUT_QUIET ERROR_QUIET)
 set(hidden "${BUILD}/lib" "${BUILD}/bin")
 set(namespace unshare -Urm)
@@ -96,7 +96,7 @@ foreach(root IN ITEMS "${prefix}" "${staged}/usr/local")
 endforeach()
 check_bindings("${WORK}/installed-files")
 
-# A project of a user's.
+# A user's project.
 configure_against("${prefix}" "${SOURCE}/Testing/Consumer" "${WORK}/Consumer")
 run("${CMAKE_COMMAND}" -E env LD_DEBUG=bindings "LD_DEBUG_OUTPUT=${WORK}/Consumer/bindings"
   "${WORK}/Consumer/mixed" "${WORK}/mixed.kds")

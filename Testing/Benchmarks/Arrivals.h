@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A session that zooms into a model and gets one blob a frame: first natively from a store; then
-// again, also as WebAssembly, from a tape that the first run has written.
+// A session that zooms into a model and gets one blob in each frame. First it runs natively, from a
+// store. Then it runs again, natively or as WebAssembly, from a tape that the first run has
+// written.
 #pragma once
 
 #include "filters/model/ModelJson.h"
@@ -33,17 +34,17 @@ struct Arrivals
   ModelDescription model;
   double zoom = 1;
   std::function<Bytes(const protocol::BlobId&)> find;
-  // Before a blob goes to the session; and after it, to begin a frame.
+  // Called before a blob is passed to the session (arrive), and after it to begin a frame (draw).
   std::function<void(const protocol::BlobId&, const Bytes&)> arrive;
   std::function<void(ViewerSession&)> draw;
-  // Calls its argument, which gives the blob to the session; the session decodes it, and finds what
-  // to show and to request.
+  // Calls its argument, which passes the blob to the session. The session decodes the blob, and
+  // chooses what to show and to request.
   std::function<void(const std::function<void()>&)> give = [](const auto& work) { work(); };
 
   void Run() const
   {
     SessionOptions options;
-    options.refinement.triangles = 300'000; // a phone's
+    options.refinement.triangles = 300'000; // a phone's budget
     options.mostStatistics = 0;
     ViewerSession session(options);
     session.Resize({ 1600, 960, 1 });
@@ -96,7 +97,8 @@ private:
   }
 };
 
-// The model, and every blob that was asked for. A file of one machine for one run.
+// The model, and every blob that was requested. The file is only for the machine and the run that
+// have written it.
 struct Tape
 {
   std::string model; // as JSON

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What one arriving piece costs when 250,000 triangles or more are shown, compared with drawing
-// everything anew (doc/benchmarks.md#arrivals): natively, and as WebAssembly under Node.
+// The cost of one arriving piece when 250,000 triangles or more are shown, compared with drawing
+// everything again (doc/benchmarks.md#arrivals): natively, and as WebAssembly under Node.
 //
-//   BenchArrival NAME TAPE      a tape of TapeArrivals; exit code 1 where a bar is missed
+//   BenchArrival NAME TAPE      a tape of TapeArrivals; exit code 1 if a limit is missed
 //
-// Two ratios: of drawing only (parts, normals, and the chunks for graphics memory), and together
-// with the choice of what is shown, which goes through all wanted pieces. Also drawing with
-// geomorphs, as on the page (one arrival in 150 ms morphs). And the number of frames that an
-// arrival delays by more than a third of a sixtieth of a second: the session is played five times,
-// and the fastest time of each arrival counts, so that other work on the machine matters less.
+// Prints two ratios: of drawing only (parts, normals, and the chunks for graphics memory), and of
+// drawing together with the choice of what is shown, which goes through all wanted pieces. Also
+// measures drawing with geomorphs, as on the page (one arrival in 150 ms morphs). Prints, too, the
+// number of frames that an arrival delays by more than a third of a sixtieth of a second. The
+// session is played five times, and the fastest time of each arrival counts, so that other work on
+// the machine matters less.
 #include "Testing/Benchmarks/Arrivals.h"
 #include "filters/codec/PieceCodec.h"
 #include "viewer/mobile/SurfaceChunks.h"
@@ -31,7 +32,7 @@ namespace
 {
 
 // Processor time of the process in seconds, which depends less on other work on the machine. A
-// session has one thread.
+// session runs on one thread.
 double ProcessorSeconds()
 {
 #ifdef __EMSCRIPTEN__
@@ -77,8 +78,8 @@ std::size_t CutIntoChunks(const DrawnSurface::Part& part, const ViewerScene& sce
   return bytes;
 }
 
-// What a frame waits for, in seconds: the session, which decodes what arrived and chooses what is
-// shown; the new surface; its chunks for graphics memory.
+// The parts of a frame's delay, in seconds: the session, which decodes the arrived blob and chooses
+// what is shown; the new surface; its chunks for graphics memory.
 struct Wait
 {
   double session = 0, surface = 0, chunks = 0;
@@ -95,7 +96,7 @@ struct Wait
 class Stopwatch
 {
 public:
-  // compares: with drawing all anew, which takes long.
+  // compares: whether to compare with drawing everything again, which takes long.
   Stopwatch(const ModelDescription& model, bool compares)
     : Context(model.Codec())
     , Compares(compares)
@@ -180,7 +181,7 @@ public:
   void Give(const std::function<void()>& work) { this->Taken += SecondsOf(work); }
   const std::vector<Wait>& Waits() const { return this->Waited; }
 
-  // False where a bar is missed.
+  // Returns false if a limit is missed.
   bool Print(const char* name) const
   {
     std::printf("%s: %d arrivals, each changes %.1f of %.1f parts\n", name, this->Count,
@@ -192,7 +193,7 @@ public:
   }
 
 private:
-  // Does what the session does inside its frame, without the rest of the frame.
+  // Draws as a session does in a frame, without the rest of the frame.
   double DrawParts(const Cut& cut, const PieceLookup& lookup)
   {
     return SecondsOf(
@@ -203,7 +204,7 @@ private:
       });
   }
 
-  // The same with where it morphs from, and the chunks.
+  // Draws with geomorphs, and also makes the chunks.
   double DrawMorphing(const Cut& cut, const PieceLookup& lookup, const ViewerScene& scene)
   {
     return SecondsOf(
@@ -259,7 +260,7 @@ private:
   double Arrival = 0, Morphing = 0, WithChoice = 0, Anew = 0, AnewWithChoice = 0;
   std::size_t Parts = 0, Shown = 0, Sink = 0;
   int Count = 0;
-  double Taken = 0; // by the session, since the last frame
+  double Taken = 0; // by the session since the last frame, in seconds
   std::vector<Wait> Waited;
 };
 
@@ -283,7 +284,7 @@ void PrintWaits(const std::vector<Wait>& waits)
   PrintWaits("session", waits, [](const Wait& wait) { return wait.session; });
   PrintWaits("surface", waits, [](const Wait& wait) { return wait.surface; });
   PrintWaits("chunks", waits, [](const Wait& wait) { return wait.chunks; });
-  PrintWaits("surface or chunks", waits, // each in a frame of its own, as on the page
+  PrintWaits("surface or chunks", waits, // each in its own frame, as on the page
     [](const Wait& wait) { return std::max(wait.surface, wait.chunks); });
   PrintWaits("all in one frame", waits, [](const Wait& wait) { return wait.All(); });
 }

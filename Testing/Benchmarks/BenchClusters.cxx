@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Figs. 12-14 of the paper: simplification by the cells of a k-d tree compared with the cells of an
-// octree, at (about) equal numbers of vertices, and with levels by collapse, as RMS and Hausdorff
-// distances and as pictures.
+// Figs. 12-14 of the paper: compares simplification by the cells of a k-d tree with the cells of an
+// octree, at (about) equal numbers of vertices, and with levels by collapse. Gives RMS and
+// Hausdorff distances, and pictures. Usage:
 //   BenchClusters OUTPUT_FOLDER MESH.ply …
 #include "Testing/Benchmarks/MeshPicture.h"
 #include "filters/adapter/PolyDataMesh.h"
@@ -30,8 +30,8 @@ using namespace kdstream;
 using namespace kdstream::bench;
 
 constexpr std::uint32_t counts[] = { 16, 32, 64, 128, 256, 512, 2048, 8192 };
-constexpr std::uint32_t shownCounts = 5;  // of them in the picture after Fig. 13
-constexpr std::uint32_t faceCount = 2048; // Fig. 14
+constexpr std::uint32_t shownCounts = 5;  // shown in the picture after Fig. 13
+constexpr std::uint32_t faceCount = 2048; // in Fig. 14
 
 struct Method
 {
@@ -50,7 +50,7 @@ constexpr Method methods[] = {
   { "collapse", false, true, Representative::Quadric, true },
 };
 
-// A failed step ends the program: there is nothing to measure then.
+// Returns the result. A failed step ends the program, because there is nothing to measure then.
 template <class T>
 T Need(Result<T> result)
 {
@@ -122,7 +122,7 @@ vtkSmartPointer<vtkPolyData> ToPolyData(
   return mesh;
 }
 
-// The table of one mesh, and its places in the pictures.
+// The table of one mesh, and the mesh's cells in the pictures.
 class MeshBenchmark
 {
 public:
@@ -204,7 +204,7 @@ private:
     }
   }
 
-  // How often the paper's claim holds: that at equal numbers the k-d tree's mesh is the better.
+  // Counts how often the paper's claim holds: at equal numbers the k-d tree's mesh is better.
   void Summarize() const
   {
     const auto better = [&](std::size_t a, std::size_t b)

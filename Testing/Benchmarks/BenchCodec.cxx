@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Bytes and speed of pieces of the original: our codec, and, for only positions and triangles,
-// peers at the same grid step: the plain layout under zstd -19, meshoptimizer, Draco at speeds 0
-// and 5. Then the bytes of the levels (whole pieces), compared with Draco's for the same triangles
-// on the level's own grid.
+// Bytes and speed of pieces of the original: our codec and, for only positions and triangles, its
+// peers at the same grid step: the plain layout compressed by zstd -19, meshoptimizer, and Draco at
+// speeds 0 and 5. Then the bytes of the levels (whole pieces), compared with Draco's for the same
+// triangles on the level's own grid. Usage:
 //   BenchCodec [--bits N] [--blobs FOLDER] MESH.ply …
 // Every partition is coded separately, by all coders in one run on one thread. "Positions and
-// triangles" are those of the whole piece, ghosts included, as a mesh; what ghosts, clusters and
-// ids add is printed beside. With --blobs the blobs are kept for BenchCodecSpeed as
-// FOLDER/MESH.blobs. Ends with 1 where a bar is missed.
+// triangles" are those of the whole piece, including ghosts, as a mesh. The bytes that ghosts,
+// clusters and ids add are printed beside them. With --blobs, the blobs are kept for
+// BenchCodecSpeed as FOLDER/MESH.blobs. Exit code 1 if a limit is missed.
 #include "Testing/Benchmarks/CodecBlobs.h"
 #include "Testing/Benchmarks/CodecPeers.h"
 #include "filters/codec/ByteStream.h"
@@ -40,7 +40,7 @@ using namespace kdstream::bench;
 using Bytes = std::vector<std::uint8_t>;
 
 constexpr int zstdLevel = 19;
-constexpr std::size_t mostPieces = 512; // of a mesh: evenly spread where it has more
+constexpr std::size_t mostPieces = 512; // of a mesh; if it has more, evenly spread ones
 
 template <class T>
 T Need(Result<T> result)
@@ -75,12 +75,14 @@ struct Pieces
   Box box;
   ScalarType scalarType = ScalarType::Float32;
   std::vector<Piece> pieces;
-  std::size_t all = 0;                             // of which `pieces` are some, evenly spread
-  std::vector<std::vector<Piece>> levels;          // all pieces
+  // Number of all pieces; `pieces` are evenly spread.
+  std::size_t all = 0;
+  std::vector<std::vector<Piece>> levels;          // all pieces of each level
   std::vector<GeometricErrorBins> geometricErrors; // of each level
 };
 
-// The partitions and levels of a mesh, about 1,800 vertices a piece, numbered as in a store.
+// Makes the partitions and levels of a mesh, with about 1,800 vertices in each piece, numbered as
+// in a store.
 Pieces Cut(const Mesh& mesh)
 {
   const KdTree tree = Need(BuildKdTree(mesh.points, {}));
@@ -129,7 +131,7 @@ GridMesh OnGrid(const Piece& piece, const CoordinateGrid& grid)
   return mesh;
 }
 
-// Positions and triangles as the plain codec lays them out: differences as byte planes.
+// Positions and triangles in the layout of the plain codec: differences, as byte planes.
 Bytes Plain(const GridMesh& mesh)
 {
   ByteWriter writer;
@@ -155,7 +157,7 @@ Bytes Plain(const GridMesh& mesh)
   return writer.Take();
 }
 
-// Positions as floats or doubles and triangles as 32-bit indices, as they lie in memory.
+// Positions as floats or doubles, and triangles as 32-bit indices, as in memory.
 Bytes RawArrays(const Piece& piece, ScalarType type)
 {
   Bytes raw;
@@ -178,7 +180,7 @@ Bytes RawArrays(const Piece& piece, ScalarType type)
   return raw;
 }
 
-// parts: where it adds what the parts of the blob take.
+// parts: the sizes of the blob's parts are added to these.
 Coded CodeByUs(const Piece& piece, const CodecContext& context, EncodedBytes* parts = nullptr)
 {
   Coded coded;
@@ -208,7 +210,7 @@ Coded CodeByUs(const Piece& piece, const CodecContext& context, EncodedBytes* pa
   return coded;
 }
 
-// One coder over all pieces of a mesh.
+// The result of one coder for all pieces of a mesh.
 struct Row
 {
   std::string name;
@@ -243,7 +245,7 @@ void Print(const Row& row, const Sums& sums)
   std::printf(row.lostTriangles == 0 ? "\n" : "  (drops %zu triangles)\n", row.lostTriangles);
 }
 
-// Prints a bar and whether it is met.
+// Prints a limit, and whether it is met. Returns whether it is.
 bool Bar(const char* what, double value, double most)
 {
   std::printf(
@@ -251,7 +253,7 @@ bool Bar(const char* what, double value, double most)
   return value <= most;
 }
 
-// Every piece of the mesh as BenchCodecSpeed reads it.
+// Writes every piece of the mesh in the form that BenchCodecSpeed reads.
 void KeepBlobs(const std::filesystem::path& file, const Pieces& cut, std::uint8_t bits)
 {
   BlobFile blobs{ { cut.depths, CoordinateGrid::Over(cut.box, bits, cut.scalarType), {} }, {} };
@@ -266,7 +268,8 @@ void KeepBlobs(const std::filesystem::path& file, const Pieces& cut, std::uint8_
   }
 }
 
-// Bytes of each level from `first` on beside Draco's. Coarser ones are hardly ever fetched.
+// Compares the bytes of each level from `first` on with Draco's. Coarser levels are hardly ever
+// fetched.
 bool MeasureLevels(const Pieces& cut, std::uint8_t bits)
 {
   constexpr unsigned first = 9;
@@ -301,7 +304,7 @@ bool MeasureLevels(const Pieces& cut, std::uint8_t bits)
   return Bar("the largest of a level", largest, 1.6) && met;
 }
 
-// Whether all bars are met.
+// Returns whether all limits are met.
 bool Measure(const std::string& name, const Pieces& cut, std::uint8_t bits)
 {
   const CodecContext grid{ cut.depths, CoordinateGrid::Over(cut.box, bits, cut.scalarType), {} };

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Speed of only the piece codec, on one thread: decodes every blob of a file several times, and
+// The speed of only the piece codec, on one thread: decodes every blob of a file several times, and
 // encodes the pieces again. The same program runs natively and as WebAssembly under Node, for
-// comparison.
+// comparison. Usage:
 //   BenchCodecSpeed NAME FILE [ROUNDS]
-// FILE is what BenchCodec --blobs wrote (CodecBlobs.h). Each piece counts with its fastest round,
-// because other work on the machine only makes it slower.
+// FILE was written by BenchCodec --blobs (CodecBlobs.h). The fastest round of each piece counts,
+// because other work on the machine only makes a round slower.
 #include "Testing/Benchmarks/CodecBlobs.h"
 #include "filters/codec/PieceCodec.h"
 
@@ -25,7 +25,8 @@ double Seconds()
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-// Functions of their own: engines of WebAssembly never make faster what is entered once.
+// Separate functions, because engines of WebAssembly never optimise a function that is entered only
+// once.
 [[gnu::noinline]] Result<Piece> Decode(const Blob& blob, const CodecContext& context)
 {
   return DecodePiece(blob.bytes, blob.id, context);
@@ -71,7 +72,7 @@ int main(int argc, char** argv)
       {
         return Fail(piece.GetError().message.c_str());
       }
-      pieces[i] = std::move(*piece); // as a viewer keeps them
+      pieces[i] = std::move(*piece); // kept, as a viewer keeps pieces
     }
   }
   for (std::size_t i = 0; i < pieces.size(); ++i)

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How much of a mesh's vertex colours levels keep, and what that costs in shape
+// How much of a mesh's vertex colours its levels keep, and what that costs in shape
 // (doc/benchmarks.md#colours).
 //
 //   BenchColors OUTPUT_FOLDER MESH.ply...
 //
 // Compares levels of coloured meshes with levels of the same meshes that ignore colours and get the
-// means of their vertices' colours: the difference of pictures without light from the original's,
-// from 24 cameras, in grey values; the distance of the surfaces (RMS, the larger way) in % of the
-// diagonal; and the ratios. Writes a picture of each at about 16,000 and 4,000 triangles. Exit code
-// 1 if a limit is missed.
+// means of their vertices' colours. The comparison is: the difference between pictures without
+// light and the original's pictures, from 24 cameras, in grey values; the distance of the surfaces
+// (RMS, the larger direction) in % of the diagonal; and the ratios. Writes a picture of each at
+// about 16,000 and 4,000 triangles. Exit code 1 if a limit is missed.
 #include "Testing/Benchmarks/FlatPictures.h"
 #include "Testing/Benchmarks/WeldedMesh.h"
 #include "filters/core/MeshDistance.h"
@@ -33,8 +33,8 @@ using namespace kdstream::bench;
 constexpr std::size_t samples = 100000, side = 640;
 constexpr unsigned coarsest = 9;
 
-// At levels of this number of triangles there are limits for the errors of colours and of shape,
-// relative to those of levels that ignore colours.
+// The limits for levels with this number of triangles: errors of colours and of shape, relative to
+// those of levels that ignore colours.
 struct Bar
 {
   std::size_t least, most;
@@ -63,7 +63,7 @@ public:
 
   bool HasColors() const { return this->Colors != nullptr; }
 
-  // Whether all bars are met.
+  // Returns whether all limits are met.
   bool Run()
   {
     this->Originals =

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The first picture of a large model: kdstream-view on its store, compared with F3D on the mesh,
-// both as new processes that write a PNG.
+// The first picture of a large model: kdstream-view with its store, compared with F3D with the
+// mesh, both as new processes that write a PNG.
 //
 //   BenchFirstPicture PROGRAMS STORE.kds MESH.ply OUT [ROUNDS]
 //
-// Without F3D (f3d in the PATH, and a display, as from xvfb-run) only ours is measured. They take
-// turns, ROUNDS (3) times; the shortest time of each counts. Bars: the preview in at most 1 s and
-// 200 MB. Exit code 1 where one is missed.
+// Without F3D (f3d in the PATH, and a display, as from xvfb-run) only kdstream-view is measured.
+// The programs take turns, ROUNDS (3) times; the shortest time of each counts. Limits: the preview
+// in at most 1 s and 200 MB. Exit code 1 if one is missed.
 #include "Testing/Benchmarks/MeasuredRun.h"
 
 #include <cstdio>
@@ -36,7 +36,7 @@ public:
     std::filesystem::create_directories(this->Folder);
   }
 
-  // Exit code.
+  // Returns the exit code.
   int Run(int rounds)
   {
     const bool peer = std::filesystem::exists("/usr/bin/f3d") && std::getenv("DISPLAY") != nullptr;
@@ -74,7 +74,7 @@ public:
   }
 
 private:
-  // The time of the preview, or of the picture after everything has arrived.
+  // The cost of the preview, or (settled) of the picture after everything has arrived.
   Cost Picture(bool settled) const
   {
     const path session = this->Folder / "first.jsonl";

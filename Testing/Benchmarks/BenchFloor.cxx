@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A lower bound for the time of kdstream-build: the simplest program that cuts a mesh into
 // partitions (doc/benchmarks.md#floors-and-peers). One thread, everything in memory, no checks, no
-// levels, no codec.
+// levels, no codec. Usage:
 //   BenchFloor INPUT.ply OUTPUT [VERTICES_PER_PARTITION]
-// Reads what kdstream-generate writes (binary little-endian, float x y z, triangles of uint);
-// steps: fread; k-d tree by std::nth_element on (coordinate, id); bucket the triangles; for each
-// partition its points, the repeated points of others, and the triangles in local indices; one
-// file, fdatasync. Prints the seconds of each step as one line of JSON.
+// The input is written by kdstream-generate (binary little-endian, float x y z, triangles of uint).
+// The steps: fread; a k-d tree by std::nth_element on (coordinate, id); bucketing the triangles;
+// for each partition its points, the repeated points of others, and the triangles in local indices;
+// writing one file, with fdatasync. Prints the seconds of each step as one line of JSON.
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -87,7 +87,7 @@ Mesh Read(const char* name)
   return mesh;
 }
 
-// Halves [begin, end) on the longest side of its box until `most` are left.
+// Halves [begin, end) along the longest side of its box until each part has at most `most` points.
 void Split(std::vector<Point>& points, std::size_t begin, std::size_t end, std::size_t depth,
   std::size_t deepest, std::vector<std::size_t>& partitionBegin)
 {

@@ -18,7 +18,7 @@ using namespace kdstream::bench;
 
 void Print(const std::string& name, const Mesh& mesh)
 {
-  constexpr std::size_t fewest = 200; // triangles of a level
+  constexpr std::size_t fewest = 200; // a level with fewer triangles is skipped
   const KdTree tree = Need(BuildKdTree(mesh.points, {}));
   const std::vector<std::uint32_t> partition = CellOfVertex(tree, tree.depths.partition);
   const TriangleBuckets buckets = BucketTriangles(mesh.triangles,

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Errors of levels by number of triangles: how far each method's meshes are from the original (RMS
-// both ways and Hausdorff), and whether this project's own limits are met.
+// in both directions, and Hausdorff), and whether this project's own limits are met. Usage:
 //   BenchLevels OUTPUT_FOLDER MESH.ply …
 // Methods: ours (collapse; clusters with sheets + quadric; the paper's), an octree's cells (mean;
 // sheets + quadric) at equal numbers of clusters, and peers from VTK and meshoptimizer at equal
-// numbers of triangles. All methods of a row run in one session on one machine, on one thread if
-// times are compared. Writes levels.csv and levels.png. Exit code 1 if a limit is missed.
+// numbers of triangles. All methods of a row run in one session on one machine; they run on one
+// thread if their times are compared. Writes levels.csv and levels.png. Exit code 1 if a limit is
+// missed.
 #include "Testing/Benchmarks/ErrorChart.h"
 #include "Testing/Benchmarks/LevelPeers.h"
 #include "filters/baselines/OctreeClustering.h"
@@ -34,15 +35,16 @@ using namespace kdstream;
 using namespace kdstream::bench;
 
 constexpr std::size_t samples = 100000;
-constexpr std::size_t coarseSamples = 20000; // of levels below 2^7: far away takes longest
-constexpr unsigned fewestDepth = 4;          // bars hold from 16 clusters on, as Fig. 13
+// Of levels below 2^7, because distant surfaces take longest.
+constexpr std::size_t coarseSamples = 20000;
+constexpr unsigned fewestDepth = 4; // limits apply from 16 clusters on, as in Fig. 13
 constexpr const char* collapseName = "collapse (ours)";
 constexpr const char* componentsName = "cluster, sheets + quadric (ours)";
 constexpr const char* paperName = "cluster, mean (the paper's)";
 constexpr const char* octreeName = "octree, mean";
 constexpr const char* octreeComponentsName = "octree, sheets + quadric";
 
-// A failed step ends the program: there is nothing to measure then.
+// Returns the result. A failed step ends the program, because there is nothing to measure then.
 template <class T>
 T Need(Result<T> result)
 {
@@ -65,19 +67,19 @@ Mesh ReadWelded(const std::string& file)
   const std::unique_ptr<MeshReader> reader = Need(MeshReader::Open(file));
   Need(reader->ReadVertices(mesh, std::numeric_limits<std::size_t>::max()));
   Need(reader->ReadTriangles(mesh, std::numeric_limits<std::size_t>::max()));
-  mesh.attributes.clear(); // peers know none
+  mesh.attributes.clear(); // peers do not support attributes
   WeldVertices(mesh);
   return mesh;
 }
 
-// One measured mesh. Distances in % of the diagonal.
+// The figures of one mesh. Distances are in % of the diagonal.
 struct Figure
 {
   std::string method;
-  unsigned level = 0; // of ours that it stands beside
+  unsigned level = 0; // our level that this mesh is compared with
   std::size_t vertices = 0, triangles = 0;
   double rmsTo = 0, rmsFrom = 0, hausdorff = 0;
-  double seconds = 0; // 0: not measured by itself
+  double seconds = 0; // 0: not measured separately
   double Rms() const { return std::max(this->rmsTo, this->rmsFrom); }
 };
 
@@ -114,7 +116,7 @@ public:
     this->MeasurePeers();
   }
 
-  // The bars of the dragon, where every figure is known.
+  // Adds the limits for the dragon, for which all figures exist.
   void AddPeerBars(std::vector<Bar>& bars) const
   {
     const Figure &fine = this->Nearest(collapseName, 18500),
@@ -143,7 +145,8 @@ public:
       components.rmsFrom / grid.rmsFrom, 0.95 });
   }
 
-  // The bars that hold at every level of at least 16 clusters: the worst of all.
+  // Adds the limits that apply to every level of at least 16 clusters; each is compared with the
+  // worst level.
   void AddLevelBars(std::vector<Bar>& bars) const
   {
     Bar octree{ this->Name + ": RMS either way, of an octree's means, the largest", 0, 1 };
@@ -196,7 +199,7 @@ public:
     }
   }
 
-  // RMS (the larger way) and Hausdorff, a curve a method.
+  // Charts of RMS (the larger direction) and Hausdorff, with a curve for each method.
   std::vector<ErrorPanel> Panels() const
   {
     std::vector<ErrorPanel> panels(2);
@@ -243,7 +246,7 @@ private:
     this->Figures.push_back(f);
   }
 
-  // Tree and all levels, timed on one thread.
+  // Measures the tree and all levels, timed on one thread.
   void MeasureLevels(const std::string& method, const LevelOptions& options)
   {
     const Execution serial;
@@ -261,7 +264,8 @@ private:
     }
   }
 
-  // At most as many vertices as our levels have, as near to that as cells divide.
+  // Measures octrees with at most as many vertices as our levels have, and as close to that as
+  // their cells allow.
   void MeasureOctrees()
   {
     const std::vector<Figure> ours = this->Figures;
@@ -281,7 +285,7 @@ private:
     }
   }
 
-  // With components a cell has several vertices, so fewer cells are made.
+  // With components a cell may have several vertices, so fewer cells are made.
   ClusterLevel OctreeLevel(std::size_t mostVertices, const ClusterOptions& options) const
   {
     std::size_t wanted = mostVertices;
@@ -305,7 +309,7 @@ private:
     {
       if (f.level < 6 || f.level == this->Depths.finest)
       {
-        continue; // one cannot ask a mesh of fewer than a hundred triangles for much
+        continue; // at less than a hundred triangles, little can be expected of a mesh
       }
       if (f.method == collapseName)
       {

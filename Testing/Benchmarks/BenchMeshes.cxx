@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Generates meshes for the benchmarks, of the sizes of the paper's Table 2, and of shapes that the
-// available scans do not have:
+// Generates meshes for the benchmarks, with the sizes of the paper's Table 2, and with shapes that
+// the available scans do not have:
 //   BenchMeshes OUTPUT_FOLDER
-// writes torus.ply (36,000 vertices in even rows, fine relief), bones.ply (about 50,000, branching,
-// uneven triangles as in surfaces extracted from volumes), gyroid.ply (about 98,000, thin walls,
-// many holes) and head.ply (67,418, smooth and closed).
+// writes torus.ply (36,000 vertices in even rows, fine relief), bones.ply (about 50,000; branching,
+// with uneven triangles, as in surfaces extracted from volumes), gyroid.ply (about 98,000; thin
+// walls, many holes) and head.ply (67,418; smooth and closed).
 #include "filters/core/Weld.h"
 #include "filters/meshio/MeshWriter.h"
 
@@ -53,13 +53,14 @@ Mesh Torus()
   return mesh;
 }
 
-// A cube's six grids of side × side quads, projected to a ball: 6 side^2 + 2 vertices (Igea and
-// Skull of the paper may have been made so: Skull has 98,306 vertices, which is such a number).
-// Dents and bumps make a head.
+// A head: a ball with dents and bumps. The ball is made of a cube's six grids of side × side quads,
+// projected onto it: 6 side^2 + 2 vertices. (Igea and Skull of the paper may have been made in this
+// way: Skull has 98,306 vertices, which is a number of this form.)
 Mesh Head()
 {
   constexpr int side = 106;
-  std::map<std::array<int, 3>, VertexId> known; // edges and corners belong to several faces
+  // Points on edges and corners belong to several faces.
+  std::map<std::array<int, 3>, VertexId> known;
   Mesh mesh;
   const auto vertex = [&](const std::array<int, 3>& at)
   {
@@ -69,7 +70,8 @@ Mesh Head()
       Vec3 p{};
       for (std::size_t k = 0; k < 3; ++k)
       {
-        p[k] = std::tan(pi / 4 * (2.0 * at[k] / side - 1)); // evens out the corners
+        // Makes squares near the corners about as large as others.
+        p[k] = std::tan(pi / 4 * (2.0 * at[k] / side - 1));
       }
       const double length = std::sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]);
       const auto bump = [&](double x, double y, double z, double width)
@@ -160,7 +162,7 @@ Mesh Surface(int side, const std::function<double(const Vec3&)>& value)
   return mesh;
 }
 
-// Balls along branches, melted into each other, with fine relief.
+// Balls along branches that merge smoothly, with fine relief.
 class Bones
 {
 public:
@@ -197,12 +199,12 @@ private:
   struct Ball
   {
     Vec3 centre;
-    double square; // of the reach
+    double square; // the square of the radius of its influence
   };
   std::vector<Ball> Balls;
 };
 
-// A triply periodic surface's two sides, as a wall, inside a ball.
+// A wall along a triply periodic surface, inside a ball.
 double Gyroid(const Vec3& p)
 {
   const double scale = 2.4 * pi;

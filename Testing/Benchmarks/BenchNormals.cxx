@@ -4,11 +4,11 @@
 //
 //   BenchNormals MESH.ply...
 //
-// Draws each level of a mesh from 12 directions, lit by its own triangles' normals, and by the mean
-// of the original's normals under each vertex, exact and rounded to an octahedron's grid of
-// different numbers of bits. Prints the medians of the share of wrong pixels (ComparedPictures.h),
-// and the cost of such normals: the entropy of their differences from the level's own, in bits a
-// vertex.
+// Draws each level of a mesh from 12 directions, lit in different ways: by the normals of its own
+// triangles, and by the mean of the original's normals under each vertex. These means are exact, or
+// rounded to an octahedron's grid with different numbers of bits. Prints the medians of the share
+// of wrong pixels (ComparedPictures.h). Also prints the cost of these normals: the entropy of their
+// differences from the level's own normals, in bits for each vertex.
 #include "Testing/Benchmarks/ComparedPictures.h"
 #include "Testing/Benchmarks/WeldedMesh.h"
 #include "filters/core/VectorMath.h"
@@ -79,7 +79,7 @@ double EntropyOf(const std::vector<int>& values)
     { return sum - count.second / n * std::log2(count.second / n); });
 }
 
-// Bits a vertex of the differences between cells.
+// The entropy of the differences between grid cells, in bits for each vertex.
 double CostOf(const std::vector<Vec3>& reported, const std::vector<Vec3>& known, int bits)
 {
   std::vector<int> u, v;
@@ -122,7 +122,7 @@ std::shared_ptr<const DrawnSurface> SurfaceOf(const std::vector<Vec3>& points,
     std::vector<PartNormals::Normals>{ std::make_shared<const std::vector<Vec3>>(normals) });
 }
 
-// One of the directions that look at the whole box.
+// A scene seen from one of the directions, so that the whole box is visible.
 ViewerScene SceneFrom(int direction, const Box& box)
 {
   ViewerScene scene;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Table 2 and Figs. 5 and 6 of the paper: partitions by k-d tree, octree and k-means: their
-// compactness, the spread of their sizes, and the time, compared with the paper's figures and with
-// peers.
+// Table 2 and Figs. 5 and 6 of the paper: partitions by k-d tree, octree and k-means. Compares
+// their compactness, the spread of their sizes, and the time, with the paper's figures and with
+// peers. Usage:
 //   BenchPartition table2|fig5 OUTPUT_FOLDER MESH.ply …
-// table2 prints the table and writes table2.csv; fig5 writes fig5-MESH.png, a mesh cut by all
-// three, and fig6.png, all meshes cut by the k-d tree.
+// table2 prints the table and writes table2.csv. fig5 writes fig5-MESH.png, a mesh cut by all three
+// methods, and fig6.png, all meshes cut by the k-d tree.
 #include "Testing/Benchmarks/MeshPicture.h"
 #include "filters/baselines/KMeansClustering.h"
 #include "filters/baselines/OctreeClustering.h"
@@ -42,10 +42,10 @@ using namespace kdstream;
 using namespace kdstream::bench;
 
 constexpr std::uint32_t partitionCounts[] = { 16, 64, 256 };
-constexpr std::uint32_t mainCount = 64; // of Fig. 5; the paper does not tell that of Table 2
-constexpr int repeats = 5;              // of which the shortest time counts
+constexpr std::uint32_t mainCount = 64; // of Fig. 5; the paper does not say that of Table 2
+constexpr int repeats = 5;              // the shortest time of these counts
 
-// A failed step ends the program: there is nothing to measure then.
+// Returns the result. A failed step ends the program, because there is nothing to measure then.
 template <class T>
 T Need(Result<T> result)
 {
@@ -109,7 +109,7 @@ const std::vector<Method>& Methods()
   return methods;
 }
 
-// The least time of several runs, after one that is not counted.
+// The shortest time of several runs, after one that does not count.
 double LeastSeconds(const std::function<void()>& run)
 {
   run();
@@ -124,7 +124,7 @@ double LeastSeconds(const std::function<void()>& run)
   return least;
 }
 
-// What the paper printed.
+// The figures in the paper.
 struct PaperRow
 {
   const char* mesh;
@@ -155,7 +155,7 @@ void PrintPaper()
     "average", "", 2.163, 1.933, 3.049, 5.73, 5.68, 9.21);
 }
 
-// Table 2, mesh by mesh.
+// Makes Table 2, one mesh after the other.
 class Table
 {
 public:
@@ -204,7 +204,7 @@ private:
     std::string mesh;
     std::size_t vertices;
     std::uint32_t partitions;
-    std::vector<Figure> figures; // of each method
+    std::vector<Figure> figures; // one for each method
   };
 
   Figure Measure(const NamedMesh& named, const Method& method, std::uint32_t partitions)
@@ -284,7 +284,7 @@ private:
     }
   }
 
-  // How often what the paper says holds.
+  // Counts how often the paper's statements hold.
   void PrintOrder() const
   {
     std::size_t octreeFirst = 0, octreeBeforeKd = 0, kdBeforeKMeans = 0, kdFaster = 0,
@@ -320,7 +320,8 @@ vtkSmartPointer<vtkPoints> ToPoints(const Mesh& mesh)
   return points;
 }
 
-// Trees of others over the same points, to about the same counts, in turn with ours.
+// Times trees of other libraries over the same points, with about the same number of cells, in turn
+// with ours.
 void PrintPeers(const NamedMesh& named)
 {
   const Mesh& mesh = named.mesh;
@@ -393,7 +394,7 @@ int RunTable2(const std::filesystem::path& folder, const std::vector<NamedMesh>&
   return table.Finish() ? 0 : 1;
 }
 
-// A mesh moved and scaled into the unit ball, so that one camera sees all whole.
+// The mesh, moved and scaled into the unit ball, so that one camera sees all meshes completely.
 vtkSmartPointer<vtkPolyData> ToPolyData(const Mesh& mesh)
 {
   const Box box = BoxOfPoints(mesh.points);
@@ -465,7 +466,7 @@ int RunFig5(const std::filesystem::path& folder, const std::vector<NamedMesh>& m
     {
       all.emplace_back();
     }
-    // About 1,000 vertices each.
+    // Partitions of about 1,000 vertices each.
     std::uint32_t partitions = 1;
     while (named.mesh.points.size() / partitions > 1000)
     {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The speed of the chunked readers, compared with the floor: a bare fread that parses the bytes
-// into arrays of known size. On one thread, in one run; the best of several rounds that take turns.
-// Also VTK's readers, once.
+// The speed of the chunked readers, compared with a floor: a bare fread that parses the bytes into
+// arrays of known size. All on one thread, in one run; they take turns for several rounds, and the
+// best round counts. VTK's readers run once, too. Usage:
 //   BenchReaders [MILLIONS_OF_TRIANGLES] [ROUNDS]
-// writes a closed mesh in every format into a temporary folder. Prints for each format seconds, and
-// the ratio to the floor, of our reader into one mesh, and in chunks that are freed.
+// Writes a closed mesh in every format into a temporary folder. For each format it prints the
+// seconds, and the ratio to the floor, of our reader: into one mesh, and in chunks that are freed.
 #include "filters/meshio/MeshReader.h"
 #include "filters/meshio/MeshWriter.h"
 #include "filters/meshio/OutputFile.h"
@@ -64,8 +64,7 @@ Mesh MakeMesh(double millions)
   return mesh;
 }
 
-// --- files that MeshWriter does not write
-// ----------------------------------------------------------
+// ---- files in formats that MeshWriter does not write
 
 class Text
 {
@@ -95,7 +94,7 @@ public:
     this->Bytes.append(text, std::to_chars(text, text + sizeof(text), value).ptr);
     return this->Flush();
   }
-  // Big-endian.
+  // Adds the bits in big-endian order.
   Text& Bits(std::uint32_t bits)
   {
     for (int shift = 24; shift >= 0; shift -= 8)
@@ -192,10 +191,9 @@ void WriteTextStl(const std::filesystem::path& file, const Mesh& mesh)
   text << "endsolid bench\n";
 }
 
-// --- floors
-// ----------------------------------------------------------------------------------------
+// ---- floors
 
-// Arrays of the types that a Mesh has, of a size that is known.
+// Arrays of the same types as a Mesh has, with known sizes.
 struct Arrays
 {
   Arrays(std::size_t pointCount, std::size_t triangleCount)
@@ -207,7 +205,7 @@ struct Arrays
   std::unique_ptr<Triangle[]> triangles;
 };
 
-// A file by fread in blocks.
+// Reads a file by fread, in blocks.
 class Bare
 {
 public:
@@ -225,7 +223,7 @@ public:
   Bare& operator=(const Bare&) = delete;
   ~Bare() { std::fclose(this->File); }
 
-  // At least `wanted` bytes ahead, or all there are.
+  // Makes sure that at least `wanted` bytes are in the buffer, or all that the file still has.
   const char* Need(std::size_t wanted)
   {
     if (this->End - this->Begin < wanted)
@@ -234,7 +232,7 @@ public:
       this->End -= this->Begin;
       this->Begin = 0;
       this->End += std::fread(this->Buffer.data() + this->End, 1, block - this->End, this->File);
-      this->Buffer[this->End] = '\n'; // a number ends there
+      this->Buffer[this->End] = '\n'; // so that the last number ends there
     }
     return this->Buffer.data() + this->Begin;
   }
@@ -251,7 +249,7 @@ public:
                  1);
     }
   }
-  // The next number of a text; skips everything else.
+  // The next number of a text; skips everything before it.
   template <class T>
   T Number()
   {
@@ -390,8 +388,7 @@ void BareObj(
   }
 }
 
-// --- ours
-// ------------------------------------------------------------------------------------------
+// ---- our reader
 
 // Returns the vertices and triangles that were read.
 std::pair<std::size_t, std::size_t> ReadOurs(const std::filesystem::path& file, bool inChunks)
@@ -429,8 +426,7 @@ std::pair<std::size_t, std::size_t> ReadOurs(const std::filesystem::path& file, 
   return counts;
 }
 
-// --- peers
-// -----------------------------------------------------------------------------------------
+// ---- peers
 
 template <class Reader>
 void ReadByVtk(const std::filesystem::path& file)

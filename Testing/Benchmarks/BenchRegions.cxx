@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Figs. 10, 11 and 19 of the paper: the partitions of a region by k-d tree and by octree, their
-// bytes and the time until they arrive; and partitions of 2,000 compared with 4,000 vertices.
+// bytes, and the time until they arrive. Also compares partitions of 2,000 and of 4,000 vertices.
 //
 //   BenchRegions PROGRAMS STORES OUT MODEL...
 //
 // STORES has three stores of each model: MODEL-kd2000.kds, MODEL-kd4000.kds and MODEL-octree.kds
 // (cells of at most 2,000 vertices). Serves them by kdstream-serve and taps 20 places all over the
-// model. The region of a tap is the paper's (section 5.4): the box of the k-d cell there, moved
-// outward by the average of its sides. Each store sends the partitions that touch this box, over
-// loopback and over 20 Mbit/s with 30 ms: in one request, as viewers do, and one after the other,
-// as the paper's client did. Prints means over the taps, writes regions.tsv and fig10-MODEL.png.
+// model. The region of a tap is the paper's (section 5.4): the box of the k-d cell there, with its
+// sides moved outward by their average length. Each store sends the partitions that touch this box,
+// over loopback and over 20 Mbit/s with 30 ms; in one request, as viewers do, and one after the
+// other, as the paper's client did. Prints means over the taps, and writes regions.tsv and
+// fig10-MODEL.png.
 #include "Testing/Benchmarks/ErrorChart.h"
 #include "Testing/Benchmarks/Serving/ServerProcess.h"
 #include "Testing/Benchmarks/ShapedProxy.h"
@@ -52,7 +53,7 @@ T Take(Result<T> result)
   return std::move(*result);
 }
 
-// A store that is looked into.
+// A store that is read directly.
 struct Store
 {
   std::shared_ptr<const ServedModel> model;
@@ -149,7 +150,7 @@ std::vector<std::uint32_t> PartitionsIn(const Store& store, const Box& region)
   return partitions;
 }
 
-// ---- what a region takes
+// ---- the cost of a region
 
 struct Fetched
 {
@@ -157,7 +158,7 @@ struct Fetched
   std::vector<double> bytes;
 };
 
-// Gets the partitions in one request; the model is open already.
+// Gets the partitions in one request. The model is already open.
 double Fetch(
   ModelSource& source, std::uint32_t id, const std::vector<std::uint32_t>& partitions, Fetched& sum)
 {
@@ -203,7 +204,7 @@ public:
     }
   }
 
-  // together: in one request; else each when the one before has come.
+  // together: all in one request; else each one is requested when the previous one has arrived.
   Fetched Get(const std::vector<std::uint32_t>& partitions, bool together)
   {
     Fetched fetched;
@@ -224,15 +225,15 @@ private:
   std::uint32_t Requests = 0;
 };
 
-// Sums over the taps; as means where they are printed.
+// Sums over the taps; they become means when they are printed.
 struct Sums
 {
   double partitions = 0, vertices = 0, bytes = 0, least = 0, most = 0;
-  double together = 0, apart = 0;             // s, of the short line
-  double togetherSlowly = 0, apartSlowly = 0; // s, of the long one
+  double together = 0, apart = 0;             // s, over loopback
+  double togetherSlowly = 0, apartSlowly = 0; // s, over the slow line
 };
 
-// ---- the bench
+// ---- the benchmark
 
 class Bench
 {
@@ -305,7 +306,7 @@ private:
     for (std::size_t tap = 0; tap < regions.size(); ++tap)
     {
       const auto partitions = PartitionsIn(store, regions[tap]);
-      quick.Get(partitions, true); // the server has read them then, for all lines alike
+      quick.Get(partitions, true); // so the server has read them before any line is measured
       const Fetched fetched = quick.Get(partitions, true);
       sums.together += fetched.seconds / taps;
       sums.apart += quick.Get(partitions, false).seconds / taps;
@@ -356,8 +357,8 @@ private:
     }
   }
 
-  // How well partitions surround the tapped point: the ball inside which everything has arrived,
-  // for the same number of vertices.
+  // How well the partitions surround the tapped point: the radius of the ball in which everything
+  // has arrived, for the same number of vertices.
   static void Density(const char* what, const Store& store, const Store& tapped)
   {
     constexpr std::uint64_t wanted = 20'000;
@@ -391,7 +392,8 @@ private:
       100 * radius / diagonal);
   }
 
-  // The distance from `point` to the nearest vertex of these, which come by their boxes' distance.
+  // The distance from `point` to the nearest vertex of these partitions, which are sorted by the
+  // distance of their boxes.
   static double NearestVertex(const Store& store,
     const std::vector<std::pair<double, std::uint32_t>>& byDistance, const Vec3& point)
   {
@@ -414,7 +416,7 @@ private:
   ShapedProxy Short, Long;
   StoreCatalog Catalog;
   std::ofstream Table;
-  std::vector<bench::ErrorCurve> Curves; // of the model at hand
+  std::vector<bench::ErrorCurve> Curves; // of the current model
 };
 
 }

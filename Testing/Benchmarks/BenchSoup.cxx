@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The time of kdstream-build for a soup, compared with scans of the same size, all in one run:
-// unordered triangles are the worst input that it must still finish.
+// The time of kdstream-build for a soup, compared with scans of the same size, all in one run.
+// Unordered triangles are the worst input that it must be able to finish. Usage:
 //   BenchSoup PROGRAMS OUTPUT_FOLDER [TRIANGLES [ROUNDS]]
 // PROGRAMS: the folder of kdstream-build and kdstream-generate. Makes a soup of TRIANGLES
-// (3,000,000) and two scans in the output folder, and removes them at the end: one scan with the
-// same number of triangles, and one with the same number of vertices (a soup has three times as
-// many vertices as triangles). Every build is out of core; it runs ROUNDS (4) times, and the
-// shortest time counts.
+// (3,000,000) and two scans in the output folder, and removes them at the end. One scan has the
+// same number of triangles, the other the same number of vertices (a soup has three times as many
+// vertices as triangles). Every build is out of core and runs ROUNDS (4) times; the shortest time
+// counts.
 #include "Testing/Benchmarks/MeasuredRun.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/meshio/MeshWriter.h"
@@ -24,7 +24,7 @@ namespace
 using namespace kdstream::benchmarks;
 using std::filesystem::path;
 
-constexpr double mostOfScan = 3; // of the scan with as many vertices
+constexpr double mostOfScan = 3; // times the scan with as many vertices
 constexpr const char* limit = "64M";
 constexpr double mostMebibytes = 64 + 64;
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Time and memory of kdstream-build, compared with a lower bound (BenchFloor): the same mesh with
-// triangles in order and shuffled, one after the other in one run.
+// Time and memory of kdstream-build, compared with a lower bound (BenchFloor). The same mesh is
+// built with ordered and with shuffled triangles, one after the other in one run. Usage:
 //   BenchSpeed PROGRAMS OUTPUT_FOLDER [VERTICES [ROUNDS]]
 // PROGRAMS: the folder of kdstream-build, kdstream-generate and BenchFloor. Makes relief.ply and
 // relief-shuffled.ply of VERTICES (14,030,000) in the output folder, and removes them at the end.
-// Runs everything ROUNDS (3) times in turns; the shortest time of each counts. Memory is each
+// Everything runs ROUNDS (3) times in turn; the shortest time of each counts. Memory is each
 // process's peak according to the kernel. Prints the table and writes speed.csv.
 #include "Testing/Benchmarks/MeasuredRun.h"
 
@@ -24,8 +24,9 @@ namespace
 using namespace kdstream::benchmarks;
 using std::filesystem::path;
 
-// The limits of this project: in core and out of core at most this multiple of the floor, shuffled
-// at most this multiple of the ordered mesh; out of core not much more memory than the limit.
+// The limits of this project: in core and out of core, at most this multiple of the floor;
+// shuffled, at most this multiple of the ordered mesh. Out of core, not much more memory than the
+// memory limit.
 constexpr double mostOfFloor = 5, mostOfFloorExternally = 8, mostOfCoherent = 2;
 constexpr const char* limit = "256M";
 constexpr double mostMebibytes = 256 + 64;

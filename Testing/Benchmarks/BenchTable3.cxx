@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Table 3 of the paper: partitioning out of core, by octree and by k-d tree with each of the four
-// medians, compared with the paper's figures; the number of passes of its heaps; and the tree in
-// memory compared with only std::nth_element.
+// medians, compared with the paper's figures. Also the number of passes of its heaps, and the tree
+// in memory compared with only std::nth_element. Usage:
 //   BenchTable3 OUTPUT_FOLDER [--temp-dir DIR] [--memory BYTES] [--points KIND:COUNT] … [MESH.ply]
 //   …
 // KIND: uniform in a cube | skewed: exponential along every axis | tied: on a grid of 100 steps a
-// side | sphere: a displaced sphere in the order of its latitudes, as a scan. Without --points: the
-// paper's three numbers of vertices as spheres, the largest of the other kinds too. Without
-// --memory: a third of the points' bytes, so that two depths of the tree are out of core at any
-// size. Every time is also given as a multiple of a bare sequential read and write of the same
+// side | sphere: a displaced sphere in the order of its latitudes, like a scan. Without --points:
+// spheres with the paper's three numbers of vertices; the other kinds only with the largest number.
+// Without --memory: a third of the points' bytes, so that two depths of the tree are out of core at
+// any size. Every time is also given as a multiple of a bare sequential read and write of the same
 // bytes in the same folder, measured just before. Writes table3.csv.
 #include "filters/baselines/OctreeClustering.h"
 #include "filters/baselines/stores/Baselines.h"
@@ -52,7 +52,7 @@ T Need(Result<T> result)
 {
   if (!result)
   {
-    throw std::runtime_error(result.GetError().message); // the temporary files go
+    throw std::runtime_error(result.GetError().message); // not exit(): temporary files are removed
   }
   return std::move(*result);
 }
@@ -61,7 +61,7 @@ void Need(const Status& status)
 {
   if (!status)
   {
-    throw std::runtime_error(status.GetError().message); // the temporary files go
+    throw std::runtime_error(status.GetError().message); // not exit(): temporary files are removed
   }
 }
 
@@ -73,7 +73,7 @@ double SecondsSince(Clock::time_point begin)
 struct Settings
 {
   std::filesystem::path output, temporary = std::filesystem::temp_directory_path();
-  std::uint64_t memory = 0;       // 0: a third of the points' bytes
+  std::uint64_t memory = 0;       // 0: a third of the size of the points
   std::vector<std::string> kinds; // KIND:COUNT
   std::vector<std::string> meshes;
 };
@@ -84,12 +84,11 @@ struct NamedPoints
   std::vector<Vec3> points;
 };
 
-// --- points
-// ---------------------------------------------------------------------------------------
+// ---- points
 
 Vec3 SpherePoint(std::size_t i, std::size_t n)
 {
-  // A spiral from pole to pole, with relief of several sizes.
+  // A spiral from pole to pole, with relief of several wavelengths.
   const double z = 1 - 2 * (double(i) + 0.5) / double(n);
   const double around = 2 * 3.14159265358979 * std::fmod(double(i) * 0.6180339887498949, 1.0);
   const double flat = std::sqrt(1 - z * z);
@@ -131,15 +130,14 @@ NamedPoints ReadPoints(const std::string& file)
   return { std::filesystem::path(file).stem().string(), std::move(mesh.points) };
 }
 
-// --- out of core
-// ----------------------------------------------------------------------------------
+// ---- out of core
 
 using Record = PointRecord<float>;
 
-// What a bare sequential pass costs in the folder.
+// The cost of a bare sequential pass in the folder.
 struct BareSpeed
 {
-  double readSeconds = 0, writeSeconds = 0; // a byte
+  double readSeconds = 0, writeSeconds = 0; // for each byte
 
   double SecondsOf(std::uint64_t bytesRead, std::uint64_t bytesWritten) const
   {
@@ -152,7 +150,7 @@ BareSpeed MeasureBare(SpillFolder& folder, std::uint64_t bytes)
   const std::vector<std::byte> block(2 * spillBlockBytes);
   std::vector<std::byte> back(block.size());
   SpillFile file = Need(folder.CreateFile("bare pass", bytes));
-  // Over the file again and again, so that there is something to measure.
+  // Reads and writes the file repeatedly, so that the time is long enough to be measured.
   const std::uint64_t blocks = std::max<std::uint64_t>(1, bytes / block.size());
   const std::uint64_t all = (100 + blocks - 1) / blocks * blocks;
   Clock::time_point begin = Clock::now();
@@ -184,7 +182,8 @@ SpillFile Spill(SpillFolder& folder, const std::vector<Vec3>& points)
   return file;
 }
 
-// Runs on all threads, and returns when the survey of the points ended: the paper's initialization.
+// Runs on all threads, and notes when the survey of the points ended, which is the paper's
+// initialization.
 class TimedExecution
 {
 public:
@@ -212,7 +211,7 @@ struct Row
   std::uint64_t memory = 0;
   std::uint64_t partitions = 0;
   double initialization = 0, partitioning = 0;
-  std::string passes; // of the median over one cell, the most at each depth
+  std::string passes; // of the median over one cell; the most at each depth
   std::uint64_t bytesRead = 0, bytesWritten = 0;
   double bare = 0;
 };
@@ -224,7 +223,7 @@ std::uint32_t PartitionsOf(std::size_t vertices)
   return static_cast<std::uint32_t>(std::min<std::size_t>(wanted, std::bit_floor(vertices)));
 }
 
-// median: as kdstream-build has it.
+// median: a name as for kdstream-build.
 Row RunTree(const NamedPoints& named, const Settings& settings, std::uint64_t memory,
   const char* median, double heapShare = 0)
 {
@@ -234,7 +233,7 @@ Row RunTree(const NamedPoints& named, const Settings& settings, std::uint64_t me
   TimedExecution timed;
   const Clock::time_point begin = Clock::now();
   SpillFile file = Spill(folder, named.points);
-  timed.SurveyEnd = Clock::now(); // no survey where all fits the memory
+  timed.SurveyEnd = Clock::now(); // stays if there is no survey, because all points fit into memory
   const TreeDepths depths =
     Need(ComputeDepths(named.points.size(), { 2000, PartitionsOf(named.points.size()), 0 }));
   const ExternalTree tree =
@@ -252,8 +251,8 @@ Row RunTree(const NamedPoints& named, const Settings& settings, std::uint64_t me
   return row;
 }
 
-// The N that gives about as many octree partitions as the k-d tree has: in the paper they differ by
-// up to 17 %.
+// Finds the N that gives about as many octree partitions as the k-d tree has; in the paper their
+// numbers differ by up to 17 %.
 Row RunOctree(const NamedPoints& named, const Settings& settings, std::uint64_t memory)
 {
   OctreeOptions wanted;
@@ -337,11 +336,10 @@ void RunTable(const NamedPoints& named, const Settings& settings, std::ofstream&
   }
 }
 
-// --- the claims about heaps
-// -----------------------------------------------------------------------
+// ---- the claims about heaps
 
 // The rank of the mean of the coordinates along the longest axis, in percent of the vertices; the
-// median is at 50.
+// median's rank is 50.
 double RankOfMean(const std::vector<Vec3>& points)
 {
   Box box;
@@ -376,10 +374,9 @@ void PrintHeaps(const NamedPoints& named, const Settings& settings)
   std::fflush(stdout);
 }
 
-// --- in memory
-// ------------------------------------------------------------------------------------
+// ---- in memory
 
-// Only the tree, by std::nth_element: records, boxes and medians to depth L, no outputs.
+// Only the tree, by std::nth_element: records, boxes and medians down to depth L, without outputs.
 class BareTree
 {
 public:
@@ -488,8 +485,7 @@ void PrintInMemory(const NamedPoints& named)
   }
 }
 
-// --- the program
-// ----------------------------------------------------------------------------------
+// ---- the program
 
 void Usage()
 {
@@ -538,7 +534,7 @@ Settings Parse(int argc, char** argv)
   return settings;
 }
 
-// Calls work(points) for each input, one at a time in memory.
+// Calls work(points) for each input; only one input is in memory at a time.
 void ForEachInput(const Settings& settings, const std::function<void(const NamedPoints&)>& work)
 {
   for (const std::string& mesh : settings.meshes)

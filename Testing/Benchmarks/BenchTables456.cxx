@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Tables 4 to 6 of the paper: the times of three levels and a region to arrive, to be decoded and
+// Tables 4 to 6 of the paper: how long three levels and a region take to arrive, to be decoded and
 // to be drawn, compared with the paper's phone.
 //
 //   BenchTables456 PROGRAMS STORES OUT [TRIALS]
@@ -7,9 +7,10 @@
 // STORES: a folder with dragon.kds, relief-3600000.kds and relief-14030000.kds, which stand for the
 // paper's meshes of 0.54, 3.6 and 14 million vertices. Serves them by kdstream-serve and plays one
 // session with kdstream-view for each, TRIALS (10) times, over loopback and over a line of 20
-// Mbit/s and 30 ms: the preview, three levels of the whole model by `--detail level` (the coarsest
-// that have at least as many vertices as the paper's), and a double tap. Prints medians and writes
-// tables456.csv. Each picture has 800 x 480 pixels and is drawn without a graphics card.
+// Mbit/s and 30 ms. A session shows the preview, three levels of the whole model by `--detail
+// level` (the coarsest levels with at least as many vertices as the paper's), and the region of a
+// double tap. Prints medians and writes tables456.csv. Each picture has 800 x 480 pixels and is
+// drawn without a graphics card.
 #include "Testing/Benchmarks/MeasuredRun.h"
 #include "Testing/Benchmarks/Serving/ServerProcess.h"
 #include "Testing/Benchmarks/ShapedProxy.h"
@@ -51,11 +52,11 @@ struct PaperRow
 struct PaperTable
 {
   const char* title;
-  const char* model;              // ours, beside it
+  const char* model;              // our model that is compared with it
   std::array<PaperRow, 4> rows{}; // low, mid, high, region
 };
 
-// As printed; a total may differ from its parts' sum.
+// As printed in the paper; a total may differ from the sum of its parts.
 constexpr std::array<PaperTable, 3> paper{
   PaperTable{ "Table 4, Buddha (0.54 M vertices)", "dragon",
     { { { "low", 690, 1348, 0.06, 0.04, 0.03, 0.13 }, { "mid", 2651, 5188, 0.10, 0.12, 0.12, 0.34 },
@@ -72,7 +73,7 @@ constexpr std::array<PaperTable, 3> paper{
       { "9 partitions", 18166, 30824, 0.97, 0.69, 0.77, 2.43 } } } },
 };
 
-// A trial's sums over the blobs of a row.
+// Sums over the blobs of a row, in one trial.
 struct Row
 {
   std::uint64_t blobs = 0, vertices = 0, triangles = 0, bytes = 0;
@@ -81,9 +82,9 @@ struct Row
   double Total() const { return this->transmission + this->parsing + this->rendering; }
 };
 
-// ---- what is played
+// ---- the session that is played
 
-// The level that a session aims at after these wheels, from the preview on.
+// The level that a session aims at after these turns of the wheel, starting from the preview.
 unsigned TargetAfter(const ServedModel& model, const std::vector<double>& wheels)
 {
   SessionOptions options;
@@ -102,7 +103,7 @@ unsigned TargetAfter(const ServedModel& model, const std::vector<double>& wheels
   return session.GetStatus().targetLevel.value_or(0);
 }
 
-// The wheel after `earlier` that makes a session aim at `level`.
+// The turn of the wheel after `earlier` that makes a session aim at `level`.
 double WheelTo(const ServedModel& model, const std::vector<double>& earlier, unsigned level)
 {
   for (double factor = 1.0 / 64; factor < 1024; factor *= 1.1)
@@ -117,7 +118,7 @@ double WheelTo(const ServedModel& model, const std::vector<double>& earlier, uns
   Fail(model.Description().id + ": no zoom asks for level " + std::to_string(level));
 }
 
-// The coarsest level, the preview or finer, that has at least this number of vertices.
+// The coarsest level with at least this number of vertices, but not coarser than `atLeast`.
 unsigned LevelOf(const ModelDescription& model, int vertices, unsigned atLeast)
 {
   for (std::size_t level = atLeast; level < model.levels.size(); ++level)
@@ -133,7 +134,7 @@ unsigned LevelOf(const ModelDescription& model, int vertices, unsigned atLeast)
 struct Play
 {
   std::array<unsigned, 3> levels{};
-  std::string steps; // a session file
+  std::string steps; // the text of a session file
 };
 
 Play PlayOf(const ServedModel& model, const PaperTable& table)
@@ -169,16 +170,16 @@ Play PlayOf(const ServedModel& model, const PaperTable& table)
   return play;
 }
 
-// ---- a trial
+// ---- one trial
 
-// Rows 0 to 2: the levels; 3: all that came for the double tap.
+// Rows 0 to 2 are the levels; row 3 is everything that arrived for the double tap.
 std::array<Row, 4> RowsOf(const Json& statistics, const Play& play)
 {
   std::array<Row, 4> rows{};
   for (const Json& blob : statistics)
   {
     const std::string id = blob.at("id");
-    const std::string prefix = id.substr(0, id.find('/', 7) + 1); // "levels/12/"
+    const std::string prefix = id.substr(0, id.find('/', 7) + 1); // for example "levels/12/"
     std::size_t row = 3;
     for (std::size_t i = 0; i < play.levels.size(); ++i)
     {
@@ -202,7 +203,7 @@ double Median(std::vector<double> values)
   return values[values.size() / 2];
 }
 
-// Counts are those of each trial, for they are the same; seconds are medians.
+// Counts are the same in each trial; times are medians.
 Row MedianOf(const std::vector<Row>& trials)
 {
   const auto median = [&trials](double Row::*member)

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The cost in VTK of finding each point's partition: vtkKdTreePartition compared with
 // vtkKdTree::BuildLocatorFromPoints. They take turns, and the shortest time of several runs counts.
+// Usage:
 //   BenchTrees MESH.ply …
-// vtkKdTree gets only the points, and at least as many regions as there are partitions: it copies
-// the coordinates as floats and orders them by region, nothing else. Ours, always with PartitionId:
-// only the points, and the mesh; port 1, which cuts nothing (but checks the mesh's cells), and port
-// 0, the partitions.
+// vtkKdTree gets only the points, and makes at least as many regions as there are partitions. It
+// copies the coordinates as floats and orders them by region, nothing else. Ours always computes
+// PartitionId. It runs with only the points, and with the mesh; each time with port 1, which cuts
+// nothing (but checks the mesh's cells), and with port 0, the partitions.
 #include "filters/adapter/Testing/SmpBackend.h"
 
 #include <vtkCellArray.h>
@@ -46,7 +47,7 @@ private:
 
 void Compare(vtkPolyData* mesh, const char* name, int threads)
 {
-  vtkNew<vtkPolyData> cloud; // without cells there is nothing else to look at
+  vtkNew<vtkPolyData> cloud; // it has no cells, so only the points are read
   cloud->SetPoints(mesh->GetPoints());
   vtkNew<vtkKdTreePartition> points, whole;
   points->SetInputData(cloud);
@@ -67,7 +68,7 @@ void Compare(vtkPolyData* mesh, const char* name, int threads)
     tree.Time([&] { points->Update(1); });
     points->Modified();
     cloudCut.Time([&] { points->Update(); });
-    mesh->GetPolys()->GetConnectivityArray()->Modified(); // VTK remembers ranges
+    mesh->GetPolys()->GetConnectivityArray()->Modified(); // so that VTK computes ranges again
     whole->Modified();
     ids.Time([&] { whole->Update(1); });
     whole->Modified();

@@ -1,18 +1,22 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a picture costs: bytes and seconds until few enough pixels are wrong
+// The cost of a picture: bytes and seconds until few enough pixels are wrong
 // (doc/benchmarks.md#views).
 //
 //   BenchView FOLDER OUT [MODEL...]
 //
 // Views the models of a folder of stores from 36 places (12 directions at zooms of 1, 4 and 16),
-// over simulated lines of 1, 10 and 100 Mbit/s with a round trip of 30 ms. Compared with: one level
-// for all, an oracle that fetches exactly the pieces of the final cut, and the whole file. A pixel
-// is wrong if a channel is off by more than 8 of 255 from the picture of the original; only pixels
-// of the object count; pictures are drawn 4 x 4 times as fine (2 x 2, each of 4 samples). Writes
-// OUT/view-MODEL.tsv with every picture and view-MODEL.png, prints medians, and whether the bars
-// are met; exit code 1 where one is missed. The dragon's flank is compared with what Nexus's viewer
-// fetched. Models of 10 million triangles and more come first: the cost of approaching them, and
-// whether it grows with the model; their pictures are only measured at 10 Mbit/s.
+// over simulated lines of 1, 10 and 100 Mbit/s with a round trip of 30 ms. The comparison is with
+// one level for the whole model, with an oracle that fetches exactly the pieces of the final cut,
+// and with the whole file.
+//
+// A pixel is wrong if a channel differs by more than 8 of 255 from the picture of the original;
+// only pixels of the object count. Pictures are drawn 4 x 4 times as fine (2 x 2, each of 4
+// samples). Writes OUT/view-MODEL.tsv with every picture and view-MODEL.png; prints medians, and
+// whether the limits are met. Exit code 1 if one is missed. The dragon's flank is compared with the
+// bytes that Nexus's viewer fetched.
+//
+// Models of 10 million triangles and more come first: the cost of approaching them, and whether it
+// grows with the model. Their pictures are only measured at 10 Mbit/s.
 #include "Testing/Benchmarks/ErrorChart.h"
 #include "Testing/Benchmarks/MeasuredViews.h"
 #include "server/session/StoreCatalog.h"
@@ -34,7 +38,8 @@ using namespace kdstream::bench;
 namespace
 {
 
-// Models with at least this number of triangles: the cost of a view, before pictures of it.
+// For models with at least this number of triangles, the cost of a view is measured before their
+// pictures.
 constexpr std::uint64_t large = 10'000'000;
 
 [[noreturn]] void Fail(const std::string& what)
@@ -43,7 +48,7 @@ constexpr std::uint64_t large = 10'000'000;
   std::exit(2);
 }
 
-// The first sample from which on at most `share` is wrong.
+// The first sample from which on at most `share` of the pixels is wrong.
 Sample Reached(const MeasuredView& measured, double share)
 {
   Sample reached{ never, never, 0 };
@@ -101,7 +106,7 @@ struct Column
   }
 };
 
-// The median share of wrong pixels of a column's views, over bytes.
+// The median share of wrong pixels over the views of a column, by bytes.
 ErrorCurve CurveOf(const std::string& name, const Column& column)
 {
   constexpr double step = 1.1;
@@ -116,7 +121,8 @@ ErrorCurve CurveOf(const std::string& name, const Column& column)
       wrong.push_back(behind == samples.begin() ? 1 : (behind - 1)->wrong);
     }
     curve.costs.push_back(bytes / 1e3);
-    curve.errors.push_back(std::max(100 * Median(wrong), 0.01)); // an axis of logarithms
+    // Not 0, because the axis is logarithmic.
+    curve.errors.push_back(std::max(100 * Median(wrong), 0.01));
   }
   return curve;
 }
@@ -208,8 +214,9 @@ void Bench(const ServedModel& model, const std::string& folder, const std::strin
   }
 }
 
-// The dragon's flank, nearer and nearer, compared with Nexus's viewer: what it fetched for the same
-// views, and how far its pictures were from the original's (measured once, 800 x 480, 30 degrees).
+// Approaches the dragon's flank, compared with Nexus's viewer: what that viewer fetched for the
+// same views, and how far its pictures were from the original's (measured once, 800 x 480, 30
+// degrees).
 void BenchFlank(const ServedModel& model)
 {
   struct Peer
@@ -245,7 +252,8 @@ void BenchFlank(const ServedModel& model)
   }
 }
 
-// Nearer in six steps: in each place until nothing more comes, or only in the last.
+// Approaches in six steps. stays: waits at each step until nothing more arrives; else only at the
+// last one.
 void BenchApproach(const ServedModel& model, bool stays)
 {
   constexpr double step = 1.75;
@@ -280,7 +288,8 @@ void BenchApproach(const ServedModel& model, bool stays)
   }
 }
 
-// Jumps while pieces are in flight: what of all that comes from then on is in vain.
+// Jumps to another view while pieces are in flight: how many of the bytes that arrive after the
+// jump are wasted.
 void BenchJumps(const ServedModel& model)
 {
   std::printf("\n%s, jumps to 11 other directions, 10 Mbit/s: kB from then on (wasted)\n",
@@ -302,8 +311,8 @@ void BenchJumps(const ServedModel& model)
   }
 }
 
-// The cost of a view for models of any size: it should depend on the screen, not on the model.
-// Larger models are compared with the smallest.
+// The cost of a view for models of any size. It should depend on the screen, not on the model, so
+// larger models are compared with the smallest one.
 void BenchSizes(const std::vector<std::shared_ptr<const ServedModel>>& models, double megabits)
 {
   Painter painter;

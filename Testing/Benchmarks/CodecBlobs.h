@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Blobs of pieces in a file, written by the benchmark that cuts meshes for the one that also runs
-// as WebAssembly. Used on one machine in one run: numbers are stored as in memory.
+// A file of blobs of pieces. The benchmark that cuts meshes writes it for the benchmark that also
+// runs as WebAssembly. It is used on one machine in one run, so numbers are stored as in memory.
 #pragma once
 
 #include "filters/codec/PieceCodec.h"
@@ -25,7 +25,7 @@ struct BlobFile
   std::vector<Blob> blobs;
 };
 
-// Reads or writes what it is given, until something fails.
+// Reads or writes values, until something fails.
 class BlobStream
 {
 public:

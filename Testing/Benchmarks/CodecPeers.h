@@ -13,15 +13,15 @@
 namespace kdstream::bench
 {
 
-// Positions on the model's grid, and triangles: all that peers are given.
+// Positions on the model's grid, and triangles; peers get nothing else.
 struct GridMesh
 {
   std::vector<std::array<std::uint32_t, 3>> points;
   std::vector<Triangle> triangles;
 };
 
-// A coder's result for one mesh. Decoding gives this number of vertices and triangles, because
-// peers may drop some.
+// A coder's result for one mesh. vertices, triangles: the numbers after decoding, because peers may
+// drop some.
 struct Coded
 {
   std::size_t bytes = 0;
@@ -29,14 +29,14 @@ struct Coded
   std::size_t vertices = 0, triangles = 0;
 };
 
-// Edgebreaker and parallelograms; coordinates as integers, so that nothing is quantized again.
+// Edgebreaker and parallelograms. Coordinates are integers, so that nothing is quantized again.
 // speed: 0 (smallest) to 10.
 Coded CodeByDraco(const GridMesh& mesh, int speed);
 
-// Vertex and index codecs after the reordering that they ask for.
+// Vertex and index codecs, after the reordering that they require.
 Coded CodeByMeshoptimizer(const GridMesh& mesh);
 
-// zstd at `level`; vertices and triangles of the result are 0.
+// zstd at `level`. The numbers of vertices and triangles in the result are 0.
 Coded CodeByZstd(std::span<const std::uint8_t> bytes, int level);
 
 }

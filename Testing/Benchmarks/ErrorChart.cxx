@@ -30,7 +30,7 @@ namespace
 
 constexpr int panelWidth = 760, panelHeight = 560;
 
-// Hues one golden angle apart, darker for every second.
+// Hues at steps of the golden angle; every second one is darker.
 void ColorOf(std::size_t number, double rgb[3])
 {
   double hsv[3] = { std::fmod(0.618034 * double(number), 1.0), 0.85,
@@ -128,7 +128,8 @@ Status WriteErrorCharts(const std::vector<std::vector<ErrorPanel>>& rows, const 
       (*window)->AddRenderer(renderer);
     }
   }
-  // The first time the charts find their ranges, without which logarithms draw no lines.
+  // This first rendering only makes the charts find their ranges; without these, logarithmic axes
+  // draw no lines.
   (*window)->Render();
   return WritePng(**window, file);
 }

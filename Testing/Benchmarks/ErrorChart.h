@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Curves of errors against what they cost as a PNG: the pictures of BenchLevels and BenchView.
+// Draws curves of errors against costs as a PNG: the pictures of BenchLevels and BenchView.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -13,8 +13,8 @@ namespace kdstream::bench
 struct ErrorCurve
 {
   std::string name;
-  std::vector<double> costs;  // x
-  std::vector<double> errors; // y, one an x; none of either 0
+  std::vector<double> costs;  // x coordinates
+  std::vector<double> errors; // y coordinates, one for each cost; no error or cost is 0
 };
 
 struct ErrorPanel

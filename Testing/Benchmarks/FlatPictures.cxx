@@ -17,7 +17,7 @@ namespace
 constexpr std::size_t finer = 2; // samples along a pixel's side
 constexpr float behind = 128;    // grey
 
-// The samples between two coordinates, of `count`: [first, second).
+// The samples, among `count` of them, whose centres are between two coordinates: [first, second).
 std::pair<std::size_t, std::size_t> SamplesBetween(double low, double high, std::size_t count)
 {
   const double most = double(count);
@@ -25,7 +25,7 @@ std::pair<std::size_t, std::size_t> SamplesBetween(double low, double high, std:
     static_cast<std::size_t>(std::clamp(std::floor(high - 0.5) + 1, 0.0, most)) };
 }
 
-// Samples of a picture, each of what is nearest.
+// The samples of a picture; each shows the nearest surface.
 class Canvas
 {
 public:
@@ -36,7 +36,7 @@ public:
   {
   }
 
-  // Corners: x and y in samples, and how near they are.
+  // at: the corners as x and y, in samples, and nearness.
   void Draw(const std::array<Vec3, 3>& at, const std::array<const std::uint8_t*, 3>& colors)
   {
     const auto& [a, b, c] = at;
@@ -128,7 +128,7 @@ std::vector<FlatPicture> FlatPainter::DrawAll(
 std::vector<Vec3> FlatPainter::Project(std::size_t camera, std::span<const Vec3> points) const
 {
   constexpr std::size_t around = 8;
-  constexpr double step = 0.6; // radians, from one height to the next
+  constexpr double step = 0.6; // radians, between two heights
   const double turn = double(camera % around) * std::acos(0.0) * 4 / around + 0.1;
   const double over = (double(camera / around) - 1) * step;
   const Vec3 back{ std::sin(turn) * std::cos(over), std::sin(over),

@@ -17,22 +17,22 @@ namespace kdstream::bench
 struct FlatPicture
 {
   std::vector<std::array<float, 3>>
-    colors;                  // of each pixel, 0-255, from the lower left; grey background
-  std::vector<bool> covered; // whether some of the surface is seen there
+    colors;                  // of each pixel, 0-255, from the lower left; the background is grey
+  std::vector<bool> covered; // whether a part of the surface is visible there
 };
 
-// Draws a surface from 24 cameras around a box: eight directions, from below, horizontally and from
-// above; the whole box is visible. Four samples a pixel.
+// Draws a surface from 24 cameras around a box: eight directions, each from below, horizontally and
+// from above. The whole box is visible. Four samples for each pixel.
 class FlatPainter
 {
 public:
   static constexpr std::size_t cameras = 24;
 
-  // side: pixels of the pictures, which are square.
+  // side: width and height of the pictures, in pixels.
   FlatPainter(const Box& box, std::size_t side);
 
-  // colors: of the vertices, uint8, three components or more; interpolated linearly in each
-  // triangle.
+  // colors: of the vertices, uint8, three components or more. They are interpolated linearly in
+  // each triangle.
   std::vector<FlatPicture> DrawAll(std::span<const Vec3> points,
     std::span<const Triangle> triangles, const Attribute& colors) const;
   // Errors: InputOutput.
@@ -48,8 +48,8 @@ private:
   std::size_t Side;
 };
 
-// The mean difference of the channels, in grey values, over the pixels that either surface covers;
-// the mean over all cameras.
+// The mean difference of the channels, in grey values, over the pixels that either surface covers,
+// as the mean over all cameras.
 double MeanDifference(std::span<const FlatPicture> a, std::span<const FlatPicture> b);
 
 }

@@ -41,7 +41,7 @@ vtkSmartPointer<vtkPolyData> ToPolyData(const Mesh& mesh)
   }
   data->SetPoints(points);
   data->SetPolys(cells);
-  // vtkQuadricDecimation does not take points that no triangle uses.
+  // vtkQuadricDecimation does not accept points that no triangle uses.
   vtkNew<vtkCleanPolyData> clean;
   clean->SetInputData(data);
   clean->PointMergingOff();
@@ -88,7 +88,8 @@ PeerMesh Run(const std::string& method, Filter* filter, vtkPolyData* input)
   return { method, FromPolyData(filter->GetOutput()), seconds };
 }
 
-// make(n): the peer's mesh with n divisions a side; the triangles grow with n, nearly always.
+// make(n) returns the peer's mesh with n divisions along a side. The number of triangles nearly
+// always grows with n.
 template <class Make>
 PeerMesh SearchDivisions(std::size_t triangles, const Make& make)
 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What others make of a mesh at a number of triangles: the peers of BenchLevels.
+// Meshes that other libraries make at a given number of triangles: the peers of BenchLevels.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -18,10 +18,10 @@ struct PeerMesh
 {
   std::string method;
   Mesh mesh;
-  double seconds = 0; // of only the simplification that made it
+  double seconds = 0; // of the simplification only
 };
 
-// Simplifies one mesh by the peers.
+// Simplifies one mesh with the peers.
 class LevelPeers
 {
 public:

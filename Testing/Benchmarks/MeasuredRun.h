@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A program run to its end and measured from outside: what benchmarks of whole builds compare.
+// Runs a program to its end and measures it from outside, for benchmarks that compare whole builds.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -15,10 +15,10 @@ using Json = nlohmann::json;
 
 struct Cost
 {
-  double seconds = 0;   // of the clock
-  double processor = 0; // user and system, all threads
-  double mebibytes = 0; // peak resident
-  Json steps;           // seconds each, where the caller knows them
+  double seconds = 0;   // elapsed time
+  double processor = 0; // user and system time of all threads
+  double mebibytes = 0; // peak resident memory
+  Json steps;           // seconds of each step, if the caller knows them
 };
 
 // command: the program's path and its arguments. Its standard output goes into the file `output`.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Looks at a model over a simulated line: see MeasuredViews.h.
+// Views a model over a simulated line: see MeasuredViews.h.
 #include "Testing/Benchmarks/MeasuredViews.h"
 
 #include "viewer/session/SessionParts.h"
@@ -13,15 +13,19 @@ namespace kdstream::bench
 namespace
 {
 
-constexpr double atOnce = 1e12;                            // bytes a second
-constexpr std::uint64_t mostAnew = 10'000'000;             // triangles
-constexpr std::uint64_t mostWhole = 50'000'000;            // triangles
-constexpr std::size_t manyBytes = std::size_t{ 16 } << 30; // that a whole model may take
-constexpr unsigned finer = 4;                              // what stands for a whole one
+// Bytes a second: everything arrives at once.
+constexpr double atOnce = 1e12;
+// Triangles up to which each view loads the original anew.
+constexpr std::uint64_t mostAnew = 10'000'000;
+// Triangles up to which the original is the reference.
+constexpr std::uint64_t mostWhole = 50'000'000;
+constexpr std::size_t manyBytes = std::size_t{ 16 } << 30; // the most memory for a whole model
+// How much finer the reference of a larger model is.
+constexpr unsigned finer = 4;
 
 double clockOfFingers = 0;
 
-// The preview, turned; then nearer, in full screen.
+// Turns the preview to a direction.
 void Turn(ViewerSession& session, int direction)
 {
   const std::array<double, 3> tilts{ 0, 90, -90 };
@@ -153,7 +157,7 @@ JumpCost CostOfJump(const ServedModel& model, const View& view, double after, do
     static_cast<double>(session.GetTraffic().wasted) - wasted };
 }
 
-// Only the eye goes from view to view.
+// The session stays the same from view to view; only the eye moves.
 WindowPicture ReferencePictures::OfWhole(const View& view)
 {
   SimulatedLine line(this->Model, atOnce, 0);

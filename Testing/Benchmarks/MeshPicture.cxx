@@ -29,7 +29,7 @@ namespace kdstream::bench
 namespace
 {
 
-// Hues one golden angle apart, so that neighbouring numbers differ.
+// Hues at steps of the golden angle, so that neighbouring numbers differ.
 vtkSmartPointer<vtkUnsignedCharArray> ColorsOf(const PictureCell& cell)
 {
   auto colors = vtkSmartPointer<vtkUnsignedCharArray>::New();
@@ -77,9 +77,10 @@ vtkSmartPointer<vtkActor> MakeActor(const PictureCell& cell, const PictureOption
   return actor;
 }
 
-constexpr double captionShare = 0.12; // of a place's height, at its foot
+constexpr double captionShare = 0.12; // of a cell's height, at the bottom
 
-// A parallel view along the wanted direction in which the box fills a place above the caption.
+// A camera for a parallel view along the wanted direction, in which the box fills a cell above the
+// caption.
 vtkSmartPointer<vtkCamera> MakeCamera(const vtkBoundingBox& box, const PictureOptions& options)
 {
   auto camera = vtkSmartPointer<vtkCamera>::New();

@@ -15,13 +15,13 @@
 namespace kdstream::bench
 {
 
-// One place of the grid.
+// One cell of the grid.
 struct PictureCell
 {
-  vtkSmartPointer<vtkPolyData> mesh; // null: an empty place
+  vtkSmartPointer<vtkPolyData> mesh; // null: the cell is empty
   std::string caption;
-  // The partition of each point: drawn in colours that differ for neighbouring numbers; a triangle
-  // has the colour of its first point. Empty: one colour.
+  // The partition of each point. Neighbouring numbers get different colours; a triangle has the
+  // colour of its first point. If this is empty, the mesh has one colour.
   std::vector<std::uint32_t> partitions;
 };
 
@@ -29,10 +29,10 @@ struct PictureOptions
 {
   int cellWidth = 480; // pixels
   int cellHeight = 420;
-  bool edges = false;                // of the triangles
-  bool flat = false;                 // shading
+  bool edges = false;                // whether the triangles' edges are drawn
+  bool flat = false;                 // whether shading is flat
   double azimuth = 0, elevation = 0; // of the camera, degrees, from the z axis
-  bool oneScale = true;              // for all meshes; else each fills its place
+  bool oneScale = true;              // the same scale for all meshes; else each fills its cell
 };
 
 // Draws the grid off screen into a PNG file. A parallel view shows a whole mesh above its caption.

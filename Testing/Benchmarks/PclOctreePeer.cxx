@@ -28,7 +28,7 @@ PclOctree TimePclOctree(std::span<const Vec3> points, std::uint32_t most)
     side = std::max(side, box.hi[k] - box.lo[k]);
   }
   const auto start = std::chrono::steady_clock::now();
-  // The resolution is the smallest cell: leaves are as deep as their points need.
+  // The resolution is the size of the smallest cell; leaves are as deep as their points require.
   pcl::octree::OctreePointCloudPointVector<pcl::PointXYZ> octree(side / (1 << 16));
   octree.setInputCloud(cloud);
   octree.defineBoundingBox();

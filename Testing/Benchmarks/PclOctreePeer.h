@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// PCL's octree as a peer of ours: built apart, since PCL's options and headers stay out of ours.
+// PCL's octree as a peer of ours. It is built separately, so that PCL's options and headers do not
+// affect our code.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -13,7 +14,7 @@ namespace kdstream::bench
 
 struct PclOctree
 {
-  double seconds = 0; // to build, from points that PCL holds already
+  double seconds = 0; // to build the tree, from points that PCL already holds
   std::size_t leaves = 0;
 };
 

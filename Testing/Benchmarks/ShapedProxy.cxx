@@ -29,11 +29,11 @@ Clock::duration Seconds(double seconds)
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
 }
 
-// What all connections share: when the next byte may leave.
+// Shared by all connections: says when the next byte may leave.
 struct Road
 {
   double rate = 0;
-  Clock::duration way{}; // half a round trip
+  Clock::duration way{}; // half of a round trip
   Clock::time_point free{};
 
   Clock::time_point Leave(std::size_t bytes)
@@ -47,7 +47,7 @@ struct Road
   }
 };
 
-// One direction of a connection: what is read waits for its turn, is on its way, and is written.
+// One direction of a connection: bytes that were read wait for their turn, travel, and are written.
 class Way : public std::enable_shared_from_this<Way>
 {
 public:
@@ -81,7 +81,7 @@ private:
   struct Packet
   {
     Clock::time_point arrives;
-    std::vector<char> bytes; // none: the end
+    std::vector<char> bytes; // empty: the end
   };
 
   void Add(std::vector<char> bytes)
@@ -182,7 +182,7 @@ private:
       });
   }
 
-  // The client's first byte has to wait until its greeting has been answered.
+  // The client's first byte has to wait for the round trip of its handshake.
   void Delay(const std::shared_ptr<tcp::socket>& client)
   {
     auto timer = std::make_shared<asio::steady_timer>(this->Context, 2 * this->Up.way);

@@ -27,7 +27,7 @@ void SimulatedLine::Take(ViewerSession& session)
   }
 }
 
-// The answer that is on its way comes all the same.
+// Cancels answers that wait. The answer that is in flight arrives nevertheless.
 void SimulatedLine::Cancel(std::uint32_t request)
 {
   const auto first = this->Answers.begin() + (this->Answers.empty() ? 0 : 1);
@@ -36,7 +36,7 @@ void SimulatedLine::Cancel(std::uint32_t request)
     this->Answers.end());
 }
 
-// An answer comes through; how long it took since it was asked for, or since the one before.
+// An answer arrives. Returns how long it took since it was requested, or since the previous answer.
 double SimulatedLine::Pass(double sent, std::size_t bytes)
 {
   const double begin = std::max(this->LastArrival, sent + this->RoundTrip);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A line to a server in virtual time, with a given speed and delay. What a session requests arrives
-// as over a stream, in order; the same on every run, however slow the machine is.
+// A line to a server in virtual time, with a given speed and delay. The blobs that a session
+// requests arrive in order, as over a stream. They arrive in the same way in every run, however
+// slow the machine is.
 #pragma once
 
 #include "server/session/Catalog.h"
@@ -15,7 +16,7 @@ namespace kdstream::bench
 class SimulatedLine
 {
 public:
-  // roundTrip: s. The model is kept.
+  // roundTrip: in s. The model is kept.
   SimulatedLine(const ServedModel& model, double bytesPerSecond, double roundTrip)
     : Model(model)
     , Rate(bytesPerSecond)
@@ -23,7 +24,8 @@ public:
   {
   }
 
-  // Takes what the session has to send, and delivers the next answer. False if there is none.
+  // Takes the requests that the session has to send, and delivers the next answer. False if there
+  // is none.
   bool Next(ViewerSession& session);
 
   double Now() const { return this->Time; }              // s
@@ -35,7 +37,7 @@ private:
     std::uint32_t request = 0;
     bool open = false;
     protocol::BlobId blob;
-    double sent = 0; // when the request was
+    double sent = 0; // when the request was sent
   };
   void Take(ViewerSession& session);
   void Cancel(std::uint32_t request);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Writes the tape for BenchArrival, and measures the time of VTK for one arrival, compared with
-// drawing everything anew.
+// Writes the tape for BenchArrival, and measures VTK's time for one arrival, compared with drawing
+// everything again.
 //
 //   TapeArrivals FOLDER MODEL ZOOM TAPE      exit code 1 if the limit is missed
 #include "Testing/Benchmarks/Arrivals.h"

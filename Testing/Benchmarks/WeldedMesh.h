@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A mesh of a file as the builder welds it, without attributes: for benchmarks of levels.
+// Reads a mesh from a file, welded as by the builder, without attributes: for benchmarks of levels.
 #pragma once
 
 #include "filters/core/Weld.h"
@@ -15,7 +15,7 @@
 namespace kdstream::bench
 {
 
-// A failed step ends the program: there is nothing to measure then.
+// Returns the result. A failed step ends the program, because there is nothing to measure then.
 template <class T>
 T Need(Result<T> result)
 {

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Figures of benchmarks, one JSON file for each run of a benchmark, and the page made of them.
+// Figures of benchmarks, in one JSON file for each run of a benchmark, and the page that is made from them.
 //
 //   node figures.mjs page            writes doc/benchmarks.md and its plots from Testing/Benchmarks/Figures/*.json
-//   node figures.mjs check           whether they are up to date: exit code 1 and their names if not
-//   node figures.mjs record NAME     reads what a benchmark printed (out/bench/NAME.txt) into out/bench/NAME.json
+//   node figures.mjs check           checks whether they are up to date; if not, prints their names, with exit code 1
+//   node figures.mjs record NAME     converts a benchmark's output (out/bench/NAME.txt) to out/bench/NAME.json
 //
-// A run: {"section","date","machine","command","commit","tables","remarks"}. A table: {"title","columns","rows","plot"}; plot is
-// a list of columns whose first numbers become bars, or {"unit","bars":[[label,number],...]}. "show" lists the columns of the page,
-// "showRows" its rows; without them all are there, and of no columns only the plot is. Of tables with the same title in a section
-// the newest is shown; the older ones are bars in its plot. Remarks are kept, not shown.
+// A run: {"section","date","machine","command","commit","tables","remarks"}. A table:
+// {"title","columns","rows","plot"}. plot is a list of columns whose first numbers become bars, or
+// {"unit","bars":[[label,number],...]}. "show" lists the columns that the page shows, "showRows" its rows; without them
+// it shows all, and with no columns only the plot. If tables in a section have the same title, the newest is shown, and
+// the older ones are bars in its plot. Remarks are kept, but not shown.
 import { execFileSync } from "node:child_process";
 import { mkdirSync, readFileSync, readdirSync, writeFileSync } from "node:fs";
 import os from "node:os";
@@ -18,7 +19,7 @@ import { fileURLToPath } from "node:url";
 const root = path.resolve(path.dirname(fileURLToPath(import.meta.url)), "../..");
 const folder = path.join(root, "Testing/Benchmarks/Figures");
 
-// For each section: the beginning of its files' names, its heading, and what it measures.
+// For each section: the beginning of its files' names, its heading, and what its benchmark measures.
 const sections = [
   ["large-build", "Large builds", "With `--memory 256M` the digest is the same, the peak 276 MB."],
   ["speed", "Building in memory and out of core", "The floor (`BenchFloor.cxx`) reads, builds a k-d tree, puts triangles into partitions and writes one file."],
@@ -50,7 +51,8 @@ const number = (cell) => {
 
 const escape = (text) => String(text).replaceAll("`", "").replaceAll("&", "&amp;").replaceAll("<", "&lt;").replaceAll('"', "&quot;");
 
-// The bars of a table: series, each with a name and its numbers by row. Rows of the same name are told apart by their order.
+// The bars of a table: series, each with a name and its numbers by row. Rows with the same name are distinguished by
+// their order.
 function seriesOf(table) {
   const count = new Map();
   const keyOf = (label) => {
@@ -67,7 +69,8 @@ function seriesOf(table) {
   }));
 }
 
-// Groups of bars: [label, [number, ...]], with a name for each series. older: [date, table] of the same title.
+// Groups of bars: [label, [number, ...]], with a name for each series. older: [date, table] of tables with the same
+// title.
 function groupsOf(table, older) {
   const own = seriesOf(table);
   const series = [...own, ...older.map(([date, each]) => ({ name: date, values: seriesOf(each)[0].values }))];
@@ -79,7 +82,7 @@ function groupsOf(table, older) {
   };
 }
 
-// Horizontal bars; a logarithmic scale where the numbers span more than two orders of magnitude.
+// Draws horizontal bars. The scale is logarithmic if the numbers span more than two orders of magnitude.
 function plotOf(table, older) {
   const { names, groups } = groupsOf(table, older);
   const all = groups.flatMap(([, values]) => values).filter((value) => value > 0);
@@ -119,14 +122,14 @@ function tableOf(table) {
   return [line(shown(table.columns)), `|${"---|".repeat(shown(table.columns).length)}`, ...rows.map((cells) => line(shown(cells)))].join("\n");
 }
 
-// The runs that are kept: [name of the file, run].
+// The runs in the folder: [name of the file, run].
 function keptRuns() {
   return readdirSync(folder)
     .filter((name) => name.endsWith(".json"))
     .map((name) => [name, JSON.parse(readFileSync(path.join(folder, name), "utf8"))]);
 }
 
-// The files of the page of these runs: path from the root → text.
+// The files of the page that is made from these runs: path from the root → text.
 export function pageFiles(runs) {
   const stemOf = (name) => name.replace(/-\d{4}-\d\d-\d\d\.json$/, "");
   for (const [name] of runs) {
@@ -177,7 +180,8 @@ export function pageFiles(runs) {
   return files;
 }
 
-// Tables in what a benchmark printed: lines whose columns are apart by two blanks or more, or by "|", under a line of as many.
+// Finds tables in a benchmark's output: lines with columns that are separated by two or more blanks, or by "|", under a
+// heading with as many columns.
 export function parseTables(text) {
   const cellsOf = (line) => line.trim().replaceAll(" | ", "  ").split(/\s{2,}/);
   const tables = [];
@@ -245,7 +249,7 @@ function main([command, name]) {
     try {
       present = readFileSync(target, "utf8");
     } catch {
-      // is missing
+      // the file is missing
     }
     if (present !== text) {
       console.error(`${file} is not what Testing/Benchmarks/Figures makes: run node Testing/Benchmarks/figures.mjs page`);

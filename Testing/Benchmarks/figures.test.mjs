@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The page of figures is what its runs make, and tables that benchmarks print become columns and rows.
+// The page of figures is what its runs give, and tables that benchmarks print become columns and rows.
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
 import { test } from "node:test";

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What kdstream-store export --format 3dtiles costs: seconds and memory beside the build, tiles and bytes of each level, tiles' bytes
-// beside gltfpack's, pictures in 3d-tiles-renderer beside kdstream-view's, bytes of a view beside ours, and the memory of a browser that
-// flies over the largest model.
+// The cost of kdstream-store export --format 3dtiles: seconds and memory compared with the build; tiles and bytes of
+// each level; the tiles' bytes compared with gltfpack's; pictures in 3d-tiles-renderer compared with kdstream-view's;
+// the bytes of a view compared with ours; and the memory of a browser that flies over the largest model.
 //
-//   node tiles.mjs PROGRAMS FOLDER MESH...    FOLDER: for stores and tilesets, which are removed again, and pictures, which stay. Bytes are
-//                                             of views of the first mesh, the flight is over the last one
+//   node tiles.mjs PROGRAMS FOLDER MESH...    FOLDER: for stores and tilesets, which are removed again, and pictures,
+//                                             which stay. Bytes are for views of the first mesh; the flight is over
+//                                             the last one
 //
-// Exit code 1 where a tile is wrong or a bar is missed.
+// Exit code 1 if a tile is wrong or a limit is missed.
 import { spawn, spawnSync } from "node:child_process";
 import { existsSync, mkdirSync, readFileSync, readdirSync, rmSync, statSync } from "node:fs";
 import path from "node:path";
@@ -17,9 +18,10 @@ const [programs, folder, ...meshes] = process.argv.slice(2);
 const here = path.dirname(fileURLToPath(import.meta.url));
 const mostValidated = 300; // tiles of each tileset
 const mostPacked = 60;
-const cache = 100; // MB, of 3d-tiles-renderer in flight
+const cache = 100; // MB, for 3d-tiles-renderer in flight
 
-// Its seconds, of the clock and of processors, and its peak in MB, as the system counts it.
+// Runs a program. Returns its seconds (elapsed and processor time) and its peak memory in MB, as the system counts
+// them.
 function measure(program, ...words) {
   const begin = process.hrtime.bigint();
   const child = spawn(path.join(programs, program), words, { stdio: ["ignore", "ignore", "inherit"] });
@@ -28,7 +30,7 @@ function measure(program, ...words) {
     try {
       peak = Math.max(peak, Number(/VmHWM:\s*(\d+)/.exec(readFileSync(`/proc/${child.pid}/status`, "utf8"))?.[1] ?? 0));
     } catch {
-      // it has ended
+      // the process has ended
     }
   };
   const timer = setInterval(look, 20);
@@ -53,8 +55,9 @@ function print(title, columns, rows) {
 const kilobytes = (bytes) => (bytes / 1e3).toFixed(0);
 const megabytes = (bytes) => (bytes / 1e6).toFixed(1);
 
-// Tiles of a tileset beside the same ones packed by gltfpack: kB of all that are compared. Both have positions of 16 bits in the box of a
-// tile, so errors are equal, normals of 8 and texture coordinates of 12 (gltfpack's default; ours 16).
+// Compares tiles of a tileset with the same tiles packed by gltfpack; returns the kB of all compared ones. Both have
+// positions of 16 bits in a tile's box, so that errors are equal, normals of 8 bits, and texture coordinates of 12 bits
+// (gltfpack's default; ours have 16).
 function comparePacked(packed, plain, gltfpack) {
   const files = readdirSync(plain, { recursive: true }).filter((file) => file.endsWith(".glb")).sort();
   const every = Math.ceil(files.length / mostPacked);
@@ -72,7 +75,7 @@ function comparePacked(packed, plain, gltfpack) {
   return sums;
 }
 
-// What our own viewer fetches of the dragon for the same cameras: kept figures of ./dev bench view.
+// The bytes that our own viewer fetches of the dragon for the same cameras: recorded figures of ./dev bench view.
 function ownViews() {
   const kept = path.join(here, "Figures");
   const tables = readdirSync(kept).filter((name) => name.startsWith("view-")).sort().reverse()

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Tokens that are remembered only where the person wants it, and a server's refusals in words for everybody.
+// Tokens are remembered only if the user wants this, and a server's refusals are explained in plain words.
 
 import assert from "node:assert/strict";
 import { writeFileSync } from "node:fs";

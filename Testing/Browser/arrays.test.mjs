@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Colours by an array of numbers, on a phone: which there are, what they mean, and a link that keeps them.
+// Colours by an array of numbers, on a phone: which arrays there are, what they mean, and a link that keeps the choice.
 
 import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";
@@ -10,7 +10,7 @@ import { countPixels, difference } from "./pixels.mjs";
 
 let server, browser;
 
-// A hill of points: its height once more as "height:", and which part of it.
+// A hill of points, with its height as another array "height:", and another array that says which part it is.
 function writeHill(file) {
   const side = 120;
   const points = [];

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The site's demo: three models and the page as plain files in one folder of a site, served by a host that only serves files. The
-// page lists them, opens each, and asks no other host for anything. Another kind of client reads them too.
+// The site's demo: three models and the page as plain files in one folder of a site, on a host that only serves files.
+// The page lists the models, opens each, and sends no request to any other host. A client of another kind reads them,
+// too.
 
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";

@@ -65,7 +65,7 @@ test("mouse, wheel, double click and keys", async () => {
   await visit.close();
 });
 
-// Chromium has no such events; what the page does with Safari's is the same.
+// Chromium does not send these events; what the page does with Safari's events can be tested with simulated ones.
 test("a pinch on Safari's trackpad zooms", async () => {
   const visit = await Visit.desktop(browser);
   const { page } = visit;
@@ -78,7 +78,8 @@ test("a pinch on Safari's trackpad zooms", async () => {
     await visit.untilIdle();
     return visit.around(middle, 400);
   };
-  // Tells the canvas of the scales since the start; gives whether the browser may do with the events what it would.
+  // Sends gesture events with these scales (relative to the start) to the canvas. Returns whether the browser may still
+  // do its default action.
   const pinch = (...scales) => page.evaluate(([{ x, y }, all]) => ["gesturestart", ...all].map((scale, at) => {
     const event = new Event(at ? "gesturechange" : scale, { bubbles: true, cancelable: true });
     Object.assign(event, { scale: at ? scale : 1, clientX: x, clientY: y });
@@ -96,7 +97,7 @@ test("a pinch on Safari's trackpad zooms", async () => {
   assert.ok(difference(near, await seen()) < 0.01, "a pinch of the same factor shows the same");
   await pinch(Math.exp(-0.2));
   assert.ok(difference(far, await seen()) < 0.01, "the next one begins anew");
-  await page.mouse.down(); // on a phone, gesture events come beside pointers
+  await page.mouse.down(); // on a phone, gesture events come together with pointer events
   await pinch(1.5);
   await page.mouse.up();
   assert.ok(difference(far, await seen()) < 0.01, "what fingers do is not done twice");
@@ -104,7 +105,7 @@ test("a pinch on Safari's trackpad zooms", async () => {
   await visit.close();
 });
 
-// The first view, by button, key and double click beside the model, and the view before that.
+// The first view, by button, by key, and by a double click beside the model; and back to the previous view.
 test("home and back", async () => {
   const visit = await Visit.desktop(browser);
   const { page } = visit;
@@ -154,10 +155,10 @@ test("home and back", async () => {
   await visit.close();
 });
 
-// What is let go turns on and comes to rest; where the system asks for stillness it does not.
+// After a drag ends, the model turns on and comes to rest; if the system asks for reduced motion, it does not.
 test("turning on", async () => {
   for (const motion of ["no-preference", "reduce"]) {
-    // Small, so that frames are quick.
+    // A small window, so that frames are quick.
     const visit = await Visit.desktop(browser, { reducedMotion: motion, viewport: { width: 360, height: 300 } });
     await visit.open(server.url);
     await visit.untilIdle();
@@ -171,7 +172,7 @@ test("turning on", async () => {
   }
 });
 
-// Free turning, by the menu, leans the horizon; upright levels it again.
+// Free turning, chosen in the menu, tilts the horizon; "upright" levels it again.
 test("turning freely", async () => {
   const visit = await Visit.desktop(browser);
   const { page } = visit;
@@ -188,7 +189,7 @@ test("turning freely", async () => {
   };
   const middle = await visit.centre();
   const level = await visit.around(middle, 400);
-  // Around the edge of the ball: a roll, where turning is free.
+  // Moves along the edge of the ball, which rolls the model if turning is free.
   const aroundTheEdge = async () => {
     await page.mouse.move(middle.x + 350, middle.y);
     await page.mouse.down();
@@ -210,7 +211,7 @@ test("turning freely", async () => {
   await visit.close();
 });
 
-// A model's own colours, stone, and the colours of partitions: the menu offers what there is.
+// The model's own colours, stone, and colours of partitions: the menu offers those that are available.
 test("a coloured model", async () => {
   const visit = await Visit.desktop(browser);
   const { page } = visit;

@@ -11,13 +11,14 @@ import { Server, Visit, eventually, launchBrowser, makeModels, makeToken, pause,
 
 let server, browser, host;
 
-// A museum's own site: it gives the page that is set last.
+// A museum's own site. It serves the page that was set last.
 class Host {
   body = "";
-  scripts = ""; // whose, too
+  scripts = ""; // further sources of scripts that its policy allows
   #server = createServer((request, response) => {
     response.setHeader("Content-Type", "text/html; charset=utf-8");
-    const policy = request.url === "/example" ? "" : "Content-Security-Policy"; // the example has its script in the page
+    // The example's script is in the page itself.
+    const policy = request.url === "/example" ? "" : "Content-Security-Policy";
     policy && response.setHeader(policy,
       `default-src 'none'; script-src ${server.url}${this.scripts}; frame-src ${server.url}; style-src 'nonce-a'; img-src 'self' data:`);
     response.end(["/", "/example"].includes(request.url) ? this.body : "");
@@ -26,7 +27,7 @@ class Host {
 
   async start() {
     await new Promise((started) => this.#server.listen(0, "127.0.0.1", started));
-    this.url = `http://localhost:${this.#server.address().port}/`; // another origin by its name, too
+    this.url = `http://localhost:${this.#server.address().port}/`; // by its name it is another origin, too
   }
   stop() {
     this.#server.closeAllConnections();
@@ -213,14 +214,15 @@ test("a model that is named later is shown then", async () => {
   const visit = await openHost('<kdstream-viewer id="a"></kdstream-viewer>');
   assert.equal(await visit.page.evaluate(() => new Promise((seen) => {
     const viewer = document.getElementById("a");
-    new IntersectionObserver(() => seen(viewer.asleep)).observe(viewer); // after its own
+    new IntersectionObserver(() => seen(viewer.asleep)).observe(viewer); // called after the viewer's own observer
   })), true);
   await visit.page.evaluate(() => document.getElementById("a").setAttribute("model", "pebble"));
   await untilEvent(visit, "a picture", "ready", "a");
   await visit.close();
 });
 
-// On a phone, between paragraphs; gives what one does there, and what came of it.
+// Opens a viewer between paragraphs, on a phone. Returns functions for what a visitor does there, and for what has
+// happened.
 async function openArticle() {
   const visit = await openHost(`<p class="tall">before</p><kdstream-viewer id="a" model="pebble"></kdstream-viewer>
     <p class="tall">after</p><p class="far">the end</p>`, true);
@@ -231,7 +233,7 @@ async function openArticle() {
     const { x, y, width, height } = await visit.page.locator("#a").boundingBox();
     return { x: x + width / 2, y: y + height / 2 };
   };
-  // Once that rests.
+  // Waits until scrolling has ended; returns the position.
   const scrolled = () => visit.page.evaluate(async () => {
     const frames = (n) => new Promise((seen) => (n ? requestAnimationFrame(() => frames(n - 1).then(seen)) : seen()));
     for (let before = NaN; before !== scrollY; await frames(8)) {
@@ -244,12 +246,12 @@ async function openArticle() {
     return ask(visit, "a", "link");
   };
   const isEntered = () => frame.evaluate(() => document.body.hasAttribute("data-entered"));
-  // Drags one finger; returns whether that has turned the model, and scrolled the page.
+  // Drags one finger. Returns whether this has turned the model, and whether it has scrolled the page.
   const drag = async (dx, dy) => {
     const [seen, top] = [await link(), await scrolled()];
     await visit.dragSlowly(await middle(), dx, dy);
     const turns = await link() !== seen;
-    await pause(400); // a page scrolls when both it and the frame have had their say
+    await pause(400); // the page scrolls only after it and the frame have handled the events
     return { scrolls: Math.abs(await scrolled() - top) > 20, turns };
   };
   return { visit, frame, middle, scrolled, link, isEntered, drag };
@@ -270,7 +272,7 @@ test("one finger scrolls the page around a viewer, until one has entered that", 
   assert.deepEqual(await drag(0, -100), { turns: true, scrolls: false });
   assert.deepEqual(await drag(50, 40), { turns: true, scrolls: false });
 
-  await visit.tap({ x: 200, y: (await visit.page.locator("#a").boundingBox()).y - 20 }); // beside it
+  await visit.tap({ x: 200, y: (await visit.page.locator("#a").boundingBox()).y - 20 }); // a tap beside the viewer
   await eventually("left", isEntered, (entered) => !entered);
   assert.deepEqual(await drag(0, 100), { turns: false, scrolls: true });
 
@@ -285,7 +287,7 @@ test("one finger scrolls the page around a viewer, until one has entered that", 
   await eventually("left", isEntered, (entered) => !entered);
   await visit.page.evaluate(() => document.getElementById("a").scrollIntoView({ block: "center" }));
   assert.deepEqual(await drag(0, 100), { turns: false, scrolls: true });
-  await visit.picture("embed-2-outside"); // after a screenshot the next finger is not always felt
+  await visit.picture("embed-2-outside"); // the next finger may get lost after a screenshot
   await eventually("entered", async () => {
     await visit.tap(await middle());
     return isEntered();
@@ -345,7 +347,7 @@ test("strangers get no details of what a token guards", async () => {
   const token = makeToken(keys, "--models", "*", "--detail", "regions");
   const guarded = await Server.start(folder, { more: ["--tokens", keys] });
   const open = server;
-  server = guarded; // the host's page is about this one
+  server = guarded; // the host's page embeds from this server
   try {
     const visit = await openHost('<kdstream-viewer id="a" model="pebble"></kdstream-viewer>');
     const frame = await eventually("a frame of the server", () => visit.page.frames().find((each) => each.url().startsWith(guarded.url)));

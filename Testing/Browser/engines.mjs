@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The walk and the tools in engines other than Chromium: what is tested at length there is here tried once. A visit is a PageVisit
-// that has `home`, the address of the list, and drag, wheel and press besides (firefox.mjs, webkit.mjs).
+// The walk and the tools in engines other than Chromium: a short try of what is tested thoroughly in Chromium. A visit
+// is a PageVisit that also has `home`, the address of the list, and drag, wheel and press (firefox.mjs, webkit.mjs).
 
 import assert from "node:assert/strict";
 import { difference } from "./pixels.mjs";
@@ -22,7 +22,7 @@ export async function turnPanel(visit) {
   await visit.untilIdle();
 }
 
-// The list, a model, the wheel to the original, a double click for a region, and back.
+// The list, a model, turning the wheel until the original is shown, a double click for a region, and back.
 export async function walk(name, visit) {
   await visit.open(visit.home);
   const { model } = await visit.untilIdle();
@@ -63,7 +63,7 @@ export async function walk(name, visit) {
   await visit.assertClean(visit.home);
 }
 
-// Sides, a distance, a section, light.
+// The tools: views from the sides, a distance, a section, light.
 export async function useTools(name, visit) {
   await openPebble(visit);
   const middle = await visit.centre();

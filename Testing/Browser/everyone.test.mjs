@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The page for everyone: only by keyboard, for screen readers (axe-core finds nothing), in other languages and from right to
-// left, at usual screen sizes, with the contrast and the reduced motion that a system asks for.
+// The page for everyone: with only the keyboard; for screen readers (axe-core finds nothing); in other languages, and
+// from right to left; at usual screen sizes; and with the contrast and the reduced motion that a system asks for.
 
 import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";
@@ -17,7 +17,7 @@ let server, browser;
 
 before(async () => {
   const models = makeModels({ dragon: false });
-  const mesh = join(temporaryFolder(), "fine.ply"); // so fine that the first view does not show its original
+  const mesh = join(temporaryFolder(), "fine.ply"); // so fine that the first view is not the original
   writePebble(mesh, 320, 160);
   buildStore(mesh, join(models, "pebble.kds"), "--title", "A pebble", "--vertices-per-partition", "1000");
   runProgram("kdstream-store", "edit", join(models, "pebble.kds"), "--quiet", "--credit", "Somebody", "--license", "https://example.org/",
@@ -36,10 +36,10 @@ after(async () => {
 
 const fullScreen = (visit) => visit.until("full screen", ({ mode, idle }) => mode === "full screen" && idle);
 
-// What is said below the picture: how to see the original, or that it is shown.
+// Whether the text below the picture says how to see the original ("hint") or what is shown ("status").
 const footOf = async ({ page }) => (await page.locator("#hint").textContent() ? "hint" : "status");
 
-// What axe-core finds wrong where the page stands, in words.
+// What axe-core finds wrong in the page's present state, as text.
 async function findings({ page }, least = 15) {
   await page.evaluate(`${axe};0`);
   const { violations, passes } = await page.evaluate(() => window.axe.run(document,
@@ -235,7 +235,7 @@ test("all of it by keyboard", async () => {
     return visit.around(await visit.centre(), 500);
   };
   let last = await seen();
-  // With its outline, which stays in its place where it is turned.
+  // A part of the picture that includes the model's outline, which does not move when the model turns.
   const { x, y } = await visit.centre();
   const here = await visit.around({ x, y }, 560);
   await page.keyboard.press("Shift+ArrowRight");
@@ -346,7 +346,7 @@ test("in the browser's language, or the address's", async () => {
   assert.ok(!english.requests.some((url) => url.includes("/words/")), "English is there already");
   await english.close();
 
-  // A language without a translation, one whose file does not come, and an invalid code.
+  // A language without a translation, one whose file does not arrive, and an invalid code.
   for (const [query, block] of [["?lang=de", true], ["?lang=xx", false], ["?lang=../../evil", false]]) {
     const other = await Visit.phone(browser);
     if (block) {
@@ -475,7 +475,7 @@ test("no hint at the original where it is shown", async () => {
   await visit.close();
 });
 
-// Whether two boxes share room.
+// Whether two boxes overlap.
 const overlap = (a, b) => a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height;
 
 for (const [width, height] of [[390, 844], [844, 390], [320, 568], [1280, 800], [600, 1000], [412, 500], [915, 200]]) {
@@ -524,7 +524,7 @@ test("a notch: nothing lies under it", async () => {
   await visit.open(server.url);
   await visit.untilIdle();
   if (await page.evaluate(() => getComputedStyle(document.documentElement).getPropertyValue("--left").trim()) !== "47px") {
-    // The test's browser has none, and cannot pretend to.
+    // The test's browser has no such margins, and cannot simulate them.
     await page.evaluate(() => {
       for (const [side, points] of Object.entries({ top: 20, left: 47, right: 47, bottom: 21 })) {
         document.documentElement.style.setProperty(`--${side}`, `${points}px`);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What kdstream-store export writes, served by nginx, which knows nothing of models: the same page, the same surface.
+// The output of kdstream-store export, served by nginx, which knows nothing about models: the same page, the same
+// surface.
 
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
@@ -11,13 +12,13 @@ import { after, before, test } from "node:test";
 import validator from "gltf-validator";
 import { Server, Visit, eventually, launchBrowser, longest, makeModels, runProgram, temporaryFolder } from "./harness.mjs";
 
-// nginx over a folder, with what the export says of it.
+// nginx serving a folder, with the configuration that the export has written.
 class FileHost {
   #process;
   url;
 
   static async start(root) {
-    const probe = createServer().listen(0, "127.0.0.1"); // nginx cannot tell which port it was given
+    const probe = createServer().listen(0, "127.0.0.1"); // finds a free port, because nginx cannot report its own
     await once(probe, "listening");
     const { port } = probe.address();
     probe.close();
@@ -30,7 +31,7 @@ class FileHost {
       http { include /etc/nginx/mime.types; access_log ${work}/access.log; ${temporary.join(" ")}
         server { listen 127.0.0.1:${port}; root ${root}; include ${root}/kdstream.nginx.conf; } }`);
     for (const folder of [work, root]) {
-      chmodSync(folder, 0o755); // where nginx's workers are somebody else
+      chmodSync(folder, 0o755); // nginx's workers may run as another user
     }
     const host = new FileHost();
     host.#process = spawn(process.env.KDSTREAM_NGINX ?? "nginx", ["-e", join(work, "error.log"), "-c", join(work, "nginx.conf")], { stdio: "inherit" });
@@ -71,7 +72,7 @@ after(async () => {
   await server?.stop();
 });
 
-// Opens the first model, taps a region, and returns what is shown then.
+// Opens the first model, taps a region, and returns what is shown afterwards.
 async function walk(url) {
   const visit = await Visit.phone(browser);
   await visit.open(url);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The second browser: Debian's Firefox, by Puppeteer and WebDriver BiDi, on an X server of its own, where it has WebGL 2 by
-// llvmpipe; without a screen (headless) it has none.
+// The second browser: Debian's Firefox, driven by Puppeteer and WebDriver BiDi. It runs on an X server of its own,
+// where it has WebGL 2 by llvmpipe; without a screen (headless) it has no WebGL 2.
 
 import assert from "node:assert/strict";
 import puppeteer from "puppeteer-core";
@@ -8,14 +8,14 @@ import { temporaryFolder } from "./harness.mjs";
 import { startScreen, stopScreen } from "./screen.mjs";
 import { PageVisit, longest, rememberMessages } from "./visit.mjs";
 
-const screen = { width: 1280, height: 960 }; // a window's frame and bars included
+const screen = { width: 1280, height: 960 }; // including a window's frame and bars
 const desktop = { width: 1100, height: 760 };
 
-// Firefox, and the screen that it is on.
+// Firefox and its screen.
 export class Firefox {
   #browser;
   #screen;
-  downloads = temporaryFolder(); // where what is saved goes
+  downloads = temporaryFolder(); // for files that it saves
 
   static async start() {
     const firefox = new Firefox();
@@ -28,7 +28,7 @@ export class Firefox {
       args: [`--width=${screen.width}`, `--height=${screen.height}`],
       env: { ...process.env, DISPLAY: firefox.#screen.display, MOZ_ENABLE_WAYLAND: "0", LIBGL_ALWAYS_SOFTWARE: "1" },
       extraPrefsFirefox: {
-        "ui.prefersReducedMotion": 1, // nothing moves by itself, so that the same gestures give the same picture
+        "ui.prefersReducedMotion": 1, // nothing moves by itself: the same gestures give the same picture
         "browser.download.folderList": 2,
         "browser.download.dir": firefox.downloads,
         "browser.download.always_ask_before_handling_new_types": false,
@@ -43,7 +43,7 @@ export class Firefox {
     await stopScreen(this.#screen);
   }
 
-  // A page with storage of its own. home: the list's address.
+  // Opens a page with a storage of its own. home: the list's address.
   async visit(home) {
     const context = await this.#browser.createBrowserContext();
     const visit = await FirefoxVisit.make(await context.newPage());
@@ -63,7 +63,7 @@ class FirefoxVisit extends PageVisit {
     page.on("console", (message) => message.type() === "error" && visit.errors.push(message.text()));
     page.on("pageerror", (error) => visit.errors.push(String(error)));
     await page.evaluateOnNewDocument(rememberMessages);
-    await page.bringToFront(); // else it draws once a second
+    await page.bringToFront(); // otherwise it draws only once a second
     return visit;
   }
 
@@ -71,7 +71,7 @@ class FirefoxVisit extends PageVisit {
     await this.page.browserContext().close();
   }
 
-  // The button of that name, among those that are seen.
+  // Presses the visible button with this name.
   async press(name) {
     await this.showTool(name);
     const button = await this.page.evaluateHandle((wanted) => [...document.querySelectorAll("button")].find(
@@ -80,7 +80,7 @@ class FirefoxVisit extends PageVisit {
     await button.asElement().click();
   }
 
-  // One turn of the wheel over a place: towards the model, or away from it.
+  // Turns the wheel by one step at a place: towards the model, or away from it.
   async wheel({ x, y }, deltaY) {
     await this.page.mouse.move(x, y);
     await this.page.mouse.wheel({ deltaY });

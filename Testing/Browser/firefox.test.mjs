@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The walk and the tools in a second engine: Firefox; and links, what is saved, and what is kept.
+// The walk and the tools in a second engine, Firefox; also links, saved files, and stored data.
 
 import assert from "node:assert/strict";
 import { existsSync, readFileSync } from "node:fs";
@@ -34,7 +34,7 @@ test("sides, a distance, a section, light", async () => {
   await visit.close();
 });
 
-// Where the focus is, and the frame around it.
+// The element that has the focus, and the frame around it.
 const focus = ({ page }) => page.evaluate(() => [document.activeElement.id, getComputedStyle(document.activeElement).outlineStyle]);
 
 async function tab({ page }, way) {
@@ -64,7 +64,7 @@ test("a link shows the same", async () => {
   await theirs.picture("firefox-8-link");
   assert.ok(difference(seen, await theirs.around(middle, 380)) < 0.01, "the same picture");
 
-  // Another link in the same tab: the focus goes to the picture, without a frame until somebody goes by keyboard.
+  // Another link in the same tab: the focus goes to the picture, which shows no frame until the keyboard is used.
   await theirs.open(server.url);
   await theirs.untilIdle();
   await theirs.page.evaluate(() => {

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What all browser tests share: the programs under test as processes, Chromium as a phone or a desktop, and fingers. visit.mjs
-// has the page's state and waiting for it.
+// Shared by all browser tests: the programs under test as processes, Chromium as a phone or a desktop, and fingers.
+// visit.mjs reads the page's state and waits for it.
 //
-// The environment gives the places of all files; ctest sets it:
+// The environment says where all files are; ctest sets it:
 //   KDSTREAM_PROGRAMS  folder of kdstream-build and kdstream-serve
 //   KDSTREAM_PAGE      folder of the page
 //   KDSTREAM_DRAGON    dragon.ply
-//   KDSTREAM_PICTURES  folder that gets a screenshot of each stage
+//   KDSTREAM_PICTURES  folder for a screenshot of each stage
 //   KDSTREAM_CHROMIUM  the browser (/usr/bin/chromium)
-//   KDSTREAM_FIREFOX   the other one, for its own test (/usr/bin/firefox-esr)
+//   KDSTREAM_FIREFOX   the second browser, for its own test (/usr/bin/firefox-esr)
 //   KDSTREAM_WEBKIT    WebKit's MiniBrowser, for its own test
-//   KDSTREAM_NGINX     nginx, for the test of what is exported (nginx)
-//   KDSTREAM_LONGEST_WAIT  seconds until a wait is given up (180)
+//   KDSTREAM_NGINX     nginx, for the test of exports (nginx)
+//   KDSTREAM_LONGEST_WAIT  seconds until the test gives up waiting (180)
 
 import assert from "node:assert/strict";
 import { spawn, spawnSync } from "node:child_process";
@@ -28,22 +28,22 @@ export { longest } from "./visit.mjs";
 
 process.setMaxListeners(100); // one for each folder and server
 
-// A run that is ended from outside tidies up, too.
+// A run that is ended from outside removes its files and ends its processes, too.
 for (const signal of ["SIGINT", "SIGTERM"]) {
   process.on(signal, () => process.exit(1));
 }
 
 // ---- models
 
-// A folder that is gone when the process ends.
+// A folder that is removed when the process ends.
 export function temporaryFolder() {
   const folder = mkdtempSync(join(tmpdir(), "kdstream-browser-"));
   process.on("exit", () => rmSync(folder, { recursive: true, force: true }));
   return folder;
 }
 
-// A sphere with bumps, of `around` times `across` quads and a height of 2 `size`. It is closed, so that there is a surface in the
-// middle of every picture.
+// Writes a sphere with bumps, of `around` times `across` quads and a height of 2 `size`. It is closed, so that every
+// picture shows a surface in its middle.
 export function writePebble(file, around = 96, across = 48, size = 1) {
   const vertices = [`0 0 ${size}`];
   for (let j = 1; j < across; ++j) {
@@ -88,8 +88,9 @@ export function buildStore(mesh, store, ...options) {
   runProgram("kdstream-build", mesh, "-o", store, "--quiet", ...options);
 }
 
-// A folder of stores: pebble.kds, dragon.kds or a small shell.kds, and, where asked for, a coloured vase.kds. The dragon has 65,591
-// triangles, as level 15 of the scan, because the processor draws it; `whole`: it has all 871,414.
+// Makes a folder of stores: pebble.kds; dragon.kds or a small shell.kds; and, if requested, a coloured vase.kds. The
+// dragon has 65,591 triangles, like level 15 of the scan, because the processor draws it; with `whole` it has all
+// 871,414.
 export function makeModels({ dragon = true, whole = false, vase = false } = {}) {
   const folder = temporaryFolder();
   const meshes = temporaryFolder();
@@ -120,7 +121,7 @@ export function makeModels({ dragon = true, whole = false, vase = false } = {}) 
 
 // ---- the server
 
-// What kdstream-serve prints for these options; ann's, where they do not say whose.
+// The token that kdstream-serve prints for these options; the subject is ann unless the options name one.
 export function makeToken(keys, ...options) {
   const whose = options.includes("--sub") ? [] : ["--sub", "ann"];
   const { status, stdout, stderr } = spawnSync(program("kdstream-serve"), ["token", "--tokens", keys, ...whose, ...options],
@@ -134,7 +135,7 @@ export class Server {
   url;
   port;
 
-  // A running kdstream-serve. port 0: any that is free; more: further options.
+  // Starts kdstream-serve. port 0: any free port; more: further options.
   static async start(models, { port = 0, web = place("KDSTREAM_PAGE"), more = [] } = {}) {
     const server = new Server();
     server.#process = spawn(program("kdstream-serve"), [models, "--port", String(port), "--web", web, ...more],
@@ -148,7 +149,7 @@ export class Server {
     return server;
   }
 
-  // Ends as an administrator would end it.
+  // Ends the server as an administrator would.
   async stop() {
     if (this.#process.exitCode === null) {
       const ended = once(this.#process, "exit");
@@ -162,7 +163,7 @@ export class Server {
     this.#process.kill("SIGHUP");
   }
 
-  // Waits until the server has read that a model is no longer there.
+  // Waits until the server has noticed that the model was removed.
   async untilGone(model) {
     const end = Date.now() + longest;
     for (let there = true; there;) {
@@ -177,7 +178,7 @@ export class Server {
 
 export const pause = (milliseconds) => new Promise((resolve) => setTimeout(resolve, milliseconds));
 
-// Asks again and again until the answer is good; gives it.
+// Asks repeatedly until the answer is good, and returns it.
 export async function eventually(what, ask, good = Boolean) {
   for (const end = Date.now() + longest; ; await pause(50)) {
     const answer = await ask();
@@ -192,8 +193,8 @@ export async function eventually(what, ask, good = Boolean) {
 
 export const portrait = { width: 412, height: 915 };
 export const landscape = { width: 915, height: 412 };
-// In tests the processor draws, four fifths of their time where a point has one pixel. Where a test is not about pixels, two points
-// have one; where it is, a screen is as sharp as that of many phones.
+// In tests the processor draws; with one pixel for each point, this takes four fifths of the tests' time. So a test
+// that is not about pixels has one pixel for two points. A test that is has a screen as sharp as that of many phones.
 export const coarseScreen = { deviceScaleFactor: 0.5 };
 export const sharpScreen = { deviceScaleFactor: 2 };
 
@@ -205,8 +206,8 @@ export function launchBrowser(...options) {
   });
 }
 
-// Starts a server of the folder that `make` returns, and a browser, before a file's tests, which get them by `take`; ends both
-// after them.
+// Before the tests of a file, starts a server of the folder that `make` returns, and a browser, and passes both to
+// `take`. Ends both after the tests.
 export function startForTests(make, take) {
   let server, browser;
   before(async () => {
@@ -253,7 +254,7 @@ export class Visit extends PageVisit {
     await this.page.context().close();
   }
 
-  // Sets what the menu sets, wherever the page is, as soon as it works.
+  // Sets the detail as the menu would, in any state of the page, as soon as the page works.
   async presetDetail(detail) {
     await this.page.locator("#models [data-model]").first().waitFor({ state: "attached" });
     await this.page.evaluate((value) => {
@@ -263,7 +264,7 @@ export class Visit extends PageVisit {
     }, detail);
   }
 
-  // Uses the menu: 0 refines by the view, 1 shows one level for the whole model.
+  // Uses the menu: 0 refines by the view; 1 shows one level for the whole model.
   async setDetail(detail) {
     await this.page.locator("#menu-button").click();
     await this.page.locator(`[name=detail][value="${detail}"]`).check({ force: true });
@@ -272,8 +273,8 @@ export class Visit extends PageVisit {
 
   // ---- fingers; places in points of the window
 
-  // One frame of touches at `seconds` after the one before, whatever the real time: whether two taps are a double tap must not
-  // depend on how busy the machine is.
+  // Sends one frame of touches, `seconds` after the previous one, whatever the real time is: whether two taps are a
+  // double tap must not depend on how busy the machine is.
   async #touch(type, touchPoints, seconds) {
     this.#clock = Math.max(this.#clock + seconds, this.#clock ? 0 : Date.now() / 1000);
     await this.#session.send("Input.dispatchTouchEvent", { type, touchPoints, timestamp: this.#clock });
@@ -293,12 +294,13 @@ export class Visit extends PageVisit {
     await this.#tapOnce(point, 0.1);
   }
 
-  // One finger from `from` by (dx, dy).
+  // Drags one finger from `from` by (dx, dy).
   async drag(from, dx, dy, steps = 3) {
     await this.#fingers(steps, (part) => [{ x: from.x + part * dx, y: from.y + part * dy, id: 1 }]);
   }
 
-  // The same in the time that it takes, by which a browser scrolls; it stands still before it is lifted, and throws nothing.
+  // Does the same in real time, which a browser needs for scrolling. The finger stands still before it is lifted, so
+  // nothing moves on.
   async dragSlowly(from, dx, dy, steps = 10) {
     const send = (type, part) => this.#session.send("Input.dispatchTouchEvent",
       { type, touchPoints: type === "touchEnd" ? [] : [{ x: from.x + part * dx, y: from.y + part * dy, id: 1 }] });
@@ -312,7 +314,7 @@ export class Visit extends PageVisit {
     this.#clock = Math.max(this.#clock, Date.now() / 1000);
   }
 
-  // The mouse, from `from` by (dx, dy) and let go, in the time of eight frames, whatever the real time.
+  // Drags the mouse from `from` by (dx, dy) and releases it, in the time of eight frames, whatever the real time is.
   async throwMouse(from, dx, dy, steps = 8) {
     const send = async (type, part, buttons) => {
       this.#clock = Math.max(this.#clock + 0.016, this.#clock ? 0 : Date.now() / 1000);
@@ -326,13 +328,13 @@ export class Visit extends PageVisit {
     await send("mouseReleased", 1, 0);
   }
 
-  // Two fingers beside `middle`, moved by (dx, dy) together.
+  // Puts two fingers beside `middle`, and moves them together by (dx, dy).
   async dragTwo(middle, dx, dy, steps = 2) {
     await this.#fingers(steps, (part) => [-40, 40].map((side, id) => (
       { x: middle.x + side + part * dx, y: middle.y + part * dy, id: id + 1 })));
   }
 
-  // Two fingers around `middle`, their gap from `from` to `to` points.
+  // Puts two fingers around `middle`, and changes their distance from `from` to `to` points.
   async pinch(middle, from, to, steps = 2) {
     await this.#fingers(steps, (part) => [-0.5, 0.5].map((side, id) => (
       { x: middle.x + side * (from + part * (to - from)), y: middle.y, id: id + 1 })));

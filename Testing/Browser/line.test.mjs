@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The line to the server: it fails and comes back; there is no stream; there are only files.
+// The connection to the server: it fails and comes back; there is no stream; there are only files.
 
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
@@ -39,11 +39,11 @@ test("the server goes away and comes back: the page says so and goes on by itsel
   assert.equal(lost.shownLevel !== null && lost.triangles > 0, true, "what is there stays");
   await visit.picture("line-1-lost");
 
-  // What needs no server works meanwhile.
+  // Actions that need no server work meanwhile.
   const frames = lost.frames;
   await visit.drag(await visit.centre(), 40, 0);
   await visit.until("it turns", (status) => status.frames > frames);
-  // What needs one is remembered.
+  // An action that needs the server is remembered.
   await visit.doubleTap(await visit.centre());
 
   server = await Server.start(models, { port });
@@ -59,7 +59,7 @@ test("the server goes away and comes back: the page says so and goes on by itsel
   await visit.close();
 });
 
-// The region around a double tap in the middle, and how it came.
+// Gets the region around a double tap in the middle. Returns it, and the connection by which it came.
 async function regionBy(url) {
   const visit = await Visit.phone(browser);
   await openFullScreen(visit, url);
@@ -115,8 +115,9 @@ test("without a stream too, a server that goes away is taken up again by the pag
   await visit.until("getting", ({ connection }) => connection === "getting");
   const { port } = server;
   await server.stop();
-  await visit.page.evaluate(() => (window.skipped += 300_000)); // it asks for a stream again, and finds nobody
-  await visit.untilSaid(/server (cannot be reached|does not answer)/); // the second where it still fetched
+  // It tries to open a stream again, and no server answers.
+  await visit.page.evaluate(() => (window.skipped += 300_000));
+  await visit.untilSaid(/server (cannot be reached|does not answer)/); // the second message if it was still fetching
   server = await Server.start(models, { port });
   await visit.untilQuiet();
   await visit.doubleTap(await visit.centre());

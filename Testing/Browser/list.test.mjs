@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The list of models: pictures, sorted titles, search, texts of the site and of its models; and texts by strangers.
+// The list of models: pictures, sorted titles, search, texts of the site and of its models, and texts written by
+// strangers.
 
 import assert from "node:assert/strict";
 import { cpSync } from "node:fs";
@@ -39,7 +40,7 @@ const pictures = (visit) => visit.page.evaluate(() => Object.fromEntries([...doc
 const untilPictures = (visit, count) => eventually(`${count} pictures`, () => pictures(visit),
   (all) => Object.values(all).filter((src) => src.startsWith("data:image/")).length === count);
 
-// How often a preview's blob came, over either way.
+// The requests for previews, over either connection.
 const previewsGot = (visit) => visit.requests.filter((url) => /\/levels\/\d+\/1$/.test(url));
 
 test("each model has a picture, which is made once, and of what is fetched once", () => withServer(models, async (visit, server) => {
@@ -74,7 +75,7 @@ test("each model has a picture, which is made once, and of what is fetched once"
   assert.deepEqual(await untilPictures(visit, 2), all, "the same pictures");
   assert.deepEqual(previewsGot(visit), [], "of what was kept");
   for (let i = 0; i < 8; ++i) {
-    visit.requests.push(server.url); // assertClean wants to see some
+    visit.requests.push(server.url); // assertClean expects some requests
   }
 }));
 
@@ -96,7 +97,7 @@ test("two tabs make their pictures beside each other", () => withServer(models, 
   const page = await visit.page.context().newPage();
   const other = { page };
   await Promise.all([visit.open(server.url), page.goto(server.url)]);
-  await untilPictures(visit, 2); // a tab behind another one waits
+  await untilPictures(visit, 2); // a tab in the background waits
   await page.bringToFront();
   await untilPictures(other, 2);
   assert.deepEqual(await pictures(other), await pictures(visit));
@@ -108,7 +109,7 @@ test("who saves data gets no pictures that are not kept", () => withServer(model
   await thrifty.open(server.url);
   await thrifty.untilIdle();
   await visit.open(server.url);
-  await untilPictures(visit, 2); // which began later
+  await untilPictures(visit, 2); // this page was opened later
   assert.deepEqual(await pictures(thrifty), { pebble: "", shell: "" });
   await thrifty.close();
 }));
@@ -132,7 +133,7 @@ test("what the site says of itself, titles in order, and a mark of what is kept"
     await visit.choose("pebble");
     await visit.page.locator("#open").click();
     await visit.until("full screen", ({ mode, idle }) => mode === "full screen" && idle);
-    await pause(800); // until it is kept
+    await pause(800); // until it is stored
     await visit.back();
     await eventually("a mark", () => visit.page.locator("[data-model=pebble] .kept").isVisible());
     assert.equal(await visit.page.locator("[data-model=pebble] .kept").textContent(), "available offline");
@@ -169,13 +170,13 @@ test("many models are searched by title and description", () => {
     await search.fill("");
     assert.equal((await namesShown(visit)).length, 13);
     assert.equal(await page.locator("#empty").isVisible(), false);
-    // Only what is seen is fetched, and one picture serves all of the same digest.
+    // Only pictures that are visible are fetched, and one picture serves all models with the same digest.
     await eventually("pictures", () => pictures(visit), (all) => Object.values(all).filter(Boolean).length > 2);
     assert.ok(previewsGot(visit).length <= 1, `${previewsGot(visit)}`);
   });
 });
 
-// Another choice of what is chosen would open it.
+// Chooses the model, unless it is chosen already: choosing it again would open it.
 async function choose(visit, model) {
   if ((await visit.status()).model !== model) {
     await visit.choose(model);
@@ -336,7 +337,7 @@ test("a list with a title of 10,000 characters is reported, and the models there
   await visit.untilSaid(/^The list of models cannot be loaded: .*title.* Trying again …$/);
   assert.deepEqual(await namesShown(visit), ["A pebble", "A shell"]);
   await visit.page.unroute("**/api/models.json");
-  // At once, unless it has tried again by itself in the meantime.
+  // Retries at once, unless the page has already tried again by itself.
   await visit.page.evaluate(() => document.querySelector("#message-action").click());
   await visit.untilQuiet();
 }));

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The page's memory on a phone: never more than its budget, whatever the view; and what a phone does to a page to get memory
-// back, or in its sleep: the view continues.
+// The page's memory on a phone is never more than its budget, whatever the view. A phone may take memory from a page,
+// or put it to sleep: the view continues afterwards.
 //
-// Small by default: a relief of 400,000 triangles, with a budget of 32 MB. KDSTREAM_BIG_STORE names a folder with a store
-// big.kds, which is used instead, with the budget of phones.
+// The test is small by default: a relief of 400,000 triangles, with a budget of 32 MB. If KDSTREAM_BIG_STORE names a
+// folder with a store big.kds, that store is used instead, with the budget of phones.
 
 import assert from "node:assert/strict";
 import { join } from "node:path";
@@ -40,7 +40,7 @@ afterEach(async () => {
   await server.stop();
 });
 
-// The same numbers between 0 and 1 in each run.
+// Random numbers between 0 and 1 that are the same in each run.
 function seeded(seed) {
   let state = seed;
   return () => (state = (state * 1103515245 + 12345) % 2 ** 31) / 2 ** 31;
@@ -76,13 +76,13 @@ async function memory() {
   return taken;
 }
 
-// Zooms and taps; every third does not wait for what came before.
+// Zooms and taps. Every third time it does not wait for the previous step.
 async function viewManyTimes(url, model, megabytes, views) {
   await openFullScreen(url, model);
   const random = seeded(1);
   const heaps = [];
   let most = 0;
-  let cut = 0; // steps at which the budget leaves much coarser than the finest
+  let cut = 0; // steps at which the budget forces a much coarser view
   for (let step = 0; step < views; ++step) {
     await lookAround(random);
     if (step % 3) {
@@ -98,7 +98,7 @@ async function viewManyTimes(url, model, megabytes, views) {
   const { error, triangles } = await visit.untilIdle();
   assert.equal(error, "");
   assert.ok(triangles > 10_000, "and there is something to see");
-  // What arrives meanwhile depends on the machine's speed.
+  // How much arrives in the meantime depends on the machine's speed.
   assert.ok(heaps.at(-1) <= 1.1 * heaps[views / 2], `the heap is flat: ${heaps[views / 2]} bytes, then ${heaps.at(-1)}`);
   return { most, cut };
 }
@@ -141,7 +141,7 @@ test("a context that is lost while one zooms, again and again", async () => {
     await visit.page.evaluate(() => window.losing.loseContext());
     await visit.untilSaid(/^The device has stopped the 3D drawing\./);
     assert.equal((await visit.status()).memory.graphics, 0);
-    await visit.pinch(centre, 60, 90); // is heeded all the same
+    await visit.pinch(centre, 60, 90); // is nevertheless taken into account
     const { frames } = await visit.status();
     await visit.page.evaluate(() => window.losing.restoreContext());
     await visit.until("a picture again", (status) => status.frames > frames && status.idle);
@@ -155,7 +155,7 @@ test("a context that is lost while one zooms, again and again", async () => {
   await assertRightPicture();
 });
 
-// What is seen is what a page shows that opens the same view anew.
+// Checks that the picture is the same as that of a new page with the same view.
 async function assertRightPicture() {
   await visit.untilIdle();
   const link = await linkToView();
@@ -182,7 +182,7 @@ async function linkToView() {
   return new URL(link).hash;
 }
 
-// Does what a browser does with a hidden tab: sends the event, and requests no frame.
+// Does what a browser does to a hidden tab: sends the event, and runs no frames.
 async function hide(hidden) {
   await visit.page.evaluate(async (hides) => {
     Object.defineProperty(document, "hidden", { configurable: true, get: () => hides });
@@ -190,7 +190,7 @@ async function hide(hidden) {
       window.askForFrame = window.requestAnimationFrame;
       window.framesPutOff = [];
       window.requestAnimationFrame = (draw) => window.framesPutOff.push(draw);
-      await new Promise((drawn) => window.askForFrame(drawn)); // the one that had been asked for
+      await new Promise((drawn) => window.askForFrame(drawn)); // wait for the frame that was requested before
     } else {
       window.requestAnimationFrame = window.askForFrame;
       window.framesPutOff.forEach((draw) => requestAnimationFrame(draw));
@@ -199,7 +199,7 @@ async function hide(hidden) {
   }, hidden);
 }
 
-// What Visit waits for needs frames, which a hidden page has none of.
+// Waits without frames, because a hidden page has none. (The functions of Visit need frames.)
 async function untilUnseen(what, condition) {
   return eventually(what, () => visit.status(), condition);
 }
@@ -253,7 +253,7 @@ test("a phone that sleeps, and whose connection is cut meanwhile", async () => {
   await assertRightPicture();
 });
 
-// An hour of use in short: one model after the other, from the list and back to it.
+// An hour of use, shortened: one model after the other, from the list and back to it.
 test("the memory of long use is flat", async (t) => {
   await visit.open(`${server.url}/?memory=${small}`);
   await visit.untilIdle();
@@ -280,7 +280,8 @@ test("the memory of long use is flat", async (t) => {
     }
   }
   const grown = (key) => last[key] / first[key];
-  // The heap grows in steps of a tenth and never shrinks: one step may come late, with what happens to be alive at once.
+  // The heap grows in steps of a tenth and never shrinks. One step may come late, depending on what is in use at the
+  // moment.
   assert.ok(grown("heap") <= 1.15, `the heap has grown by the factor ${grown("heap")}`);
   assert.ok(grown("used") <= 1.02, `what is used of it, by ${grown("used")}`);
   assert.ok(grown("scripts") <= 1.2, `what scripts hold, by ${grown("scripts")}`);
@@ -309,7 +310,7 @@ test("what a lost context had goes with it", async () => {
   assert.equal(made.filter((each) => each.deref()).length, 4, "they are kept while they may be used");
   forgetObjects(context);
   useContext(context);
-  await pause(0); // a WeakRef that was asked lasts as long as its turn
+  await pause(0); // a WeakRef that was read stays alive until its turn of the event loop ends
   collectGarbage();
   assert.equal(made.filter((each) => each.deref()).length, 0);
   assert.notEqual(glGetUniformLocation(glCreateProgram(), 32), place, "no number means two things");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// New vertices morph to their places on a desktop. It waits for a quick machine, so it is one of the slow tests.
+// New vertices morph to their places on a desktop. The test waits for a fast machine, so it is one of the slow tests.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -12,11 +12,11 @@ startForTests(makeModels, async (started) => {
   ({ server, browser } = started);
 });
 
-// A slow machine may have drawn too few pictures while the list was drawn; then nothing morphs for a while (GeomorphClock::rest),
-// in seconds.
+// A slow machine may have drawn too few frames while the list was shown. Then nothing morphs for this time
+// (GeomorphClock::rest), in seconds.
 const geomorphRest = 10.5;
 
-// New vertices morph to their places, and arrive; not where a person wants nothing to move by itself.
+// New vertices morph to their places, and get there; but not if the user prefers reduced motion.
 test("new vertices morph", async () => {
   const geomorphsSeen = async (reducedMotion) => {
     const visit = await Visit.desktop(browser, { reducedMotion, viewport: { width: 640, height: 400 } });

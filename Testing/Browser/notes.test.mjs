@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Notes on a model: a visitor steps through them, an author writes some, and they are served from beside the store.
+// Notes on a model: a visitor steps through them, an author writes some, and the server reads them from a file beside
+// the store.
 
 import assert from "node:assert/strict";
 import { readFileSync, rmSync, writeFileSync } from "node:fs";
@@ -19,7 +20,7 @@ const notesOf = (...notes) => JSON.stringify({
   })),
 });
 
-// Until the list of models has this number of notes.
+// Waits until the list of models reports this number of notes.
 const untilListed = (number, model = "pebble") => eventually(`${number} notes on ${model}`, async () => {
   const list = await (await fetch(`${server.url}/api/models.json`)).json();
   return list.models.find(({ id }) => id === model).notes ?? 0;
@@ -141,7 +142,7 @@ test("a note's number stands on the object, hidden behind it, and opens it", asy
   assert.ok(Math.hypot(box.x + box.width / 2 - middle.x, box.y + box.height / 2 - middle.y) < 3, "where its view looks");
   await visit.picture("notes-3-marks");
   await press(visit, "Close");
-  await visit.drag({ x: middle.x - 180, y: middle.y + 120 }, 360, 0, 12); // half around
+  await visit.drag({ x: middle.x - 180, y: middle.y + 120 }, 360, 0, 12); // half a turn
   await visit.untilIdle();
   await eventually("behind it", () => mark.isVisible(), (seen) => !seen);
   await visit.drag({ x: middle.x + 180, y: middle.y + 120 }, -340, 0, 12);
@@ -182,7 +183,7 @@ test("a tour plays by itself, until somebody takes over", async () => {
   const visit = await Visit.phone(browser);
   const { page } = visit;
   await page.addInitScript(() => {
-    const wait = window.setTimeout; // a note stays for seconds
+    const wait = window.setTimeout; // each note is shown for seconds
     window.setTimeout = (act, time, ...more) => wait(act, time > 3999 && time < 31000 ? 400 : time, ...more);
   });
   await openPebble(visit);
@@ -267,7 +268,7 @@ test("notes that are not saved are not lost without a question", async () => {
       return dialog.dismiss();
     };
     visit.page.on("dialog", answer);
-    await visit.page.goto("about:blank").catch(() => {}); // is called off where the answer is no
+    await visit.page.goto("about:blank").catch(() => {}); // is cancelled if the answer is no
     visit.page.off("dialog", answer);
     return asked;
   };
@@ -288,7 +289,7 @@ test("notes that were seen are there without the server", async () => {
   await visit.page.locator("#notes-open").waitFor();
   await eventually("the worker", () => visit.page.evaluate(
     async () => (await navigator.serviceWorker.getRegistration())?.active?.state === "activated"));
-  await pause(1000); // until what came last is kept
+  await pause(1000); // until the last data is stored
   await other.stop();
   await visit.page.reload();
   await visit.page.locator("#notes-open").click();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Without a network: what was viewed opens again, a model that the user has stored opens with its original, versions of the
-// page's own files never mix; and storage that is denied, full, or cleared does no harm.
+// Without a network: models that were viewed open again, a model that the user has stored opens with its original, and
+// versions of the page's own files never mix. Storage that is denied, full, or cleared does no harm.
 
 import assert from "node:assert/strict";
 import { createHash } from "node:crypto";
@@ -33,10 +33,10 @@ afterEach(async () => {
 const workerIsActive = () => eventually("the service worker", () => visit.page.evaluate(
   async () => (await navigator.serviceWorker.getRegistration())?.active?.state === "activated"));
 
-// The paths of the blobs that are kept, and the reported sum of their bytes beside the true one.
+// The paths of the stored blobs, and the recorded sum of their bytes together with the true one.
 const stored = (page = visit.page) => page.evaluate(() => new Promise((resolve) => {
   const request = indexedDB.open("kdstream", 1);
-  request.onupgradeneeded = () => request.transaction.abort(); // there is none, and making it is not our affair
+  request.onupgradeneeded = () => request.transaction.abort(); // do not create the database here
   request.onerror = () => resolve({ paths: [], entries: 0, sum: 0, bytes: 0 });
   request.onsuccess = () => {
     const transaction = request.result.transaction(["blobs", "entries", "texts"]);
@@ -50,7 +50,7 @@ const stored = (page = visit.page) => page.evaluate(() => new Promise((resolve) 
   };
 }));
 
-// The last blobs are kept.
+// Waits until all blobs that have arrived are stored.
 async function untilStored() {
   let before_ = -1;
   await eventually("what is kept rests", async () => {
@@ -92,7 +92,7 @@ test("it can be installed", async () => {
 
 test("what was seen opens without the server, and the rest says that it is not there", async () => {
   await visit.open(server.url);
-  await visit.untilIdle(); // with the first model, the pebble
+  await visit.untilIdle(); // the first model, the pebble, is opened
   const online = await visit.around(await visit.centre());
   await untilStored();
   await workerIsActive();
@@ -105,12 +105,12 @@ test("what was seen opens without the server, and the rest says that it is not t
   await eventually("a mark in the list", marks, (count) => count >= 1);
   await visit.picture("offline-1-list");
 
-  // Full screen wants more than was seen; a missing blob is not an error.
+  // Full screen needs more than was viewed; a missing blob is not an error.
   await visit.tap(await visit.centre());
   await visit.until("full screen", ({ mode, shownLevel }) => mode === "full screen" && shownLevel !== null);
   await visit.picture("offline-2-full-screen");
 
-  // And back.
+  // The server comes back.
   server = await Server.start(models, { port: server.port });
   await visit.page.locator("#message-action").click();
   await visit.until("the original", ({ idle, original }) => idle && original);
@@ -169,7 +169,7 @@ test("what is kept is not fetched again while the server is there, but what is k
 });
 
 test("it opens in its language without the server, too", async () => {
-  const german = await launchBrowser("--lang=de", "--accept-lang=de-CH,de"); // Playwright's locale is not that of workers
+  const german = await launchBrowser("--lang=de", "--accept-lang=de-CH,de"); // workers do not get Playwright's locale
   const before_ = visit;
   visit = await Visit.phone(german);
   await visit.open(server.url);
@@ -223,7 +223,7 @@ test("a language that the address asks for is there without the server once it w
   assert.equal(await visit.page.getAttribute("#open", "aria-label"), "Ganzer Bildschirm");
 });
 
-// Takes something out of what is kept.
+// Removes entries from the storage.
 const forget = (store, ...keys) => visit.page.evaluate(([name, all]) => new Promise((resolve) => {
   const request = indexedDB.open("kdstream", 1);
   request.onsuccess = () => {
@@ -280,13 +280,13 @@ test("a model that was never seen says so", async () => {
   server = await Server.start(models, { port: server.port });
 });
 
-// "3 of 65 parts, 12 kB".
+// Parses "3 of 65 parts, 12 kB".
 function figuresOf(text) {
   const [, done, all, bytes, unit] = text.match(/(\d+) of (\d+) parts, ([\d.]+)\u00a0([kM])B/);
   return { done: Number(done), all: Number(all), bytes: Number(bytes) * (unit === "M" ? 1000 : 1) };
 }
 
-// Empties the storage, as another tab would.
+// Empties the storage, as another tab would do.
 const emptyStorage = () => visit.page.evaluate(() => new Promise((resolve) => {
   const request = indexedDB.open("kdstream", 1);
   request.onsuccess = () => {
@@ -311,7 +311,7 @@ test("what is removed while a model is being kept is reported, and fetched again
     await eventually("progress", said, (text) => /^[1-9]\d* of \d+ parts, /.test(text) && figuresOf(text).bytes > 2);
   };
   await begin();
-  await visit.page.locator("#empty-storage").click(); // in this tab
+  await visit.page.locator("#empty-storage").click(); // empties it in this tab
   await eventually("a pause", said, (text) => text === "Paused: all stored data was removed.");
   assert.equal(await button.textContent(), "Keep offline");
   await pause(500);
@@ -385,7 +385,7 @@ test("keep offline: progress, pause, going on, and the original without the serv
 
 const saveData = () => Object.defineProperty(Navigator.prototype, "connection", { get: () => ({ saveData: true }) });
 
-// All of it, or up to a level, by the options of a page that is open.
+// Stores the whole model, or up to a level, with the options of an open page.
 async function keepOffline(page = visit.page, goal = "original") {
   await page.locator("#menu-button").click();
   await eventually("details to choose from", () => page.locator("#keep-goal option").count(), (count) => count > 1);
@@ -463,7 +463,7 @@ test("what is not kept keeps nothing waiting without the server, and comes once 
   await keepOffline(visit.page, String(finestLevel));
   assert.ok(finestLevel > targetLevel, "there is more to see");
   await server.stop();
-  await visit.doubleTap(await visit.centre()); // wants the original
+  await visit.doubleTap(await visit.centre()); // which needs the original
   for (let pinches = 0; (await visit.status()).shownLevel < finestLevel; ++pinches) {
     assert.ok(pinches < 10, "the finest level is there");
     await visit.pinch(await visit.centre(), 100, 140);
@@ -502,7 +502,7 @@ test("beyond the limit what was used longest ago goes, and what was asked for st
   await visit.open(server.url);
   await visit.untilIdle();
   await untilStored();
-  await visit.page.evaluate(() => new Promise((resolve) => { // pretend that there is much
+  await visit.page.evaluate(() => new Promise((resolve) => { // pretend that much is stored
     const request = indexedDB.open("kdstream", 1);
     request.onsuccess = () => {
       const transaction = request.result.transaction(["blobs", "entries", "texts"], "readwrite");
@@ -531,7 +531,7 @@ for (const [name, harm] of [
     await visit.page.addInitScript(harm);
     await visit.open(server.url);
     await openFullScreen("pebble");
-    await pause(600); // for what has come to be kept
+    await pause(600); // until arrived data would be stored
     await visit.page.locator("#menu-button").click();
     await eventually("why", () => visit.page.locator("#stored").textContent(), (text) => /^Nothing more can be stored: /.test(text));
     await visit.picture(`offline-4-${name}`);
@@ -568,12 +568,13 @@ test("nothing that takes a token is kept", async () => {
   await pause(600);
   await visit.page.locator("#open").click();
   await visit.page.locator("#menu-button").click();
-  await visit.page.locator("#access").waitFor(); // it is there once all options are
+  await visit.page.locator("#access").waitFor(); // it is there when all options are there
   assert.equal(await visit.page.locator("#offline").isVisible(), false);
   assert.equal(await visit.page.evaluate(async () => (await indexedDB.databases()).length), 0);
 });
 
-// A page of another title, and a worker that knows its files; or still those of before.
+// A page with another title, and a worker that knows its files; mixed: the worker still knows those of the earlier
+// page.
 function otherPage({ mixed = false } = {}) {
   const folder = temporaryFolder();
   cpSync(process.env.KDSTREAM_PAGE, folder, { recursive: true });

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The address of a model, m/ID: in a browser, without scripts, with a token, offline; and of a model that is gone.
+// The address of a model, m/ID: in a browser, without scripts, with a token, and offline; and the address of a model
+// that was removed.
 
 import assert from "node:assert/strict";
 import { writeFileSync } from "node:fs";
@@ -72,9 +73,9 @@ test("without scripts there are texts and a picture", async () => {
   }
   await page.locator("#no-script a").click();
   assert.deepEqual(await page.locator("#no-script li").allInnerTexts(), ["A pebble", "A shell"]);
-  await page.goto(server.url); // a page of files
+  await page.goto(server.url); // a page made of files
   await page.locator("#no-script a").click();
-  await page.locator("#no-script li a").last().click(); // texts are not searched in here
+  await page.locator("#no-script li a").last().click(); // a locator by text does not search in here
   assert.equal(await page.locator("#no-script h1").innerText(), "A shell");
   await context.close();
 });
@@ -118,9 +119,9 @@ test("it opens offline, where the model is kept", async () => {
   await visit.open(`${own.url}/m/pebble`);
   await visit.until("the pebble", isOpen("pebble"));
   await visit.page.evaluate(() => navigator.serviceWorker.ready);
-  await visit.page.reload(); // now by the service worker, whose page is the same
+  await visit.page.reload(); // now by the service worker, which gives the same page
   await visit.until("the pebble", isOpen("pebble"));
-  await visit.page.waitForTimeout(1000); // what has come is stored in bundles
+  await visit.page.waitForTimeout(1000); // arrived data is stored in bundles
   await own.stop();
   await visit.page.reload();
   await visit.until("the pebble", isOpen("pebble"));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The viewer's WebAssembly has two parts: there is a picture before the second is loaded, code that needs it waits for it, and
-// parts of different versions are never combined.
+// The viewer's WebAssembly has two parts. There is a picture before the second part is loaded, code that needs it waits
+// for it, and parts of different versions are never combined.
 
 import assert from "node:assert/strict";
 import { cpSync, readFileSync, writeFileSync } from "node:fs";
@@ -23,7 +23,7 @@ afterEach(async () => {
 
 const bytesOf = (name) => readFileSync(join(place("KDSTREAM_PAGE"), name));
 
-// Holds the second part back. Gives how often it was asked for, and what lets it go.
+// Holds the second part back. Returns how often it was requested, and a function that releases it.
 async function holdBack() {
   const held = { asked: 0, letGo: null };
   const gone = new Promise((resolve) => {
@@ -31,7 +31,7 @@ async function holdBack() {
   });
   await visit.page.route("**/kdstream-more.wasm", async (route) => {
     if (++held.asked > 1) {
-      await route.abort(); // by a stand-in, for which the page would stand still
+      await route.abort(); // requested by a stub, which would block the page
       return;
     }
     await gone;
@@ -47,7 +47,7 @@ const loading = () => visit.page.evaluate(() => {
 
 const untilWaiting = () => eventually("it tells what it waits for", loading, (text) => text.startsWith("Loading the viewer"));
 
-// Opens the model whose preview is shown first.
+// Opens the model whose preview is shown first, in full screen.
 async function openFullScreen(good = () => true) {
   await visit.untilIdle();
   await visit.tap(await visit.centre());
@@ -68,7 +68,7 @@ test("a picture, and turning and enlarging it, do without the second part; what 
   await visit.doubleTap(large);
   const waiting = await visit.until("it waits", ({ waits }) => waits);
   assert.deepEqual([waiting.shownLevel, waiting.region, waiting.idle], [shownLevel, null, false]);
-  await visit.page.keyboard.press("u"); // back to where it was
+  await visit.page.keyboard.press("u"); // back to the previous view
   assert.equal(held.asked, 1, "it was asked for, once");
   assert.deepEqual(await visit.messages(), []);
   held.letGo();
@@ -144,7 +144,7 @@ test("pictures of a list that is searched, which is there before it, wait for it
     await visit.open(many.url);
     await visit.untilIdle();
     assert.ok(await visit.page.locator("#search").isVisible());
-    await pause(2000); // in which they would be made
+    await pause(2000); // long enough for pictures to be made
     assert.equal(await pictures(), 0);
     held.letGo();
     await eventually("pictures", pictures, (count) => count > 2);
@@ -178,7 +178,7 @@ test("a link waits for it, and is followed then; the last of several", async () 
   visit.assertClean(server.url);
 });
 
-// Points on a sphere.
+// Writes points on a sphere.
 function writeCloud(file, points = 3000) {
   const places = Array.from({ length: points }, (_, i) => {
     const [z, turn] = [1 - 2 * (i + 0.5) / points, 2.4 * i];
@@ -219,7 +219,7 @@ test("a server that has not got it is asked again", async () => {
   assert.ok(refusals < 0);
 });
 
-// The name that the parts know each other by.
+// The name by which one part imports from the other.
 const importModulesOf = (name) => new Set(WebAssembly.Module.imports(new WebAssembly.Module(bytesOf(name)))
   .map(({ module }) => module).filter((module) => !/^(env|wasi_.*)$/.test(module)));
 
@@ -243,7 +243,7 @@ test("another version's second part is not taken", async () => {
   assert.notEqual(shownLevel, null);
 });
 
-// Normally not needed: a function of the second part is called before that part has come.
+// Calls a function of the second part before that part has arrived. Normally the page does not do this.
 async function callEarly() {
   await visit.page.addInitScript(() => {
     const instantiate = WebAssembly.instantiate.bind(WebAssembly);
@@ -269,7 +269,8 @@ async function callEarly() {
 
 test("a function that is called early is fetched at once", async () => {
   let asked = 0;
-  await visit.page.route("**/kdstream-more.wasm", (route) => (++asked > 1 ? route.continue() : undefined)); // the first one hangs
+  // The first request hangs.
+  await visit.page.route("**/kdstream-more.wasm", (route) => (++asked > 1 ? route.continue() : undefined));
   const bytes = await callEarly();
   assert.equal(asked, 2);
   assert.ok(bytes > 0, "it gives what it gives");

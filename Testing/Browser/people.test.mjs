@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the page says to people who have never seen it: help, a finger that shows how, no figures but in the details, and lengths in
-// units and digits that one reads.
+// What the page says to people who have never seen it: help, a finger that shows the gestures, figures only in the
+// details, and lengths in readable units and digits.
 
 import assert from "node:assert/strict";
 import { join } from "node:path";
@@ -8,7 +8,7 @@ import { test } from "node:test";
 import { Visit, eventually, makeModels, pause, portrait, runProgram, startForTests } from "./harness.mjs";
 import { describeLengths, formatError, formatLength } from "../../viewer/mobile/web/lengths.js";
 
-globalThis.document = { documentElement: { dir: "ltr" } }; // for lengths
+globalThis.document = { documentElement: { dir: "ltr" } }; // needed for lengths
 
 let server, browser;
 const long = "The museum of a town with a very long name ".repeat(4).trim();

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is in pictures (PNG), and how far two of them differ.
+// Examines pictures (PNG), and measures how much two of them differ.
 
 import { PNG } from "pngjs";
 
-// How many pixels have this colour, [red, green, blue], below the row `top`.
+// The number of pixels below the row `top` that have this colour, [red, green, blue].
 export function countPixels(png, color, top = 0) {
   const { width, data } = PNG.sync.read(png);
   let found = 0;
@@ -13,14 +13,14 @@ export function countPixels(png, color, top = 0) {
   return found;
 }
 
-// A part of a picture, as one: in pixels.
+// A part of a picture as a picture; x, y, width and height are in pixels.
 export function partOf(png, { x, y, width, height }) {
   const part = new PNG({ width, height });
   PNG.bitblt(PNG.sync.read(png), part, x, y, width, height);
   return PNG.sync.write(part);
 }
 
-// The part of the pixels of which red, green or blue differ by more than `most` (of 255). Sizes must be the same.
+// The share of pixels whose red, green or blue differs by more than `most` (of 255). The sizes must be equal.
 export function difference(one, other, most = 24) {
   const [first, second] = [PNG.sync.read(one), PNG.sync.read(other)];
   if (first.width !== second.width || first.height !== second.height) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A server between the browser and kdstream-serve that behaves like proxies, caches and broken networks: it refuses the stream,
-// changes blobs on the way, truncates frames.
+// A server between the browser and kdstream-serve that behaves like proxies, caches and broken networks: it refuses the
+// stream, changes blobs in transit, and truncates frames.
 
 import { EventEmitter, once } from "node:events";
 import { STATUS_CODES, createServer, request } from "node:http";
@@ -8,39 +8,39 @@ import { WebSocket, WebSocketServer } from "ws";
 
 const frameHead = 20; // bytes of a KdStream frame before its payload: doc/protocol.md
 const kinds = ["tree", "levels", "partitions", "boxes", "textures", "level-textures"];
-const ofLevels = [1, 5]; // kinds
+const ofLevels = [1, 5]; // kinds of blobs
 
-// "partitions/12" of the KdStream frame in a message.
+// The name of the blob, such as "partitions/12", in the KdStream frame of a message.
 function blobOfFrame(message) {
   const [kind, level, number] = [message[4], message[5], message.readUInt32LE(8)];
   return ofLevels.includes(kind) ? `${kinds[kind]}/${level}/${number}` : `${kinds[kind]}/${number}`;
 }
 
-// "partitions/12" of a blob's path, or nothing.
+// The name of the blob, such as "partitions/12", in a path; nothing if the path is not a blob's.
 function blobOfPath(path) {
   return /^\/api\/models\/[^/]+\/[0-9a-f]{32}\/(.+)$/.exec(path)?.[1];
 }
 
 export class Proxy extends EventEmitter {
   #server;
-  #target; // port
+  #target; // the server's port
   #sockets = new Set();
   url;
 
-  // What is done to the bytes; may be changed at any time.
+  // These members say how the bytes are changed. They may be set at any time.
   streams = true; // false: an upgrade is answered 404, as by a host of files
-  // (name, bytes) => bytes: of a blob, or of the beginning of one that comes in several frames
+  // (name, bytes) => bytes: changes a blob, or the beginning of a blob that comes in several frames
   alterBlob = null;
-  // (message) => message: a whole KdStream frame
+  // (message) => message: changes a whole KdStream frame
   alterFrame = null;
-  // (path, bytes, fields) => bytes: of any other answer to a GET, with its fields, which may be changed
+  // (path, bytes, fields) => bytes: changes any other answer to a GET, and perhaps its fields
   alterFile = null;
-  // (asked, answer) => whether it has answered instead of the server
+  // (asked, answer) => boolean: whether this function has answered instead of the server
   intercept = null;
   bytesPerSecond = Infinity; // of each answer to a GET
-  stallsAt = Infinity; // bytes of an answer after which nothing more comes
-  holds = false; // true: of streams nothing comes any more
-  altered = 0; // blobs and frames that were
+  stallsAt = Infinity; // after this number of bytes of an answer nothing more comes
+  holds = false; // true: nothing more comes from streams
+  altered = 0; // number of changed blobs and frames
 
   static async start(target) {
     const proxy = new Proxy();
@@ -53,7 +53,7 @@ export class Proxy extends EventEmitter {
     return proxy;
   }
 
-  // What is connected, but not what will be.
+  // Ends all present connections; later ones work.
   cut() {
     this.#sockets.forEach((socket) => socket.destroy());
   }
@@ -118,9 +118,9 @@ export class Proxy extends EventEmitter {
 
   // ---- the stream
 
-  // Opens one to the server first: what that answers is what the browser gets.
+  // Opens a stream to the server first, and passes the server's answer to the browser.
   #upgrade(asked, socket, head) {
-    socket.on("error", () => {}); // of a page that is closed: its end follows
+    socket.on("error", () => {}); // the page was closed: its end follows
     this.#sockets.add(socket);
     socket.on("close", () => this.#sockets.delete(socket));
     const refuse = (status) => socket.end(`HTTP/1.1 ${status} ${STATUS_CODES[status]}\r\nContent-Length: 0\r\nConnection: close\r\n\r\n`);
@@ -151,7 +151,7 @@ export class Proxy extends EventEmitter {
     for (const [side, other] of [[browser, onward], [onward, browser]]) {
       side.on("error", () => {});
       side.on("close", (code, reason) => {
-        if (code === 1006) { // without a word
+        if (code === 1006) { // without a Close frame
           other.terminate();
         } else {
           other.close(code === 1005 ? undefined : code, reason);
@@ -167,7 +167,7 @@ export class Proxy extends EventEmitter {
       return whole;
     }
     if (message.readUInt32LE(12) > 0) {
-      return message; // not the beginning of a blob
+      return message; // this message does not begin a blob
     }
     const payload = this.#alter(blobOfFrame(message), message.subarray(frameHead));
     return Buffer.concat([message.subarray(0, frameHead), payload]);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// An X server on a display that is free, for browsers that draw with WebGL 2 only where there is a screen.
+// Starts an X server on a free display, for browsers that have WebGL 2 only with a screen.
 
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { once } from "node:events";
 import { createInterface } from "node:readline";
 
-// Its display's name and its process. options: further ones of Xvfb.
+// Returns the display's name and the process. options: further options of Xvfb.
 export async function startScreen({ width, height }, ...options) {
   const server = spawn("Xvfb", ["-displayfd", "3", "-screen", "0", `${width}x${height}x24`, "-nolisten", "tcp", ...options],
     { stdio: ["ignore", "ignore", "inherit", "pipe"] });

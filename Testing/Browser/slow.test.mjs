@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// No false alarms: what is seen on a slow network before there is a picture, and words that fit the device.
+// No false alarms: what the page shows on a slow network before there is a picture, and texts that fit the device.
 
 import assert from "node:assert/strict";
 import { afterEach, beforeEach, test } from "node:test";
@@ -38,7 +38,7 @@ test("at 10 kB/s it tells how much has come, and raises no alarm", async () => {
   await visit.page.goto(proxy.url, { waitUntil: "commit" });
   await untilLoading(/Loading the viewer/);
   while (!(await visit.page.evaluate(() => document.styleSheets.length))) {
-    await settled(0.05); // before its style has come, the browser shows nothing
+    await settled(0.05); // until the style sheet has arrived, the browser shows nothing
   }
   const begin = Date.now();
   const texts = new Set();
@@ -85,7 +85,7 @@ async function openFullScreen(model) {
   return visit.until("full screen", ({ mode, idle }) => mode === "full screen" && idle);
 }
 
-// Lines of an element's text.
+// The number of lines of an element's text.
 const lines = (id) => visit.page.evaluate((name) => {
   const element = document.getElementById(name);
   const range = document.createRange();

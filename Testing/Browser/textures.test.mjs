@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The pictures of a textured model: they arrive after the triangles that they texture, and the browser decodes them.
+// The pictures of a textured model arrive after the triangles that show them, and the browser decodes them.
 
 import assert from "node:assert/strict";
 import { join } from "node:path";
@@ -28,7 +28,7 @@ after(async () => {
   await server?.stop();
 });
 
-// Small, as every pixel of a texture costs a software renderer much.
+// In a small window, because a software renderer takes long for every pixel of a texture.
 async function visitNear(address, model) {
   const visit = await Visit.desktop(browser);
   await visit.page.setViewportSize({ width: 420, height: 420 });

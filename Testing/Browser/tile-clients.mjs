@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Tilesets of kdstream-store export --format 3dtiles in clients of other people, in Chromium, from a plain folder:
-// 3d-tiles-renderer with three.js, and Cesium. Run by a person or by ./dev bench tiles:
+// Tests tilesets of kdstream-store export --format 3dtiles in other people's clients, in Chromium, from a plain folder:
+// 3d-tiles-renderer with three.js, and Cesium. Run it by hand or by ./dev bench tiles:
 //
-//   node tile-clients.mjs check PROGRAMS STORE TILESET [N]      all tiles' boxes, errors and triangles; every Nth tile validated and decoded
-//   node tile-clients.mjs show PROGRAMS STORE TILESET OUT [CESIUM]  pictures beside kdstream-view's: OUT/NAME-turn-T-zoom-Z.png; CESIUM: the folder
-//                                                               of npm's package, else only three.js
-//   node tile-clients.mjs bytes PROGRAMS STORE TILESET          bytes until at most 5 % of the pixels are wrong, the most of two directions
-//   node tile-clients.mjs fly TILESET [MB [STEPS]]              memory of the browser while it flies over the model; MB: of the cache
+//   node tile-clients.mjs check PROGRAMS STORE TILESET [N]      checks all tiles' boxes, errors and triangles;
+//                                                               every Nth tile is validated and decoded
+//   node tile-clients.mjs show PROGRAMS STORE TILESET OUT [CESIUM]  pictures together with kdstream-view's:
+//                                                               OUT/NAME-turn-T-zoom-Z.png; CESIUM: the folder of
+//                                                               npm's package; without it only three.js is used
+//   node tile-clients.mjs bytes PROGRAMS STORE TILESET          bytes until at most 5 % of the pixels are wrong;
+//                                                               the larger number of two directions
+//   node tile-clients.mjs fly TILESET [MB [STEPS]]              memory of the browser while it flies over the
+//                                                               model; MB: the size of the cache
 
 import { spawnSync } from "node:child_process";
 import { once } from "node:events";
@@ -41,9 +45,9 @@ function withFolder(use) {
   }
 }
 
-// ---- what is on the disk
+// ---- files on the disk
 
-// The JSON of a .glb: only that is read.
+// The JSON of a .glb; the rest of the file is not read.
 function headOf(file) {
   const opened = openSync(file, "r");
   try {
@@ -62,14 +66,14 @@ const levelOf = (content) => content.split("/")[0];
 export async function checkTileset(programs, store, folder, every = 1) {
   const { default: validator } = await import("gltf-validator");
   const info = JSON.parse(run(programs, "kdstream-store", "info", store, "--json"));
-  const root = readTileset(folder); // what it names is there, and the roots of external tilesets are those that name them
+  const root = readTileset(folder); // it names only files that exist; roots of external tilesets agree with it
   const tiles = allTiles(root).filter(({ content }) => content);
   const size = Math.hypot(root.box[3], root.box[7], root.box[11]);
   const levels = new Map(); // tiles, triangles, bytes
   const wrong = [];
   const inside = (point, box, margin) => [0, 1, 2].every((k) => Math.abs(point[k] - box[k]) <= box[3 + 4 * k] + margin);
   const corners = ({ box }) => [-1, 1].map((sign) => [0, 1, 2].map((k) => box[k] + sign * box[3 + 4 * k]));
-  for (const tile of allTiles(root)) { // groups of partitions, which have no content, too
+  for (const tile of allTiles(root)) { // including groups of partitions, which have no content
     const name = tile.content ?? tile.tileset;
     for (const child of tile.children) {
       if (child.error > tile.error || !corners(child).every((corner) => inside(corner, tile.box, 1e-9 * size))) {
@@ -116,7 +120,8 @@ export async function checkTileset(programs, store, folder, every = 1) {
 
 // ---- cameras
 
-// A place as links have it (viewer/session/ViewLink.cxx): lengths in radii of the sphere around the model's box, from its middle.
+// The place of the eye in a link (viewer/session/ViewLink.cxx): lengths are in radii of the sphere around the model's
+// box, from its middle.
 function placeOf(link) {
   const bytes = Buffer.from(/view=([\w-]+)/.exec(link)[1], "base64url");
   let at = 1;
@@ -132,11 +137,11 @@ function placeOf(link) {
   return { focal, distance, turn: turn.map((part) => part / length) };
 }
 
-function product(a, b) { // of matrices, column by column
+function product(a, b) { // of matrices, stored by columns
   return Array.from({ length: 16 }, (_, i) => [0, 1, 2, 3].reduce((sum, k) => sum + a[4 * k + i % 4] * b[4 * (i >> 2) + k], 0));
 }
 
-// Where the camera stands in the tileset: the columns are right, up, back and the eye. radius: of the sphere.
+// The camera's matrix in the tileset: its columns are right, up, back and the eye. radius: of the sphere.
 function cameraOf({ focal, distance, turn: [w, x, y, z] }, radius, transform) {
   const right = [1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)];
   const up = [2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)];
@@ -147,7 +152,7 @@ function cameraOf({ focal, distance, turn: [w, x, y, z] }, radius, transform) {
   return { matrix: product(transform, [...right, 0, ...up, 0, ...back, 0, ...eye, 1]), near, far: away + 1.2 * radius, viewAngle };
 }
 
-// What kdstream-view shows of a direction (of ./dev bench view) and zoom, and from where.
+// The picture of kdstream-view from a direction (of ./dev bench view) at a zoom, and the place of its eye.
 function ownView(programs, store, turn, zoom) {
   return withFolder((folder) => {
     const steps = [{ select: basename(store, ".kds") }, { wait: "idle" }];
@@ -178,10 +183,11 @@ function radiusOf(programs, store) {
   });
 }
 
-// ---- pages: each has open(tileset, options), look(camera) and settle(), which draws
+// ---- pages: each has open(tileset, options), look(camera), and settle(), which draws
 
-// Lit as kdstream-view lights it (viewer/session/appearance/SceneAppearance.h), whatever the client does, so that pictures can be compared.
-const stone = "vec3(217.0, 208.0, 192.0) / 255.0"; // what has no colours is made of it there
+// The light is that of kdstream-view (viewer/session/appearance/SceneAppearance.h), whatever the client usually does,
+// so that pictures can be compared.
+const stone = "vec3(217.0, 208.0, 192.0) / 255.0"; // kdstream-view draws models without colours in this colour
 const lit = `
 vec3 litAsKdStream(vec3 base, vec3 normal, vec3 toEye) {
   vec3 at[2]; at[0] = normalize(vec3(-0.75, 0.95, 0.75)); at[1] = normalize(vec3(0.3, 0.2, 1.0));
@@ -413,7 +419,8 @@ window.isReady = true;
 const types = { ".js": "text/javascript", ".mjs": "text/javascript", ".json": "application/json", ".glb": "model/gltf-binary", ".css": "text/css",
   ".wasm": "application/wasm" };
 
-// A plain web server of the tileset, which packs JSON as such servers do. While `held`, answers of the tileset wait for next().
+// A plain web server for the tileset, which compresses JSON as such servers do. While `held` is set, answers of the
+// tileset wait for next().
 class Host {
   bytes = 0; // of the tileset's files
   held = false;
@@ -451,7 +458,7 @@ class Host {
     this.#waiting.push(answer);
     this.#wanted?.();
   }
-  // Sends one answer, as soon as one is wanted; gives the bytes so far.
+  // Sends one answer, as soon as one is requested. Returns the number of bytes so far.
   async next() {
     if (this.#waiting.length === 0) {
       await Promise.race([new Promise((done) => (this.#wanted = done)), new Promise((done) => setTimeout(done, 1000))]);
@@ -489,13 +496,13 @@ async function withPage(tileset, cesium, client, use, ...options) {
 
 // ---- pictures
 
-// Of the pixels that show the object in both pictures the mean difference of their channels (of 255); and the share of those that show it
-// in one alone.
+// The mean difference of the channels (of 255), over the pixels that show the object in both pictures; and the share of
+// the pixels that show it in only one.
 export function compareObjects(own, other) {
   const [first, second] = [PNG.sync.read(own), PNG.sync.read(other)];
   let both = 0, either = 0, sum = 0;
   for (let i = 0; i < first.data.length; i += 4) {
-    const down = (Math.floor(i / 4 / first.width) + 0.5) / first.height; // kdstream-view's background
+    const down = (Math.floor(i / 4 / first.width) + 0.5) / first.height; // the background of kdstream-view
     const before = [33 + 58 * down, 35 + 59 * down, 40 + 59 * down].every((value, k) => Math.abs(first.data[i + k] - value) <= 2);
     const [red, green, blue] = second.data.subarray(i, i + 3);
     const behind = red > 250 && green < 5 && blue > 250;
@@ -516,7 +523,7 @@ function beside(pictures) {
   return PNG.sync.write(all);
 }
 
-// views: turns, of the directions of ./dev bench view, and zooms. errorTarget: pixels.
+// views: turns, which are directions of ./dev bench view, and zooms. errorTarget: in pixels.
 export async function showClients(programs, store, tileset, out, cesium, views = [[0, 1], [3, 4]], errorTarget = 1) {
   const radius = radiusOf(programs, store);
   const root = readTileset(tileset), { transform } = root;
@@ -559,13 +566,14 @@ export async function measureBytes(programs, store, tileset) {
           await page.evaluate((where) => window.look(where), camera);
         };
         host.begin(false);
-        await open(0); // the original
+        await open(0); // shows the original
         await page.evaluate(() => window.settle());
         await page.evaluate(() => window.keepReference() && null);
         host.begin(true);
         await open(1);
         const { samples, bytes, triangles } = await page.evaluate(() => window.sampleArrivals());
-        const begun = samples.findLastIndex(({ wrong }) => wrong > 0.05) + 1; // from here on few are wrong
+        // From this sample on, few pixels are wrong.
+        const begun = samples.findLastIndex(({ wrong }) => wrong > 0.05) + 1;
         looks.push({ first: samples[0].bytes, few: samples[begun]?.bytes ?? Infinity, settled: samples.at(-1).wrong, bytes, triangles });
       }
       rows.push({ zoom, ...Object.fromEntries(Object.keys(looks[0]).map((key) => [key, Math.max(...looks.map((look) => look[key]))])) });
@@ -578,7 +586,7 @@ export async function measureBytes(programs, store, tileset) {
 
 const kilobytesOf = (pid) => Number(/VmRSS:\s*(\d+)/.exec(readFileSync(`/proc/${pid}/status`, "utf8"))[1]);
 
-// Around the model and down to its surface and up again, twice.
+// Flies around the model, down to its surface and up again, twice.
 export async function flyOver(tileset, megabytes, steps = 48) {
   const { box, transform } = readTileset(tileset);
   const radius = Math.hypot(box[3], box[7], box[11]);
@@ -590,7 +598,8 @@ export async function flyOver(tileset, megabytes, steps = 48) {
     await page.evaluate((options) => window.openTileset(options), { url: "/tiles/tileset.json", errorTarget: 1, megabytes });
     for (let step = 0; step < steps; ++step) {
       const around = 4 * Math.PI * step / steps, up = 0.7 * Math.sin(3 * around);
-      const distance = 2.1 - 1.45 * Math.cos(around + Math.PI) ** 2; // in radii; the surface of a ball is at 0.58
+      // In radii; if the model is a ball, its surface is at 0.58.
+      const distance = 2.1 - 1.45 * Math.cos(around + Math.PI) ** 2;
       const half = [around / 2, -up / 2];
       const [c, s, d, e] = [Math.cos(half[0]), Math.sin(half[0]), Math.cos(half[1]), Math.sin(half[1])];
       await page.evaluate((camera) => window.look(camera), cameraOf({ focal: [0, 0, 0], distance, turn: [c * d, c * e, s * d, -s * e] }, radius, transform));
@@ -605,7 +614,7 @@ export async function flyOver(tileset, megabytes, steps = 48) {
   });
 }
 
-// ---- by hand
+// ---- run by hand
 
 const megabytes = (bytes) => `${(bytes / 1e6).toFixed(1)} MB`;
 const kilobytes = (bytes) => `${(bytes / 1e3).toFixed(0)} kB`;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-store export --format 3dtiles, and the tileset that kdstream-serve makes, held against clients of other people: Khronos'
-// validator, npm's meshoptimizer, and 3d-tiles-renderer with three.js in Chromium.
+// Checks the output of kdstream-store export --format 3dtiles, and the tileset that kdstream-serve makes, with other
+// people's software: Khronos' validator, npm's meshoptimizer, and 3d-tiles-renderer with three.js in Chromium.
 
 import assert from "node:assert/strict";
 import { once } from "node:events";
@@ -23,10 +23,10 @@ function exportTiles(model, name, ...options) {
   return join(out, name);
 }
 
-// "11", "12" … "original": as the folder of a tile is called.
+// The level of a tile: "11", "12" … or "original", the name of its folder.
 const levelOf = (content) => content.split("/")[0];
 
-// meets: tiles of a level have their common vertices in the same places, bit for bit.
+// meets: whether tiles of a level must have their common vertices in exactly the same places, bit for bit.
 async function check(folder, model, meets = true) {
   const root = readTileset(folder);
   const tiles = allTiles(root);
@@ -37,7 +37,7 @@ async function check(folder, model, meets = true) {
   const inside = (point, box, margin = 0) => [0, 1, 2].every((k) => Math.abs(point[k] - box[k]) <= box[3 + 4 * k] + margin);
   const corners = (box) => [-1, 1].map((sign) => [0, 1, 2].map((k) => box[k] + sign * box[3 + 4 * k]));
   const size = Math.hypot(root.box[3], root.box[7], root.box[11]);
-  const shown = new Map(); // the triangles of each level: three places each
+  const shown = new Map(); // the triangles of each level; each has three places
   for (const tile of tiles) {
     for (const child of tile.children) {
       assert.ok(child.error <= tile.error, "errors are monotone");
@@ -65,7 +65,7 @@ async function check(folder, model, meets = true) {
     }
   }
 
-  // What they show is what the store has, each triangle once.
+  // The tiles show the same triangles as the store, each once.
   const { box } = JSON.parse(describe(model));
   const middle = [0, 1, 2].map((k) => (box.lo[k] + box.hi[k]) / 2);
   for (const [level, list] of shown) {
@@ -102,11 +102,13 @@ function describe(model) {
 
 test("tiles are valid, lie in their boxes and hold the triangles of each level", async () => {
   await check(exportTiles("pebble", "pebble"), "pebble");
-  await check(exportTiles("pebble", "plain", "--compression", "none"), "pebble", false); // floats from the middle of each tile
+  // Floats, relative to the middle of each tile.
+  await check(exportTiles("pebble", "plain", "--compression", "none"), "pebble", false);
   await check(exportTiles("pebble", "draco", "--compression", "draco"), "pebble");
   runProgram("kdstream-generate", "relief", join(out, "hill.ply"), "--vertices", "48400", "--quiet");
   buildStore(join(out, "hill.ply"), join(models, "hill.kds"), "--vertices-per-partition", "300", "--cell-vertices", "1");
-  await check(exportTiles("hill", "hill"), "hill"); // levels of wide spacing in many pieces: skirts beside the lattice
+  // Levels on a coarse grid, in many pieces: skirts beside the lattice.
+  await check(exportTiles("hill", "hill"), "hill");
   buildStore(join(out, "hill.ply"), join(models, "exact.kds"), "--vertices-per-partition", "2000", "--precision", "lossless");
   await check(exportTiles("exact", "exact"), "exact");
   const { tiles, shown } = await check(exportTiles("vase", "vase"), "vase");
@@ -163,7 +165,7 @@ test("an origin places the tileset on the globe", () => {
   }
 });
 
-// ---- in three.js
+// ---- drawing with three.js
 
 const page = `<!doctype html><style>body { margin: 0 } canvas { display: block }</style>
 <script type="importmap">{ "imports": { "three": "/npm/three/build/three.module.js", "three/addons/": "/npm/three/examples/jsm/",
@@ -300,7 +302,7 @@ window.isReady = true;
 </script>`;
 
 let host, url, browser, visit;
-let waiting; // answers of tiles that are held
+let waiting; // answers for tiles that are held back
 
 before(async () => {
   const types = { ".js": "text/javascript", ".mjs": "text/javascript", ".json": "application/json", ".glb": "model/gltf-binary" };
@@ -332,7 +334,7 @@ after(async () => {
 
 const keep = (name, png) => process.env.KDSTREAM_PICTURES && writeFileSync(join(process.env.KDSTREAM_PICTURES, `tiles-${name}.png`), png);
 
-// As it stands in the page, y up.
+// The sphere around the box, in the page's coordinates, where y is up.
 function sphereOf({ box, transform }) {
   const [x, y, z] = [0, 1, 2].map((k) => transform[k] * box[0] + transform[4 + k] * box[1] + transform[8 + k] * box[2] + transform[12 + k]);
   return { middle: [x, z, -y], radius: Math.hypot(box[3], box[7], box[11]) };
@@ -396,7 +398,7 @@ test("textured tiles show their pictures", async () => {
   await server.stop();
 });
 
-// A cut through the tree of tiles, not finer than a level.
+// A random cut through the tree of tiles, not finer than a given level.
 function makeCut(tile, finest, stops) {
   const ends = tile.children.length === 0 || levelOf(tile.content) === finest || stops();
   return ends ? [tile.content] : tile.children.flatMap((child) => makeCut(child, finest, stops));
@@ -406,7 +408,7 @@ function makeRandom(seed) {
   return () => (seed = (seed * 48271) % 2147483647) / 2147483647;
 }
 
-// How many pixels show the background though all around them within `margin` the whole mesh is seen.
+// The number of pixels that show the background although the whole mesh covers everything within `margin` around them.
 function countHoles(picture, whole, margin) {
   const isBackground = ({ data }, i) => data[4 * i] > 250 && data[4 * i + 1] < 5 && data[4 * i + 2] > 250;
   const [seen, mask] = [PNG.sync.read(picture), PNG.sync.read(whole)];
@@ -436,7 +438,7 @@ test("no background shines through where levels meet", async () => {
   const draw = async (contents, how) => (await visit.evaluate((options) => window.drawTiles(...options),
     [contents.map((content) => `${url}cracks/${content}`), root.transform, directions, sphere, how]))
     .map((picture) => Buffer.from(picture.split(",")[1], "base64"));
-  const finest = "14"; // here the processor draws
+  const finest = "14"; // coarse, because the processor draws
   const whole = await draw(makeCut(root, finest, () => false));
   const holesOf = (pictures) => pictures.reduce((sum, picture, i) => sum + countHoles(picture, whole[i], 6), 0);
   const random = makeRandom(7919);
@@ -444,7 +446,7 @@ test("no background shines through where levels meet", async () => {
   for (let count = 0; count < 3;) {
     const cut = makeCut(root, finest, () => random() < 0.3);
     if (new Set(cut.map(levelOf)).size < 3) {
-      continue; // few levels meet
+      continue; // too few levels in the cut
     }
     first ??= cut;
     ++count;
@@ -452,7 +454,7 @@ test("no background shines through where levels meet", async () => {
     keep(`cut-${count}`, shown[5]);
     assert.equal(holesOf(shown), 0, `cut ${count}`);
   }
-  // The same in a client whose tiles come a few at a time.
+  // Does the same with a client whose tiles arrive a few at a time.
   waiting = [];
   await visit.evaluate((options) => void window.openHeld(...options), [`${url}cracks/tileset.json`]);
   let mixed = 0;
@@ -469,7 +471,7 @@ test("no background shines through where levels meet", async () => {
   waiting = null;
   await visit.evaluate(() => window.closeHeld());
 
-  // Without inner faces, which hide most of what a gap lets through, the test sees where gaps are.
+  // Without inner faces: they hide most of what a gap lets through, so without them gaps are visible.
   const closed = holesOf(await draw(first, { bothSides: false }));
   const bare = await draw(first, { bothSides: false, skirts: false });
   keep("cut-1-bare", bare[5]);

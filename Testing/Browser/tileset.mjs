@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Reads what kdstream-store export --format 3dtiles writes, as any other client would: tilesets, and tiles by npm's
-// meshoptimizer, or by the decoder of Draco that three.js has.
+// Reads the output of kdstream-store export --format 3dtiles, as any other client would: tilesets, and tiles, decoded
+// by npm's meshoptimizer or by the Draco decoder of three.js.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -9,7 +9,8 @@ import { dirname, join, normalize } from "node:path";
 import { fileURLToPath } from "node:url";
 import { MeshoptDecoder } from "meshoptimizer";
 
-// All tiles below a tileset's root, external tilesets followed: { box, error, content, children }, content relative to `folder`.
+// All tiles below a tileset's root, including those of external tilesets: { box, error, content, children }. content is
+// relative to `folder`.
 export function readTileset(folder, file = "tileset.json") {
   const { asset, root } = JSON.parse(readFileSync(join(folder, file), "utf8"));
   assert.equal(asset.version, "1.1");
@@ -37,12 +38,12 @@ const sizes = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4 };
 let draco;
 async function loadDraco() {
   const file = fileURLToPath(new URL("node_modules/three/examples/jsm/libs/draco/draco_decoder.js", import.meta.url));
-  // A script, no module of any kind.
+  // The file is a plain script, not a module.
   const script = new Function("require", "__dirname", `${readFileSync(file, "utf8")}; return DracoDecoderModule;`);
   draco ??= await script(createRequire(import.meta.url), dirname(file))();
 }
 
-// Decodes a primitive: the values of each accessor, and the indices.
+// Decodes a primitive. Returns the values of each accessor, and the indices.
 function unpackDraco(bytes, { attributes }, primitive, gltf) {
   const decoder = new draco.Decoder();
   const mesh = new draco.Mesh();
@@ -56,7 +57,7 @@ function unpackDraco(bytes, { attributes }, primitive, gltf) {
     const values = new draco.DracoFloat32Array();
     decoder.GetAttributeFloatForAllPoints(mesh, decoder.GetAttributeByUniqueId(mesh, number), values);
     const size = sizes[accessor.type];
-    const scale = accessor.normalized ? 65535 : 1; // it gives normalized ones as parts
+    const scale = accessor.normalized ? 65535 : 1; // normalized values come as fractions
     unpacked.set(primitive.attributes[name], Array.from({ length: accessor.count }, (_, i) =>
       Array.from({ length: size }, (_, k) => scale * values.GetValue(i * size + k))));
   }
@@ -70,7 +71,8 @@ function unpackDraco(bytes, { attributes }, primitive, gltf) {
   return unpacked;
 }
 
-// A tile's JSON and what its primitives hold: positions in the tileset's coordinates (z up), as [x, y, z], and indices.
+// A tile's JSON and the content of its primitives: positions in the tileset's coordinates (z up), as [x, y, z], and
+// indices.
 export async function readTile(file) {
   await MeshoptDecoder.ready;
   const bytes = readFileSync(file);
@@ -124,7 +126,7 @@ export async function readTile(file) {
   return { gltf, primitives };
 }
 
-// Points and triangles of an OBJ.
+// Reads the points and triangles of an OBJ.
 export function readObj(file) {
   const points = [], triangles = [];
   for (const line of readFileSync(file, "utf8").split("\n")) {
@@ -138,7 +140,7 @@ export function readObj(file) {
   return { points, triangles };
 }
 
-// Finds the point of a list that is nearest to a place, not farther than `reach`.
+// Finds the point of a list that is nearest to a place, and no farther away than `reach`.
 export class PointFinder {
   #cells = new Map();
   #points;
@@ -155,7 +157,7 @@ export class PointFinder {
   #cell(point) {
     return point.map((x) => Math.floor(x / (4 * this.#reach)));
   }
-  // All within reach.
+  // All points within reach.
   near(place) {
     const found = [];
     const cell = this.#cell(place);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A server whose models take a token: it comes with the page's link, and stays nowhere else.
+// A server whose models require a token: the token comes with the page's link, and is stored nowhere else.
 
 import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";
@@ -61,7 +61,7 @@ test("without a link, and with one that has expired, the page says what is wrong
   const without = await Visit.phone(browser);
   await without.open(server.url);
   await without.untilSaid(/requires a token: open the link that you were given/);
-  // The link opened in the same tab.
+  // Opens the link in the same tab.
   const reloaded = without.page.waitForEvent("load");
   await without.open(`${server.url}/#token=${tokenFor("*", "levels")}`);
   await reloaded;
@@ -174,7 +174,7 @@ test("a token that is revoked ends the stream, and the page says so", async () =
   await visit.untilSaid(/requires a token: your link has expired/);
   assert.equal((await visit.status()).triangles > 0, true, "what is there stays");
 
-  // Another one is asked for, and all goes on where it was.
+  // Asks for another token; then everything continues where it was.
   assert.equal(await visit.page.locator("#message-action").textContent(), "Enter it");
   await visit.page.click("#message-action");
   await visit.page.fill("#token", `${server.url}/#model=pebble&token=${makeToken(keys, "--sub", "bob", "--models", "*", "--detail", "regions")}`);

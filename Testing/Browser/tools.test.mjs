@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Tools for looking, on a phone: views from six sides, turning by itself, distances, links to views and pictures.
+// Tools for viewing, on a phone: views from six sides, automatic turning, distances, links to views, and pictures.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -69,11 +69,11 @@ test("a notice of what was done is where one sees it", async () => {
   await visit.close();
 });
 
-// Moves a slider to a share of its way, as a finger does.
+// Moves a slider to this share of its length, as a finger does.
 async function slide(visit, id, share) {
   await visit.page.locator(id).scrollIntoViewIfNeeded();
   const box = await visit.page.locator(id).boundingBox();
-  const thumb = 16; // about
+  const thumb = 16; // approximately
   await visit.page.touchscreen.tap(box.x + thumb / 2 + (box.width - thumb) * share, box.y + box.height / 2);
   return visit.untilIdle();
 }
@@ -94,7 +94,7 @@ test("a section is put through, moved by a slider and a finger, filled, and draw
   await press(visit, "Facing me");
   await visit.until("it is cut", ({ depth, idle }) => depth !== null && idle);
   assert.ok(difference(whole, await visit.around(where, 300)) > 0.2, "the cut face is seen");
-  const half = await visit.around(where, 1100); // to its outline
+  const half = await visit.around(where, 1100); // large enough to include its outline
   const { depth } = await slide(visit, "#section-depth", 0.75);
   assert.ok(depth > 0.65 && depth < 0.85, `${depth}`);
   assert.ok(difference(half, await visit.around(where, 1100)) > 0.02);
@@ -137,7 +137,7 @@ test("light comes from the finger, until one tap brings back the standard light"
   await visit.picture("tools-6-light");
   await press(visit, "Standard light");
   await visit.until("as before", ({ lamp: light, idle }) => light === undefined && idle);
-  await press(visit, "Light from the finger"); // is put away
+  await press(visit, "Light from the finger"); // puts the tool away
   await visit.until("no tool", ({ tool }) => tool === 0);
   await turnPanel(visit);
   assert.ok(difference(standard, await visit.around(where, 300)) < 0.005);
@@ -168,7 +168,7 @@ test("six sides, and turning by itself until it is touched", async () => {
   await visit.close();
 });
 
-// A distance across the middle of it; the panel is closed.
+// Measures a distance across the middle of the pebble; the panel is closed.
 async function measurePebble(visit) {
   await openPebble(visit);
   await turnPanel(visit);
@@ -247,7 +247,7 @@ test("a link shows its distances at once", async () => {
   assert.equal(await theirs.page.locator("#overlay line").count(), 1);
   assert.equal(await theirs.page.locator("#tools").isVisible(), false, "nobody has opened the tools");
   await theirs.picture("tools-7-distance");
-  // A link in the same tab.
+  // Opens a link in the same tab.
   await theirs.page.evaluate(() => {
     location.hash = "model=pebble";
   });
@@ -277,7 +277,7 @@ test("a link shows the same elsewhere", async () => {
   await theirs.until("the view", ({ mode, idle, model }) => mode === "full screen" && idle && model === "pebble");
   await theirs.picture("tools-3-link");
   assert.ok(difference(seen, await theirs.around(middle, 380)) < 0.01, "the same picture");
-  // Another link in the same tab; then one that says nothing.
+  // Opens another link in the same tab; then one without a view.
   await theirs.page.evaluate(() => {
     location.hash = "model=shell";
   });
@@ -316,7 +316,7 @@ test("a picture is saved with its words", async () => {
   await visit.close();
 });
 
-// What is saved is what is seen, in the middle; gives that.
+// Checks that the saved picture shows the same as the middle of the screen, and returns the picture.
 async function assertSaved(visit, what) {
   await visit.untilIdle();
   const shown = await visit.around(await visit.centre(), 240);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What goes wrong, and what the person then reads: each time one sentence, and a page that is still of use.
+// Errors, and what the user then reads: one sentence for each, and the page is still usable.
 
 import assert from "node:assert/strict";
 import { rmSync } from "node:fs";
@@ -35,19 +35,19 @@ const flipLast = (bytes) => {
   return bytes;
 };
 const setVersion = (bytes) => {
-  bytes[3] = 9; // one that is not yet there
+  bytes[3] = 9; // a version that does not exist yet
   return bytes;
 };
 
-// With one level for the whole model: partitions come only where a double tap asks for them.
+// Shows one level for the whole model, so that partitions arrive only after a double tap.
 async function openFullScreen(model) {
-  await visit.presetDetail(1); // before the choice, which opens a model whose preview is there already
+  await visit.presetDetail(1); // before choosing: that opens a model whose preview is already shown
   await visit.choose(model);
   await visit.tap(await visit.centre());
   return visit.until("full screen", ({ mode, idle }) => mode === "full screen" && idle);
 }
 
-// Another model can be looked at, down to the original.
+// Checks that another model can be viewed, down to the original.
 async function assertUsable(model = "shell") {
   if ((await visit.status()).mode === "full screen") {
     await visit.back();
@@ -79,7 +79,7 @@ for (const way of ["streamed", "got"]) {
       new RegExp(`^A part of “A pebble” is missing \\(${damaged}\\): .*its checksum is wrong\\.$`));
     assert.equal(status.connection, way === "streamed" ? "streaming" : "getting");
     await visit.picture(`trouble-checksum-${way}`);
-    // Whole again: the page gets it when it is asked to.
+    // The blob is correct again: the page gets it when the user asks it to try again.
     proxy.alterBlob = null;
     await visit.page.locator("#message-action").click();
     await visit.until("the whole region", ({ idle, region }) => idle && region !== null && region.shown === region.partitions);
@@ -126,7 +126,7 @@ test("a frame without its head", async () => {
   await visit.picture("trouble-frame");
   proxy.alterFrame = null;
   await visit.untilSaid(/^Connected again\.$/);
-  // What was asked for then comes by itself.
+  // The blobs that were requested before then arrive without another action.
   await visit.until("the whole region",
     ({ idle, region }) => idle && region !== null && region.partitions > 0 && region.shown === region.partitions);
   await assertUsable();
@@ -189,7 +189,7 @@ test("no WebGL 2: a sentence, not a blank page", async () => {
   }
 });
 
-// The picture of each model in the list.
+// Waits until the list shows a picture of each model.
 const untilPictures = () => eventually("the list's pictures", () => visit.page.evaluate(() =>
   [...document.querySelectorAll("#models img")].every((image) => !image.hidden && image.naturalWidth > 0)));
 
@@ -228,7 +228,7 @@ test("a link to a model that is not there is reported, and the list can be used"
   await visit.untilQuiet();
 });
 
-// The same numbers, 0-1, in every run (mulberry32).
+// Random numbers from 0 to 1 that are the same in every run (mulberry32).
 function numbersFrom(seed) {
   let state = seed;
   return () => {
@@ -239,7 +239,7 @@ function numbersFrom(seed) {
   };
 }
 
-// Keys that there are and that there are not, with values that fit and that do not, in any order.
+// Keys that exist and keys that do not, with valid and invalid values, in any order.
 function anyFragment(number) {
   const pick = (all) => all[Math.floor(number() * all.length)];
   const letters = "AZaz09-_.:=&%#?/+~ \u00e9\u{1f3fa}";
@@ -256,7 +256,7 @@ test("whatever follows the # there is a picture, and nothing loads for ever", as
   const isOfUse = ({ mode, idle, shownLevel }) => mode !== "no model" && idle && shownLevel !== null;
   for (let i = 0; i < 30; ++i) {
     const fragment = anyFragment(number);
-    if (i % 6 === 0) { // as somebody comes from elsewhere
+    if (i % 6 === 0) { // like a visitor who comes from another page
       await visit.open("about:blank");
       await visit.open(`${server.url}/#${fragment}`);
     } else {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A page in a browser, whichever library drives it: the page's state (window.kdstream.status, see viewer/mobile/web/page.js),
-// waiting for it, and pictures. Chromium's fingers are in harness.mjs, Firefox is in firefox.mjs, WebKit in webkit.mjs.
+// A page in a browser, whichever library drives it: reads the page's state (window.kdstream.status, see
+// viewer/mobile/web/page.js), waits for it, and takes pictures. Chromium's fingers are in harness.mjs, Firefox is in
+// firefox.mjs, WebKit in webkit.mjs.
 //
 // Nothing here waits for a fixed time: every wait is for a condition, and `longest` only ends a run that hangs.
 
@@ -10,7 +11,7 @@ import { join } from "node:path";
 
 export const longest = 1000 * Number(process.env.KDSTREAM_LONGEST_WAIT ?? 180); // ms, of a single wait
 
-// The environment's variables: harness.mjs lists the names.
+// Reads a variable of the environment: harness.mjs lists the names.
 export function place(name) {
   const value = process.env[name];
   assert.ok(value, `${name} is not set: see Testing/Browser/harness.mjs`);
@@ -23,17 +24,17 @@ const pictures = () => {
   return folder;
 };
 
-// `page` is Playwright's or Puppeteer's: only what both have alike is used (goto, evaluate, click, screenshot).
+// `page` is Playwright's or Puppeteer's. Only functions that both have are used (goto, evaluate, click, screenshot).
 export class PageVisit {
   page;
   requests = []; // addresses of all requests and streams
-  errors = []; // what a developer would see in red
+  errors = []; // what a developer would see in red in the console
 
   async open(url) {
     await this.page.goto(url);
   }
 
-  // Nothing was asked of any other server, and nothing went wrong that a developer would see.
+  // Checks that no request went to another server, and that there was no error that a developer would see.
   assertClean(url) {
     const { host } = new URL(url);
     const elsewhere = this.requests.filter((address) => {
@@ -45,13 +46,13 @@ export class PageVisit {
     assert.deepEqual(this.errors, [], "errors on the console");
   }
 
-  // ---- what the page says
+  // ---- state and texts of the page
 
   status() {
     return this.page.evaluate(() => window.kdstream.status());
   }
 
-  // Asks the page again and again, once in each of its frames, until `good` is true for the answer; returns the answer.
+  // Asks the page repeatedly, once in each of its frames, until `good` is true for the answer; returns the answer.
   // (Playwright's own waitForFunction needs eval, which the page's policy forbids.)
   async #askUntil(what, ask, good) {
     const end = Date.now() + longest;
@@ -66,14 +67,14 @@ export class PageVisit {
     }
   }
 
-  // Waits until `condition` is true of the status; returns that status.
+  // Waits until `condition` is true for the status; returns that status.
   until(what, condition) {
     return this.#askUntil(what, () => new Promise((resolve) => {
       requestAnimationFrame(() => resolve({ ...window.kdstream?.status(), said: window.said }));
     }), (status) => status.mode && condition(status));
   }
 
-  // Counts from now on the frames in whose status a member is true; returns a function for the count.
+  // From now on counts the frames in whose status this member is true. Returns a function for the count.
   async countFrames(member) {
     await this.page.evaluate((name) => {
       window.framesCounted = 0;
@@ -86,17 +87,17 @@ export class PageVisit {
     return () => this.page.evaluate(() => window.framesCounted);
   }
 
-  // All that is wanted is there and drawn.
+  // Waits until everything that the view needs has arrived and is drawn.
   untilIdle() {
     return this.until("idle", (status) => status.idle && status.shownLevel !== null);
   }
 
-  // All that #message has said so far.
+  // All texts that #message has shown so far.
   messages() {
     return this.page.evaluate(() => window.said);
   }
 
-  // Waits until #message has said what the pattern finds, since the page was opened.
+  // Waits until #message has shown a text that matches the pattern, since the page was opened.
   untilSaid(pattern) {
     return this.#askUntil(`a message like ${pattern}`, () => new Promise((resolve) => {
       requestAnimationFrame(() => resolve({ said: window.said, page: document.body.innerText }));
@@ -111,7 +112,7 @@ export class PageVisit {
     }), (text) => !text);
   }
 
-  // The message that is on the screen now, or "".
+  // The message that is now on the screen, or "".
   messageShown() {
     return this.page.evaluate(() => {
       const message = document.getElementById("message");
@@ -119,14 +120,14 @@ export class PageVisit {
     });
   }
 
-  // Taps the model's entry in the list until its preview is there.
+  // Taps the model's entry in the list, and waits until its preview is shown.
   async choose(model) {
     await this.page.click(`[data-model="${model}"]`);
     return this.until(`the preview of ${model}`,
       (status) => status.model === model && status.idle && status.shownLevel !== null);
   }
 
-  // Shows the tool of that name where it is in a group that is closed.
+  // Makes the tool with this name visible, if its group is closed.
   async showTool(name) {
     await this.#askUntil("tools in their sheet", () => {
       const sheet = document.getElementById("tools");
@@ -142,7 +143,7 @@ export class PageVisit {
     }, name);
   }
 
-  // What the page copies at a click, by its own way where there is no clipboard.
+  // The text that the page copies at a click, by the page's own method for browsers without a clipboard.
   async copied(selector) {
     await this.page.evaluate(() => {
       window.copied = "";
@@ -165,7 +166,7 @@ export class PageVisit {
 
   // ---- pictures
 
-  // The screen as it is, also kept as NAME.png for people to look at.
+  // Takes a picture of the screen, also saved as NAME.png for people to look at.
   async picture(name) {
     return Buffer.from(await this.page.screenshot({ path: join(pictures(), `${name}.png`) }));
   }
@@ -184,7 +185,7 @@ export class PageVisit {
   }
 }
 
-// In the page, before its own scripts: window.said gets every text that #message shows.
+// Runs in the page before its own scripts: window.said gets every text that #message shows.
 export function rememberMessages() {
   window.said = [];
   const remember = () => {

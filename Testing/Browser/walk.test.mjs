@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A user's walk on a phone: the list and its live preview, full screen, zooming in and out, two taps on interesting places, and
-// back; upright with the detail that the view needs, in landscape with one level for all.
+// A user's walk on a phone: the list and its live preview, full screen, zooming in and out, two taps on interesting
+// places, and back. In portrait the detail depends on the view; in landscape there is one level for the whole model.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -20,7 +20,7 @@ async function pinchTo(visit, goal) {
   let last = first;
   for (let pinches = 0; last !== goal; ++pinches) {
     assert.ok(pinches < 25, `${pinches} pinches lead from level ${first} to ${last}, not to ${goal}`);
-    // Small steps near the goal: neighbouring levels may be nearly as close to the original as each other.
+    // Pinches in small steps near the goal, because neighbouring levels may be nearly equally close to the original.
     const wide = Math.abs(goal - last) > 1 ? 140 : 120;
     const [from, to] = direction > 0 ? [100, wide] : [wide, 100];
     await visit.pinch(await visit.centre(), from, to);
@@ -32,7 +32,7 @@ async function pinchTo(visit, goal) {
   return visit.status();
 }
 
-// Pinches nearer until what is seen is the original, and back. Returns the status before.
+// Pinches nearer until the original is shown, and back. Returns the status before.
 async function pinchToTheOriginal(visit, name) {
   const start = await visit.untilIdle();
   let near = start;
@@ -52,7 +52,7 @@ async function pinchToTheOriginal(visit, name) {
   return near;
 }
 
-// Pinches through three levels and back.
+// Pinches through three levels, and back.
 async function pinchThroughLevels(visit, name, finest) {
   const start = await pinchTo(visit, finest - 3);
   await visit.picture(`${name}-4-before-pinch`);
@@ -78,7 +78,7 @@ async function walk(name, viewport, elsewhere, detail) {
     ["dragon", "pebble"]);
   await visit.picture(`${name}-1-list`);
 
-  // The preview is live: another model, and it turns under a finger.
+  // The preview is live: it can show another model, and it turns under a finger.
   const dragon = await visit.around(await visit.centre());
   await visit.choose("pebble");
   await visit.picture(`${name}-2-other`);
@@ -93,7 +93,7 @@ async function walk(name, viewport, elsewhere, detail) {
   assert.equal((await visit.status()).mode, "browsing", "turning is no tap");
   await visit.drag(await visit.centre(), -60, 0);
 
-  // Full screen by a tap, at a level fit for it.
+  // A tap opens the full screen, at a suitable level.
   await visit.tap(await visit.centre());
   await visit.until("full screen", ({ mode }) => mode === "full screen");
   await visit.setDetail(detail);
@@ -109,7 +109,7 @@ async function walk(name, viewport, elsewhere, detail) {
 
   const level = byView ? await pinchToTheOriginal(visit, name) : await pinchThroughLevels(visit, name, full.finestLevel);
 
-  // A double tap brings the original of the region around it.
+  // A double tap shows the original of the region around it.
   const middle = await visit.centre();
   const before_ = await visit.around(middle);
   await visit.doubleTap(middle);
@@ -123,7 +123,7 @@ async function walk(name, viewport, elsewhere, detail) {
   assert.ok(finer > (byView ? 0.01 : 0.05), `the region looks finer: ${finer}`);
   assert.match(await visit.page.locator("#status").textContent(), /^Original$/);
 
-  // A double tap elsewhere moves on.
+  // A double tap elsewhere moves the region there.
   await visit.doubleTap({ x: middle.x + elsewhere.x, y: middle.y + elsewhere.y });
   const second = await visit.until("another region",
     ({ region, idle }) => idle && region !== null && region.cell !== first.region.cell && region.shown === region.partitions);

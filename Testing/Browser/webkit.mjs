@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The third engine: Debian's WebKitGTK in its small browser, as a stand-in for Safari. Nothing drives it (its WebDriver dies where
-// Mesa draws by the processor). So the page gets a script in front of its own, which asks the test what to run and returns the
-// result, by a server between it and kdstream-serve; mouse and keys are the X server's, and pictures are its memory.
+// The third engine: Debian's WebKitGTK in its small browser, as a substitute for Safari. No library drives it (its
+// WebDriver crashes if Mesa draws on the processor). Instead, a server between the browser and kdstream-serve adds a
+// script to the page, before the page's own scripts. The script asks the test for code to run, and returns the result.
+// Mouse and keys come from the X server, and pictures from its memory.
 
 import assert from "node:assert/strict";
 import { spawn, spawnSync } from "node:child_process";
@@ -15,12 +16,12 @@ import { startScreen, stopScreen } from "./screen.mjs";
 import { PageVisit, longest, rememberMessages } from "./visit.mjs";
 
 const screen = { width: 1280, height: 960 };
-const paths = "/-test/"; // of what the script asks the test
+const paths = "/-test/"; // addresses of the script's requests to the test
 
-// In the page, before its own scripts.
+// Runs in the page, before its own scripts.
 function agent(asked) {
-  const errors = []; // what a developer would see in red
-  const events = {}; // how many of each kind have come
+  const errors = []; // what a developer would see in red in the console
+  const events = {}; // the number of events of each kind
   let offset = null; // of the window's content on the screen
   addEventListener("error", (event) => errors.push(String(event.message ?? event.target?.src)), true);
   addEventListener("unhandledrejection", ({ reason }) => errors.push(String(reason)));
@@ -50,7 +51,7 @@ function agent(asked) {
   })();
 }
 
-// Puts it into a page, whose policy would not let it run.
+// Adds the script to a page, and changes the page's policy, which would forbid it.
 function putAgentInto(_, body, fields) {
   if (!fields["content-type"]?.startsWith("text/html")) {
     return body;
@@ -60,14 +61,14 @@ function putAgentInto(_, body, fields) {
     () => `<head><script>(${rememberMessages})(); (${agent})(${JSON.stringify(paths)});</script>`));
 }
 
-// The browser, its screen, and the server that its pages come from.
+// The browser, its screen, and the server that serves its pages.
 export class WebKit {
   #screen;
   #browser = null;
   #proxy;
-  #memory = temporaryFolder(); // the screen's
-  #poll = null; // the answer that the page waits for
-  #task = null; // { code, resolve, reject } that it is to run, or runs
+  #memory = temporaryFolder(); // a file with the screen's memory
+  #poll = null; // the request of the page that waits for a task
+  #task = null; // { code, resolve, reject }: a task that the page is to run, or runs now
 
   // target: the port of kdstream-serve.
   static async start(target) {
@@ -79,16 +80,16 @@ export class WebKit {
     return webkit;
   }
 
-  // A new browser, with nothing stored, that opens this address.
+  // Opens a new browser, with empty storage, at this address.
   open(url) {
     const folder = temporaryFolder();
-    // Nothing moves by itself, so that the same gestures give the same picture.
+    // Nothing moves by itself, so the same gestures give the same picture.
     mkdirSync(join(folder, "gtk-3.0"));
     writeFileSync(join(folder, "gtk-3.0", "settings.ini"), "[Settings]\ngtk-enable-animations=0\n");
     const folders = Object.fromEntries(["HOME", "XDG_CONFIG_HOME", "XDG_CACHE_HOME", "XDG_DATA_HOME"].map((name) => [name, folder]));
     const browser = spawn(process.env.KDSTREAM_WEBKIT, ["--private", `--geometry=${screen.width}x${screen.height}`, url], {
       stdio: ["ignore", "ignore", "inherit"],
-      detached: true, // a group, with the processes that it starts
+      detached: true, // a process group, with the processes that it starts
       env: { ...process.env, ...folders, DISPLAY: this.#screen.display, GDK_BACKEND: "x11", LIBGL_ALWAYS_SOFTWARE: "1",
         NO_AT_BRIDGE: "1", MESA_SHADER_CACHE_DISABLE: "true" },
     });
@@ -113,7 +114,7 @@ export class WebKit {
     return this.#proxy.url;
   }
 
-  // ---- what the page asks
+  // ---- requests of the page
 
   #answer(asked, answer) {
     const { url: path } = asked;
@@ -123,9 +124,9 @@ export class WebKit {
     } else if (path === `${paths}done`) {
       this.#take(asked, answer);
     } else if (path === "/worker.js") {
-      answer.writeHead(404).end(); // it would look whether the page is as it was built
+      answer.writeHead(404).end(); // the worker would check the page's files, which are changed here
     } else {
-      delete asked.headers["accept-encoding"]; // its HTML is altered
+      delete asked.headers["accept-encoding"]; // its HTML is changed here, so it must not be compressed
       return false;
     }
     return true;
@@ -155,7 +156,7 @@ export class WebKit {
     }
   }
 
-  // Runs a function in the page; its argument and its result are JSON.
+  // Runs a function in the page. Its argument and its result are JSON.
   run(action, argument) {
     assert.equal(this.#task, null, "one at a time");
     return new Promise((resolve, reject) => {
@@ -179,14 +180,15 @@ export class WebKit {
     assert.equal(status, 0, stderr);
   }
 
-  // The X server's memory: an X window dump, which is a head of big-endian numbers, colours, then rows of blue, green, red and nothing.
+  // Reads the X server's memory, an X window dump: a head of big-endian numbers, colours, then rows of blue, green, red
+  // and an unused byte.
   #screenRows() {
     const dump = readFileSync(join(this.#memory, "Xvfb_screen0"));
     const [head, rowBytes, colors] = [0, 48, 76].map((at) => dump.readUInt32BE(at));
     return (x, y) => [2, 1, 0].map((part) => dump[head + 12 * colors + y * rowBytes + 4 * x + part]);
   }
 
-  // A part of the screen as PNG, once the pixel at `mark` has this colour.
+  // Takes a part of the screen as PNG, as soon as the pixel at `mark` has this colour.
   async picture({ x, y, width, height }, mark, color) {
     let pixel = this.#screenRows();
     for (const end = Date.now() + longest; !color.every((value, part) => pixel(...mark)[part] === value); pixel = this.#screenRows()) {
@@ -202,13 +204,13 @@ export class WebKit {
     return PNG.sync.write(png);
   }
 
-  // A page that is opened once, by itself; there is one at a time.
+  // A page that is opened once, by itself; there is one page at a time.
   visit() {
     return new WebKitVisit(this);
   }
 }
 
-// What PageVisit asks of a page.
+// The functions that PageVisit calls on a page.
 class WebKitPage {
   #webkit;
   #offset = null; // of the content on the screen
@@ -237,14 +239,15 @@ class WebKitPage {
     this.#offset = await this.#findContent();
   }
 
-  // By the pointer, wherever it is moved to.
+  // Finds the content by moving the pointer: an event says where the pointer is in the content.
   async #findContent() {
-    this.#webkit.input("search", "--onlyvisible", "--class", "MiniBrowser", "windowfocus"); // there is no window manager
+    // Focus it, because there is no window manager.
+    this.#webkit.input("search", "--onlyvisible", "--class", "MiniBrowser", "windowfocus");
     await this.#until("pointermove", () => this.#webkit.input("mousemove", 600, 500, "mousemove_relative", 1, 1));
     return this.evaluate(() => window.agent.offset());
   }
 
-  // Does something, and waits until the page has got an event of that kind by it.
+  // Does something, and waits until the page has received an event of this kind.
   async #until(name, act) {
     const count = () => this.evaluate((kind) => window.agent.events[kind] ?? 0, name);
     const before = await count();
@@ -293,7 +296,7 @@ class WebKitPage {
     await this.#click(x, y);
   }
 
-  // What is drawn after this call: the page's first pixel gets another colour each time.
+  // Takes a picture of a frame that is drawn after this call: the page's first pixel gets another colour each time.
   async screenshot({ path, clip }) {
     const color = [++this.#pictures % 250, 40, 200];
     const whole = await this.evaluate((rgb) => new Promise((resolve) => {
@@ -336,7 +339,7 @@ class WebKitVisit extends PageVisit {
     super.assertClean(url);
   }
 
-  // The button of that name, among those that are seen.
+  // Presses the visible button with this name.
   async press(name) {
     await this.showTool(name);
     assert.ok(await this.page.evaluate((wanted) => {

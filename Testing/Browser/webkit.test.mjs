@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The walk and the tools in the third engine: WebKit, as a stand-in for Safari.
+// The walk and the tools in the third engine: WebKit, as a substitute for Safari.
 
 import { after, before, test } from "node:test";
 import { useTools, walk } from "./engines.mjs";

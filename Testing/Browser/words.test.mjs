@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Each language has every text of the page, and no other; without a browser.
+// Each language has a translation of every text of the page, and of nothing else. Without a browser.
 
 import assert from "node:assert/strict";
 import { readFileSync, readdirSync } from "node:fs";
@@ -14,7 +14,7 @@ const read = (name) => readFileSync(join(web, name), "utf8");
 
 const literals = (code) => [...code.matchAll(/"((?:[^"\\]|\\.)*)"/g)].map(([each]) => JSON.parse(each));
 
-// The first argument of a call whose bracket ends before `begin`.
+// The first argument of a call whose opening parenthesis is just before `begin`.
 function firstArgument(code, begin) {
   let depth = 0;
   for (let i = begin; i < code.length; ++i) {
@@ -31,7 +31,8 @@ function firstArgument(code, begin) {
   return "";
 }
 
-// What takes a text, and as which of its arguments: t, and what gives it to t (elements.js, tools.js, sectionAndLight.js).
+// Functions that take a text, and the index of that argument: t, and functions that pass it to t (elements.js,
+// tools.js, sectionAndLight.js).
 const takers = { t: 0, makeButton: 0, group: 0, "this.#note": 0, along: 0, toggle: 1, step: 1, makeSlider: 1 };
 
 // The texts that a script passes to these functions.
@@ -46,7 +47,7 @@ function textsOfScript(code) {
   return found.filter((each) => /\p{L}/u.test(each));
 }
 
-// The texts of index.html: between tags, and in attributes that people read or hear.
+// The texts of index.html: between tags, and in attributes that users read or hear.
 function textsOfPage(text) {
   const body = text.slice(text.indexOf("<body")).replace(/<svg.*?<\/svg>/gs, "");
   const between = [...body.matchAll(/>([^<]+)</g)].map(([, each]) => each);
@@ -55,7 +56,7 @@ function textsOfPage(text) {
 }
 
 const scripts = readdirSync(web).filter((name) => name.endsWith(".js"));
-const elsewhere = ["Front", "Back", "Left", "Right", "Top", "Bottom", // in tools.js, from a list
+const elsewhere = ["Front", "Back", "Left", "Right", "Top", "Bottom", // in tools.js, in a list
   "From", "To", "unclassified", "ground", "low vegetation", "medium vegetation", "high vegetation", "building",
   "low point (noise)", "water", "road", "bridge deck", "high noise", // in legend.js, from lists
   "this browser stores nothing for this page", "the browser's storage is full"]; // in storage.js

@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A second decoder of pieces, tree pages and boxes, written only from doc/formats.md (sections 3 to 7): it shows that the
-// document is sufficient, and that the C++ code follows it. For tests; it is not fast. Throws if a blob is damaged.
+// A second decoder of pieces, tree pages and boxes, for tests. It is written only from doc/formats.md (sections 3 to
+// 7): it shows that the document is sufficient, and that the C++ code follows it. It is not fast. Throws if a blob is
+// damaged.
 
 const floats = new DataView(new ArrayBuffer(8));
 const sizes = [1, 1, 2, 2, 4, 4, 8, 8, 4, 8];
 const context = { seed: 0, group: 1, samePartition: 9, parent: 10, sibling: 12, steps: 20, seedVertex: 21, jump: 22,
   groupDifference: 23, partition: 24, index: 25, otherIndex: 26, position: 27, unguided: 30, ownPartition: 31, ownIndex: 32,
   ancestor: 33, childEnd: 34, childNode: 35, single: 36, attribute: 37 };
-const pieceChoices = 20; // contexts of few symbols, whose frequencies sum to 256
+const pieceChoices = 20; // contexts with few symbols, whose frequencies add up to 256
 
 export function need(holds, what) {
   if (!holds) throw new Error(what);
 }
 
-// Ordered bits as BigInt, of a float (4) or a double (8), and back.
+// The ordered bits of a float (size 4) or a double (8) as BigInt, and back.
 export function ordered(value, size) {
   size === 4 ? floats.setFloat32(0, value) : floats.setFloat64(0, value);
   const bits = size === 4 ? BigInt(floats.getUint32(0)) : floats.getBigUint64(0);
@@ -52,7 +53,7 @@ class Bytes {
   }
 }
 
-// Section 3.
+// The symbols of section 3.
 export class Symbols {
   constructor(reader, contexts, choices = pieceChoices) {
     this.choices = choices;
@@ -131,7 +132,7 @@ export class Symbols {
   }
 }
 
-// "The walk": vertices { gate, second, own, guided } and triangles, both in its order.
+// "The walk": returns vertices { gate, second, own, guided } and triangles, both in the order of the walk.
 function walk(symbols, own, ghosts, count, stepCount) {
   const steps = [];
   for (let i = 0; i < stepCount; i += 2) {
@@ -164,7 +165,7 @@ function walk(symbols, own, ghosts, count, stepCount) {
     need(triangles.length < count, "too many triangles");
     triangles.push(triangle);
   };
-  // Takes the step at gate g; whether the walk goes on there.
+  // Takes the step at gate g. Returns whether the walk continues there.
   const cross = (g) => {
     const { start: a, end: b, apex: c, next: n, previous: p } = g;
     need(taken < stepCount, "too few steps");
@@ -237,7 +238,7 @@ function walk(symbols, own, ghosts, count, stepCount) {
   return { vertices, triangles };
 }
 
-// "Positions", predicted by planes: the differences along x, y, z.
+// "Positions", predicted by planes: returns the differences along x, y, z.
 function offPlane(vertex, positions, coded) {
   const [i, j, h] = vertex.gate.map((w) => positions[w]);
   const u = j.map((value, axis) => value - i[axis]), v = h.map((value, axis) => value - i[axis]);
@@ -251,7 +252,7 @@ function offPlane(vertex, positions, coded) {
   return differences;
 }
 
-// Grid coordinates, or the exact ones.
+// Reads grid coordinates, or exact ones.
 function readPositions(symbols, vertices, grid) {
   const m = symbols.number(context.single), mode = symbols.number(context.single);
   need(m <= 8 && mode <= (grid.bits > 0 ? 2 : 1), "no such mode");
@@ -287,7 +288,7 @@ function readPositions(symbols, vertices, grid) {
   return positions;
 }
 
-// The number of each vertex, and the keys of the ghosts, which are as [partition, index].
+// Reads the number of each vertex, and the keys of the ghosts as [partition, index].
 function readNumbers(symbols, vertices, positions, own) {
   const groups = vertices.map(() => -1), numbers = [], owned = [], ghosts = [];
   let last = 0;
@@ -343,11 +344,11 @@ function readAttributes(symbols, heads, vertices, numbers, triangleCount) {
   return heads;
 }
 
-// "Ancestors": for each vertex that has them, a row of ranks, coarse to fine. triangles: those of the piece in order, if all its
-// vertices have ancestors.
+// "Ancestors": returns a row of ranks, coarse to fine, for each vertex that has ancestors. triangles: those of the
+// piece in order, if all its vertices have ancestors.
 function readAncestors(symbols, vertices, levels, triangles) {
   const rows = Array.from({ length: vertices }, () => new Array(levels));
-  let entries = rows.map((row) => [row]); // the rows that each entry is in
+  let entries = rows.map((row) => [row]); // for each entry, the rows that contain it
   let edges = triangles.flatMap(([a, b, c]) => [[a, b], [b, c], [c, a]]).filter(([start, end]) => start < end);
   for (let level = levels - 1; level >= 0; --level) {
     edges.sort((x, y) => x[1] - y[1]);
@@ -387,9 +388,10 @@ function readAncestors(symbols, vertices, levels, triangles) {
   return rows;
 }
 
-// blob: bytes; the caller has checked the checksum. model: { partition, stitch, preview } depths and grid { bits, scalarType,
-// origin, step, spacing (the level's; 1 for the original) }; level: a depth, or null for the original; node. The piece: positions
-// (doubles), keys ([partition, index]), ancestors (rows), childEnds, childNodes, triangles, attributes.
+// Decodes a piece. blob: its bytes; the caller has checked the checksum. model: { partition, stitch, preview }, which
+// are depths, and grid { bits, scalarType, origin, step, spacing (the level's; 1 for the original) }. level: a depth,
+// or null for the original. node: the piece's node. Returns positions (doubles), keys ([partition, index]), ancestors
+// (rows), childEnds, childNodes, triangles, attributes.
 export function decodePiece(blob, model, level, node) {
   const reader = new Bytes(blob.subarray(0, blob.length - 8));
   need([0x4b, 0x44, 0x50, 8].every((byte) => reader.byte() === byte), "no piece of version 8");
@@ -401,7 +403,7 @@ export function decodePiece(blob, model, level, node) {
     name: new TextDecoder().decode(reader.take(reader.varint())), type: reader.byte(), association: reader.byte(),
     components: reader.byte() }));
   need(heads.every((head) => head.type < 10 && head.association < 2), "unknown attribute type");
-  const coarse = level !== null && level <= model.stitch; // own vertices carry ancestors too
+  const coarse = level !== null && level <= model.stitch; // own vertices have ancestors, too
   const levels = Math.max(0, (coarse ? level : model.stitch) - model.preview);
   const carriers = levels === 0 ? 0 : coarse ? own + ghosts : ghosts;
   const size = heads.reduce((sum, head) => sum + (head.association === 0 ? own + ghosts : count) * head.components * sizes[head.type],
@@ -479,8 +481,9 @@ function readBox(symbols, parent, second) {
   return box;
 }
 
-// Section 6. model: { partition, finest, onePiece: 11, levels: whether it has any }; around: the box of the page's node. Boxes by
-// heap number relative to the page, from 2 on; facts { most99, most, bytes } in the order of the page.
+// Section 6. model: { partition, finest, onePiece: 11, levels: whether it has any }. around: the box of the page's
+// node. Returns boxes by heap number relative to the page, from 2 on, and facts { most99, most, bytes } in the order of
+// the page.
 export function decodeTreePage(blob, model, page, around) {
   const symbols = new Symbols(content(blob, "KDT"), 6, 1);
   const top = depthOf(page), most = top + depthsOfPage(page, model.partition);
@@ -509,7 +512,7 @@ export function decodeTreePage(blob, model, page, around) {
   return { boxes, facts };
 }
 
-// Section 7: the boxes of the partitions below `node`.
+// Section 7: returns the boxes of the partitions below `node`.
 export function decodePartitionBoxes(blob, model, node) {
   const reader = content(blob, "KDB");
   const width = reader.byte();

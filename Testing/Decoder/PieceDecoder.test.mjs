@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Holds the decoder in JavaScript against the encoder in C++: PieceDecoder.test.mjs PIECE_SAMPLES FILE
+// Compares the decoder in JavaScript with the encoder in C++: PieceDecoder.test.mjs PIECE_SAMPLES FILE
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { readFileSync } from "node:fs";
@@ -77,7 +77,7 @@ for (const line of readFileSync(file, "utf8").split("\n").filter(Boolean)) {
   assert.deepEqual(piece.childEnds, sample.reachBegin.slice(1), where);
   assert.deepEqual(piece.childNodes, sample.reachNodes, where);
   assert.deepEqual(piece.attributes.map((attribute) => Buffer.from(attribute.values).toString("hex")), sample.attributes, where);
-  // A blob that is cut anywhere is refused.
+  // A blob that is cut off anywhere is refused.
   const cut = new Uint8Array(blob.length - 1 - (samples % (blob.length - 12)));
   cut.set(blob.subarray(0, cut.length));
   assert.throws(() => decodePiece(cut, model, sample.level, sample.node), where);

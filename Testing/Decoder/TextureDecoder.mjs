@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A second decoder of textures, written only from doc/formats.md (section 8), like that of pieces. For tests. Throws if a blob is
-// damaged.
+// A second decoder of textures, for tests, like that of pieces. It is written only from doc/formats.md (section 8).
+// Throws if a blob is damaged.
 import { Symbols, content, need, ordered, unordered } from "./PieceDecoder.mjs";
 
 const context = { corner: 0, chartOf: 3, parallelogram: 4, near: 6, far: 8, chart: 10, table: 11, chartSource: 12, chartPlace: 13 };
@@ -37,14 +37,16 @@ function readTables(symbols, triangles) {
   return { scale: 2 ** -halvings, charts };
 }
 
-// triangles: of the piece. Places of corners, in texels; given: u and v of an exact one.
+// triangles: those of the piece. Returns the places of corners in texels; for an exact texture also `given`, which are
+// u and v.
 export function decodeTexture(blob, triangles) {
   const reader = content(blob, "KDX");
   const count = reader.varint(), width = reader.varint(), height = reader.varint(), format = reader.byte();
   need(count === triangles.length, "another number of triangles");
   need(width >= 1 && width <= 16383 && height >= 1 && height <= 16383, "no picture");
   const exact = format >= 128;
-  const coarse = !exact && format >= 64, kind = format - (exact ? 128 : coarse ? 64 : 0), steps = coarse ? 8 : 256; // of a texel
+  // Steps in a texel.
+  const coarse = !exact && format >= 64, kind = format - (exact ? 128 : coarse ? 64 : 0), steps = coarse ? 8 : 256;
   need(kind >= 1 && kind <= 3, "no format");
   const image = reader.take(reader.varint());
   const symbols = new Symbols(reader, 14, 4);
@@ -57,7 +59,7 @@ export function decodeTexture(blob, triangles) {
     const closed = value(n) + value(p) - value(o);
     return Math.abs(closed) < 1e30 ? ordered(Math.fround(closed), 4) : n;
   };
-  // The third corner beyond the side of the pairs n and p.
+  // The third corner of the triangle on the other side of the edge between the corners n and p.
   const across = (t, n, p, other) => {
     if (other === undefined) return null;
     const mine = triangles[t], theirs = triangles[other];

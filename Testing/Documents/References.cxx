@@ -2,8 +2,8 @@
 // Steps:
 // 1. every document's anchors, sections and titles
 // 2. the links of documents
-// 3. the words of documents, and of the comments of sources: each that looks like a reference is
-//    looked up.
+// 3. the words of documents, and of the comments of sources: each word that looks like a reference
+//    is looked up.
 #include "Testing/Documents/References.h"
 
 #include <algorithm>
@@ -23,7 +23,8 @@ namespace fs = std::filesystem;
 constexpr std::array<std::string_view, 8> topFolders{ "Data", "Examples", "Testing", "cmake", "doc",
   "filters", "server", "viewer" };
 constexpr std::array<std::string_view, 5> sourceEndings{ ".h", ".cxx", ".js", ".mjs", ".cmake" };
-constexpr std::string_view fetchedModels = "Data/models"; // scripts fetch them: in no clone
+// Scripts fetch this folder: it is not in a clone.
+constexpr std::string_view fetchedModels = "Data/models";
 
 template <class Names>
 bool EndsWithOneOf(std::string_view text, const Names& endings)
@@ -75,8 +76,8 @@ std::string_view TrimLeft(std::string_view text)
   return text;
 }
 
-// Replaces the text between two marks, and the marks, by blanks, so that the rest keeps its place.
-// A mark without an end stays.
+// Replaces the text between two marks, and the marks, by blanks, so that everything after it keeps
+// its place. A mark without an end stays.
 void BlankBetween(std::string& text, std::string_view open, std::string_view close)
 {
   for (std::size_t at = text.find(open); at != std::string::npos; at = text.find(open, at + 1))
@@ -92,7 +93,7 @@ void BlankBetween(std::string& text, std::string_view open, std::string_view clo
   }
 }
 
-// Blocks of code begin and end with a line of ```.
+// Removes code from a document. Blocks of code begin and end with a line of ```.
 std::string WithoutCode(std::string text)
 {
   BlankBetween(text, "```", "```");
@@ -100,8 +101,8 @@ std::string WithoutCode(std::string text)
   return text;
 }
 
-// The comments of a source as running text: sentences continue over line ends. `lineAt` has the
-// line of each character.
+// The comments of a source as running text, because sentences continue over line ends. `lineAt` has
+// the line of each character.
 struct RunningText
 {
   std::string text;
@@ -114,7 +115,7 @@ struct RunningText
   }
 };
 
-// The comment in a line of a source: all of it, or what follows the code.
+// The comment in a line of a source: the whole line, or its end after the code.
 std::string_view CommentOf(std::string_view line, std::string_view mark)
 {
   const std::string_view begin = TrimLeft(line);
@@ -143,7 +144,7 @@ RunningText CommentsOf(std::string_view path, std::string_view text)
 
 RunningText ProseOf(std::string text)
 {
-  // Where links lead is checked elsewhere; addresses of the web are not checked.
+  // Targets of links are checked elsewhere; addresses in the web are not checked.
   BlankBetween(text, "](", ")");
   for (const std::string_view scheme : { "https:", "http:" })
   {
@@ -158,7 +159,7 @@ RunningText ProseOf(std::string text)
   return prose;
 }
 
-// What can be cited of a document.
+// The parts of a document that can be cited.
 struct Document
 {
   std::set<std::string> anchors;
@@ -277,7 +278,7 @@ private:
       const std::size_t end = text.find_first_of(") \n", at + 2);
       const std::string target = text.substr(at + 2, end - at - 2);
       const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<long>(at), '\n');
-      if (target.find(':') == std::string::npos) // no https:, no mailto:
+      if (target.find(':') == std::string::npos) // not https:, not mailto:
       {
         this->CheckLink(target, static_cast<std::size_t>(line));
       }
@@ -327,7 +328,7 @@ private:
 
   void CheckWord(std::string_view word, std::string_view after, std::size_t line)
   {
-    // "Codec.{h,cxx}", "*.h": what stands for many names only their folder.
+    // Of a pattern such as "Codec.{h,cxx}" or "*.h", only the folder is checked.
     if (!after.empty() && (after[0] == '{' || after[0] == '*' || after[0] == '<'))
     {
       word = word.substr(0, std::min(word.rfind('/'), word.size()));
@@ -335,7 +336,7 @@ private:
     while (!word.empty() && (word.back() == '.' || word.back() == '/' || word.back() == '-'))
     {
       word.remove_suffix(1);
-      after = {}; // another sentence
+      after = {}; // the next word begins another sentence
     }
     const std::string name(word);
     if (IsDocument(name))
@@ -356,7 +357,8 @@ private:
     }
   }
 
-  // A source names a document by its path from the root, a document by the end of its path.
+  // A source cites a document by its path from the root; a document may cite it by the end of that
+  // path.
   void CheckCitation(const std::string& name, std::string_view after, std::size_t line)
   {
     const auto document =
@@ -422,8 +424,8 @@ private:
     }
   }
 
-  // Checks a path, or the name of a source or of a test, if it looks like one. A name that begins
-  // with vtk may be VTK's.
+  // Checks a path, or the name of a source or a test, if the word looks like one. A name that
+  // begins with vtk may belong to VTK.
   void CheckName(const std::string& name, std::size_t line)
   {
     const std::size_t slash = name.find('/');
@@ -460,9 +462,9 @@ private:
 
   const SourceTree& Tree;
   std::map<std::string, Document> Documents;
-  std::set<std::string> Names; // of files, with their endings and without
-  std::string BuildFiles;      // name tests that have no source
-  std::string File;            // that is looked at
+  std::set<std::string> Names; // of files, with and without their endings
+  std::string BuildFiles;      // their text; they also name tests that have no source
+  std::string File;            // the file that is being checked
   std::vector<std::string> Dead;
 };
 
@@ -492,7 +494,7 @@ SourceTree ReadSourceTree(const fs::path& root)
 std::string AnchorOfHeading(const std::string& heading)
 {
   std::string text = heading;
-  // Of a link only the text stays.
+  // Only the text of a link is part of the anchor.
   BlankBetween(text, "](", ")");
   std::string anchor;
   for (const char c : text.substr(0, text.find_last_not_of(' ') + 1))

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Nothing that a document or a comment refers to is missing.
+// Everything that a document or a comment refers to exists.
 #include "Testing/Documents/References.h"
 
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@ namespace
 
 using namespace kdstream;
 
-// A small tree in which everything leads somewhere, with `text` in one more file.
+// A small tree in which all references are correct, with one more file that contains `text`.
 SourceTree TreeWith(const std::string& path, const std::string& text)
 {
   SourceTree tree;

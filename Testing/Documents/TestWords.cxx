@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The field's words: a search of the product code for a term of the field finds the code for it,
-// and no identifier uses a word that was replaced by such a term (doc/design.md#words), neither in
-// C++ nor in JavaScript; the JavaScript of tests is read, too.
+// The field's words. A search of the product code for a term of the field finds the code for it. No
+// identifier uses a word that was replaced by such a term (doc/design.md#words), in C++ or in
+// JavaScript; JavaScript of tests is checked, too.
 #include "Testing/Documents/References.h"
 
 #include <gtest/gtest.h>
@@ -36,8 +36,8 @@ bool IsOfName(char c)
   return std::isalnum(static_cast<unsigned char>(c)) || c == '_';
 }
 
-// The end of a string, character or template that begins at `at`; of a raw string, after its
-// closing mark. Only templates go on over lines.
+// The end of a string, character or template that begins at `at`, after its closing mark; also of a
+// raw string. Only templates may continue over lines.
 std::size_t EndOfQuoted(const std::string& text, std::size_t at)
 {
   const char mark = text[at];
@@ -85,8 +85,8 @@ std::string CodeOf(const std::string& text)
   return code;
 }
 
-// JavaScript without the keys that stay, of JSON, of messages and of the page's status: after a
-// point or before a colon.
+// JavaScript without keys that may stay: those of JSON, of messages and of the page's status. They
+// stand after a point or before a colon.
 std::string WithoutKeys(const std::string& code)
 {
   static const std::regex keys(
@@ -94,7 +94,7 @@ std::string WithoutKeys(const std::string& code)
   return std::regex_replace(code, keys, " ");
 }
 
-// The words of all identifiers, in small letters: of "SetPrefetchBytes", set, prefetch, bytes.
+// The words of all identifiers, in lower case: of "SetPrefetchBytes", set, prefetch, bytes.
 std::set<std::string> WordsOf(const std::string& code)
 {
   std::set<std::string> words;
@@ -125,7 +125,7 @@ std::set<std::string> WordsOf(const std::string& code)
 
 using Pair = std::array<const char*, 2>;
 
-// What was said, and what is said.
+// Words that were replaced, and the words that replace them.
 const Pair retired[] = { { "errand", "task" }, { "talk", "connection, stream" },
   { "owed", "outstanding" }, { "owes", "outstanding" }, { "debt", "outstanding request" },
   { "hurry", "retry now" }, { "fleeting", "no-store" }, { "seat", "connection slot" },
@@ -138,7 +138,8 @@ const Pair retired[] = { { "errand", "task" }, { "talk", "connection, stream" },
   { "painted", "textured, coloured" }, { "silence", "idle timeout" }, { "mend", "repair" },
   { "mended", "repaired" }, { "told", "reported, specified" }, { "untold", "unreported" } };
 
-// Each as an expression: words may be parted by nothing, "-", or the end of a line of a comment.
+// Makes a regular expression of each term: its words may be separated by nothing, by "-", or by the
+// end of a comment's line.
 const char* const terms[] = { "frustum", "level of detail", "screen-space error", "remaining error",
   "geometric error", "geomorph", "fold-over", "ambient occlusion", "occlusion", "prefetch",
   "in flight", "outstanding", "backoff", "rate limit", "stall timeout", "cancel", "hysteresis",
@@ -198,8 +199,8 @@ TEST(Words, ThatWereReplacedAreInNoIdentifier)
   EXPECT_GT(scripts, 80U) << "not the tree of this project";
 }
 
-// Phrases that had to be read twice. The list has the English sentences, and the translations of
-// the page after "=>".
+// Phrases that had to be read twice must not occur. The list has the English sentences, and the
+// translations of the page after "=>".
 TEST(Words, OfMessagesArePlain)
 {
   const std::regex phrases(

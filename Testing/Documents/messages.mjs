@@ -1,12 +1,13 @@
 #!/usr/bin/env node
 // SPDX-License-Identifier: BSD-3-Clause
-// All sentences of the programs in one list, Messages.txt, so that reviewers see when one changes.
+// Collects all sentences of the programs in one list, Messages.txt, so that reviewers see when a sentence changes.
 //   node Testing/Documents/messages.mjs           exit code 1 and the differences, if the list is out of date
-//   node Testing/Documents/messages.mjs --write   write the list
+//   node Testing/Documents/messages.mjs --write   writes the list
 //
-// A sentence of C++ or JavaScript is a string literal with two blanks or more. Literals that follow each other are one; values
-// that `+`, `<<` or `${}` put between them are written as {}, and a choice between literals in parentheses as {one|other}. For
-// the page's languages the list has each text and its translation. Within a file the list is sorted, so a sentence may move.
+// A sentence of C++ or JavaScript is a string literal with two blanks or more. Consecutive literals are one sentence.
+// Values that `+`, `<<` or `${}` put between them are written as {}, and a choice between literals in parentheses as
+// {one|other}. For the page's languages the list has each text and its translation. The sentences of a file are sorted,
+// so that moving one does not change the list.
 import { execFileSync } from "node:child_process";
 import { existsSync, readdirSync, readFileSync, writeFileSync } from "node:fs";
 import { dirname, join, relative } from "node:path";
@@ -25,7 +26,7 @@ function unescape(text) {
     .replace(/\\(.)/gs, (all, sign) => escapes[sign] ?? all);
 }
 
-// Longest first. A preprocessor line is left out, and so is a raw string: those are shaders and test data.
+// Longer tokens come first. Preprocessor lines are left out, and so are raw strings, which are shaders and test data.
 const tokensOfCpp = [
   ["skip", /\s+|\/\/[^\n]*|\/\*.*?\*\/|^[ \t]*#(?:[^\n\\]|\\.)*/msy],
   ["raw", /(?:u8|u|U|L)?R"([^(\s]*)\(.*?\)\1"/sy],
@@ -73,24 +74,24 @@ function tokensOf(text, kinds) {
 
 // ---- sentences
 
-// Not SQL, shaders, a head of HTTP or rules of CSS.
+// Texts that are not sentences: SQL, shaders, the head of an HTTP message, rules of CSS.
 const isCode = (text) => /^\s*(SELECT|INSERT|CREATE|PRAGMA|DELETE|UPDATE|WITH|DROP|ALTER|#version|precision|HTTP\/1)\b|gl_|VTK::|\bvec[234]\b|;\s*\\n|[;{}]$|:\s?\w+;/
   .test(text);
 
 function isSentence(text) {
   let words = text.replace(/\\[nt]/g, " ").trim();
-  while (/\{[^{}]*\}/.test(words)) { // a choice may have values in it
+  while (/\{[^{}]*\}/.test(words)) { // a choice may contain values
     words = words.replace(/\{[^{}]*\}/g, "");
   }
   return (words.match(/\S /g) ?? []).length >= 2 && /\p{L}{2}/u.test(words) && !isCode(words);
 }
 
-// The parts of an expression join to one text until a comma, a statement's end or the like.
+// The parts of an expression are joined to one text until a comma, the end of a statement, or something similar.
 class Level {
   text = "";
   hasLiteral = false;
   needsOperand = true;
-  choices = []; // of `? "one" : "other"`
+  choices = []; // the alternatives of `? "one" : "other"`
 
   constructor(opener, isCall) {
     this.opener = opener;
@@ -103,7 +104,7 @@ class Level {
     this.needsOperand = false;
   }
 
-  // A value that is not a literal: {} once, however many tokens it has.
+  // A value that is not a literal becomes one {}, however many tokens it has.
   operand() {
     if (this.needsOperand) {
       this.text += "{}";
@@ -148,7 +149,7 @@ function sentencesOf(tokens) {
       const inner = levels.length > 1 ? levels.pop() : new Level("", true);
       const outer = levels.at(-1);
       if (!inner.isCall && inner.choices.length) {
-        inner.choices.shift(); // the condition
+        inner.choices.shift(); // removes the condition
         inner.choice();
         const isChoice = inner.choices.some((each) => each !== "{}");
         if (isChoice && outer.needsOperand) {
@@ -247,7 +248,7 @@ if (process.argv[2] === "--write") {
   try {
     execFileSync("diff", ["-u", list, "-"], { input: made, stdio: ["pipe", "inherit", "inherit"] });
   } catch {
-    // diff's exit code says that there are differences, which is known
+    // diff's exit code says that there are differences, which is already known
   }
   process.exit(1);
 }

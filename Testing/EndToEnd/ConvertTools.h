@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the tests of foreign formats share: a folder, the programs in it, and files of each format.
+// Shared by the tests of foreign formats: a folder, the programs that run in it, and files of each
+// format.
 #pragma once
 
 #include "Testing/EndToEnd/Process.h"
@@ -47,7 +48,7 @@ inline vtkSmartPointer<vtkPolyData> ToPolyData(const Mesh& mesh)
   return output;
 }
 
-// The mesh in floats, as PLY, STL, VRML and others hold it.
+// The mesh with its coordinates rounded to floats, as PLY, STL, VRML and others store them.
 inline Mesh AsFloats(Mesh mesh)
 {
   for (Vec3& p : mesh.points)
@@ -61,7 +62,7 @@ inline Mesh AsFloats(Mesh mesh)
   return mesh;
 }
 
-// The corners' places, triangle by triangle.
+// The places of the corners, triangle by triangle.
 inline std::vector<std::array<Vec3, 3>> Soup(const Mesh& mesh)
 {
   std::vector<std::array<Vec3, 3>> soup;
@@ -92,7 +93,7 @@ inline std::vector<double> ValuesOf(const Mesh& mesh, const std::string& name)
   return values;
 }
 
-// Whether kdstream-convert reads VRML: it was built with Coin.
+// Whether kdstream-convert reads VRML, which requires Coin in the build.
 #ifdef KDSTREAM_HAS_COIN
 inline constexpr bool hasVrml = true;
 #else
@@ -131,7 +132,8 @@ protected:
     return mesh;
   }
 
-  // What kdstream-convert makes of a file; it must succeed, saying `warnings` (whole lines).
+  // Converts a file with kdstream-convert, which must succeed and print exactly these warnings
+  // (whole lines). Returns the resulting mesh.
   Mesh Converted(const std::string& input, const std::string& warnings = "")
   {
     std::filesystem::remove(this->Folder / "out.ply");
@@ -141,7 +143,7 @@ protected:
     return outcome.exitCode == 0 ? this->Read("out.ply") : Mesh{};
   }
 
-  // Exit code 1 and one line that names the file and holds `what`; no output.
+  // Expects exit code 1, one line that names the file and contains `what`, and no output.
   void ExpectError(const std::string& input, const std::string& what)
   {
     std::filesystem::remove(this->Folder / "out.ply");

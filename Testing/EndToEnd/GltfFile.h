@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// glTF files for tests, put together by hand.
+// glTF files for tests, composed by hand.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 namespace kdstream::fixtures
 {
 
-// A .glb of two chunks.
+// Makes a .glb of two chunks.
 inline std::string GlbOf(std::string json, std::string bytes)
 {
   json.resize((json.size() + 3) / 4 * 4, ' ');
@@ -25,11 +25,11 @@ inline std::string GlbOf(std::string json, std::string bytes)
          bytes;
 }
 
-// Bytes of a glTF buffer, and the JSON of views and accessors on it.
+// The bytes of a glTF buffer, and the JSON of its views and accessors.
 class GltfBuffer
 {
 public:
-  // Returns the accessor's number. type: SCALAR, VEC2, VEC3 or VEC4.
+  // Adds an accessor, and returns its number. type: SCALAR, VEC2, VEC3 or VEC4.
   template <class T>
   int Add(const std::vector<T>& values, const std::string& type, int componentType,
     const std::string& bounds = "")
@@ -43,13 +43,13 @@ public:
                        ",\"type\":\"" + type + "\"" + bounds + "}";
     return this->AccessorCount++;
   }
-  // An accessor as it is written in the JSON.
+  // Adds an accessor that is already written as JSON.
   int AddJson(const std::string& accessor)
   {
     this->Accessors += (this->AccessorCount == 0 ? "" : ",") + accessor;
     return this->AccessorCount++;
   }
-  // Whole numbers of the last accessor are parts of the largest.
+  // Marks the last accessor as normalized: its integers are fractions of the largest integer.
   void NormalizeLast()
   {
     this->Accessors.insert(this->Accessors.size() - 1, ",\"normalized\":true");
@@ -64,7 +64,7 @@ public:
     return this->ViewCount++;
   }
 
-  // The whole document; rest: its other members; uri: of the buffer, none in a .glb.
+  // The whole document. rest: its other members. uri: of the buffer; "" in a .glb.
   std::string Json(const std::string& rest, const std::string& uri = "") const
   {
     return "{\"asset\":{\"version\":\"2.0\"}," + rest + ",\"accessors\":[" + this->Accessors +

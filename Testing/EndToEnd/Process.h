@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Running the programs as a user does: arguments in; exit code, stdout and stderr out.
+// Runs the programs as a user does, with arguments. Returns exit code, stdout and stderr.
 #pragma once
 
 #include "Testing/Fixtures/TemporaryFolder.h"
@@ -20,12 +20,12 @@ namespace kdstream::fixtures
 
 struct Outcome
 {
-  int exitCode = -1; // 128 + the signal where one ended it
+  int exitCode = -1; // 128 + the signal, if a signal ended it
   std::string out, err;
-  std::uint64_t peakBytes = 0; // of resident memory, as the system counted it
+  std::uint64_t peakBytes = 0; // the peak of resident memory, as the system counts it
 };
 
-// Runs a program with the arguments, in `folder`.
+// Runs a program with these arguments in `folder`.
 inline Outcome RunProgram(const TemporaryFolder& folder, const std::string& program,
   const std::vector<std::string>& arguments)
 {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the tests of kdstream-build and kdstream-store share: a folder, meshes in it, the programs.
+// Shared by the tests of kdstream-build and kdstream-store: a folder, meshes in it, and the
+// programs.
 #pragma once
 
 #include "Testing/EndToEnd/Process.h"
@@ -52,8 +53,8 @@ protected:
     return mesh;
   }
 
-  // The error line of a program that fails, whole.
-  // One line that begins with what it is about: "kdstream-build: error: in.ply: ".
+  // Expects that a program has failed with exactly one line of errors, which begins with the
+  // program and the subject: "kdstream-build: error: in.ply: ".
   void ExpectError(const Outcome& outcome, int exitCode, const std::string& begin)
   {
     EXPECT_EQ(outcome.exitCode, exitCode);

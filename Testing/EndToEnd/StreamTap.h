@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A tap in the line between a client and a server. It passes everything on, counts the blobs that
-// arrive complete through streams, and can hold data back until it is asked to pass them.
+// A tap in the line between a client and a server. It passes all data on, counts the blobs that
+// arrive completely through streams, and can hold data back until LetThrough is called.
 #pragma once
 
 #include "filters/protocol/BinaryFrame.h"
@@ -25,12 +25,12 @@
 namespace kdstream
 {
 
-// Reads what arrives on one connection: first HTTP, then the frames of a WebSocket from a server,
-// which are not masked.
+// Parses the data that arrives on one connection: first HTTP, then the WebSocket frames of a
+// server, which are not masked.
 class StreamReader
 {
 public:
-  // onBlob: each that is whole.
+  // onBlob: called for each complete blob.
   explicit StreamReader(std::function<void(const protocol::FrameAssembler::Blob&)> onBlob)
     : OnBlob(std::move(onBlob))
   {
@@ -100,7 +100,7 @@ private:
 
   std::function<void(const protocol::FrameAssembler::Blob&)> OnBlob;
   Kind Is = Kind::Unknown;
-  std::string Text; // that has come, and is not yet understood
+  std::string Text; // received, but not parsed yet
   protocol::FrameAssembler Frames;
 };
 
@@ -109,8 +109,8 @@ class StreamTap
   using tcp = boost::asio::ip::tcp;
 
 public:
-  // Between a port of its own and the server's. After a stream has brought this number of blobs,
-  // nothing more of it passes until LetThrough.
+  // A tap between a port of its own and the server's port. After a stream has brought this number
+  // of blobs, no more of it passes until LetThrough.
   StreamTap(std::uint16_t server, std::size_t blobsBeforeHold)
     : Server(server)
     , Hold(blobsBeforeHold)
@@ -126,7 +126,7 @@ public:
       this->Ends = true;
     }
     boost::system::error_code error;
-    tcp::socket knock(this->Context); // wakes accept up
+    tcp::socket knock(this->Context); // wakes up accept
     knock.connect(this->Listening.local_endpoint(), error);
     this->Accepting.join();
     for (Pair& pair : this->Pairs)
@@ -155,13 +155,13 @@ public:
     this->Hold = std::numeric_limits<std::size_t>::max();
     this->Changed.notify_all();
   }
-  // That have been made so far.
+  // The number of connections made so far.
   std::size_t Connections() const
   {
     const std::lock_guard lock(this->Mutex);
     return this->Made;
   }
-  // How often each blob has come whole.
+  // How often each blob has arrived completely.
   std::map<protocol::BlobId, std::size_t> Counts() const
   {
     const std::lock_guard lock(this->Mutex);
@@ -190,7 +190,7 @@ private:
       {
         return;
       }
-      // So that little is in flight while it is held.
+      // A small buffer, so that little is in flight while data is held back.
       pair.server.open(tcp::v4());
       pair.server.set_option(boost::asio::socket_base::receive_buffer_size(4096));
       pair.server.connect({ boost::asio::ip::address_v4::loopback(), this->Server }, error);
@@ -205,7 +205,7 @@ private:
     }
   }
 
-  // false: the tap ends.
+  // Returns false if the tap is ending.
   bool CountConnection()
   {
     const std::lock_guard lock(this->Mutex);
@@ -225,8 +225,8 @@ private:
     }
   }
 
-  // Passes data until the sender ends, or the receiver takes no more. The other direction is not
-  // changed, because data may still be on their way there.
+  // Passes data until the sender ends, or the receiver takes no more. The other direction stays
+  // open, because data may still be in flight there.
   static void Pass(
     tcp::socket& from, tcp::socket& to, const std::function<void(const char*, std::size_t)>& look)
   {

@@ -31,7 +31,7 @@ protected:
     EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
     return outcome.err;
   }
-  // What kdstream-store says on stderr.
+  // Extracts with kdstream-store, and returns what it writes to stderr.
   std::string Extract(std::vector<std::string> what, const std::string& output)
   {
     what.insert(what.begin(), { "extract", "m.kds", "-o", output, "--quiet" });
@@ -63,7 +63,7 @@ std::vector<AttributeInfo> InfosOf(const Mesh& mesh)
   return infos;
 }
 
-// A torus of 100 m by 60 m in UTM coordinates, in metres, with detail of a millimetre and smaller.
+// A torus of 100 m by 60 m in UTM coordinates, in metres, with details of a millimetre and less.
 Mesh GeoReferenced()
 {
   std::mt19937 random(4);
@@ -208,10 +208,11 @@ TEST_F(AttributePrograms, AGridOfLargeCoordinatesIsAsFineAsItsBitsSay)
     const Mesh out = this->Read("out.ply");
     EXPECT_EQ(out.scalarType, ScalarType::Float64);
     ASSERT_EQ(out.points.size(), mesh.points.size());
-    // Millimetres at least: a float is off by a quarter of a metre there.
+    // At least millimetres are kept; floats would be wrong by a quarter of a metre there.
     const double step = longest / std::pow(2, bits);
     ASSERT_LT(step, 0.0002);
-    // Each point of the input has its own place, and the nearest point of the output is it.
+    // Each point of the input has a place of its own, and is the nearest one to its point in the
+    // output.
     std::vector<Vec3> sorted = out.points;
     std::sort(sorted.begin(), sorted.end());
     for (const Vec3& point : mesh.points)
@@ -227,7 +228,7 @@ TEST_F(AttributePrograms, AGridOfLargeCoordinatesIsAsFineAsItsBitsSay)
       }
       ASSERT_TRUE(found) << point[0] << " " << point[1] << " " << point[2];
     }
-    // Levels lie where the model does, within their coarser grid and their error.
+    // Levels lie where the model does, within their coarser grid and their geometric error.
     const double off = longest / 1000;
     EXPECT_EQ(this->Extract({ "--level", "9" }, "out.ply"), "");
     for (const Vec3& point : this->Read("out.ply").points)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A build keeps --memory: in memory where that is certain, else in files, or it refuses the mesh.
+// A build respects --memory: it works in memory if this certainly suffices, else in files; or it
+// refuses the mesh.
 #include "Testing/EndToEnd/ProgramsTest.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "Testing/Fixtures/Sanitized.h"
@@ -22,7 +23,8 @@ class BuildMemory : public ProgramsTest
 {
 };
 
-// With that many floats for each point and for each triangle, in arrays of four at most.
+// Adds this number of floats for each point and for each triangle, in arrays of at most four
+// components.
 Mesh WithManyBytes(Mesh mesh, std::size_t forPoints, std::size_t forCells)
 {
   for (const auto association : { AttributeAssociation::Point, AttributeAssociation::Cell })
@@ -61,9 +63,9 @@ TEST_F(BuildMemory, StaysBelowTheMemoryLimit)
   {
     GTEST_SKIP() << "a sanitizer's own memory would count";
   }
-  // A build that accepts a limit keeps it (64 MiB are for the programs themselves), measured from
-  // outside. The meshes are freed before the programs start, because a child's peak includes its
-  // parent's memory at the fork.
+  // A build that accepts a limit respects it, measured from outside (64 MiB are for the programs
+  // themselves). The meshes are freed before the programs start, because a child's peak includes
+  // its parent's memory at the fork.
   const auto dense = []
   {
     Mesh mesh = Torus(500, 300);
@@ -108,7 +110,7 @@ TEST_F(BuildMemory, StaysBelowTheMemoryLimit)
     std::vector<const char*> cells{ "8" };
     if (name == std::string_view("torus") || name == std::string_view("soup"))
     {
-      cells.push_back("1"); // the most nodes
+      cells.push_back("1"); // gives the most nodes
     }
     for (const char* cell : cells)
     {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-build as doc/cli.md describes it: what it writes, says and returns.
+// kdstream-build as doc/cli.md describes it: its output, its messages and its exit codes.
 #include "Testing/EndToEnd/ProgramsTest.h"
 #include "Testing/Fixtures/Invariants.h"
 #include "Testing/Fixtures/Meshes.h"
@@ -85,7 +85,7 @@ TEST_F(BuildProgram, AllOfALosslessStoreIsTheInput)
   }
 }
 
-// A survey in map coordinates with a vertex at the origin that no triangle uses.
+// A survey in map coordinates has a vertex at the origin that no triangle uses.
 TEST_F(BuildProgram, WhatNoTriangleUsesIsNamedAndComesBack)
 {
   Mesh survey = Shuffled(HeightField(40), 3);
@@ -120,7 +120,7 @@ TEST_F(BuildProgram, WhatNoTriangleUsesIsNamedAndComesBack)
     EXPECT_EQ(stats("one")[key], stats("without")[key]) << key;
   }
   Mesh within = survey;
-  within.points.erase(within.points.end() - 2); // but not the last one, which is in the middle
+  within.points.erase(within.points.end() - 2); // the last vertex stays; it is in the middle
   this->Write("within.ply", within);
   EXPECT_EQ(build("within"),
     "kdstream-build: warning: within.ply: 1 vertex that no triangle uses, within "
@@ -360,7 +360,7 @@ TEST_F(BuildProgram, BadInputIsNamedWithItsPlace)
   expect("range.ply", "face 1 (line 15) names vertex 99, but there are only 4, counted from 0");
   expect("none.ply", "the mesh has no vertices");
   expect("model.ifc", ".ifc");
-  // Each partitioner has a check of its own.
+  // Each partitioner checks this by itself.
   for (const char* partitioner : { "kdtree", "octree", "kmeans" })
   {
     this->ExpectError(this->Build({ "wide.ply", "-o", "m.kds", "--partitioner", partitioner }), 1,
@@ -371,12 +371,13 @@ TEST_F(BuildProgram, BadInputIsNamedWithItsPlace)
   expect("cut2.ply", "vertex ");
 }
 
-// The input of a build may be at fault in the ways of a file as much as the output may.
+// A build's input may be unusable in the same ways as its output, for example because it is a link
+// to itself.
 TEST_F(BuildProgram, AnUnreadableInputIsNamed)
 {
   for (const std::string input : { "in.ply", "in.stl", "in.obj" })
   {
-    std::filesystem::create_symlink(input, this->Folder / input); // may not be opened, even by root
+    std::filesystem::create_symlink(input, this->Folder / input); // even root cannot open it
     this->ExpectError(
       this->Build({ input, "-o", "m.kds" }), 1, "kdstream-build: error: " + input + ": ");
   }
@@ -403,7 +404,7 @@ TEST_F(BuildProgram, ContentOfAnotherFormatThanTheEndingIsReported)
 
 TEST_F(BuildProgram, WarnsOfFloatsFarFromTheOrigin)
 {
-  // A hundred metres of ground with a vertex a metre, in UTM coordinates.
+  // A ground of a hundred metres with one vertex for each metre, in UTM coordinates.
   Mesh ground;
   constexpr unsigned side = 100;
   for (unsigned i = 0; i < side * side; ++i)
@@ -524,7 +525,7 @@ TEST_F(BuildProgram, NamesAPointThatMakesTheGridCoarse)
     EXPECT_NE(built.err.find(stray), std::string::npos) << built.err;
     EXPECT_NE(built.err.find("remove it from the input"), std::string::npos) << built.err;
   }
-  // Two places far apart are no stray.
+  // If half of the points are far away, they are not strays.
   for (std::size_t v = 0; v < number; ++v)
   {
     cloud.points[v][1] -= 1000;
@@ -578,11 +579,12 @@ TEST_F(BuildProgram, NeverOverwritesItsInput)
     EXPECT_EQ(this->Build({ "in.ply", "-o", "m.kds", "--stats", output }).exitCode, 2);
   }
   EXPECT_EQ(ReadWhole(this->Folder / "in.ply"), input);
-  // Statistics in place of a store that is still to be made.
+  // The statistics would overwrite a store that does not exist yet.
   this->ExpectError(this->Build({ "in.ply", "-o", "m.kds", "--stats", "./m.kds" }), 2,
     "kdstream-build: error: ./m.kds: ");
   EXPECT_FALSE(std::filesystem::exists(this->Folder / "m.kds"));
-  ASSERT_EQ(this->Build({ "in.ply", "-o", "m.ply" }).exitCode, 0); // a store under a mesh's name
+  // A store with the name of a mesh.
+  ASSERT_EQ(this->Build({ "in.ply", "-o", "m.ply" }).exitCode, 0);
   const std::string store = ReadWhole(this->Folder / "m.ply");
   EXPECT_EQ(this->Store({ "extract", "m.ply", "--all", "-o", "m.ply" }).exitCode, 2);
   EXPECT_TRUE(ReadWhole(this->Folder / "m.ply") == store);
@@ -597,7 +599,7 @@ TEST_F(BuildProgram, RefusesOutputsThatAreNotFiles)
     this->Build({ "in.ply", "-o", "folder" }), 1, "kdstream-build: error: folder: ");
   this->ExpectError(this->Build({ "in.ply", "-o", "pipe" }), 1, "kdstream-build: error: pipe: ");
   EXPECT_TRUE(std::filesystem::is_fifo(this->Folder / "pipe"));
-  // A link is followed, not replaced; stats may go to a stream.
+  // A link is followed, not replaced. Statistics may go to a stream.
   std::filesystem::create_symlink("target.kds", this->Folder / "link.kds");
   const Outcome built = this->Build({ "in.ply", "-o", "link.kds", "--stats", "/dev/stdout" });
   EXPECT_EQ(built.exitCode, 0) << built.err;

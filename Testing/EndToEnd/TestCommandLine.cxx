@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The options in --help, in doc/cli.md and in the manual are the same, with the same values, for
+// The options in --help, in doc/cli.md and in the manual are the same and take the same values, for
 // every program that was built.
 #include "Testing/EndToEnd/Process.h"
 
@@ -18,7 +18,7 @@ using namespace kdstream::fixtures;
 
 using Options = std::set<std::string>;
 
-// The words "--like-this" of a text, without those of every program.
+// The options "--like-this" in a text, except those that every program has.
 Options OptionsIn(const std::string& text)
 {
   Options options;
@@ -41,7 +41,7 @@ Options OptionsIn(const std::string& text)
   return options;
 }
 
-// The part of the document under "## NAME", to the next heading of that kind.
+// The part of the document below "## NAME", up to the next heading of that kind.
 std::string SectionOf(const std::string& document, const std::string& name)
 {
   const std::string heading = "\n## " + name + "\n";
@@ -64,7 +64,7 @@ Options ListedOptions(const std::string& section)
   {
     if (line.starts_with("| "))
     {
-      // What follows a bar inside `code` is still the first column.
+      // Text after a bar inside `code` still belongs to the first column.
       options.merge(OptionsIn(line.substr(0, line.find(" | "))));
     }
   }
@@ -73,7 +73,8 @@ Options ListedOptions(const std::string& section)
 
 using Values = std::map<std::string, std::string>;
 
-// Adds the names of a text "-o, --output STORE.kds", each with what it takes; nothing for a flag.
+// Adds the names in a text such as "-o, --output STORE.kds", each with the value that it takes; ""
+// for a flag.
 void AddValues(const std::string& text, Values& values)
 {
   std::vector<std::string> names;
@@ -93,7 +94,7 @@ void AddValues(const std::string& text, Values& values)
   }
 }
 
-// What the options of a help text take: its lines "  --NAME VALUE    description".
+// The values that the options in a help text take, from its lines "  --NAME VALUE    description".
 Values OfferedValues(const std::string& help)
 {
   Values values;
@@ -108,7 +109,7 @@ Values OfferedValues(const std::string& help)
   return values;
 }
 
-// What the options in the tables of a section take: `--NAME VALUE` in the first column.
+// The values that the options in a section's tables take, from `--NAME VALUE` in the first column.
 Values ListedValues(const std::string& section)
 {
   Values values;
@@ -119,7 +120,7 @@ Values ListedValues(const std::string& section)
     {
       continue;
     }
-    std::erase(line, '\\'); // of bars
+    std::erase(line, '\\'); // written in front of bars
     const std::string names = line.substr(2, line.find(" | ") - 2);
     for (std::size_t begin = names.find("`-"); begin != std::string::npos;)
     {
@@ -128,11 +129,11 @@ Values ListedValues(const std::string& section)
       begin = names.find("`-", end + 1);
     }
   }
-  values.erase("-o"); // stands beside --output, which has the value
+  values.erase("-o"); // is in the table with --output, which has the value
   return values;
 }
 
-// The commands that a section describes: its headings "### NAME" that are a single word.
+// The commands that a section describes: its headings "### NAME" with a single word.
 std::vector<std::string> CommandsOf(const std::string& section)
 {
   std::vector<std::string> commands;
@@ -196,7 +197,7 @@ TEST(CommandLine, HelpAndDocumentListTheSameOptions)
   EXPECT_GE(programs, 2U) << "kdstream-build and kdstream-store are always there";
 }
 
-// The options of a text, and what they take, as roff writes them.
+// The options in a text in roff, and the values that they take.
 Values ManualValues(std::string page)
 {
   Values values;

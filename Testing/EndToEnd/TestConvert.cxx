@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-convert: what comes in comes out, point by point and triangle by triangle.
+// kdstream-convert: the output has the same points and triangles as the input, one by one.
 #include "Testing/EndToEnd/ConvertTools.h"
 #include "Testing/EndToEnd/GltfFile.h"
 #include "Testing/Fixtures/Meshes.h"
@@ -69,8 +69,8 @@ void ExpectSameArrays(const Mesh& read, const Mesh& expected, const std::string&
 class TestConvert : public ConvertTest
 {
 protected:
-  // The warning about coordinates for which floats are too coarse, if there is one;
-  // TestConvertWarnings checks when.
+  // The warning that floats are too coarse for the coordinates, if it was given;
+  // TestConvertWarnings checks when it must be.
   std::string FloatWarning(const std::string& file)
   {
     const std::string said = this->Convert(file).err;
@@ -140,7 +140,7 @@ TEST_F(TestConvert, VtkFilesOfEachEncodingComeBack)
         const Mesh read = this->Converted(file);
         EXPECT_EQ(read.scalarType, named.mesh.scalarType) << file;
         EXPECT_EQ(read.triangles, named.mesh.triangles) << file;
-        if (!ascii) // VTK writes few digits
+        if (!ascii) // VTK writes few digits as text
         {
           EXPECT_EQ(PointMultiset(read), PointMultiset(named.mesh)) << file;
           EXPECT_EQ(Soup(read), Soup(named.mesh)) << file;
@@ -260,7 +260,8 @@ TEST_F(TestConvert, ObjHasColorsNormalsAndTextureCoordinates)
     "kdstream-convert: warning: in.obj: line 2: the materials 'none.mtl' are not there: they are "
     "drawn white\n"
     "kdstream-convert: warning: in.obj: left out: 1 line, free-form curve or surface\n");
-  // The second face's first corner is another combination of the first vertex.
+  // The first corner of the second face uses the first vertex with other attributes, so it is
+  // another point.
   EXPECT_EQ(read.triangles, (std::vector<Triangle>{ { 0, 1, 2 }, { 4, 1, 2 } }));
   EXPECT_EQ(read.points.size(), 5U);
   EXPECT_EQ(read.points[4], (Vec3{ 4000000.001, 5000000.002, 0 }));
@@ -287,7 +288,7 @@ TEST_F(TestConvert, ScenesOfGltfAreJoined)
     "\"POSITION\":" + std::to_string(position) + ",\"NORMAL\":" + std::to_string(normals);
   const std::string scene =
     "\"scene\":0,\"scenes\":[{\"nodes\":[0,1]}],\"nodes\":[{\"mesh\":0,\"translation\":[10,0,0]},"
-    // A quarter turn around z, twice as large, in a child of a moved node.
+    // A node that is turned by a quarter around z and twice as large, below a node that is moved.
     "{\"translation\":[0,0,5],\"children\":[2]},"
     "{\"mesh\":1,\"rotation\":[0,0,0.70710678,0.70710678],\"scale\":[2,2,2]}],"
     "\"materials\":[{\"pbrMetallicRoughness\":{\"baseColorFactor\":[1,0.2158605,0,1]}}],"
@@ -309,7 +310,8 @@ TEST_F(TestConvert, ScenesOfGltfAreJoined)
     EXPECT_NEAR(read.points[7][0], 0, 1e-6) << file;
     EXPECT_NEAR(read.points[7][1], 2, 1e-6) << file;
     EXPECT_NEAR(read.points[7][2], 5, 1e-6) << file;
-    // Vertices' own colours, none, and a material's: 0.2158605 of light is 128 in sRGB.
+    // Three vertices with colours, three without, and three with a material's colour: 0.2158605 of
+    // light is 128 in sRGB.
     EXPECT_EQ(ValuesOf(read, "RGB"),
       (std::vector<double>{ 255, 0, 0, 0, 255, 0, 0, 0, 255, 255, 255, 255, 255, 255, 255, 255, 255,
         255, 255, 128, 0, 255, 128, 0, 255, 128, 0 }))
@@ -320,7 +322,7 @@ TEST_F(TestConvert, ScenesOfGltfAreJoined)
 
 TEST_F(TestConvert, TexturesAreBakedToVertices)
 {
-  // A picture of two by two: red and green above, blue and white below.
+  // A picture of two by two texels: red and green above, blue and white below.
   vtkNew<vtkImageData> image;
   image->SetDimensions(2, 2, 1);
   image->AllocateScalars(VTK_UNSIGNED_CHAR, 3);
@@ -334,7 +336,7 @@ TEST_F(TestConvert, TexturesAreBakedToVertices)
   const std::string picture = ReadWhole(this->Folder / "in.png");
 
   GltfBuffer buffer;
-  // A triangle in each texel: upper left, upper right, lower left, lower right, this one repeated.
+  // A triangle in each texel: upper left, upper right, lower left, and lower right by repetition.
   std::vector<float> places, texels;
   for (const auto& [u, v] : { std::pair{ 0.2F, 0.2F }, std::pair{ 0.7F, 0.2F },
          std::pair{ 0.2F, 0.7F }, std::pair{ 1.7F, -0.3F } })
@@ -384,7 +386,7 @@ TEST_F(TestConvert, XyzKnowsItsColumns)
   EXPECT_EQ(plain.points, (std::vector<Vec3>{ { 1, 2, 3 }, { 4.5, 5, 6 }, { -1000, 0.25, 0.5 } }));
   EXPECT_EQ(plain.scalarType, ScalarType::Float32);
   EXPECT_TRUE(plain.attributes.empty());
-  // Floats written with nine digits stay floats; other numbers become doubles.
+  // Floats written with nine digits are read as floats, other numbers as doubles.
   EXPECT_EQ(read("0.100000001 16777216 1.5e-7\n").scalarType, ScalarType::Float32);
   EXPECT_EQ(read("0.123456789 0 0\n").scalarType, ScalarType::Float64);
   EXPECT_EQ(read("16777217 0 0\n").scalarType, ScalarType::Float64);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-convert on truncated or changed files: never a visible crash, never memory for what a
-// header claims, and no file is left.
+// kdstream-convert with truncated or changed files: it never crashes visibly, a header's claims
+// never take memory, and no file is left.
 #include "Testing/EndToEnd/ConvertTools.h"
 #include "Testing/EndToEnd/GltfFile.h"
 #include "Testing/Fixtures/Meshes.h"
@@ -18,12 +18,14 @@ using namespace kdstream::fixtures;
 namespace
 {
 
-constexpr std::uint64_t mostMemory = std::uint64_t{ 1200 } << 20; // of a process on a small file
+// Of a process that reads a small file.
+constexpr std::uint64_t mostMemory = std::uint64_t{ 1200 } << 20;
 
 class TestConvertDamage : public ConvertTest
 {
 protected:
-  // A small mesh with normals in every format; the second: whether every cut shows.
+  // Writes a small mesh with normals in every format. The second value says whether every
+  // truncation must be noticed.
   std::map<std::string, bool> WriteAll()
   {
     Mesh mesh = AsFloats(DisplacedSphere(2));
@@ -108,7 +110,7 @@ protected:
     this->WriteText("buffer.bin", buffer.Bytes);
   }
 
-  // Converts it; the outcome must be reported cleanly. Returns whether the file was refused.
+  // Converts the file. The outcome must be reported properly. Returns whether the file was refused.
   bool Refused(const std::string& file, const std::string& how)
   {
     std::filesystem::remove(this->Folder / "out.ply");
@@ -148,7 +150,7 @@ TEST_F(TestConvertDamage, CutFiles)
     {
       this->WriteText(file, whole.substr(0, size));
       const bool refused = this->Refused(file, "cut to " + std::to_string(size));
-      // The last byte of a text may be no more than the end of its last line.
+      // The last bytes of a text may be only the end of its last line.
       EXPECT_TRUE(refused || !everyCutShows || size + 20 >= whole.size())
         << name << " cut to " << size << " of " << whole.size();
       EXPECT_TRUE(refused || size > 1) << name << " cut to " << size;
@@ -166,7 +168,7 @@ TEST_F(TestConvertDamage, ChangedBytes)
     for (unsigned draw = 0; draw < 24; ++draw)
     {
       std::string bad = whole;
-      // Half of the changes go to the first bytes, where the claims are.
+      // Half of the changes are in the first bytes, which contain the claims.
       const std::size_t range = draw % 2 == 0 ? std::min<std::size_t>(400, bad.size()) : bad.size();
       for (unsigned change = 0; change <= draw / 8; ++change)
       {
@@ -209,7 +211,7 @@ TEST_F(TestConvertDamage, LiesAboutSizesTakeNoMemory)
   }
 }
 
-// VTK's readers of these files take offsets, cells and arrays as they are.
+// VTK's readers of these files do not check offsets, cells and arrays.
 TEST_F(TestConvertDamage, CellsOfVtkFilesAreNotBelieved)
 {
   const std::string head = "# vtk DataFile Version 5.1\nt\nASCII\nDATASET ";
@@ -251,7 +253,7 @@ TEST_F(TestConvertDamage, CellsOfVtkFilesAreNotBelieved)
   EXPECT_TRUE(read.attributes.empty());
 }
 
-// VTK's words seldom say where.
+// VTK's messages seldom say where the damage is.
 TEST_F(TestConvertDamage, DamagedPartsOfVtkFilesAreNamed)
 {
   const std::string head = "# vtk DataFile Version 3.0\nt\nASCII\nDATASET ";
@@ -312,7 +314,7 @@ TEST_F(TestConvertDamage, DamagedPartsOfVtkFilesAreNamed)
     this->WriteText("in.vtk", text);
     this->ExpectError("in.vtk", message);
   }
-  // Binary, of version 3, whole: numbers may look like blanks and ends of lines.
+  // A complete binary file of version 3. Its numbers may look like blanks and line ends.
   this->WriteText(
     "in.vtk", "# vtk DataFile Version 3.0\nt\nBINARY\nDATASET POLYDATA\nPOINTS 11 float\n" +
                 std::string(132, '\0') + "\nPOLYGONS 1 4\n" +
@@ -320,7 +322,7 @@ TEST_F(TestConvertDamage, DamagedPartsOfVtkFilesAreNamed)
   EXPECT_EQ(this->Converted("in.vtk").triangles, (std::vector<Triangle>{ { 10, 9, 1 } }));
 }
 
-// What VTK reads is not refused for what the search for damage makes of it.
+// A file that VTK can read must not be refused because the search for damage misunderstands it.
 TEST_F(TestConvertDamage, VtkFilesOfOtherProgramsAreNotDamaged)
 {
   const std::string head = "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\n";

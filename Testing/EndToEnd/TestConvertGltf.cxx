@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// glTF scenes of every kind through kdstream-convert: the number of points and triangles, the box,
-// and the signed volume, which is negative if faces look inside.
+// kdstream-convert with glTF scenes of every kind: checks the number of points and triangles, the
+// box, and the signed volume, which is negative if faces look inside.
 #include "Testing/EndToEnd/ConvertTools.h"
 #include "Testing/EndToEnd/GltfFile.h"
 #include "Testing/Fixtures/Meshes.h"
@@ -29,7 +29,7 @@ constexpr int gltfByte = 5120, gltfShort = 5122, gltfUnsignedInt = 5125;
 const std::vector<std::uint16_t> cubeCorners{ 0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
   2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5 };
 
-// The cube from -size to size; z slowest.
+// The corners of the cube from -size to size; z varies slowest.
 template <class T>
 std::vector<T> CubePlaces(T size)
 {
@@ -70,7 +70,8 @@ Box BoxOf(const Mesh& mesh)
 class TestConvertGltf : public ConvertTest
 {
 protected:
-  // Cubes, or whatever the mesh's one part is, with these nodes; more: further members.
+  // A scene with these nodes, whose mesh has one part: the cube or another one. more: further
+  // members.
   static std::string Scene(const std::string& part, const std::string& nodes,
     const std::string& roots = "0", const std::string& more = "")
   {
@@ -132,7 +133,7 @@ TEST_F(TestConvertGltf, MirroredNodesKeepTheirOutside)
   this->Expect(this->Cubes("{\"scale\":[1,-1,1],\"children\":[1,2]},{\"mesh\":0},"
                            "{\"mesh\":0,\"translation\":[0,4,0],\"scale\":[1,1,-3]}"),
     16, 24, { -1, -5, -3 }, { 1, 1, 3 }, 32);
-  // Normals by the inverse transpose, which keeps them across the faces.
+  // Normals are transformed by the inverse transpose, so that they stay perpendicular to the faces.
   GltfBuffer buffer;
   const int places = buffer.Add(std::vector<float>{ 0, 0, 0, 1, 0, 0, 0, 1, 1 }, "VEC3", gltfFloat);
   const auto side = float(std::sqrt(0.5));
@@ -196,9 +197,9 @@ TEST_F(TestConvertGltf, OffsetsOfNodesSurvive)
   expect("{\"translation\":[500000,100,-4649776],\"children\":[1]},"
          "{\"mesh\":0,\"translation\":[0.25,20.5,-0.75]}",
     planetary, 1);
-  // One that is near needs no doubles, and one that is far does.
+  // A cube near the origin needs no doubles, but a cube far away does.
   expect("{\"children\":[1,2]},{\"mesh\":0},{\"mesh\":0," + place + "}", planetary, 2);
-  // There and back: floats are as fine as the file's.
+  // The two translations cancel: the result is as fine as the file, so floats are enough.
   GltfBuffer copy = buffer;
   this->WriteText("in.glb", copy.Glb(Scene(part, "{" + place +
                                                    ",\"children\":[1]},{\"mesh\":0,\"translation\":"
@@ -235,7 +236,7 @@ TEST_F(TestConvertGltf, WhatIsExtractedComesBack)
     const Box before = BoxOf(ball), after = BoxOf(read);
     for (std::size_t k = 0; k < 3; ++k)
     {
-      // With z up, x y z become x z -y.
+      // If z is up, x y z become x z -y.
       const std::size_t from = !isZUp || k == 0 ? k : 3 - k;
       const bool turned = isZUp && k == 2;
       EXPECT_NEAR(after.lo[k], turned ? -before.hi[from] : before.lo[from], 1e-8) << isZUp << k;
@@ -251,7 +252,7 @@ TEST_F(TestConvertGltf, InstancesAreExpanded)
   const int corners = buffer.Add(cubeCorners, "SCALAR", gltfUnsignedShort);
   const int moved = buffer.Add(std::vector<float>{ 0, 0, 0, 4, 0, 0, 8, 0, 0 }, "VEC3", gltfFloat);
   const int sized = buffer.Add(std::vector<float>{ 1, 1, 1, 1, 2, 1, -1, 1, 1 }, "VEC3", gltfFloat);
-  // Not, a quarter around z, and a half, as whole numbers.
+  // Rotations as integers: none, a quarter around z, and a half around z.
   const int turned = buffer.Add(
     std::vector<std::int8_t>{ 0, 0, 0, 127, 0, 0, 90, 90, 0, 0, 127, 0 }, "VEC4", gltfByte);
   buffer.NormalizeLast();
@@ -307,7 +308,7 @@ TEST_F(TestConvertGltf, SparseAccessorsAreOverlaid)
   };
   const std::string view = "\"bufferView\":0,";
   this->Expect(sparse(1, one, "5121", values, view, 1), 8, 12, { -1, -1, -1 }, { 3, 3, 3 }, 12);
-  // Over zeros, all of them.
+  // All values replace zeros, because there is no bufferView.
   this->Expect(sparse(8, eight, "5125", 0), 8, 12, { -1, -1, -1 }, { 1, 1, 1 }, 8);
   this->ExpectGlbError(sparse(3, one, "5121", values, view),
     "has a property 'sparse' that claims 3 elements, more than its bufferView has");
@@ -428,9 +429,9 @@ TEST_F(TestConvertGltf, SkinsAndShapesStandAsTheirNodesDo)
       "{\"translation\":[5,0,0],\"children\":[2]},{\"translation\":[0,2,0]}",
       "0,1", ",\"skins\":[{\"joints\":[1" + joint + "]}]"));
   };
-  // Between (5, 0, 0) and (5, 2, 0).
+  // Halfway between the joints at (5, 0, 0) and (5, 2, 0).
   this->Expect(skinned(joints, ",2"), 8, 12, { 4, 0, -1 }, { 6, 2, 1 }, 8, pose);
-  // A skin without joints at the points leaves them where they are.
+  // If the points have no joints, the skin leaves them where they are.
   this->Expect(skinned("", ",2"), 8, 12, { -1, -1, -1 }, { 1, 1, 1 }, 8);
   this->ExpectGlbError(skinned(joints, ""), "skin 0: vertex 0 names joint 1, but there are 1");
   const int shape = buffer.Add(higher, "VEC3", gltfFloat);
@@ -664,7 +665,8 @@ TEST_F(TestConvertGltf, ABufferThatNothingNeedsMayBeMissing)
                                "it into the folder of the glTF, under this name\n");
 }
 
-// Parts of one accessor of places have their own points only; those without triangles all.
+// Parts that share one accessor of points keep only the points that they use; parts without
+// triangles keep all.
 TEST_F(TestConvertGltf, SharedPointsAreNotMultiplied)
 {
   GltfBuffer buffer;
@@ -727,7 +729,7 @@ TEST_F(TestConvertGltf, WhatIsShownTooOftenIsRefusedBeforeItTakesMemory)
     outcome.err.find("its nodes show more than 4294967294 points or triangles"), std::string::npos)
     << outcome.err;
   EXPECT_LE(outcome.peakBytes, std::uint64_t{ 200 } << 20);
-  // Elements for which there are no bytes.
+  // An accessor claims elements for which there are no bytes.
   GltfBuffer zeros;
   zeros.AddJson("{\"componentType\":5126,\"type\":\"VEC3\",\"count\":1000000000}");
   this->ExpectGlbError(zeros.Glb(Scene("\"attributes\":{\"POSITION\":0}", "{\"mesh\":0}")),
@@ -771,7 +773,7 @@ Compressed Corners(bool sequence)
 TEST_F(TestConvertGltf, WhatMeshoptimizerCompressedIsRead)
 {
   std::string fallback = "\"byteLength\":1000";
-  // The views lie in a buffer that is nowhere; their bytes are compressed in the first.
+  // The views are in a buffer that does not exist; their compressed bytes are in the first buffer.
   const auto glb = [&](const Compressed& places, const Compressed& corners,
                      int component = gltfFloat, const std::string& name = "EXT_meshopt_compression")
   {
@@ -808,7 +810,7 @@ TEST_F(TestConvertGltf, WhatMeshoptimizerCompressedIsRead)
   }
   this->Expect(glb(places, Corners(false), gltfFloat, "KHR_meshopt_compression"), 8, 12,
     { -1, -1, -1 }, { 1, 1, 1 }, 8);
-  // Floats as exponents and mantissas.
+  // Floats stored as exponents and mantissas.
   std::vector<unsigned int> powers(24);
   meshopt_encodeFilterExp(powers.data(), 8, 12, 15, cube.data());
   Compressed filtered = Attributes(powers.data(), 8, 12);
@@ -821,7 +823,7 @@ TEST_F(TestConvertGltf, WhatMeshoptimizerCompressedIsRead)
   damaged.bytes[0] = 0;
   this->ExpectGlbError(glb(damaged, Corners(false)),
     "mesh 0, part 0: accessor 0 lies in a bufferView that is damaged");
-  // The same bytes, not compressed, for readers that cannot decompress.
+  // The same bytes without compression, for readers that cannot decompress.
   this->WriteText("plain.bin",
     std::string(reinterpret_cast<const char*>(cube.data()), cube.size() * sizeof(float)));
   fallback = "\"byteLength\":96,\"uri\":\"plain.bin\"";

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-convert on the clouds of laser scanners: LAS as its specification has it, and what lies.
+// kdstream-convert with the point clouds of laser scanners: LAS as specified, and files with false
+// claims.
 #include "Testing/EndToEnd/ConvertTools.h"
 
 #ifdef KDSTREAM_HAS_LASZIP
@@ -30,7 +31,7 @@ bool HasColors(unsigned format)
   return format == 2 || format == 3 || format == 5 || format == 7 || format == 8 || format == 10;
 }
 
-// Point i is at (1e6 + i / 100, 2e6 - i / 100, i / 2), and withheld where i is 7.
+// Point i is at (1e6 + i / 100, 2e6 - i / 100, i / 2); point 7 is withheld.
 std::string MakeLas(unsigned format, unsigned channelScale = 256, std::size_t extraBytes = 3)
 {
   const bool isLong = format >= 6;
@@ -84,7 +85,7 @@ std::string MakeLas(unsigned format, unsigned channelScale = 256, std::size_t ex
 class TestConvertLas : public ConvertTest
 {
 protected:
-  // warnings: but that of what MakeLas puts at the end of each point.
+  // warnings: all except the one about the bytes that MakeLas puts at the end of each point.
   Mesh Converted(const std::string& input, const std::string& warnings = "")
   {
     return ConvertTest::Converted(input, warnings + "kdstream-convert: warning: " + input +
@@ -128,7 +129,7 @@ std::string Warning(const std::string& what)
   return "kdstream-convert: warning: in.las: " + what + "\n";
 }
 
-// Of the bytes that MakeLas appends to the points.
+// The warning about the bytes that MakeLas appends after the points.
 std::string Behind(unsigned format, std::size_t extraBytes = 3)
 {
   const std::size_t begin = (format >= 6 ? 375 : 227) + 54;
@@ -198,7 +199,7 @@ TEST_F(TestConvertLas, WhatSaysNothingIsLeftOut)
   EXPECT_TRUE(read.attributes.empty());
 }
 
-// LAS 1.0 has no flags: they came with 1.1.
+// LAS 1.0 has no flags; they came with 1.1.
 TEST_F(TestConvertLas, ClassesOfTheOldestVersionHaveTheirByte)
 {
   std::string las = MakeLas(1);
@@ -211,7 +212,7 @@ TEST_F(TestConvertLas, ClassesOfTheOldestVersionHaveTheirByte)
   EXPECT_EQ(ValuesOf(read, "classification")[8], 8);
 }
 
-// Headers that fall short of the file, as writers leave them that count before they have finished.
+// The header counts fewer points than there are, as if its writer had not finished.
 TEST_F(TestConvertLas, PointsThatTheHeaderDoesNotCountAreRead)
 {
   for (const unsigned format : { 2U, 7U })
@@ -227,7 +228,7 @@ TEST_F(TestConvertLas, PointsThatTheHeaderDoesNotCountAreRead)
                    "first: point 10"));
     EXPECT_EQ(read.points.size(), points - 1);
     EXPECT_EQ(read.points.back(), (Vec3{ 39 * 0.01 + 1e6, 39 * -0.01 + 2e6, 39 * 0.5 }));
-    // What follows them, by the header's own fields, does not count as points.
+    // Data that follows the points according to the header does not count as points.
     if (format >= 6)
     {
       Put(las, 235, std::uint64_t{ 375 + 54 + 20 * 39 });
@@ -241,7 +242,7 @@ TEST_F(TestConvertLas, PointsThatTheHeaderDoesNotCountAreRead)
         19U);
     }
   }
-  // Whole records of something else, which only the header's box shows.
+  // Whole records of other data; only the header's box shows that they are not points.
   std::string las = MakeLas(2);
   las.resize(las.size() - 11);
   for (std::size_t k = 0; k < 3; ++k)
@@ -288,10 +289,10 @@ TEST_F(TestConvertLas, AHeaderThatCountsNoneSaysThatThereAreSome)
   this->ExpectError("in.las", "has no points");
 }
 
-// Most of the channels decide whether they have 8 bits or 16.
+// The majority of the channels decides whether colours have 8 bits or 16.
 TEST_F(TestConvertLas, ColoursAreThoseOfMost)
 {
-  std::string las = MakeLas(2, 1); // of 8 bits
+  std::string las = MakeLas(2, 1); // channels of 8 bits
   las.resize(las.size() - 11);
   Put(las, 281 + 20, std::uint16_t{ 256 });
   Put(las, 281 + 29 + 20, std::uint16_t{ 65535 });
@@ -306,7 +307,7 @@ TEST_F(TestConvertLas, ColoursAreThoseOfMost)
   EXPECT_EQ(rgb[1], 200);
   EXPECT_EQ(rgb[3], 255);
   EXPECT_EQ(rgb[6], 2);
-  las = MakeLas(2, 256); // of 16, some of them dark
+  las = MakeLas(2, 256); // channels of 16 bits, some of them dark
   las.resize(las.size() - 11);
   Put(las, 281 + 20, std::uint16_t{ 255 });
   this->WriteText("in.las", las);
@@ -371,7 +372,7 @@ TEST_F(TestConvertLas, LiarsAreRefusedByWhatIsWrong)
   }
 }
 
-// What claims to be compressed and is not.
+// Files that claim to be compressed but are not.
 TEST_F(TestConvertLas, CompressedOnesNeedLaszip)
 {
   std::string compressed = MakeLas(7);
@@ -392,7 +393,7 @@ TEST_F(TestConvertLas, CompressedOnesNeedLaszip)
 namespace
 {
 
-// By LASzip's own writer.
+// Compresses with LASzip's own writer.
 void CompressLas(const std::filesystem::path& las, const std::filesystem::path& laz)
 {
   laszip_POINTER reader = nullptr, writer = nullptr;
@@ -405,7 +406,7 @@ void CompressLas(const std::filesystem::path& las, const std::filesystem::path& 
   ASSERT_EQ(laszip_get_point_pointer(reader, &point), 0);
   ASSERT_EQ(laszip_set_header(writer, header), 0);
   ASSERT_EQ(laszip_request_native_extension(writer, 1), 0);
-  ASSERT_EQ(laszip_set_chunk_size(writer, 16), 0); // several of them
+  ASSERT_EQ(laszip_set_chunk_size(writer, 16), 0); // so that there are several chunks
   ASSERT_EQ(laszip_open_writer(writer, laz.c_str(), 1), 0);
   for (std::size_t i = 0; i < points; ++i)
   {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-convert on PCL's point clouds: written by PCL, and by liars.
+// kdstream-convert with PCL's point clouds: files written by PCL, and files with false claims.
 #include "Testing/EndToEnd/ConvertTools.h"
 
 #include <pcl/io/pcd_io.h>
@@ -23,7 +23,7 @@ constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 class TestConvertPcd : public ConvertTest
 {
 protected:
-  // Everything that a scan can have: colours, normals, curvature; organised, with holes.
+  // A scan with everything that it can have: colours, normals, curvature; organised, with holes.
   pcl::PointCloud<pcl::PointXYZRGBNormal> MakeScan()
   {
     pcl::PointCloud<pcl::PointXYZRGBNormal> cloud(8, 5);
@@ -60,8 +60,8 @@ protected:
 
 }
 
-// PCL supports neither lines that end with only \r, nor points that are claimed to be compressed
-// and are not.
+// PCL supports neither lines that end with only \r, nor uncompressed points in a file that claims
+// compression.
 TEST_F(TestConvertPcd, FilesOfOtherProgramsAreRead)
 {
   std::string text;
@@ -255,7 +255,7 @@ TEST_F(TestConvertPcd, BytesAfterThePointsArePadding)
     points);
 }
 
-// Points that the header does not count are points.
+// Points that the header does not count are read, too.
 TEST_F(TestConvertPcd, HeadersThatFallShortLoseNothing)
 {
   const std::string warning = "kdstream-convert: warning: in.pcd: ";

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-convert on VRML: the effect of transforms, which children of a scene are shown, which
-// colours belong to which shape; numbers are those of the specification, not of a reader. Files
-// that a hostile file must not reach.
+// kdstream-convert with VRML: the effect of transforms, which children of a scene are shown, and
+// which colours belong to which shape. The expected numbers come from the specification, not from a
+// reader. Also: files that a hostile file must not reach.
 #include "Testing/EndToEnd/ConvertTools.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/core/VectorMath.h"
@@ -23,7 +23,7 @@ const std::string cubePoints = "coord Coordinate { point [ -1 -1 -1, 1 -1 -1, 1 
                                "-1 -1 1, 1 -1 1, 1 1 1, -1 1 1 ] }";
 const std::string cubeFaces = "coordIndex [ 0 3 2 1 -1 4 5 6 7 -1 0 1 5 4 -1 1 2 6 5 -1 2 3 7 6 -1 "
                               "3 0 4 7 -1 ]";
-// From -1 to 1, its volume 8.
+// A cube from -1 to 1, whose volume is 8.
 const std::string cube =
   "Shape { geometry IndexedFaceSet { " + cubePoints + " " + cubeFaces + " } }\n";
 
@@ -81,7 +81,7 @@ std::string Warning(const std::string& what)
   return "kdstream-convert: warning: in.wrl: " + what + "\n";
 }
 
-// The warning for one node.
+// The warning that one node was left out.
 std::string LeftOut(const std::string& which)
 {
   return Warning("1 node cannot be read and is left out: " + which);
@@ -118,7 +118,7 @@ TEST_F(TestConvertVrml, OwnFilesComeBack)
       << said;
     const Mesh read = this->Read("out.ply");
     EXPECT_EQ(read.points, mesh.points);
-    EXPECT_EQ(PointMultiset(read), PointMultiset(mesh)); // zeros' signs too
+    EXPECT_EQ(PointMultiset(read), PointMultiset(mesh)); // checks the signs of zeros, too
     EXPECT_EQ(read.triangles, mesh.triangles);
     EXPECT_EQ(read.scalarType, ScalarType::Float32);
   }
@@ -134,7 +134,7 @@ TEST_F(TestConvertVrml, RotationsTurn)
   EXPECT_NEAR(VolumeOf(turned), 8, 1e-5);
 }
 
-// Two of 45 degrees, one in the other, are one of 90.
+// Two rotations by 45 degrees, one inside the other, rotate by 90 degrees.
 TEST_F(TestConvertVrml, NestedRotationsAddUp)
 {
   const Mesh nested = this->Scene(Transformed("rotation 0 0 1 0.7853982",
@@ -147,18 +147,19 @@ TEST_F(TestConvertVrml, NestedRotationsAddUp)
   ExpectBox(aside, { 12, -1, -1 }, { 14, 1, 1 });
 }
 
-// The numbers were worked out by hand from VRML97, 6.52: T C R SR S -SR -C.
+// The numbers were computed by hand from VRML97, 6.52: T C R SR S -SR -C.
 TEST_F(TestConvertVrml, CentersAndScaleOrientations)
 {
-  // A quarter around (1, 0, 0): the cube around the origin goes to (1, -1, 0).
+  // A quarter turn around (1, 0, 0): the cube around the origin moves to (1, -1, 0).
   ExpectBox(this->Scene(Transformed("center 1 0 0 rotation 0 0 1 1.5707963", cube)), { 0, -2, -1 },
     { 2, 0, 1 });
-  // Twice as long along the diagonal: corner (1, 1) goes to (2, 2), corner (1, -1) stays.
+  // Twice as long along the diagonal: the corner (1, 1) moves to (2, 2), and the corner (1, -1)
+  // stays.
   const Mesh along = this->Scene(Transformed("scale 2 1 1 scaleOrientation 0 0 1 0.7853982", cube));
   ExpectBox(along, { -2, -2, -1 }, { 2, 2, 1 });
   EXPECT_NEAR(VolumeOf(along), 16, 1e-4);
   EXPECT_NEAR(AreaOf(along), 2 * 8 + 4 * 2 * std::sqrt(10.0), 1e-4);
-  // Scaled from its corner (1, 1, 1).
+  // Scaled relative to its corner (1, 1, 1).
   ExpectBox(
     this->Scene(Transformed("center 1 1 1 scale 3 3 3", cube)), { -5, -5, -5 }, { 1, 1, 1 });
 }
@@ -280,8 +281,8 @@ TEST_F(TestConvertVrml, ProtosAreWhatTheyStandFor)
   EXPECT_NEAR(VolumeOf(read), 1 + 8, 1e-5);
 }
 
-// Nodes after a second PROTO of one name use that one; in a PROTO's body, one that is defined only
-// there.
+// After a second PROTO with the same name, nodes use the second one. In the body of a PROTO, a
+// PROTO that is defined there counts only there.
 TEST_F(TestConvertVrml, TheLaterOfTwoProtosCounts)
 {
   const auto box = [](const std::string& size)
@@ -293,17 +294,17 @@ TEST_F(TestConvertVrml, TheLaterOfTwoProtosCounts)
                                      Transformed("translation 9 0 0", "USE X"),
                 Warning("a second PROTO 'A' (line 4" + reported))),
     1 + 8 + 8, 1e-9);
-  // With other fields.
+  // The second PROTO has other fields.
   EXPECT_NEAR(VolumeOf(this->Scene(proto("1 1 1") + "PROTO A [ field SFVec3f t 1 1 1 ] { " +
                                      box("IS t") + " }\nA { t 2 3 4 }",
                 Warning("a second PROTO 'A' (line 3" + reported))),
     24, 1e-9);
-  // The second is made of the first.
+  // The second PROTO uses the first one.
   EXPECT_NEAR(VolumeOf(this->Scene(proto("1 1 1") + "PROTO A [ ] { Group { children [ A { } " +
                                      Transformed("translation 5 0 0", "A { }") + " ] } }\nA { }",
                 Warning("a second PROTO 'A' (line 3" + reported))),
     2, 1e-9);
-  // The inner one ends with the body.
+  // A PROTO that is defined in a body is unknown after the body.
   const std::string outer = "PROTO B [ ] { " + proto("2 2 2") + " A { } }\n";
   EXPECT_NEAR(VolumeOf(this->Scene(proto("1 1 1") + outer + "A { }\n" +
                                    Transformed("translation 5 0 0", "B { }") +
@@ -322,7 +323,7 @@ TEST_F(TestConvertVrml, TheLaterOfTwoProtosCounts)
     8, 1e-9);
 }
 
-// A field that IS one which its PROTO does not have keeps its own value, with a warning.
+// A field that IS a name which its PROTO does not have keeps its own value, with a warning.
 TEST_F(TestConvertVrml, FieldsAreThoseOfTheirProtos)
 {
   const std::string own = "Shape { geometry Box { size IS ";
@@ -343,7 +344,7 @@ TEST_F(TestConvertVrml, FieldsAreThoseOfTheirProtos)
   EXPECT_NEAR(VolumeOf(this->Scene(proto + "Shape { geometry Box { sizes IS s } } }\nA { }",
                 reported("'sizes' of 'Box' (line 2)"))),
     8, 1e-9);
-  // Of a node that a PROTO makes.
+  // Fields of a node that is an instance of a PROTO.
   EXPECT_NEAR(VolumeOf(this->Scene(
                 proto + own + "s } } }\nA { t 1 1 1 s 2 3 4 }", reported("'t' of 'A' (line 3)"))),
     24, 1e-9);
@@ -354,7 +355,7 @@ TEST_F(TestConvertVrml, FieldsAreThoseOfTheirProtos)
   EXPECT_NEAR(VolumeOf(this->Scene("PROTO A [ field SFFloat s 4 ] { " + own + "s } } }\nA { }",
                 reported("'size' of 'Box' (line 2), which IS 's', a field of another type"))),
     8, 1e-9);
-  // Events do not come: what they would change stays.
+  // There are no events: fields that events would change keep their values.
   ExpectBox(this->Scene("PROTO A [ eventIn SFVec3f set_at exposedField SFVec3f at 1 0 0 eventOut "
                         "SFVec3f at_changed eventIn MFNode add ] { Transform { set_translation IS "
                         "set_at translation IS at translation_changed IS at_changed addChildren "
@@ -363,7 +364,7 @@ TEST_F(TestConvertVrml, FieldsAreThoseOfTheirProtos)
     { 4, -1, -1 }, { 6, 1, 1 });
 }
 
-// The others may be named by scripts, but are not shown.
+// A PROTO's other nodes may be used by scripts, but are not shown.
 TEST_F(TestConvertVrml, TheFirstNodeOfAProtoIsShown)
 {
   const std::string more = Transformed("translation 9 0 0", "Shape { geometry Box { } }");
@@ -382,7 +383,7 @@ TEST_F(TestConvertVrml, NodesThatAreUsedAgainAreThereAgain)
   EXPECT_NEAR(VolumeOf(read), 16, 1e-9);
 }
 
-// Each vertex of a face has the face's colour, whatever the numbers of its points.
+// Each vertex of a face has the face's colour, in any order of the points' numbers.
 TEST_F(TestConvertVrml, ColoursOfFacesAreThoseOfTheirVertices)
 {
   const std::string points = "coord Coordinate { point [ 0 0 0, 1 0 0, 0 1 0, 0 0 1 ] } "
@@ -392,7 +393,7 @@ TEST_F(TestConvertVrml, ColoursOfFacesAreThoseOfTheirVertices)
   const struct
   {
     std::string fields;
-    std::vector<std::size_t> colorOf; // of each corner
+    std::vector<std::size_t> colorOf; // for each corner
   } cases[] = {
     { "colorPerVertex FALSE", { 0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 3 } },
     { "colorPerVertex FALSE colorIndex [ 3 3 0 1 ]", { 3, 3, 3, 3, 3, 3, 0, 0, 0, 1, 1, 1 } },
@@ -415,7 +416,7 @@ TEST_F(TestConvertVrml, ColoursOfFacesAreThoseOfTheirVertices)
       EXPECT_EQ((Vec3{ rgb[3 * v], rgb[3 * v + 1], rgb[3 * v + 2] }), inOrder[c.colorOf[i]]) << i;
     }
   }
-  // Colours of vertices part none; those of faces only where they differ.
+  // Colours of vertices split no point. Colours of faces split a point only if they differ.
   EXPECT_EQ(
     this->Scene("Shape { geometry IndexedFaceSet { " + points + colors + " } }").points.size(), 4U);
   EXPECT_EQ(this
@@ -434,7 +435,8 @@ TEST_F(TestConvertVrml, ConcaveFacesAreCut)
   EXPECT_NEAR(AreaOf(read), 10, 1e-9);
 }
 
-// A transform's offset does not cost the shape its digits; coordinates' own digits are floats.
+// A transform to a distant place must not cost the shape its precision. Coordinates themselves are
+// floats.
 TEST_F(TestConvertVrml, FarAwayIsDoubles)
 {
   const Mesh far = this->Scene(
@@ -461,7 +463,7 @@ TEST_F(TestConvertVrml, InlinesAreReadBesideTheFile)
   this->Refused("Inline { url \"parts/bad.wrl\" }", "line 2: the Inline 'bad.wrl': line 3: ");
   this->WriteText("again.wrl", header + "Inline { url \"again.wrl\" }");
   this->Refused("Inline { url \"again.wrl\" }", "the Inline 'again.wrl' contains itself");
-  // Outside of the folder nothing is read.
+  // Nothing is read outside of the folder.
   this->WriteText("cube.wrl", header + cube);
   std::filesystem::create_directories(this->Folder / "inner");
   this->WriteText("inner/in.wrl", header + cube + "Inline { url \"../cube.wrl\" }");
@@ -545,7 +547,7 @@ TEST_F(TestConvertVrml, MistakesAreNamedWithTheirLine)
   this->ExpectError("in.wrl", "truncated: its compressed text (gzip) ends at byte 8");
 }
 
-// What would take memory, time or the stack without end.
+// Scenes that would need unlimited memory, time or stack.
 TEST_F(TestConvertVrml, WhatContainsItselfIsRefused)
 {
   std::string deep, end;
@@ -571,10 +573,10 @@ TEST_F(TestConvertVrml, WhatContainsItselfIsRefused)
   this->Refused(uses, "its nodes, each time they are used, are more than ");
 }
 
-// No string of a file is the name of one that is opened, but an Inline's, beside it.
+// No string in a file makes the reader open a file, except the name in an Inline, beside the file.
 TEST_F(TestConvertVrml, NothingElseIsOpened)
 {
-  ASSERT_EQ(::mkfifo((this->Folder / "pipe").c_str(), 0600), 0); // whoever opens it waits for ever
+  ASSERT_EQ(::mkfifo((this->Folder / "pipe").c_str(), 0600), 0); // opening it would wait forever
   const std::string pipe = "\"" + (this->Folder / "pipe").string() + "\"";
   for (const std::string node :
     { "Shape { appearance Appearance { texture ImageTexture { url NAME } } geometry Box { } }",
@@ -603,7 +605,7 @@ TEST_F(TestConvertVrml, NothingElseIsOpened)
     8, 1e-9);
 }
 
-// VRML 1: places, materials and hints are what nodes before a shape have set.
+// VRML 1: a shape uses the points, materials and hints that earlier nodes have set.
 class TestConvertVrmlOne : public TestConvertVrml
 {
 protected:
@@ -682,7 +684,7 @@ TEST_F(TestConvertVrmlOne, MaterialsAreBoundToFacesAndVertices)
   EXPECT_EQ(ColorsOfFaces(
               this->First(bound("PER_VERTEX_INDEXED") + "materialIndex [ 1 1 1 -1 0 0 0 -1 ] }")),
     (std::vector<Vec3>{ green, red }));
-  // Of what is not there the first is taken.
+  // If an index does not exist, the first material is used.
   const std::string lacks =
     Warning("1 face names a texture coordinate, normal or colour that does not exist: it is read "
             "without it: shape 0, face 0");
@@ -703,7 +705,7 @@ TEST_F(TestConvertVrmlOne, PointsAreRead)
     (std::vector<Vec3>{ { 1, -1, 1 }, { 1, 1, 1 }, { -1, 1, 1 } }));
 }
 
-// They look up what they number without a check.
+// The reader does not check the indices in these shapes.
 TEST_F(TestConvertVrmlOne, ShapesOfOtherFormatsAreLeftOut)
 {
   EXPECT_EQ(this
@@ -783,7 +785,7 @@ TEST_F(TestConvertVrml, NamesOfAllKindsAreRead)
       16, 1e-9);
   }
   this->Refused("DEF 1 Group { children USE 1 }", "the node '1' contains itself (USE)");
-  // The last node of a name counts.
+  // A name means the last node that was given the name.
   EXPECT_NEAR(VolumeOf(this->Scene("DEF A Transform { children [ DEF A " + cube +
                                    Transformed("translation 5 0 0", "USE A") + " ] }")),
     16, 1e-9);
@@ -809,7 +811,7 @@ TEST_F(TestConvertVrml, WhatIsNotKnownIsLeftOut)
     "EXTERNPROTO A [ ]\n[ \"a\"\n]\nA { }\nShape { geometry Box { size 1 a 1 } }", "line 6: ");
 }
 
-// As other programs write them, or leave out.
+// Fields are missing or misplaced, as other programs write them.
 TEST_F(TestConvertVrml, NodesWithoutAFieldAreChildrenOrLeftOut)
 {
   const auto reported = [](const std::string& place)
@@ -858,7 +860,7 @@ TEST_F(TestConvertVrml, NodesOfTheOtherVersionAreNamed)
   EXPECT_NEAR(VolumeOf(this->Converted("in.wrl")), 8, 1e-9);
 }
 
-// As Inventor has them, in a file of VRML 2.
+// Transforms as in Inventor, in a file of VRML 2.
 TEST_F(TestConvertVrml, TransformsOfInventorCountToo)
 {
   ExpectBox(this->Scene("Separator { Translation { translation 5 0 0 } " + cube + " }"),
@@ -914,7 +916,7 @@ TEST_F(TestConvertVrml, ExtrusionsAreBound)
     "its extrusions, each time they are used, have more than ");
 }
 
-// Parts of one Coordinate node have their own points only.
+// Parts that share one Coordinate node keep only the points that they use.
 TEST_F(TestConvertVrml, SharedPointsAreNotMultiplied)
 {
   std::string shapes = "Shape { geometry IndexedFaceSet { coord DEF P Coordinate { point [ ";
@@ -934,7 +936,7 @@ TEST_F(TestConvertVrml, SharedPointsAreNotMultiplied)
   EXPECT_NEAR(AreaOf(read), 299.0 / 2, 1e-6);
 }
 
-// Groups that nothing shows are groups all the same.
+// Groups that are not shown are checked like others.
 TEST_F(TestConvertVrml, DeepUsesAreRefusedWhereverTheyAre)
 {
   std::string chain = "Switch { whichChoice -1 choice [ DEF N0 " + cube;
@@ -947,7 +949,8 @@ TEST_F(TestConvertVrml, DeepUsesAreRefusedWhereverTheyAre)
     chain + "] }" + cube, "nodes that are used again (USE) are nested deeper than 1000");
 }
 
-// Cut anywhere, or with words and bytes changed: an error of one line, or a mesh; never a crash.
+// A file is cut off anywhere, or words and bytes are changed. The result is an error in one line,
+// or a mesh; never a crash.
 TEST_F(TestConvertVrml, DamagedFilesAreErrors)
 {
   const std::string whole =
@@ -989,7 +992,7 @@ TEST_F(TestConvertVrml, DamagedFilesAreErrors)
       }
       else
       {
-        // A word in place of another.
+        // Replaces a word by another one.
         const std::size_t begin = bad.rfind(' ', at);
         const std::size_t end = bad.find_first_of(" \n", at);
         if (begin != std::string::npos && end != std::string::npos && begin + 1 < end)
@@ -1041,7 +1044,7 @@ TEST_F(TestConvertVrml, CoarseFloatsAreSaid)
   this->WriteText("far.wrl", scene("0 4000000.4565 0, 10 4000000 0, 0 4000010 0"));
   this->Converted("far.wrl", "kdstream-convert: warning: far.wrl: " +
                                std::string("coordinates are read as floats: ") + text + "\n");
-  // A millionth of the longest side: floats are 0.25 apart here too, or the test would show
+  // A millionth of the longest side. Floats are 0.25 apart here, too; otherwise the test would show
   // nothing.
   this->WriteText("wide.wrl", scene("0 -4000000 0, 10 0 0, 0 4000010 0"));
   this->Converted("wide.wrl");

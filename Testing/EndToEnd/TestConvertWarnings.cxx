@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-convert reports what a file's reader lost, left out, or interpreted: nothing is invented
-// or dropped silently.
+// kdstream-convert reports data that a file's reader has lost, left out, or interpreted: it neither
+// invents nor drops anything silently.
 #include "Testing/EndToEnd/ConvertTools.h"
 #include "Testing/EndToEnd/GltfFile.h"
 #include "Testing/Fixtures/Meshes.h"
@@ -38,7 +38,7 @@ TEST_F(TestConvertWarnings, CutLegacyFilesAreErrors)
     {
       SCOPED_TRACE(std::string(ascii ? "ascii " : "binary ") + std::to_string(percent));
       this->WriteText("in.vtk", whole.substr(0, whole.size() * percent / 100));
-      this->ExpectError("in.vtk", " numbers, then "); // part and number are named
+      this->ExpectError("in.vtk", " numbers, then "); // the message names the part and the number
     }
   }
 }
@@ -57,7 +57,7 @@ TEST_F(TestConvertWarnings, HarmlessWarningsOfVtkStayWarnings)
 
 TEST_F(TestConvertWarnings, CoarseFloatsAreSaid)
 {
-  // Other formats keep doubles.
+  // Readers of other formats keep doubles.
   this->WriteText("far.stl", "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 4000000.4565 0\n"
                              "vertex 10 4000000 0\nvertex 0 4000010 0\nendloop\nendfacet\n"
                              "endsolid s\n");
@@ -160,7 +160,7 @@ TEST_F(TestConvertWarnings, ColumnsOfXyzAreTakenForWhatTheyAre)
     "column4 column5 column6 r g b\" too (--columns decides)");
   EXPECT_EQ(ValuesOf(behindColors, "RGB"), (std::vector<double>{ 255, 0, 7 }));
   EXPECT_EQ(ValuesOf(behindColors, "column7"), (std::vector{ 30.0 }));
-  // A scan has no normal at some points; black is not a normal.
+  // At some points a scan has no normal. The colour black must not be taken for a normal.
   EXPECT_EQ(ValuesOf(read("0 0 0 0 0.6 0.8\n1 0 0 0 0 0\n"), "Normals"),
     (std::vector<double>{ 0, double(0.6F), double(0.8F), 0, 0, 0 }));
   EXPECT_EQ(ValuesOf(read("0 0 0 0 0 0\n"), "RGB"), (std::vector<double>{ 0, 0, 0 }));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The Stanford dragon through all of core: the real scan on which the promises of
+// The Stanford dragon through all of core: a real scan, on which the promises of
 // doc/design.md#promises are tested.
 #include "Testing/Fixtures/Invariants.h"
 #include "Testing/Fixtures/Model.h"
@@ -76,7 +76,7 @@ TEST_F(DragonStore, IsUniformAndTheSameOnAnyNumberOfThreads)
   EXPECT_TRUE((*Store::Open(this->File))->Verify().empty());
 }
 
-// The search for the farthest point ends within its budget: bounds of fine levels are no looser
+// The search for the farthest point stays within its budget, so bounds of fine levels are no looser
 // than those of coarse ones. Small components that vanish are 6,400 to 7,100 ppm of the diagonal
 // away.
 TEST_F(DragonStore, BoundsOfFineLevelsAreClose)
@@ -116,7 +116,7 @@ TEST_F(DragonStore, NothingIsLost)
   }
 }
 
-// With --weld off the dragon is open along its slits: the drawn surface may be open only where the
+// With --weld off the dragon is open along its slits. The drawn surface may be open only where the
 // input is.
 TEST(DragonSurface, IsOpenOnlyWhereTheInputIs)
 {
@@ -170,7 +170,7 @@ TEST(DragonSurface, IsOpenOnlyWhereTheInputIs)
   EXPECT_GT(edges, 0U) << "no slit was drawn: the test saw nothing";
 }
 
-// Welded it is closed, whatever is shown.
+// The welded dragon is closed, whatever is shown.
 TEST(DragonSurface, IsClosedOnceWelded)
 {
   Mesh welded = Dragon();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A store as files: what a server would send, byte for byte, and a viewer content with them.
+// A store exported as files: the same bytes as a server would send, and a viewer for which they are
+// enough.
 #include "Testing/EndToEnd/ProgramsTest.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/model/ModelJson.h"
@@ -112,11 +113,11 @@ TEST_F(TestExport, ModelsAreAddedAndReplaced)
   ASSERT_EQ(this->Export({ "ring.kds", "www" }).exitCode, 0);
   ASSERT_EQ(this->List().size(), 2u);
   EXPECT_NE(this->List()[1].digest, before);
-  // A reader of the old file can go on.
+  // A client that reads the earlier build can continue.
   EXPECT_TRUE(fs::exists(this->Folder / "www/api/models/ring" / before));
 }
 
-// Others may write to the folder: only the link that the user names is followed.
+// Other users may write to the folder, so only the link that the user names is followed.
 TEST_F(TestExport, PlantedLinksAreNotFollowed)
 {
   ASSERT_EQ(this->Export({ "ring.kds", "www" }).exitCode, 0);
@@ -149,7 +150,7 @@ TEST_F(TestExport, PlantedLinksAreNotFollowed)
     EXPECT_TRUE(!fs::is_directory(away) || fs::is_empty(away)) << planted;
     EXPECT_EQ(outcome.err.find("/proc/"), std::string::npos) << outcome.err;
   }
-  // A file's link is replaced, also where it leads to the same bytes.
+  // A link in place of a file is replaced, even if it leads to the same bytes.
   fs::remove_all(www);
   ASSERT_EQ(this->Export({ "ring.kds", "www" }).exitCode, 0);
   fs::path blob;
@@ -162,14 +163,14 @@ TEST_F(TestExport, PlantedLinksAreNotFollowed)
   ASSERT_EQ(this->Export({ "ring.kds", "www" }).exitCode, 0);
   EXPECT_FALSE(fs::is_symlink(blob));
   EXPECT_EQ(ReadWhole(blob), ReadWhole(this->Folder / "blob"));
-  // The user's own.
+  // A link of the user's own is followed.
   fs::rename(www, this->Folder / "real");
   fs::create_directory_symlink("real", www);
   EXPECT_EQ(this->Export({ "ring.kds", "www", "--model", "another" }).exitCode, 0);
   EXPECT_TRUE(fs::exists(this->Folder / "real/api/models/another/model.json"));
 }
 
-// As a server sends them.
+// The notes are the same as a server sends.
 TEST_F(TestExport, NotesGoUpAndComeDownWithTheirModel)
 {
   const auto notes = FormatNotes({ { "One", "<b>", "model=ring" }, { "Two", "", "model=ring" } });
@@ -194,7 +195,7 @@ TEST_F(TestExport, NotesGoUpAndComeDownWithTheirModel)
   EXPECT_EQ(this->List().at(0).notes, 0u);
 }
 
-// A model goes up whole or not at all.
+// A model is exported completely or not at all.
 TEST_F(TestExport, WhatFailsLeavesNothing)
 {
   const auto files = [this]
@@ -213,7 +214,7 @@ TEST_F(TestExport, WhatFailsLeavesNothing)
   {
     fs::copy_file(this->Folder / "ring.kds", this->Folder / name);
     std::fstream store(this->Folder / name, std::ios::in | std::ios::out | std::ios::binary);
-    constexpr std::streamoff inside = 100; // of a page, not where pages are linked
+    constexpr std::streamoff inside = 100; // inside a page, not where pages are linked
     store.seekp(static_cast<std::streamoff>(fs::file_size(this->Folder / name) / 2) + inside);
     store.write("spoilt", 6);
   };
@@ -234,7 +235,7 @@ TEST_F(TestExport, WhatFailsLeavesNothing)
   EXPECT_EQ(this->Export({ "again.kds", "www", "--model", "ring" }).exitCode, 1);
   EXPECT_EQ(files(), before) << "another digest";
 
-  // What a killed call has left goes.
+  // Files that a killed run has left are removed.
   const auto store = *kdstream::Store::Open(this->Folder / "ring.kds");
   const auto digest = store->Info().digest;
   const auto left = this->Folder / "www/api/models/ring/.kdstream-files-0123456789abcdef-7-abcdef";
@@ -246,7 +247,7 @@ TEST_F(TestExport, WhatFailsLeavesNothing)
   EXPECT_TRUE(fs::exists(this->Folder / "www/api/models/ring" / digest / "tree/1"));
 }
 
-// A file that has the right size only is written again.
+// A file of which only the size is right is written again.
 TEST_F(TestExport, ARerunComparesContents)
 {
   ASSERT_EQ(this->Export({ "ring.kds", "www" }).exitCode, 0);
@@ -275,7 +276,7 @@ TEST_F(TestExport, ARerunComparesContents)
   EXPECT_TRUE(contents() == before);
 }
 
-// Where others may write to the folder, links under names that can be foreseen may be traps.
+// If other users may write to the folder, links with predictable names may be traps.
 TEST_F(TestExport, NoPlantedLinkIsFollowed)
 {
   fs::create_directories(this->Folder / "elsewhere");
@@ -299,7 +300,7 @@ TEST_F(TestExport, NoPlantedLinkIsFollowed)
   EXPECT_FALSE(fs::is_symlink(this->Folder / "www/api/models/ring"));
 }
 
-// What goes up is readable for those for whom the umask says so, a web server's user among them.
+// The umask decides who may read the exported files; usually the web server's user may.
 TEST_F(TestExport, WhatGoesUpHasWhatTheUmaskGives)
 {
   const mode_t before = ::umask(022);
@@ -313,7 +314,8 @@ TEST_F(TestExport, WhatGoesUpHasWhatTheUmaskGives)
   }
 }
 
-// The page that links name, with a head for messengers; the list says where each model has one.
+// The page that links lead to, with a head for messengers; the list says where each model's page
+// is.
 TEST_F(TestExport, WithTheViewersPageEachModelHasOneOfItsOwn)
 {
   fs::create_directories(this->Folder / "web");
@@ -360,7 +362,7 @@ TEST_F(TestExport, WithTheViewersPageEachModelHasOneOfItsOwn)
     this->Export({ "ring.kds", "www", "--page", "web", "--address", "/scans" }).exitCode, 2);
 }
 
-// A host of plain files, which knows neither streams nor regions.
+// A host of plain files, which supports neither streams nor regions.
 TEST_F(TestExport, AViewerIsContentWithAHostOfFiles)
 {
   ASSERT_EQ(this->Export({ "ring.kds", "www" }).exitCode, 0);

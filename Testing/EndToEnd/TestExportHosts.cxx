@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What nginx and Apache serve from an exported folder by the rules in it: for each path the headers
-// that kdstream-serve would send. Skipped for a host that is not installed.
+// nginx and Apache serve an exported folder by the rules in it: for each path they send the same
+// headers as kdstream-serve. Skipped for a host that is not installed.
 #include "Testing/Fixtures/Eventually.h"
 #include "filters/protocol/ResourcePath.h"
 #include "filters/store/Store.h"
@@ -50,11 +50,11 @@ protected:
     Process exporting({ "export", this->stores / "ring.kds", this->www, "--page", page }, store);
     ASSERT_EQ(exporting.Wait(), 0);
     fs::permissions(this->folder, fs::perms::others_read | fs::perms::others_exec,
-      fs::perm_options::add); // the hosts' workers are another user
+      fs::perm_options::add); // the hosts' workers run as another user
   }
   void TearDown() override
   {
-    if (this->host) // with its workers, which would outlive a kill
+    if (this->host) // including its workers, which would outlive a kill
     {
       this->host->Signal(SIGTERM);
       EXPECT_EQ(this->host->Wait(), 0);
@@ -196,7 +196,7 @@ TEST_F(ExportHosts, Apache)
   this->StartApache();
   this->CheckPage();
   this->CheckModels();
-  const auto list = this->Get("/api/models"); // a folder, for which Apache serves no file
+  const auto list = this->Get("/api/models"); // Apache serves no file for this folder
   EXPECT_EQ(list.status, 302u);
   EXPECT_EQ(list.Field("Location"), "http://test/api/models.json");
 }

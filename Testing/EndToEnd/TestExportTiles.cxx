@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A store as a tileset of 3D Tiles, and a level as a small .glb: what is written of any mesh, and
-// that nothing half is. Whether other people's clients read it: Testing/Browser/tiles.test.mjs.
+// A store exported as a tileset of 3D Tiles, and a level as a small .glb: what is written for any
+// mesh, and that nothing is written by halves. Testing/Browser/tiles.test.mjs tests that other
+// people's clients can read it.
 #include "Testing/EndToEnd/ProgramsTest.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/files/Folders.h"
@@ -58,7 +59,7 @@ protected:
   {
     return Json::parse(ReadWhole(this->Folder / folder / "tileset.json")).at("root");
   }
-  // The contents of all tiles, external tilesets followed.
+  // The contents of all tiles, including those of external tilesets.
   std::vector<fs::path> Contents(const std::string& folder) const
   {
     std::vector<fs::path> all;
@@ -136,7 +137,7 @@ TEST_F(TestExportTiles, LargeModelsHaveExternalTilesets)
   EXPECT_GT(tilesets, 1u);
 }
 
-// Partitions far smaller than the finest level's pieces: tiles without a content group them.
+// Partitions are far smaller than the finest level's pieces, so tiles without content group them.
 TEST_F(TestExportTiles, TilesetsAreSmallWherePartitionsAre)
 {
   this->Make("dust", DisplacedSphere(6), { "--vertices-per-partition", "20" });
@@ -178,8 +179,8 @@ TEST_F(TestExportTiles, TilesetsAreSmallWherePartitionsAre)
   EXPECT_EQ(std::set<fs::path>(contents.begin(), contents.end()).size(), tiles);
 }
 
-// Numbers of positions are whole steps of one lattice a level, from one point, so that tiles beside
-// each other have their common vertices in the same places.
+// All positions of a level are whole numbers of steps on one lattice with one origin. So
+// neighbouring tiles have their common vertices in the same places.
 TEST_F(TestExportTiles, TilesOfALevelShareALattice)
 {
   const Mesh mesh = DisplacedSphere(5, { 40, -20, 8 });
@@ -197,9 +198,10 @@ TEST_F(TestExportTiles, TilesOfALevelShareALattice)
       }
       ASSERT_EQ(made.exitCode, 0) << made.err;
       const auto contents = this->Contents(out);
-      std::map<std::string, double> steps; // of levels
+      std::map<std::string, double> steps; // by level
       std::size_t wide = 0;
-      for (auto each = contents.rbegin(); each != contents.rend(); ++each) // the original first
+      // Backwards, so the original comes first.
+      for (auto each = contents.rbegin(); each != contents.rend(); ++each)
       {
         const fs::path& file = *each;
         const Json glb = JsonOfGlb(file);
@@ -207,7 +209,7 @@ TEST_F(TestExportTiles, TilesOfALevelShareALattice)
         const double step = matrix[0];
         EXPECT_EQ(steps.try_emplace(file.parent_path().filename(), step).first->second, step)
           << file;
-        // The grid's levels have every 2nd, 3rd … point of the original's.
+        // With a grid, the lattice of a level has every 2nd, 3rd … point of the original's lattice.
         const double unit = name == "grid" ? steps.at("original") : step;
         for (const std::size_t k : { 12, 13, 14 })
         {
@@ -274,7 +276,7 @@ TEST_F(TestExportTiles, WhatIsNotCarriedIsNamed)
     this->Root("mm")["boundingVolume"]["box"][3].get<double>(), metres / 1000, metres * 1e-6);
 }
 
-// Coordinates far from the origin, as surveys have them: in no float.
+// Coordinates far from the origin, as in surveys, must not be stored as floats.
 TEST_F(TestExportTiles, LargeCoordinatesStandOnlyInTransforms)
 {
   Mesh far = DisplacedSphere(5, { 4.5e6, 5.2e6, 800 });
@@ -413,7 +415,7 @@ TEST_F(TestExportTiles, WrongUsageIsNamed)
   EXPECT_FALSE(fs::exists(this->Folder / "out"));
 }
 
-// Map coordinates are far from the point that is put on the globe.
+// Map coordinates are far from the point that is placed on the globe.
 TEST_F(TestExportTiles, AModelFarFromItsOriginIsSaid)
 {
   Mesh mesh = Torus(40, 20);

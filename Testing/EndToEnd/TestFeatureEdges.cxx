@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The drawn surface as VTK sees it: vtkFeatureEdges finds no boundary edge in 200 seeded draws of
+// The drawn surface as VTK sees it: vtkFeatureEdges finds no boundary edge in 200 seeded cuts of
 // each closed mesh.
 #include "Testing/Fixtures/Meshes.h"
 #include "Testing/Fixtures/Model.h"
@@ -55,7 +55,7 @@ Cut RandomCut(std::mt19937& random, const Model& model)
   const auto partitions = std::uint32_t{ 1 } << depths.partition;
   const auto draw = [&](std::uint32_t below)
   { return static_cast<std::uint32_t>(random() % below); };
-  if (random() % 2 == 0) // a region in any level
+  if (random() % 2 == 0) // with a region, in any level
   {
     const auto base = Resolution::Level(draw(depths.finest + 1));
     const auto region =

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-build on formats that kdstream-convert reads for it, and on point clouds.
+// kdstream-build with formats that kdstream-convert reads for it, and with point clouds.
 #include "Testing/EndToEnd/ConvertTools.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/core/MeshDistance.h"
@@ -137,7 +137,7 @@ TEST_F(TestForeignInput, WithoutKdstreamConvert)
   };
   this->WriteText("in.xyz", "0 0 0\n");
   expect({ "in.xyz", "-o", "m.kds" }, "in.xyz: reading this format needs ");
-  // A file of a format that it reads itself is not refused for that.
+  // A file in a format that kdstream-build reads itself is not refused in this way.
   Mesh mesh = Torus(40, 20);
   ASSERT_TRUE(WriteMesh(this->Folder / "mesh.ply", mesh));
   mesh.triangles.clear();
@@ -166,7 +166,7 @@ TEST_F(TestForeignInput, WithoutKdstreamConvertPicturesAreLeftOut)
       "needs VTK)");
 }
 
-// `./dev run MESH` builds kdstream-convert where the mesh needs it.
+// `./dev run MESH` builds kdstream-convert if the mesh needs it.
 TEST_F(TestForeignInput, TheScriptBuildsTheConverterForTexturedMeshes)
 {
   const std::string script = ReadWhole(KDSTREAM_SCRIPT);
@@ -222,7 +222,7 @@ TEST_F(TestForeignInput, AnInterruptLeavesNothing)
       int status = 0;
       ::waitpid(child, &status, 0);
       interrupted += std::filesystem::remove(this->Folder / "m.kds") ? 0 : 1;
-      // Before a signal is caught nothing has been made yet.
+      // If the signal came before the program catches signals, nothing has been made yet.
       EXPECT_EQ(this->Files(), (std::set<std::string>{ "in.xyz" }))
         << "after " << milliseconds << " ms";
     }
@@ -313,7 +313,8 @@ TEST_F(TestForeignInput, ReconstructedCloudsAreSurfaces)
     "kdstream-build: error: line.xyz: all points lie on one line: there is no surface\n");
 }
 
-// PCL reports nothing while it makes the surface; the fraction must not stand still meanwhile.
+// PCL reports no progress while it makes the surface. No fraction is shown then, because it would
+// stand still.
 TEST_F(TestForeignInput, ReconstructionReportsAFractionOnlyForTheNormals)
 {
   Mesh cloud = DisplacedSphere(4);
@@ -339,7 +340,7 @@ TEST_F(TestForeignInput, TheDragonsPointsBecomeTheDragon)
 {
   ASSERT_TRUE(std::filesystem::exists(KDSTREAM_DRAGON))
     << KDSTREAM_DRAGON << " is missing; Data/fetch-dragon fetches it";
-  // A level's vertices, about 16,000, without its triangles.
+  // The vertices of a level, about 16,000, without its triangles.
   ASSERT_EQ(this->Build({ KDSTREAM_DRAGON, "-o", "d.kds", "--quiet" }).exitCode, 0);
   ASSERT_EQ(
     RunTool(this->Folder, "store", { "extract", "d.kds", "--level", "14", "-o", "level.ply" })

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Programs that a signal ends say so, and leave nothing (doc/cli.md#interrupts-and-outputs).
+// Programs that are ended by a signal say so, and leave no files
+// (doc/cli.md#interrupts-and-outputs).
 #include "Testing/EndToEnd/ProgramsTest.h"
 #include "Testing/Fixtures/Meshes.h"
 
@@ -16,9 +17,9 @@ namespace
 class Interrupts : public ProgramsTest
 {
 protected:
-  // Runs kdstream-NAME, which gets a signal after ever longer times, until it is quicker. Expects
-  // that it ends by itself with `line`, and that no other file is there but those of `made` when it
-  // succeeds.
+  // Runs kdstream-NAME repeatedly, and sends a signal after longer and longer times, until the
+  // program ends first. Expects that it ends itself with `line`, and leaves no new files except
+  // `made` if it succeeds.
   void ExpectNothingLeft(const std::string& name, std::vector<std::string> arguments,
     const std::string& line, const std::set<std::string>& made)
   {
@@ -63,7 +64,7 @@ protected:
         {
           EXPECT_EQ(std::filesystem::remove_all(this->Folder / file) > 0, isQuicker) << file;
         }
-        // Before a signal is caught nothing has been made yet.
+        // If the signal came before the program catches signals, nothing has been made yet.
         EXPECT_EQ(this->Files(), before) << "after " << milliseconds << " ms";
       }
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-build with less memory than the mesh needs: the same store as with more, within the
+// kdstream-build with less memory than the mesh needs makes the same store as with more, within the
 // limit, whatever interrupts it.
 #include "Testing/EndToEnd/Process.h"
 #include "Testing/Fixtures/Meshes.h"
@@ -32,8 +32,8 @@ class OutOfCore : public ::testing::Test
 protected:
   OutOfCore() { fs::create_directory(this->Folder / "spill"); }
 
-  // Writes the mesh, which is freed afterwards, because a child's peak includes its parent's memory
-  // at the fork.
+  // Writes the mesh. It is freed afterwards, because a child's peak includes its parent's memory at
+  // the fork.
   void Write(const std::function<Mesh()>& make)
   {
     const Status status = WriteMesh(this->Folder / "in.ply", make());
@@ -49,7 +49,7 @@ protected:
   }
   Json Stats() { return Json::parse(ReadWhole(this->Folder / "s.json")); }
 
-  // Builds, verifies and removes the store; its statistics, and its bytes.
+  // Builds, verifies and removes the store. Returns its statistics; `store` gets its bytes.
   Json StatsOf(const Arguments& options, std::string& store)
   {
     const Outcome built = this->Build(options);
@@ -74,7 +74,7 @@ protected:
     EXPECT_EQ(names, but);
   }
 
-  // The same store by all of them; the last is built in memory.
+  // Expects that all runs make the same store; the last run is in memory.
   void ExpectOneStore(const Arguments& common, const std::vector<Arguments>& runs)
   {
     std::string expected;
@@ -96,7 +96,7 @@ protected:
     }
   }
 
-  // Starts a build that a signal ends after a while; whether it did.
+  // Starts a build, and sends it a signal after a while. Returns whether the signal has ended it.
   bool BuildAndSignal(const Arguments& options, int signal, std::chrono::milliseconds after)
   {
     const std::string program = std::string(KDSTREAM_PROGRAMS) + "/kdstream-build";
@@ -125,7 +125,7 @@ protected:
   TemporaryFolder Folder;
 };
 
-// More than 64M and 96M hold.
+// A mesh that does not fit into 64M or 96M.
 Mesh Plate()
 {
   return Shuffled(GridPlate(550), 3);
@@ -142,7 +142,8 @@ Mesh EachFaceSixTimes()
   return mesh;
 }
 
-// With that many floats for each point and for each triangle, in arrays of four at most.
+// Adds this number of floats for each point and for each triangle, in arrays of at most four
+// components.
 Mesh WithManyBytes(Mesh mesh, std::size_t forPoints, std::size_t forCells)
 {
   for (const auto association : { AttributeAssociation::Point, AttributeAssociation::Cell })
@@ -162,7 +163,7 @@ Mesh WithManyBytes(Mesh mesh, std::size_t forPoints, std::size_t forCells)
 
 }
 
-// Methods differ in their passes only with less memory than programs take: TestExternalBuilder.
+// The passes of the methods differ only with less memory than programs need: TestExternalBuilder.
 TEST_F(OutOfCore, OneStoreWhateverTheThreadsTheMemoryAndTheMedian)
 {
   this->Write(Plate);
@@ -197,7 +198,7 @@ TEST_F(OutOfCore, AttributesAndDuplicatesTravel)
       mesh.attributes.push_back(std::move(colors));
       for (std::size_t i = 0; i + 1 < mesh.points.size(); i += 50)
       {
-        mesh.points[i] = mesh.points[i + 1]; // with attributes of its own
+        mesh.points[i] = mesh.points[i + 1]; // which has its own attributes
       }
       return mesh;
     });
@@ -290,7 +291,7 @@ TEST_F(OutOfCore, StaysBelowTheMemoryLimit)
   }
 }
 
-// A partition is never divided. If it does not fit the limit, the build is refused: before any
+// A partition is never divided. If it does not fit into the limit, the build is refused; before any
 // work, if the header gives enough information. If it fits, fewer partitions are processed at once.
 TEST_F(OutOfCore, PartitionsFitTheMemoryOrAreRefused)
 {
@@ -307,7 +308,7 @@ TEST_F(OutOfCore, PartitionsFitTheMemoryOrAreRefused)
     bool fits;
   };
   const auto surface = [] { return Torus(1000, 600); }; // 600,000 vertices
-  // 2,400,000 corners, which welding leaves 400,000 of: too many to be welded in memory.
+  // 2,400,000 corners, which welding reduces to 400,000: too many to be welded in memory.
   const auto corners = [] { return Unwelded(Torus(800, 500)); };
   const Case cases[] = {
     { "one", surface, { "--partitions", "1" }, 64, false },
@@ -361,7 +362,8 @@ TEST_F(OutOfCore, AKilledBuildIsResumedAndAnInterruptedOneLeavesNothing)
     if (this->BuildAndSignal(build, SIGKILL, time))
     {
       ++ended;
-      // Killed while it cleans up after the store: the store is whole then, never half of one.
+      // If the build is killed while it removes its temporary files, the store is complete, never
+      // half of one.
       const fs::path left = this->Folder / "m.kds";
       EXPECT_TRUE(!fs::exists(left) || ReadWhole(left) == expected);
     }
@@ -379,7 +381,7 @@ TEST_F(OutOfCore, AKilledBuildIsResumedAndAnInterruptedOneLeavesNothing)
     for (int i = 1; i < 4; ++i)
     {
       this->BuildAndSignal(build, signal, std::chrono::milliseconds(all * i / 4));
-      fs::remove(this->Folder / "m.kds"); // a slow signal
+      fs::remove(this->Folder / "m.kds"); // the store may be complete if the signal was late
       this->ExpectNothingLeft();
     }
   }
@@ -403,7 +405,7 @@ TEST_F(OutOfCore, ResumeReportsWhatItFound)
   };
   const auto killed = [&]
   {
-    // Once the journal is there a phase is finished.
+    // When the journal exists, a phase is finished.
     for (int milliseconds = 100; milliseconds < 20000; milliseconds += 100)
     {
       if (!this->BuildAndSignal(build, SIGKILL, std::chrono::milliseconds(milliseconds)))
@@ -437,7 +439,7 @@ TEST_F(OutOfCore, ResumeReportsWhatItFound)
                      "input has changed since" +
                        startOver);
   fs::last_write_time(this->Folder / "in.ply", time);
-  // A plain build says what it throws away.
+  // A build without --resume reports the files that it discards.
   expect(RunTool(this->Folder, "build", build).err,
     "there are files of a killed build of this store: --resume would continue it with the step ");
   this->ExpectNothingLeft({ "in.ply", "spill", "m.kds" });

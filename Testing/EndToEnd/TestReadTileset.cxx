@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Tilesets of 3D Tiles through kdstream-convert and kdstream-build: what their finest tiles hold,
-// where it stands, and what is refused.
+// Tilesets of 3D Tiles through kdstream-convert and kdstream-build: the content of their finest
+// tiles, where it is placed, and which tilesets are refused.
 #include "Testing/EndToEnd/ConvertTools.h"
 #include "Testing/EndToEnd/GltfFile.h"
 #include "Testing/Fixtures/Meshes.h"
@@ -48,8 +48,8 @@ std::string BytesOf(T value)
   return { reinterpret_cast<const char*>(&value), sizeof(T) };
 }
 
-// A box of the lengths 1, 2 and 3 along x, y and z of glTF, from the origin: with z up it reaches
-// to 1, -3 and 2.
+// A box with the lengths 1, 2 and 3 along x, y and z of glTF, starting at the origin. With z up it
+// ends at 1, -3 and 2.
 std::string BoxGlb(const std::string& more = "", bool withBatches = false)
 {
   GltfBuffer buffer;
@@ -98,7 +98,7 @@ std::string SubtreeOf(std::string json, std::string bits)
          BytesOf(std::uint64_t{ bits.size() }) + json + bits;
 }
 
-// Members that each tile has.
+// Members that each tile must have.
 const std::string claims = "\"boundingVolume\":{\"sphere\":[0,0,0,999]},\"geometricError\":1";
 
 std::string At(double x, double y, double z)
@@ -115,7 +115,8 @@ std::string Content(const std::string& uri)
 class TestReadTileset : public ConvertTest
 {
 protected:
-  // tile: its members, but claims. more: of the tileset.
+  // Writes a tileset. tile: members of the root tile, except `claims`. more: members of the
+  // tileset.
   void Tileset(const std::string& name, const std::string& tile, const std::string& asset = "",
     const std::string& more = ",\"geometricError\":1")
   {
@@ -141,7 +142,7 @@ protected:
     }
     EXPECT_NEAR(VolumeIn(mesh), 6.0 * double(boxes), 1e-4);
   }
-  // Of the tileset in a folder, or its members.
+  // Expects an error for a tileset whose root tile has these members.
   void ExpectTileError(const std::string& tile, const std::string& what)
   {
     this->Tileset("tileset.json", tile);
@@ -266,7 +267,8 @@ TEST_F(TestReadTileset, TransformsUpAxesAndExternalTilesets)
       "tileset.json", Content("box.glb"), ",\"gltfUpAxis\":\"" + std::string(axis) + "\"");
     this->Expect(1, lo, hi);
   }
-  // The whole tile is replaced by what is below; that in another tileset, which goes up again.
+  // The tiles below replace the whole root tile. They are in another tileset, which refers to a
+  // file in a folder above it.
   this->Tileset("tileset.json", At(10, 0, 0) + "," + Content("missing.glb") + ",\"children\":[{" +
                                   claims + "," + At(0, 100, 0) + "," +
                                   Content("far/deep/more.json?v=1") + "}]");
@@ -288,7 +290,7 @@ TEST_F(TestReadTileset, TilesOfVersionOne)
   this->Expect(1, { 100, 197, 300 }, { 101, 200, 302 },
     "tile \"a.b3dm\": its batch table is left out: \"height\", \"name\"");
 
-  // Its centre as floats, and that of the glTF itself, which is in the tileset's axes, too.
+  // The tile's centre as floats, and the glTF's own centre, which is in the tileset's axes, too.
   const std::string center = BytesOf(1.0F) + BytesOf(2.0F) + BytesOf(3.0F) + "    ";
   std::string features = "{\"BATCH_LENGTH\":0,\"RTC_CENTER\":{\"byteOffset\":0}}";
   features.resize((features.size() + 7) / 8 * 8, ' ');
@@ -325,8 +327,8 @@ TEST_F(TestReadTileset, ImplicitTiling)
   {
     this->WriteText(name, BoxGlb());
   }
-  // Of two levels: the root, and of its four tiles all but the second; of a third one, below the
-  // tile (1, 1), nothing; below (1, 0) one.
+  // A subtree of two levels: the root, and all but the second of its four tiles. On the third level
+  // there is nothing below the tile (1, 1), and one tile below (1, 0).
   const auto subtree = [](const std::string& tiles, const std::string& contents,
                          const std::string& children, const char* named)
   {
@@ -353,14 +355,15 @@ TEST_F(TestReadTileset, ImplicitTiling)
   this->WriteText("s/0-0-0", subtree("\x1f", "\x1b", std::string(1, '\0'), "bitstream"));
   this->Tileset(
     "tileset.json", contents + ",\"implicitTiling\":{" + scheme + "\"availableLevels\":2}");
-  // Bits 0, 1, 3, 4: the root, which is replaced, and the tiles (0, 0), (0, 1), (1, 1).
+  // The bits 0, 1, 3, 4: the root, which is replaced, and the tiles (0, 0), (0, 1), (1, 1).
   fs::remove(this->Folder / "c/1-1-0.glb");
   this->Expect(3, { 0, -3, 0 }, { 1, 0, 2 });
   this->Tileset("tileset.json",
     contents + ",\"refine\":\"ADD\",\"implicitTiling\":{" + scheme + "\"availableLevels\":2}");
   this->Expect(4, { 0, -3, 0 }, { 1, 0, 2 });
 
-  // Below (1, 0), of Morton index 1 among the four: the tile (3, 1), which is 3 among its four.
+  // Below (1, 0), which has Morton index 1 among the four tiles: the tile (3, 1), which has index 3
+  // among its four.
   this->WriteText("s/0-0-0", subtree("\x1f", "\x1f", std::string(1, '\x80'), "bufferView"));
   this->WriteText("c/1-1-0.glb", "this one is replaced");
   this->WriteText("s/2-3-1", subtree("\x01", "\x01", std::string(1, '\0'), "bufferView"));
@@ -368,7 +371,7 @@ TEST_F(TestReadTileset, ImplicitTiling)
     contents + ",\"extensions\":{\"3DTILES_implicit_tiling\":{" + scheme + "\"maximumLevel\":2}}");
   this->Expect(4, { 0, -3, 0 }, { 1, 0, 2 });
 
-  // All of an octree, and a content that is not there.
+  // All tiles of an octree, and a content that does not exist.
   this->WriteText("s/0-0-0", "{\"tileAvailability\":{\"constant\":1},\"contentAvailability\":[{"
                              "\"constant\":1}],\"childSubtreeAvailability\":{\"constant\":0}}");
   const std::string octree =
@@ -401,7 +404,7 @@ TEST_F(TestReadTileset, HostileTilesetsAreNamed)
   this->WriteText("box.glb", BoxGlb());
   this->WriteText("in/box.glb", BoxGlb());
   fs::create_symlink("../box.glb", this->Folder / "in/link.glb");
-  // Out of its folder.
+  // Names that lead out of the folder.
   const auto inFolder = [&](const std::string& tile, const std::string& what)
   {
     this->Tileset("in/tileset.json", tile);
@@ -435,7 +438,7 @@ TEST_F(TestReadTileset, HostileTilesetsAreNamed)
     ends += "}]";
   }
   this->ExpectTileError(deep + ends, "is nested in 512 others; this is the maximum");
-  // Claims that cannot be.
+  // Claims that are impossible.
   for (const std::string claim : { "\"boundingVolume\":{\"box\":[1,2]},\"geometricError\":1",
          "\"boundingVolume\":{\"sphere\":[0,0,0,-1]},\"geometricError\":1",
          "\"boundingVolume\":{\"region\":[0,1,0,-1,0,0]},\"geometricError\":1",
@@ -474,7 +477,7 @@ TEST_F(TestReadTileset, HostileTilesetsAreNamed)
                                   "[0,0,0,9]},\"geometricError\":5}]");
   this->Expect(
     1, { 0, -3, 0 }, { 1, 0, 2 }, "1 tile claims a larger geometricError than the tile above");
-  // Counts of implicit tiling.
+  // Numbers in implicit tiling.
   const auto implicit = [](int levels, int ofSubtree)
   {
     return "\"implicitTiling\":{\"subdivisionScheme\":\"OCTREE\",\"subtreeLevels\":" +
@@ -494,7 +497,7 @@ TEST_F(TestReadTileset, HostileTilesetsAreNamed)
     implicit(3, 3), "has a subtree \"s.json\" that has no 73 bits in its bufferView 0");
 }
 
-// What is not carried, and what is not where it is claimed to be.
+// Data that cannot be carried over, and data that is not where a tileset says it is.
 TEST_F(TestReadTileset, WhatIsLostIsNamed)
 {
   this->WriteText("box.glb", BoxGlb());

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What released versions have written must be read by every later one (doc/compatibility.md):
-// stores, and a stream, which has what a client has asked for and what a server has answered. They
-// lie in Testing/Released, in a folder for each version, and are never made again.
+// Every later version must be able to read what released versions have written
+// (doc/compatibility.md): stores, and a stream, which contains a client's requests and a server's
+// answers. These files are in Testing/Released, in a folder for each version, and are never made
+// again.
 //
-// A new version's folder:
+// Commands for a new version's folder:
 //   kdstream-generate vase vase.ply --vertices 600
 //   kdstream-build vase.ply -o vase.kds --vertices-per-partition 100 --title "Painted vase"
 //   kdstream-generate statue statue.obj --vertices 300 --picture-side 64
 //   kdstream-build statue.obj -o statue.kds --vertices-per-partition 100 --precision lossless
 //     --texture-quality lossless (in one line)
 //   KDSTREAM_RECORD_STREAM=FOLDER/stream.jsonl ReleasesTests TestReleases
-// and a line in `releases` below.
+// and add a line to `releases` below.
 #include "filters/codec/PieceCodec.h"
 #include "filters/codec/TextureTile.h"
 #include "filters/protocol/BinaryFrame.h"
@@ -69,7 +70,7 @@ fs::path FolderOf(const Release& release)
   return fs::path(KDSTREAM_RELEASED) / release.version;
 }
 
-// A hash (FNV-1a) of the corners of all triangles, bit for bit, whatever their order.
+// A hash (FNV-1a) of the corners of all triangles, bit for bit, independent of their order.
 std::uint64_t HashOfSurface(const Mesh& mesh)
 {
   std::vector<std::array<double, 9>> triangles;
@@ -117,7 +118,7 @@ std::vector<std::uint8_t> BytesOf(const std::string& hex)
   return bytes;
 }
 
-// A stream as a list of {"client": text}, {"server": text} and {"frame": hexadecimal digits}.
+// Reads a stream: a list of {"client": text}, {"server": text} and {"frame": hexadecimal digits}.
 std::vector<json> ReadStream(const fs::path& file)
 {
   std::vector<json> stream;
@@ -129,7 +130,7 @@ std::vector<json> ReadStream(const fs::path& file)
   return stream;
 }
 
-// What these messages of a client are answered today.
+// The answers of the present version to these messages of a client.
 std::vector<json> AnswersToday(const Catalog& catalog, const std::vector<std::string>& client)
 {
   std::vector<json> stream;
@@ -167,7 +168,8 @@ const std::vector<std::string> recordedRequests{
   R"({"type":"blobs","request":9,"blobs":["levels/9/1","partitions/5"]})",
 };
 
-// Whether all that a client of then reads is there today: members may be added.
+// Checks that everything that a client of that time reads still exists; members may have been
+// added.
 void ExpectKept(const json& then, const json& now, const std::string& where)
 {
   if (then.is_array() && now.is_array() && then.size() == now.size())
@@ -187,14 +189,14 @@ void ExpectKept(const json& then, const json& now, const std::string& where)
   {
     if (name == "message" && then.value("type", "") == "error")
     {
-      continue; // words are for people
+      continue; // wording is for people, and may change
     }
     ASSERT_TRUE(now.contains(name)) << where << ": " << name << " is gone";
     ExpectKept(value, now[name], where + "." + name);
   }
 }
 
-// Without what may come at other times.
+// The answers in a stream, without messages whose time may vary.
 std::vector<json> Answers(const std::vector<json>& stream)
 {
   std::vector<json> answers;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Stores as files, by kdstream-build and kdstream-store: folders, names and permissions, and
+// Files of stores that kdstream-build and kdstream-store write: folders, names and permissions, and
 // changed texts.
 #include "Testing/EndToEnd/Process.h"
 #include "Testing/Fixtures/Meshes.h"
@@ -46,7 +46,7 @@ protected:
     return Json::parse(outcome.out, nullptr, false);
   }
 
-  // All files and folders, however deep.
+  // All files and folders, at any depth.
   std::set<std::string> Files() const
   {
     std::set<std::string> names;
@@ -208,7 +208,7 @@ TEST_F(StoreFiles, TextsAreChangedWithoutABuild)
   }
   EXPECT_EQ(this->Store({ "edit", "m.kds", "--description", "" }).exitCode, 0);
   EXPECT_FALSE(this->Info("m.kds").contains("description"));
-  // A link stays one.
+  // A link remains a link.
   fs::create_symlink("m.kds", this->Folder / "link.kds");
   EXPECT_EQ(this->Store({ "edit", "link.kds", "--title", "by a link" }).exitCode, 0);
   EXPECT_TRUE(fs::is_symlink(this->Folder / "link.kds"));

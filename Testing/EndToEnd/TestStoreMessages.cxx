@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What kdstream-store says about files that it cannot read, and about geometric errors: in our
-// words, not SQLite's.
+// The messages of kdstream-store about files that it cannot read, and about geometric errors: in
+// our words, not SQLite's.
 #include "Testing/EndToEnd/Process.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/meshio/MeshWriter.h"
@@ -32,7 +32,7 @@ protected:
     return RunProgram(this->Folder, std::string(KDSTREAM_PROGRAMS) + "/" + program, arguments);
   }
 
-  // Changes the database itself.
+  // Changes the database directly.
   void Sql(const std::string& statement)
   {
     sqlite3* database = nullptr;
@@ -78,7 +78,7 @@ TEST_F(StoreMessages, AStoreThatMayNotBeReadSaysWhy)
   const std::filesystem::path store = this->Folder / "torus.kds";
   std::filesystem::permissions(store, std::filesystem::perms::none);
   std::filesystem::permissions(this->Folder.Path, std::filesystem::perms::all);
-  // Root may read everything: be somebody else meanwhile.
+  // Root may read everything, so the test runs as another user here.
   const bool root = ::geteuid() == 0;
   ASSERT_TRUE(!root || ::seteuid(65534) == 0);
   const std::filesystem::path program = std::filesystem::path(KDSTREAM_PROGRAMS) / "kdstream-store";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-store as doc/cli.md describes it: what it writes, says and returns.
+// kdstream-store as doc/cli.md describes it: its output, its messages and its exit codes.
 #include "Testing/EndToEnd/ProgramsTest.h"
 #include "Testing/Fixtures/Invariants.h"
 #include "Testing/Fixtures/Meshes.h"
@@ -32,7 +32,8 @@ TEST_F(StoreProgram, HelpAndVersion)
   EXPECT_EQ(help.exitCode, 0);
   EXPECT_NE(help.out.find("Example"), std::string::npos);
   EXPECT_EQ(this->Store({ "--version" }).out, "kdstream-store 0.9.0\n");
-  // A command that there is not has no help, least of all that of the program.
+  // A command that does not exist has no help; in particular, the program's help is not shown
+  // instead.
   for (const std::vector<std::string>& arguments :
     { std::vector<std::string>{ "publish", "--help" }, { "-h", "publish" }, { "publish" } })
   {
@@ -79,7 +80,7 @@ TEST_F(StoreProgram, DistanceOfALevel)
     EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
     return Json::parse(outcome.out);
   };
-  // A level is at no distance from itself, as a file of any format.
+  // The distance of a level from itself is 0, in a file of any format.
   for (const std::string file : { "level.ply", "level.vtp" })
   {
     SCOPED_TRACE(file);
@@ -93,7 +94,8 @@ TEST_F(StoreProgram, DistanceOfALevel)
     EXPECT_LT(same["rms_backward"], 1e-9);
     EXPECT_LT(same["hausdorff"], 1e-9);
   }
-  // The coarser, the farther, both ways; never farther than the largest distance.
+  // Coarser levels are farther away, in both directions, but never farther than the largest
+  // distance.
   Json finer = distance("9", "in.ply");
   for (const std::string level : { "7", "5" })
   {
@@ -277,7 +279,7 @@ TEST_F(StoreProgram, ExtractsWhatIsAskedFor)
     this->WriteText("mix.json", mix.dump());
     EXPECT_TRUE(BoundaryEdges(extract({ "--resolutions", "mix.json" }).triangles).empty());
   }
-  // Pieces in any order over a base: of what is not reached nothing is shown.
+  // Pieces in any order, over a base. Pieces that cannot be reached are not shown.
   const unsigned first = 1U << stats["partition_depth"].get<unsigned>();
   const Json pieces = { { "base", 2 },
     { "pieces",

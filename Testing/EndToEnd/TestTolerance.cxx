@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The tolerance of the programs: what is dropped or repaired is reported, counted in the
-// statistics, and refused by --strict; the same in memory, out of core and by kdstream-convert.
-// Also texts as other programs write them.
+// The tolerance of the programs. Data that is dropped or repaired is reported, counted in the
+// statistics, and refused by --strict; in memory, out of core and by kdstream-convert alike. Also
+// texts as other programs write them.
 #include "Testing/EndToEnd/ConvertTools.h"
 #include "Testing/Fixtures/Meshes.h"
 
@@ -29,8 +29,8 @@ protected:
     return nlohmann::json::parse(file);
   }
 
-  // The build's message, without the names of the program and the input; `forgiven`: the numbers
-  // that are not 0.
+  // Builds the input, and returns the build's warnings without the names of the program and the
+  // input. `forgiven`: all counts in the statistics that must not be 0, by name.
   std::vector<std::string> Built(const std::string& input, const nlohmann::json& forgiven,
     const std::vector<std::string>& more = {})
   {
@@ -59,7 +59,8 @@ protected:
       EXPECT_EQ(line.rfind(begin, 0), 0U) << line;
       warnings.push_back(line.substr(std::min(begin.size(), line.size())));
     }
-    // --strict refuses the same, and allows what is only reported.
+    // With --strict, inputs with such counts are refused; inputs that only cause reports are
+    // allowed.
     all.push_back("--strict");
     const Outcome strict = this->Build(all);
     EXPECT_EQ(strict.exitCode, forgiven.empty() ? 0 : 1) << strict.err;
@@ -88,7 +89,7 @@ const std::string cube =
   "v -1 1 1\nf 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\n"
   "f 4 1 5 8\n";
 
-// A torus as PLY with some vertices that are not finite, arrays of vertices and faces.
+// A torus as PLY with arrays of vertices and faces; some vertices are not finite.
 std::string Spoiled(const Mesh& mesh, std::size_t every)
 {
   std::ostringstream text;
@@ -161,9 +162,9 @@ TEST_F(TestTolerance, PointsThatAreNotFiniteGoWithTheirFaces)
       sum[0] += back.points[back.triangles[i][k]][0];
       expected[0] += double(float(mesh.points[was[k]][0]));
     }
-    ASSERT_NEAR(sum[0], expected[0], 1e-3) << i; // the text has six digits
+    ASSERT_NEAR(sum[0], expected[0], 1e-3) << i; // the text has only six digits
   }
-  // The same store out of core; the last line says so.
+  // The build out of core makes the same store, and its last line reports the same.
   const std::string inMemory = ReadWhole(this->Folder / "m.kds");
   const Outcome external =
     this->Build({ "nan.ply", "-o", "m.kds", "--precision", "lossless", "--memory", "64M" });
@@ -308,7 +309,7 @@ TEST_F(TestTolerance, DecimalCommas)
   EXPECT_EQ(read("0 0 0\n-3,25 0,75 1,5\n").points.size(), 2U) << "after a line without commas";
   const Mesh colored = read("1,5 2,5 3,5 255 0 7\n1,5 2,5 3 255 0 7\n");
   EXPECT_EQ(ValuesOf(colored, "RGB"), (std::vector<double>{ 255, 0, 7, 255, 0, 7 }));
-  // Commas are separators here.
+  // Here commas separate columns.
   const auto separated = [this](const std::string& text)
   {
     this->WriteText("in.xyz", text);
@@ -317,7 +318,7 @@ TEST_F(TestTolerance, DecimalCommas)
   EXPECT_EQ(separated("1.5,2,3\n4,5,6\n"), (std::vector<Vec3>{ { 1.5, 2, 3 }, { 4, 5, 6 } }));
   EXPECT_EQ(separated("1.5, 2, 3\n"), (std::vector<Vec3>{ { 1.5, 2, 3 } }));
   EXPECT_EQ(separated("1,2,3 255,0,0\n").size(), 1U);
-  // What can be read in two ways.
+  // Texts that can be read in two ways.
   for (const std::string text : { "1,234.5 2,345.5 3,456.5\n", "1,5 2.5 3\n",
          "1,5 2,5 3,5\n1.5 2,5 3,5\n", "1,5 2,5 3,5\n1.5 2 3\n", "1.5 2 3\n1,5 2,5 3,5\n" })
   {
@@ -333,24 +334,24 @@ TEST_F(TestTolerance, ColumnsOfAnXyzByTheirValues)
 {
   struct Case
   {
-    std::vector<std::string> columns; // after x y z, line by line
-    std::string names;                // that are reported; empty: no report expected
-    std::vector<double> rgb;          // of the first point
-    std::string number;               // an array, and its first value
+    std::vector<std::string> columns; // the columns after x y z, in each line
+    std::string names;                // in the report; empty: nothing must be reported
+    std::vector<double> rgb;          // colour of the first point
+    std::string number;               // name of an array; `value` is its first value
     double value = 0;
   };
   const Case cases[] = {
-    // A class after colours: before them it could be an intensity.
+    // A class after colours. In front of colours it could be an intensity.
     { { "255 0 0 3", "255 0 0 1" }, "x y z r g b column7", { 255, 0, 0 }, "column7", 3 },
     { { "200 90 80 2", "100 40 50 31" }, "x y z r g b column7", { 200, 90, 80 }, "column7", 2 },
     { { "17 200 90 80", "3 100 40 50" }, "x y z intensity r g b", { 200, 90, 80 }, "Intensity",
       17 },
-    // Colours go together, the number does not.
+    // The three colours vary together; the fourth number does not.
     { { "10 20 30 200", "100 110 120 90", "200 210 220 150", "50 60 70 60" }, "x y z r g b column7",
       { 10, 20, 30 }, "column7", 200 },
     { { "200 10 20 30", "90 100 110 120", "150 200 210 220", "60 50 60 70" },
       "x y z intensity r g b", { 10, 20, 30 }, "Intensity", 200 },
-    // One layout fits.
+    // Only one layout is possible.
     { { "0.5 200 90 80", "0.25 1 2 3" }, "", { 200, 90, 80 }, "Intensity", 0.5 },
     { { "200 90 80 -0.5", "1 2 3 7" }, "", { 200, 90, 80 }, "column7", -0.5 },
     { { "0.6 0 -0.8 200 90 80", "0 0 -1 1 2 3" }, "", { 200, 90, 80 }, "", 0 },
@@ -412,7 +413,7 @@ TEST_F(TestTolerance, ColumnsOfAnXyzByTheirNames)
     std::string::npos)
     << ofWords.err;
   EXPECT_EQ(this->Read("out.ply").points, (std::vector<Vec3>{ { 1, 2, 3 }, { 4, 5, 6 } }));
-  // Other columns keep their names, also where those of the coordinates are not known.
+  // Other columns keep their names, even if the names of the coordinates are unknown.
   this->WriteText("units.csv", "X_m,Y_m,Z_m,T_degC\n1.5,2.5,3.5,21\n4.5,5.5,6.5,22\n");
   this->WriteText("odd.csv", "Alpha,Beta,Gamma,T_degC\n1.5,2.5,3.5,21\n4.5,5.5,6.5,22\n");
   for (const char* file : { "units.csv", "odd.csv" })
@@ -428,7 +429,7 @@ TEST_F(TestTolerance, ColumnsOfAnXyzByTheirNames)
   const Outcome words = this->Convert("words.csv", { "--columns", "- x y z -" });
   EXPECT_EQ(words.exitCode, 0) << words.err;
   EXPECT_EQ(this->Read("out.ply").points, (std::vector<Vec3>{ { 1, 2, 3 }, { 4, 5, 6 } }));
-  // Through a build, too; and by a line of the file.
+  // The option also works in a build; and a line of the file may name the columns, too.
   EXPECT_EQ(
     this->Build({ "in.xyz", "-o", "m.kds", "--quiet", "--columns", "- x y z r g b -" }).err, "");
   EXPECT_EQ(ValuesOf(this->Extracted(), "RGB").size(), 6U);
@@ -441,7 +442,7 @@ TEST_F(TestTolerance, ColumnsOfAnXyzByTheirNames)
   }
   this->WriteText("remark.xyz", "# x y z of my house\n1 2 3\n");
   EXPECT_EQ(this->Converted("remark.xyz").points.size(), 1U);
-  // What cannot be.
+  // Lists of names that are not allowed.
   for (const auto& [names, error] : { std::pair{ "x y", "x, y and z are needed" },
          { "x y z r g 4 5 6", "of r g b all three are needed" },
          { "x y z a a 5 6 7", "'a' is named twice" }, { "x y z", "--columns names 3" } })
@@ -505,11 +506,12 @@ TEST_F(TestTolerance, TheFirstColumnOfPointsMayBeANumberOrATime)
     (std::vector<double>{ 9, 8, 7 }));
   this->WriteText("in.xyz", "101 1.5 2 3\n105 2.5 3 3\n106 3.5 2 3\n");
   EXPECT_NE(this->Convert("in.xyz").err.find("\"number x y z\" too"), std::string::npos);
-  // Numbers of points that were thinned out, and in no order; but not beside whole coordinates.
+  // Numbers of points after thinning, in no order, are recognized; but not in front of integer
+  // coordinates.
   this->WriteText("in.xyz", lines([](int i) { return 5 * ((7 * i) % 31); }, ""));
   EXPECT_NE(this->Built("in.xyz", { { "columns_guessed", 1 } })[0].find("has no number twice"),
     std::string::npos);
-  // A path along x, there and back, is not in that order.
+  // A path along x, there and back, is not ordered in this way.
   this->WriteText("in.xyz", lines([](int i) { return i < 15 ? 2 * i : 59 - 2 * i; }, ""));
   {
     const Outcome way = this->Convert("in.xyz");
@@ -518,13 +520,13 @@ TEST_F(TestTolerance, TheFirstColumnOfPointsMayBeANumberOrATime)
   }
   this->WriteText("in.xyz", "5 1 2 9\n7 2 2 8\n6 3 2 9\n");
   EXPECT_EQ(this->Built("in.xyz", nlohmann::json::object()), Warnings{});
-  // A cloud along x.
+  // A point cloud that is ordered along x.
   this->WriteText("in.xyz", lines([](int i) { return i * i; }, ""));
   EXPECT_NE(this->Built("in.xyz", { { "columns_guessed", 1 } })[0].find("they could be"),
     std::string::npos);
   EXPECT_EQ(this->Convert("in.xyz", { "--strict", "--columns", "x y z i" }).err, "");
-  // Names decide. A raster goes slowly along x: so might a class. Colours show that x y z are
-  // before them.
+  // Names decide. In a raster x grows slowly, as a class might do. Colours show that the columns in
+  // front of them are x y z.
   this->WriteText("in.xyz", lines([](int i) { return i; }, "").insert(0, "x y z i\n"));
   EXPECT_EQ(this->Built("in.xyz", nlohmann::json::object()), Warnings{});
   this->WriteText("in.xyz", lines([](int i) { return i / 10; }, ""));
@@ -654,7 +656,7 @@ TEST_F(TestTolerance, VrmlOfOtherPrograms)
     EXPECT_EQ(outcome.err.empty(), warning.empty()) << outcome.err;
     EXPECT_EQ(this->Read("out.ply").triangles.size(), 12U);
   }
-  // Behind brackets and strings, too.
+  // Also after brackets and strings.
   this->WriteText("in.wrl",
     second + "Shape { geometry IndexedFaceSet { coord Coordinate { point [ 0 0 0, 1 0 0, 0 1 0 ] } "
              "coordIndex [ 0 1 2 ] glow 1 2 3 foo \"a b\" bar [ \"x\" ] } }\n");
@@ -676,7 +678,7 @@ TEST_F(TestTolerance, VrmlOfOtherPrograms)
   }
 }
 
-// VTK knows none of these; attributes that are not numbers stay so.
+// VTK supports none of these. Attributes that are not numbers stay texts.
 TEST_F(TestTolerance, TextsOfVtkAreTexts)
 {
   const std::string text = "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 4 "

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Two kdstream-serve on one folder behind nginx, configured as in deploy/kdstream.nginx.conf: one
-// is killed while it sends data to clients, and no client loses anything.
+// Two servers with one folder behind nginx, configured as in deploy/kdstream.nginx.conf. One is
+// killed while it sends data to clients, and no client loses anything.
 #include "Testing/EndToEnd/StreamTap.h"
 #include "Testing/Fixtures/Eventually.h"
 #include "Testing/Fixtures/Meshes.h"
@@ -22,9 +22,9 @@ using protocol::BlobId;
 namespace
 {
 
-const std::string nginx = KDSTREAM_NGINX; // "": it is not installed
+const std::string nginx = KDSTREAM_NGINX; // "": not installed
 
-// The text with each `from` replaced; one that is not there fails.
+// The text with each `from` replaced. Fails if one does not occur.
 std::string Replaced(
   std::string text, const std::vector<std::pair<std::string, std::string>>& replacements)
 {
@@ -37,7 +37,7 @@ std::string Replaced(
   return text;
 }
 
-// nginx before two servers, as in the example except for paths and ports.
+// nginx in front of two servers, configured as in the example except for paths and ports.
 class Proxy
 {
 public:
@@ -49,7 +49,7 @@ public:
     EXPECT_TRUE(fixtures::Eventually([&] { return HttpTestClient::Connects(this->Port); }));
   }
 
-  // Not at once, or its workers would stay.
+  // nginx is not killed at once, because its workers would remain.
   ~Proxy()
   {
     this->Process_.Signal(SIGTERM);
@@ -60,7 +60,7 @@ public:
   const std::uint16_t Port;
 
 private:
-  // nginx cannot report which port it was given.
+  // Finds a free port, because nginx cannot report its own.
   static std::uint16_t FreePort()
   {
     boost::asio::io_context context;
@@ -70,7 +70,7 @@ private:
   }
   std::string Write(const fs::path& folder, std::uint16_t first, std::uint16_t second) const
   {
-    // Little is in flight while a client does not read: sndbuf.
+    // sndbuf: little data is in flight while a client does not read.
     const auto site = Replaced(fixtures::ReadWhole(KDSTREAM_NGINX_EXAMPLE),
       { { "127.0.0.1:8701", "127.0.0.1:" + std::to_string(first) },
         { "127.0.0.1:8702", "127.0.0.1:" + std::to_string(second) },
@@ -91,12 +91,12 @@ private:
   Process Process_;
 };
 
-// What one client has received.
+// The blobs that one client has received.
 struct Viewed
 {
   std::set<BlobId> blobs;
-  std::size_t twice = 0, damaged = 0, refused = 0; // refused: requests, for the quota
-  std::string trouble;                             // what else went wrong
+  std::size_t twice = 0, damaged = 0, refused = 0; // refused: requests that the quota refused
+  std::string trouble;                             // anything else that went wrong
 };
 
 class TwoServers : public Serve
@@ -120,7 +120,7 @@ protected:
       BuildStore(fixtures::Torus(600, 300), "ring.ply", this->stores / "ring.kds", options));
   }
 
-  // Both servers, with nginx before them.
+  // Starts both servers, with nginx in front of them.
   void Start(const std::vector<std::string>& more)
   {
     std::vector<std::string> arguments{ this->stores, "--port", "0", "--trusted-proxy",
@@ -157,7 +157,7 @@ protected:
     EXPECT_TRUE(model);
     return model ? *model : ModelDescription();
   }
-  // A counter of one of the servers, asked itself.
+  // A counter of one of the servers, requested from that server directly.
   int Metric(std::size_t server, const std::string& name) const
   {
     const auto text = HttpTestClient(this->ports[server]).Get("/metrics")->body;
@@ -167,7 +167,7 @@ protected:
 
   std::array<std::optional<Process>, 2> servers;
   std::array<std::uint16_t, 2> ports{};
-  std::optional<Proxy> proxy; // gone before the servers
+  std::optional<Proxy> proxy; // ends before the servers
 };
 
 std::vector<BlobId> FinestLevel(const ModelDescription& model)
@@ -182,7 +182,7 @@ std::vector<BlobId> FinestLevel(const ModelDescription& model)
   return blobs;
 }
 
-// A client with many requests at once; keeps for each request how many blobs are outstanding.
+// A client with many requests at once. For each request it keeps the number of outstanding blobs.
 class Viewer
 {
 public:
@@ -246,7 +246,8 @@ private:
   Viewed Seen;
 };
 
-// The finest level at once, then the original in small requests.
+// The requests for a whole model: the finest level at once, and then the original in small
+// requests.
 std::vector<std::vector<BlobId>> AllOf(const ModelDescription& model)
 {
   std::vector<std::vector<BlobId>> wanted{ FinestLevel(model) };
@@ -258,7 +259,7 @@ std::vector<std::vector<BlobId>> AllOf(const ModelDescription& model)
   return wanted;
 }
 
-// Clients of one load: two of each name, of which one begins at the end.
+// The clients of one load: two for each token; one of the two begins at the end.
 struct Crowd
 {
   Crowd(std::uint16_t proxy, const ModelDescription& model, const std::vector<std::string>& tokens)
@@ -289,7 +290,8 @@ struct Crowd
   {
     std::for_each(this->taps.begin(), this->taps.end(), [](StreamTap& tap) { tap.LetThrough(); });
   }
-  // Each has connected once more, after its list of models and its stream.
+  // Whether each client has connected once more, after the connections for its list of models and
+  // its stream.
   bool HaveAllComeBack() const
   {
     return std::all_of(this->taps.begin(), this->taps.end(),
@@ -308,7 +310,7 @@ struct Crowd
   std::vector<std::thread> threads;
 };
 
-// The first line of the answer to these bytes, sent from an address of this machine.
+// The first line of the answer to these bytes, which are sent from an address of this machine.
 std::string Ask(std::uint16_t port, const std::string& from, const std::string& bytes)
 {
   boost::asio::io_context context;
@@ -388,7 +390,7 @@ TEST_F(TwoServers, OneIsKilledAndEveryClientGoesOnThroughTheOther)
   }
 }
 
-// nginx asks the other one, whether a server has gone or says that it is about to.
+// nginx asks the other server if one has ended, or says that it will end soon.
 TEST_F(TwoServers, OneThatStopsIsPassedOver)
 {
   this->Start({ "--drain", "100000" });
@@ -397,7 +399,7 @@ TEST_F(TwoServers, OneThatStopsIsPassedOver)
   ASSERT_TRUE(deaf.Open());
   deaf.Ask({ 1, protocol::OpenRequest{ "ring" } });
   ASSERT_TRUE(deaf.Await(1).opened);
-  for (std::uint32_t request = 2; request < 12; ++request) // more than there is room for
+  for (std::uint32_t request = 2; request < 12; ++request) // more than fit into buffers
   {
     deaf.Ask({ request, protocol::BlobsRequest{ FinestLevel(model) } });
   }
@@ -419,7 +421,7 @@ TEST_F(TwoServers, OneThatStopsIsPassedOver)
   }
 }
 
-// Until one is there again.
+// Clients wait until a server is there again.
 TEST_F(TwoServers, ClientsWaitWhileBothAreGone)
 {
   this->Start({});

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A walk through all programs with the real scan: kdstream-build, kdstream-serve, kdstream-view and
-// the demo session, on EGL and on OSMesa.
+// the demo session, with EGL and with OSMesa.
 #include "Testing/EndToEnd/Process.h"
 #include "Testing/Fixtures/RunningProgram.h"
 
@@ -30,7 +30,7 @@ TEST(Walk, FromAScanToThreePictures)
   std::ofstream(folder / "session.jsonl") << session;
 
   FolderServer server(KDSTREAM_PROGRAMS, folder / "models");
-  std::map<std::string, std::map<std::string, std::string>> pictures; // backend, name
+  std::map<std::string, std::map<std::string, std::string>> pictures; // by backend, then by name
   for (const std::string backend : { "egl", "osmesa" })
   {
     SCOPED_TRACE(backend);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A library for LD_PRELOAD: system calls of a program fail as Faults.h says. It tests the unchanged
-// program. It also records what happens to files (Recording.h), and can run main many times in one
+// A library for LD_PRELOAD that makes system calls of an unchanged program fail, as Faults.h
+// specifies. It also records what happens to files (Recording.h). It can run main many times in one
 // process (runsVariable), so that later runs need no loading.
 #include "Testing/Faults/Faults.h"
 #include "Testing/Faults/Recording.h"
@@ -42,17 +42,17 @@ using kdstream::Fault;
 using kdstream::Faults;
 using kdstream::FileAction;
 
-Faults* faults = nullptr; // null until main begins: nobody can catch what fails before
+Faults* faults = nullptr; // null until main begins, because no code can handle earlier failures
 int record = -1;
 
-// The function of the name that would be called without this library.
+// The function with this name that would be called without this library.
 template <class Function>
 Function* Real(const char* name)
 {
   return reinterpret_cast<Function*>(::dlsym(RTLD_NEXT, name));
 }
 
-// Whether the call is to fail; then errno says why.
+// Whether this call must fail; then errno says why.
 bool Strikes(Fault Faults::*kind)
 {
   if (!faults)
@@ -71,7 +71,7 @@ bool Strikes(Fault Faults::*kind)
   return true;
 }
 
-// While a disk hangs that has the path.
+// Waits while the disk with this path hangs.
 void Await(const char* path)
 {
   const int before = errno;
@@ -86,7 +86,7 @@ void Await(const char* path)
   errno = before;
 }
 
-// The same of an open file.
+// Does the same for an open file.
 void Await(int file)
 {
   if (faults && faults->hanging != 0)
@@ -150,7 +150,7 @@ void Advance(Seconds& seconds)
   seconds += faults ? static_cast<Seconds>(faults->ahead.load()) : 0;
 }
 
-// --- What is written down ---------------------------------------------------------------------
+// --- Recording ----------------------------------------------------------------------------------
 
 pthread_mutex_t recording = PTHREAD_MUTEX_INITIALIZER;
 
@@ -169,7 +169,7 @@ void Put(const void* data, std::size_t bytes)
   }
 }
 
-// An absolute path, if the folder that it is relative to can be found out.
+// A path as an absolute path, if the folder that it is relative to can be determined.
 struct Whole
 {
   char text[2 * PATH_MAX] = {};
@@ -196,7 +196,8 @@ struct Whole
   }
 
 private:
-  // A folder that is held open goes by its descriptor, /proc/PID/fd/N: what follows it, or null.
+  // A folder that is held open is accessed by its descriptor: /proc/PID/fd/N. Returns the rest of
+  // the path after it, or null.
   const char* TakeDescriptor(const char* path)
   {
     int process = 0, file = 0, end = 0;
@@ -232,7 +233,7 @@ void Record(FileAction action, std::uint64_t inode, std::uint64_t offset, const 
   errno = before;
 }
 
-// The offset of the next byte to write; -1 for a file that is not recorded.
+// The offset of the next byte to write; -1 if the file is not recorded.
 off_t PlaceOf(int file, struct stat& state)
 {
   if (record < 0 || file <= STDERR_FILENO || !StateOf(file, state) || !S_ISREG(state.st_mode))
@@ -261,7 +262,7 @@ void RecordSize(int file, off_t size)
   }
 }
 
-// Bytes that came by no call that has them.
+// Records bytes that were written by a call that does not contain them.
 void RecordCopied(int file, off_t place, const struct stat& state, ssize_t bytes)
 {
   char block[1 << 14];
@@ -271,7 +272,7 @@ void RecordCopied(int file, off_t place, const struct stat& state, ssize_t bytes
       SYS_pread64, file, block, std::min(sizeof(block), static_cast<std::size_t>(bytes)), place);
     if (got <= 0)
     {
-      std::abort(); // a file opened only for writing: no test has one
+      std::abort(); // the file is open only for writing: this occurs in no test
     }
     RecordWrite(place, state, block, got);
     place += got;
@@ -356,7 +357,7 @@ __attribute__((constructor)) void Begin()
   }
   if (const char* const path = std::getenv(kdstream::recordVariable))
   {
-    constexpr int high = 200; // out of the way of the program's own
+    constexpr int high = 200; // not among the program's own descriptors
     const int file = ::open(path, O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, 0600);
     record = ::fcntl(file, F_DUPFD_CLOEXEC, high);
     ::close(file);
@@ -384,7 +385,7 @@ int Main(int argc, char** argv, char** environment)
     {
       ::_exit(0);
     }
-    ::alarm(longest); // a run that hangs ends by SIGALRM
+    ::alarm(longest); // SIGALRM ends a run that hangs
   }
   faults = mapped;
   return realMain(argc, argv, environment);
@@ -507,7 +508,7 @@ extern "C"
     struct stat state = {};
     const off_t place = PlaceOf(to, state);
     const ssize_t copied = real(to, from, offset, bytes);
-    if (place >= 0 && copied > 0) // it may have been opened only for writing
+    if (place >= 0 && copied > 0) // opened again, because the file may be open only for writing
     {
       char link[64];
       std::snprintf(link, sizeof(link), "/proc/self/fd/%d", to);
@@ -565,7 +566,7 @@ extern "C"
     return openat(folder, path, flags | O_LARGEFILE, mode);
   }
 
-  // Those of the C library do not come by the functions above.
+  // The C library's own calls do not use the functions above, so these functions are replaced, too.
   std::FILE* fopen(const char* path, const char* mode)
   {
     static const auto real = Real<std::FILE*(const char*, const char*)>("fopen");

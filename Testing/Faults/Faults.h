@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The control of the fault library (FaultShim.cxx), which is loaded before all other libraries of a
-// program: by a file that both the program and its test have mapped.
+// Controls the fault library (FaultShim.cxx), which is loaded before all other libraries of a
+// program. The control is a file that both the program and its test have mapped.
 #pragma once
 
 #include <fcntl.h>
@@ -18,21 +18,23 @@
 namespace kdstream
 {
 
-inline constexpr const char* faultsVariable = "KDSTREAM_FAULTS"; // the file's path
-// Without such a file: "KIND,CALL,once|on,ERRNO", to see one failure again (in a debugger, too).
+inline constexpr const char* faultsVariable = "KDSTREAM_FAULTS"; // the path of the control file
+// Used without a control file, to repeat one failure (also in a debugger):
+// "KIND,CALL,once|on,ERRNO".
 inline constexpr const char* faultVariable = "KDSTREAM_FAULT";
-// A file that gets what the program does to files: Recording.h.
+// The path of a file in which the program's operations on files are recorded: Recording.h.
 inline constexpr const char* recordVariable = "KDSTREAM_RECORD";
 // "READ,WRITE": two descriptors. If they are given, main runs in a child process for each byte
-// received, and how it ended (waitpid's status) is sent back.
+// received. The way in which the child ended (waitpid's status) is sent back.
 inline constexpr const char* runsVariable = "KDSTREAM_RUNS";
 
-// Calls of one kind, and which of them fail.
+// Calls of one kind: which of them fail.
 struct Fault
 {
-  std::atomic<std::uint64_t> calls{ 0 }; // so far
-  std::atomic<int> reason{ 0 };          // the errno of those that fail; 0: none does
-  // Calls are numbered from 1: those from first to last fail, or of these only each 'every'-th.
+  std::atomic<std::uint64_t> calls{ 0 }; // number of calls so far
+  std::atomic<int> reason{ 0 };          // the errno of calls that fail; 0: none fails
+  // Calls are numbered from 1. The calls from first to last fail, or only every 'every'-th of
+  // these.
   std::atomic<std::uint64_t> first{ 1 }, last{ ~std::uint64_t{ 0 } }, every{ 1 };
 
   void operator=(int why) { this->Fail(why, 1, ~std::uint64_t{ 0 }); } // from now on
@@ -54,11 +56,11 @@ struct Fault
 
 struct Faults
 {
-  Fault reading;   // of regular files: read, pread, fread is left out
-  Fault writing;   // to regular files but stdout and stderr: write, pwrite, copy_file_range
-  Fault opening;   // of any file or folder, to read
-  Fault creating;  // or opening to write, folders too
-  Fault looking;   // stat and its kin
+  Fault reading;   // of regular files: read, pread; fread is left out
+  Fault writing;   // to regular files except stdout and stderr: write, pwrite, copy_file_range
+  Fault opening;   // any file or folder, for reading
+  Fault creating;  // or opening for writing; folders, too
+  Fault looking;   // stat and similar calls
   Fault syncing;   // fsync, fdatasync
   Fault sizing;    // ftruncate, fallocate
   Fault renaming;  // rename, link
@@ -69,15 +71,15 @@ struct Faults
   Fault accepting; // of connections
   Fault tls;       // SSL_new
   Fault allocation;
-  // Calls on files and folders whose path contains this word do not return while `hanging` is not
-  // 0: a disk, or another machine's, that does not answer.
+  // While `hanging` is not 0, calls on files and folders whose path contains this word do not
+  // return, as if a disk, or another machine's disk, did not answer.
   static constexpr const char* hangingWord = "hangs";
   std::atomic<int> hanging{ 0 };
-  std::atomic<std::uint64_t> leastBytes{ 0 }; // of the allocations that fail
+  std::atomic<std::uint64_t> leastBytes{ 0 }; // only allocations of at least this size fail
   // The process sees a system time that is this number of seconds ahead.
   std::atomic<std::int64_t> ahead{ 0 };
 
-  // How often any of them has struck.
+  // How often a fault of any kind has occurred.
   std::atomic<std::uint64_t> struck{ 0 };
 
   void Clear();
@@ -113,7 +115,7 @@ inline void Faults::Clear()
   this->ahead = 0;
 }
 
-// The file, mapped; made if it is not there. Null where that fails.
+// Maps the control file; creates it if it does not exist. Null if this fails.
 inline Faults* MapFaults(const char* path, bool isNew)
 {
   const int file = ::open(path, O_RDWR | O_CLOEXEC | (isNew ? O_CREAT : 0), 0600);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A program that is run again and again in a folder, while what it asks of the system fails.
+// Runs a program repeatedly in a folder while its system calls fail.
 #pragma once
 
 #include "Testing/Faults/Faults.h"
@@ -22,7 +22,7 @@
 namespace kdstream::fixtures
 {
 
-// The files below a folder by their names in it, with what is in them; folders end with '/'.
+// The files below a folder: content by name relative to the folder. Names of folders end with '/'.
 using FileTree = std::map<std::string, std::string>;
 
 inline FileTree ReadTree(const std::filesystem::path& folder)
@@ -43,7 +43,7 @@ inline FileTree ReadTree(const std::filesystem::path& folder)
   return tree;
 }
 
-// Afterwards the folder has these files and no others. It stays the same folder.
+// Makes the folder contain exactly these files. The folder itself stays the same one.
 inline void WriteTree(const std::filesystem::path& folder, const FileTree& tree)
 {
   std::filesystem::create_directories(folder);
@@ -70,11 +70,11 @@ class FaultyProgram
 public:
   struct Outcome
   {
-    int exitCode = -1; // 128 + the signal where one ended it
+    int exitCode = -1; // 128 + the signal, if a signal ended it
     std::string out, err;
   };
 
-  // library: FaultShim.cxx. record: where it writes down what becomes of files, if anywhere.
+  // library: FaultShim.cxx. record: a file for the record of file operations, or "".
   FaultyProgram(const std::string& library, std::filesystem::path folder, std::string program,
     std::vector<std::string> arguments, const std::string& record = {})
   {
@@ -124,7 +124,7 @@ public:
   }
   ~FaultyProgram()
   {
-    ::close(this->Ask); // after which it ends
+    ::close(this->Ask); // which makes the program end
     ::close(this->Answer);
     ::waitpid(this->Id, nullptr, 0);
     ::munmap(this->Shared, sizeof(Faults));
@@ -132,7 +132,7 @@ public:
   FaultyProgram(const FaultyProgram&) = delete;
   FaultyProgram& operator=(const FaultyProgram&) = delete;
 
-  // What fails in the next run. Not named after its type: g++ would take it for a change of it.
+  // What fails in the next run. (A function named after its type would be an error for g++.)
   Faults& What() { return *this->Shared; }
 
   Outcome Run()

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A program for runs with faults, of work that no program of ours does by itself: an out-of-core
-// build of a small mesh, notes that a window saves, quotas that a server enters.
+// A program for runs with faults. It does work that none of our programs does alone: an out-of-core
+// build of a small mesh, saving notes as a window does, recording quotas as a server does.
 #include "filters/build/ExternalBuilder.h"
 #include "filters/core/CaughtError.h"
 #include "filters/program/Program.h"
@@ -41,7 +41,8 @@ int SaveNotes(const std::string& file)
   return Report(file, WriteNotes(file, notes));
 }
 
-// Prints which partitions were allowed. Asks for each until it is, because a failure is temporary.
+// Requests partitions, each until it is allowed, because a failure is temporary. Prints those that
+// were allowed.
 int TakeAll(const std::string& file)
 {
   QuotaLimits limits;

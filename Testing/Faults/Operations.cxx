@@ -39,7 +39,8 @@ std::string MeshFile(unsigned subdivisions)
   return ReadWhole(folder / "mesh.ply");
 }
 
-// No name twice in what a test run makes: each operation starts from what the one before has made.
+// No name may occur twice in the output of a test run: each operation starts from the output of the
+// previous one.
 std::vector<Operation> MakeOperations()
 {
   const std::string mesh = MeshFile(2), other = MeshFile(1);
@@ -69,7 +70,7 @@ std::vector<Operation> MakeOperations()
   const auto notes = TreeAfter(all.back()).at("a.notes.json");
   all.push_back({ "export", "kdstream-store", { "export", "a.kds", "web/up", "--quiet" },
     { { "a.kds", built }, { "a.notes.json", notes } } });
-  // Beside another model, which is not lost from the list.
+  // There is already another model, which must stay in the list.
   auto up = TreeAfter({ "", "kdstream-store",
     { "export", "a.kds", "web/up", "--model=b", "--quiet" }, TreeAfter(all.back()) });
   up["a.kds"] = edited;
@@ -87,7 +88,7 @@ std::vector<Operation> MakeOperations()
   Operation quotas{ "quotas", "faulty-work", { "quotas", "quotas.db" }, {} };
   quotas.others = { "quotas.db", "quotas.db-wal", "quotas.db-shm", "quotas.db-journal" };
   quotas.recovers = true;
-  // What was given counts, and no more is given than may be.
+  // Partitions that were given count, and no more may be given than the quota allows.
   quotas.check = [](const FaultyProgram::Outcome& outcome, const std::filesystem::path& folder)
   {
     std::istringstream said(outcome.out);

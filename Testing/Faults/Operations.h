@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The work that is done again and again while the system fails: each a program in a folder.
+// The operations that are repeated while system calls fail. Each is a program in a folder.
 #pragma once
 
 #include "Testing/Faults/FaultyProgram.h"
@@ -21,13 +21,14 @@ struct Operation
   std::string name, program;
   std::vector<std::string> arguments;
   FileTree before;
-  // Names of files that need not be the same after each run that is well.
+  // Names of files that may differ from one successful run to another.
   std::set<std::string> others = {};
-  // Whether it tries again by itself what has failed once.
+  // Whether the program itself tries again after a failure.
   bool recovers = false;
-  // Whether it may be run again once it is done; else it refuses what is there.
+  // Whether the program may run again after it has succeeded; else it refuses the existing output.
   bool repeats = true;
-  // What is wrong with how it ended, beside the rules for all; "" if nothing.
+  // Checks how a run ended, in addition to the rules for all operations. Returns what is wrong, or
+  // "".
   std::function<std::string(const FaultyProgram::Outcome&, const std::filesystem::path&)> check =
     [](const auto&, const auto&) { return std::string(); };
 };

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps:
-// 1. all actions before the cut, in order, on files and folders that remember what was not made
-//    durable since
-// 2. choose some of that
-// 3. the tree is what can be reached from the folder.
+// 1. replay all actions before the cut, in order, on files and folders that remember changes that
+//    were not made durable
+// 2. choose some of these changes
+// 3. the result is the tree that can be reached from the folder.
 #include "Testing/Faults/PowerCut.h"
 
 #include <sys/stat.h>
@@ -27,10 +27,10 @@ struct DataChange
 {
   std::uint64_t offset = 0;
   std::string data;
-  bool isSize = false; // else a write
+  bool isSize = false; // a change of the size; else a write
 };
 
-// A file or a folder, as it is on the disk for sure.
+// A file or a folder, with the content that is certainly on the disk.
 struct Node
 {
   bool isFolder = false;
@@ -38,14 +38,14 @@ struct Node
   std::vector<DataChange> pending;
 };
 
-// A name in a folder comes, goes, or both: a rename.
+// A name in a folder is added, removed, or both (a rename).
 struct NameChange
 {
   struct Entry
   {
     Node* folder = nullptr;
     std::string name;
-    Shared node; // null: it goes
+    Shared node; // null: the name is removed
   };
   std::vector<Entry> entries;
   bool isDurable = false;
@@ -58,11 +58,12 @@ struct Coin
   bool operator()() { return double(this->random()) / 4294967296.0 < this->chance; }
 };
 
-// Who replays the actions.
+// Replays the actions.
 struct Disk
 {
   std::map<std::uint64_t, Shared> byInode;
-  std::map<std::string, Shared> byPath; // as the program sees it; relative, no '/' at the end
+  // As the program sees them; relative, without '/' at the end.
+  std::map<std::string, Shared> byPath;
   std::vector<NameChange> names;
   Shared root = std::make_shared<Node>();
 
@@ -141,7 +142,7 @@ struct Disk
   }
 };
 
-// What is found of a file.
+// The content of a file after the cut.
 std::string Left(const Node& node, Coin& coin, bool garbage)
 {
   std::string bytes = node.bytes;
@@ -164,7 +165,7 @@ std::string Left(const Node& node, Coin& coin, bool garbage)
       continue;
     }
     const std::size_t end = change.offset + change.data.size();
-    if (coin()) // the size is known before the bytes are there
+    if (coin()) // the size may be on the disk before the bytes are
     {
       grow(end);
     }
@@ -215,7 +216,7 @@ PowerCut::PowerCut(const std::filesystem::path& record, const std::filesystem::p
     input.read(read.data(), static_cast<std::streamsize>(bytes));
     return read;
   };
-  // "" for what is not in the folder.
+  // The path relative to the folder; "" if it is not in the folder.
   const auto place = [&](const std::string& path)
   {
     const auto relative =
@@ -244,7 +245,7 @@ FileTree PowerCut::After(std::size_t actions, std::uint32_t seed) const
   disk.root->isFolder = true;
   disk.byPath[""] = disk.root;
   disk.byInode[this->Inodes.at("")] = disk.root;
-  for (const auto& [name, content] : this->Before) // folders come before what is in them
+  for (const auto& [name, content] : this->Before) // a folder comes before its content
   {
     const bool isFolder = name.ends_with('/');
     const auto path = isFolder ? name.substr(0, name.size() - 1) : name;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a program has done to files, in order: the fault library records it, and PowerCut.h finds
-// from it what a power cut would have left.
+// The record of a program's operations on files, in order. The fault library writes it, and
+// PowerCut.h derives from it what a power cut would have left.
 #pragma once
 
 #include <cstdint>
@@ -10,17 +10,17 @@ namespace kdstream
 
 enum class FileAction : std::uint8_t
 {
-  Make,       // of a file: path, inode
+  Make,       // a file: path, inode
   MakeFolder, // path, inode
   Write,      // inode, offset, data
   Size,       // inode; offset: the new size
   Rename,     // path, path2
-  Link,       // path2 is a further name of the inode
-  Remove,     // path: of a file or an empty folder
-  Sync        // inode: of a file or a folder
+  Link,       // path2 is another name of the inode
+  Remove,     // path: a file or an empty folder
+  Sync        // inode: a file or a folder
 };
 
-// Then come the two paths (absolute) and the data.
+// After this come the two paths (absolute) and the data.
 struct FileRecord
 {
   FileAction action{};

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Every system call of a program fails in its turn, once or from then on, as SQLite is tested.
-// Whatever fails, the program ends with 0 and all of its output, or with an error; no file is lost,
-// incomplete or left over. A seeded part of the calls in every test run, all with
-// KDSTREAM_ALL_FAULTS=1.
+// Every system call of a program fails in its turn, once or from then on, as in SQLite's tests.
+// Whatever fails, the program ends with exit code 0 and all of its output, or with an error; no
+// file is lost, incomplete or left over. Every test run tries some of the calls, chosen by a seed;
+// KDSTREAM_ALL_FAULTS=1 tries all.
 #include "Testing/Faults/Operations.h"
 
 #include <gtest/gtest.h>
@@ -43,8 +43,8 @@ const std::vector<Kind>& Kinds()
   return kinds;
 }
 
-// Whether there is an error line that names a file of the folder, or the folder (errors of memory
-// and threads have no file).
+// Checks that there is an error line that names a file of the folder, or the folder (errors of
+// memory and threads name no file). Returns what is wrong, or "".
 std::string WrongInMessage(const Operation& operation, const Kind& kind, const std::string& said,
   const std::filesystem::path& folder)
 {
@@ -73,7 +73,8 @@ std::string WrongInMessage(const Operation& operation, const Kind& kind, const s
   return ofNoFile ? "" : "no file is named";
 }
 
-// Each file is as before or as after, whole; nothing else is there.
+// Checks that each file is complete, and as it was before or as it is afterwards; and that there is
+// no other file. Returns what is wrong, or "".
 std::string WrongInFiles(const Operation& operation, const FileTree& after, const FileTree& now,
   bool isDone, bool mayLeave)
 {
@@ -122,9 +123,9 @@ protected:
   FaultyProgram Program{ fixtures::faultLibrary, this->Folder.Path,
     fixtures::ProgramPath(this->Of.program), this->Of.arguments };
   std::uint64_t Runs = 0, Done = 0, Failed = 0, Left = 0, Wrong = 0;
-  std::map<std::string, std::string> Found; // what was wrong first, by how it shows
+  std::map<std::string, std::string> Found; // the first error of each kind
 
-  // What is wrong after one run; the next call fails, or all from there.
+  // Runs once; `call` fails, or all calls from there on. Returns what is wrong, or "".
   std::string Try(const Kind& kind, std::uint64_t call, bool once)
   {
     fixtures::WriteTree(this->Folder.Path, this->Of.before);
@@ -147,7 +148,7 @@ protected:
     }
     if (wrong.empty())
     {
-      // What cannot be opened, listed or locked cannot be removed: the next run does it.
+      // A file that cannot be opened, listed or locked cannot be removed; the next run removes it.
       const bool mayLeave =
         kind.fault == &Faults::removing || kind.fault == &Faults::looking ||
         kind.fault == &Faults::owning ||
@@ -177,7 +178,7 @@ protected:
     return wrong.empty() ? "" : wrong + "; it said: " + outcome.err.substr(0, 300);
   }
 
-  // How many calls of the kind a run makes in which none fails.
+  // The number of calls of this kind in a run in which none fails.
   std::uint64_t Calls(const Kind& kind)
   {
     fixtures::WriteTree(this->Folder.Path, this->Of.before);
@@ -203,7 +204,7 @@ TEST_P(AtEveryStep, NothingIsLostOrHalf)
     {
       if (kind.reason == EINTR && !once)
       {
-        continue; // nobody is interrupted for ever
+        continue; // no program is interrupted forever
       }
       const auto step = [&](std::uint64_t call)
       {
@@ -221,7 +222,7 @@ TEST_P(AtEveryStep, NothingIsLostOrHalf)
           this->Found.emplace(kind.name + (once ? " once: " : " on: ") + wrong, how.str());
         }
       };
-      const bool waits = this->Of.recovers && !once; // a second, before it gives up
+      const bool waits = this->Of.recovers && !once; // it waits a second before it gives up
       if ((all && !waits) || calls <= sample)
       {
         for (std::uint64_t call = 1; call <= calls; ++call)

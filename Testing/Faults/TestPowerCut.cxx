@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The power is cut at each moment of a program's work. A file that it replaces then has its old or
-// its new content, and after the program has ended, its new content. The rest does not prevent
-// running the program again. KDSTREAM_ALL_FAULTS=1 tries more of the states that a cut may leave.
+// The power is cut at each moment of a program's work. A file that the program replaces then has
+// its old or its new content, and after the program has ended, its new content. Anything else that
+// is left does not prevent running the program again. KDSTREAM_ALL_FAULTS=1 tries more of the
+// possible states.
 #include "Testing/Faults/Operations.h"
 #include "Testing/Faults/PowerCut.h"
 
@@ -24,7 +25,8 @@ bool Is(const FileTree& tree, const std::string& name, const std::string& conten
   return found != tree.end() && found->second == content;
 }
 
-// A list or a description of an export names files: those that it names are there.
+// Checks that all files that an export's list or description names exist. Returns what is wrong, or
+// "".
 std::string WrongInExport(const FileTree& left, const FileTree& after)
 {
   for (const char* const telling : { "web/up/api/models.json", "web/up/api/models.json.gz",
@@ -48,7 +50,8 @@ std::string WrongInExport(const FileTree& left, const FileTree& after)
   return "";
 }
 
-// Each file is whole, before or after; isDone: after.
+// Checks that each file is complete, with its old or its new content; isDone: its new content.
+// Returns what is wrong, or "".
 std::string Wrong(const FileTree& before, const FileTree& after, const FileTree& left, bool isDone)
 {
   for (const auto& [name, content] : after)
@@ -90,7 +93,7 @@ TEST_P(PowerCuts, OldOrNewNeverNeither)
   const fixtures::TemporaryFolder folder, records;
   const std::string record = records / "record";
   fixtures::WriteTree(folder.Path, operation.before);
-  const auto before = fixtures::ReadTree(folder.Path); // with all folders
+  const auto before = fixtures::ReadTree(folder.Path); // includes all folders
   const auto inodes = fixtures::ReadInodes(folder.Path);
   {
     FaultyProgram program(fixtures::faultLibrary, folder.Path,

@@ -21,7 +21,7 @@ public:
 
   std::uint32_t Next() { return static_cast<std::uint32_t>(this->Random()); }
 
-  // Random bits; of colours, normals and texture coordinates reasonable values too.
+  // Adds random bits; for colours, normals and texture coordinates also meaningful values.
   void Add(const std::string& name, AttributeType type, AttributeAssociation association,
     std::size_t components)
   {
@@ -87,7 +87,7 @@ Mesh WithAttributes(Mesh mesh, std::uint32_t seed)
     maker.Add("<\"Größe\" & 'mehr'>", AttributeType::Float32, association, 3);
     maker.Add(std::string(255, 'n'), AttributeType::UInt8, association, 3);
   }
-  // Equal tuples, so that welding has something to join where points are equal too.
+  // Makes some tuples equal, so that welding can join points that are equal, too.
   for (std::size_t i = 1; i < mesh.points.size(); ++i)
   {
     const bool equal = maker.Next() % 2 == 0;

@@ -12,14 +12,14 @@
 namespace kdstream::fixtures
 {
 
-// The mesh with Normals, RGB or RGBA, TCoords, one array of each type for points and for cells (1-4
-// components), and arrays whose names look like something else. Values are random bits, including
-// NaNs, infinities and negative zeros; a few vertices are equal in all arrays. Point arrays come
-// first. The same for the same seed on every machine.
+// Adds attributes to the mesh: Normals, RGB or RGBA, TCoords, one array of each type for points and
+// for cells (1-4 components), and arrays whose names look like something else. Values are random
+// bits, including NaNs, infinities and negative zeros; a few vertices are equal in all arrays.
+// Point arrays come first. The result depends only on the mesh and the seed, on every machine.
 Mesh WithAttributes(Mesh mesh, std::uint32_t seed);
 
-// The content of a mesh, independent of the order of its vertices and triangles: for every vertex
-// the bits of its coordinates and tuples, for every triangle those of its corners (the lowest
+// The content of a mesh, independent of the order of its vertices and triangles. For every vertex:
+// the bits of its coordinates and tuples. For every triangle: those of its corners (in the lowest
 // rotation) and its tuples. Sorted.
 struct MeshContent
 {

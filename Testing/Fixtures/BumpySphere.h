@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The sphere that the tests of both renderers draw.
+// A sphere that the tests of both renderers draw.
 #pragma once
 
 #include "filters/core/drawing/Surface.h"
@@ -14,15 +14,15 @@ namespace kdstream::test
 // Depths of a tree of 8 partitions whose finest level and stitch depth are 7.
 inline constexpr TreeDepths depths{ 3, 7, 7 };
 
-// Rounds to a multiple of 2^-20, so that adding an offset of a few millions loses nothing.
+// Rounds to a multiple of 2^-20, so that adding an offset of a few millions is exact.
 inline double OnGrid(double x)
 {
   return std::round(x * 1048576.0) / 1048576.0;
 }
 
-// A closed sphere of radius about 1 with bumps; `rows` rings of 2 × rows quads. Its vertices are
-// originals, each in the partition of its octant; if the sphere is mixed, those of the lower half
-// are of two levels. ripples: the height of finer bumps.
+// A closed sphere of radius about 1 with bumps, of `rows` rings of 2 × rows quads. Its vertices are
+// originals, each in the partition of its octant. If the sphere is mixed, the vertices of the lower
+// half belong to two levels. ripples: the height of finer bumps.
 inline Surface BumpySphere(
   std::uint32_t rows, const Vec3& offset, double ripples, bool isMixed = false)
 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One cut after the other: see CutWalk.h.
+// A sequence of cuts: see CutWalk.h.
 #include "Testing/Fixtures/CutWalk.h"
 
 #include <array>
@@ -37,7 +37,7 @@ void CutWalk::Step()
   this->C.active.assign(active.begin(), active.end());
 }
 
-// Many or few pieces of each resolution, all of some.
+// Chooses a random share of the pieces of each resolution, sometimes all.
 void CutWalk::Leap()
 {
   const TreeDepths& depths = this->M.tree.depths;

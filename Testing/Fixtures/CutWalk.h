@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One cut after the other, as a viewer shows them: for tests of what is drawn anew.
+// A sequence of cuts, as a viewer shows them, for tests of incremental drawing.
 #pragma once
 
 #include "Testing/Fixtures/Model.h"
@@ -11,8 +11,8 @@
 namespace kdstream::fixtures
 {
 
-// A sequence of cuts of a model. Each differs from the one before by a few pieces, one in forty by
-// many. The same for the same seed. The model must outlive it.
+// A sequence of cuts of a model. Each differs from the previous one by a few pieces, and one in
+// forty by many. It depends only on the model and the seed. REQUIRES: the model outlives it.
 class CutWalk
 {
 public:

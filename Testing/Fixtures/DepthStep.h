@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A near part before a part that its ambient occlusion darkens, and what its edge must look like.
+// A near part in front of a part that its ambient occlusion darkens, and checks of the edge between
+// them.
 #pragma once
 
 #include "Testing/Fixtures/ExtrudedSurface.h"
@@ -14,29 +15,30 @@
 namespace kdstream::test
 {
 
-// A wall, and before its left half a plate, whose edge is x = 0. Seen from (0, 0, 5).
+// A wall with a plate in front of its left half; the plate's edge is at x = 0. Seen from (0, 0, 5).
 inline Surface DepthStep(double height)
 {
   return Joined(Extruded({ { -3, 0 }, { 3, 0 } }), Extruded({ { -3, height }, { 0, height } }));
 }
 
-// Which way is up in the picture: the edge leans, so that it crosses pixels in many ways.
+// The up direction of the picture. It makes the edge slant, so that it crosses pixels in many ways.
 inline Vec3 UpOfDepthStep()
 {
   return { 0.28, 0.96, 0 };
 }
 
-// left(x, y): how much light ambient occlusion leaves at a pixel, 0-1, in a picture of DepthStep,
-// y down. Along the edge the light depends only on how far away the edge is: all of it is left on
-// the near side, and on the far side there are no bright dots. Pixels that the edge crosses are
-// between both sides.
+// Checks a picture of DepthStep. left(x, y): the share of light, 0-1, that ambient occlusion leaves
+// at a pixel; y points down. Along the edge the light must depend only on the distance from the
+// edge: on the near side all of it is left, and on the far side there are no bright dots. Pixels
+// that the edge crosses are between both values.
 template <typename Left>
 void ExpectCleanEdge(int width, int height, const Left& left)
 {
   const Vec3 up = UpOfDepthStep();
-  // As near is the middle of a pixel that the edge crosses, and a little for where samples are.
+  // If the edge crosses a pixel, the pixel's middle is at most this far away; a little is added for
+  // the places of samples.
   const double crossed = 0.5 * (up[0] + up[1]) + 0.1;
-  std::map<int, std::vector<double>> behind; // by half pixels from the edge
+  std::map<int, std::vector<double>> behind; // by distance from the edge in half pixels
   std::vector<double> between;
   int near = 0;
   for (int y = height / 4; y < 3 * height / 4; ++y)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What tests say of an error: its code, and the place that its message names. The sentences are in
+// Checks of an error in tests: its code, and the place that its message names. The sentences are in
 // Testing/Documents/Messages.txt.
 #pragma once
 
@@ -13,13 +13,13 @@
 namespace kdstream::fixtures
 {
 
-// place: "face 1 (line 15)", "levels/0/1"; empty: it names none.
+// place: for example "face 1 (line 15)" or "levels/0/1"; empty: the place is not checked.
 inline ::testing::AssertionResult IsAt(
   const Error& error, ErrorCode code, std::string_view place = {})
 {
   const std::string message = error.message + " ";
   const std::size_t at = message.find(place);
-  // "face 1" is not "face 12".
+  // "face 1" must not match "face 12".
   const bool isThere = at != message.npos && (place.empty() || message[at + place.size()] < '0' ||
                                                message[at + place.size()] > '9');
   return isThere && error.code == code ? ::testing::AssertionSuccess()
@@ -29,7 +29,7 @@ inline ::testing::AssertionResult IsAt(
                                            << "' with code " << static_cast<int>(code);
 }
 
-// Of a Result or Status.
+// The same for a Result or a Status.
 template <class Outcome>
 ::testing::AssertionResult FailsAt(
   const Outcome& outcome, ErrorCode code, std::string_view place = {})

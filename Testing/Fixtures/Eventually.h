@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Waiting for what another thread or program does.
+// Waits for another thread or program.
 #pragma once
 
 #include <chrono>
@@ -8,7 +8,8 @@
 namespace kdstream::fixtures
 {
 
-// Whether the condition becomes true within a minute, which only what hangs takes. It is looked at every 2 milliseconds.
+// Returns whether the condition becomes true within a minute; only code that hangs takes that long.
+// The condition is checked every 2 milliseconds.
 template <class Condition>
 bool Eventually(const Condition& condition)
 {

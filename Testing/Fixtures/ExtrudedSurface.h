@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A surface with grooves and ridges along y, for tests of how relief is drawn.
+// A surface with grooves and ridges along y, for tests of drawn relief.
 #pragma once
 
 #include "filters/core/drawing/Surface.h"
@@ -12,7 +12,7 @@
 namespace kdstream::test
 {
 
-// A line of (x, z), x rising, drawn along y from -2 to 2; seen from +z it shows its front.
+// Extrudes a line of points (x, z), with rising x, along y from -2 to 2. From +z its front is seen.
 inline Surface Extruded(const std::vector<std::array<double, 2>>& line)
 {
   Surface surface;
@@ -33,7 +33,7 @@ inline Surface Extruded(const std::vector<std::array<double, 2>>& line)
   return surface;
 }
 
-// Both as one surface.
+// Joins both to one surface.
 inline Surface Joined(Surface a, const Surface& b)
 {
   const auto first = static_cast<VertexId>(a.points.size());
@@ -46,9 +46,9 @@ inline Surface Joined(Surface a, const Surface& b)
   return a;
 }
 
-// Adds a strip behind an eye at (0, 0, 5). It is invisible, but the eye is then within the
-// surface's box: the near plane is as near as possible, and one step of the depth buffer as long as
-// a pixel.
+// Adds a strip behind an eye at (0, 0, 5). The strip is invisible, but puts the eye inside the
+// surface's box: the near plane is then as near as possible, and one step of the depth buffer is as
+// long as a pixel.
 inline Surface AroundTheEye(Surface surface)
 {
   return Joined(std::move(surface), Extruded({ { -1, 5.2 }, { 1, 5.2 } }));

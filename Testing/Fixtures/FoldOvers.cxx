@@ -14,9 +14,9 @@ namespace kdstream::fixtures
 namespace
 {
 
-constexpr double leastAgreement = 0.25; // of the sum of its area vectors, over its area
+constexpr double leastAgreement = 0.25; // length of the sum of its area vectors / its area
 
-// Area vector × 2.
+// Twice the area vector.
 Vec3 NormalOf(const std::vector<Vec3>& points, const Triangle& t)
 {
   return Cross(Minus(points[t[1]], points[t[0]]), Minus(points[t[2]], points[t[0]]));
@@ -74,7 +74,7 @@ public:
 
 private:
   std::vector<Vec3> Clusters;
-  std::map<Triangle, Vec3> Own; // by image
+  std::map<Triangle, Vec3> Own; // by the triangle that they become
 };
 
 // The normals of the vertices that have one.
@@ -100,7 +100,7 @@ public:
     this->Nearest.emplace(this->Points);
   }
 
-  // REQUIRES: any vertex has a normal.
+  // REQUIRES: at least one vertex has a normal.
   const Vec3& At(const Vec3& p) const { return this->Normals[this->Nearest->Find(p)]; }
   bool Empty() const { return this->Points.empty(); }
 

@@ -12,7 +12,7 @@ namespace kdstream::fixtures
 namespace
 {
 
-// Numbers that do not depend on the C++ library's distributions.
+// Random numbers that do not depend on the C++ library's distributions.
 class Random
 {
 public:
@@ -30,7 +30,7 @@ private:
 struct Kind
 {
   const char* name;
-  // The point of number i of n.
+  // Returns point number i of n.
   std::function<Vec3(std::size_t i, std::size_t n, Random& random)> point;
 };
 

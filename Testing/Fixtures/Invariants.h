@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What tests compare meshes by.
+// Functions by which tests compare meshes.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -35,7 +35,8 @@ inline std::vector<PointBits> PointMultiset(const Mesh& mesh)
   return bits;
 }
 
-// The multiset of a mesh's triangles as coordinates, rotated to a common start: orientation counts.
+// The multiset of a mesh's triangles as coordinates. Each triangle is rotated to a fixed start, so
+// orientation counts.
 inline std::vector<std::array<PointBits, 3>> TriangleMultiset(const Mesh& mesh)
 {
   std::vector<std::array<PointBits, 3>> triangles;
@@ -52,7 +53,7 @@ inline std::vector<std::array<PointBits, 3>> TriangleMultiset(const Mesh& mesh)
 
 using Edge = std::pair<VertexId, VertexId>;
 
-// The edges that exactly one triangle uses.
+// The edges that are used by exactly one triangle.
 inline std::vector<Edge> BoundaryEdges(const std::vector<Triangle>& triangles)
 {
   std::map<Edge, unsigned> uses;

@@ -24,7 +24,7 @@ void RoundToFloats(Mesh& mesh)
   }
 }
 
-// An octahedron, its triangles divided in four again and again, on the unit sphere.
+// An octahedron on the unit sphere whose triangles are repeatedly divided into four.
 Mesh Sphere(unsigned subdivisions)
 {
   Mesh mesh;
@@ -76,7 +76,7 @@ void Append(Mesh& mesh, const Mesh& other)
   }
 }
 
-// Eight places, each a thousand vertices, triangles between any of them.
+// Eight places with a thousand vertices each, and triangles between any of them.
 Mesh RepeatedCube()
 {
   Mesh mesh;
@@ -93,7 +93,7 @@ Mesh RepeatedCube()
   return mesh;
 }
 
-// Sheets that meet in one edge, a thousand times: edges of three and four triangles.
+// Surfaces that meet in one edge, a thousand times: edges with three or four triangles.
 Mesh NonManifold()
 {
   Mesh mesh;

@@ -47,7 +47,7 @@ std::vector<Surface::Source> CutOfVertices(const Model& model, const Cut& cut)
 {
   const VertexTree& tree = model.vertexTree;
   const unsigned finest = tree.depths.finest;
-  // Ranks of every vertex's ancestors at all levels.
+  // The ranks of every vertex's ancestors, at all levels.
   const std::size_t n = tree.original.size();
   std::vector<std::vector<VertexId>> at(finest + 1, std::vector<VertexId>(n));
   for (VertexId v = 0; v < n; ++v)
@@ -63,7 +63,7 @@ std::vector<Surface::Source> CutOfVertices(const Model& model, const Cut& cut)
     return std::binary_search(
       cut.active.begin(), cut.active.end(), PieceOfPartition(resolution, partition, tree.depths));
   };
-  // The finest resolution that is there whole.
+  // The finest resolution of which all pieces are there.
   Resolution base = cut.base;
   for (unsigned d = 0; d <= finest + 1; ++d)
   {
@@ -75,8 +75,8 @@ std::vector<Surface::Source> CutOfVertices(const Model& model, const Cut& cut)
     }
     base = whole ? resolution : base;
   }
-  // Coarser than S, if the base is a level of several pieces, or the cluster's parent is split, a
-  // cluster whose child pieces are all active is shown by its children.
+  // Levels coarser than S. A cluster whose child pieces are all active is shown by its children, if
+  // the base is a level of several pieces, or if the cluster's parent is split.
   const unsigned stitch = tree.depths.stitch;
   std::vector<Resolution> shownAt(n, base);
   for (unsigned d = base.IsOriginal() ? stitch : base.Depth(); d < stitch; ++d)

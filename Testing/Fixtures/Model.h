@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A mesh taken through core, from points to pieces: what most tests of later steps start from.
+// Takes a mesh through core, from points to pieces: most tests of later steps start from this.
 #pragma once
 
 #include "filters/core/drawing/Surface.h"
@@ -12,7 +12,7 @@
 namespace kdstream::fixtures
 {
 
-// Keeps its parts in place: pieces and lookups refer to them.
+// Its parts do not move, because pieces and lookups refer to them.
 struct Model
 {
   Mesh mesh;
@@ -30,17 +30,18 @@ struct Model
   }
 };
 
-// onePiece: levels up to this are one piece each (TreeDepths); with a smaller value a small mesh
-// has levels of many pieces coarser than S. REQUIRES: a mesh with vertices and valid options.
+// onePiece: levels up to this depth have one piece each (TreeDepths). With a smaller value even a
+// small mesh has levels of many pieces coarser than S. REQUIRES: the mesh has vertices, and the
+// options are valid.
 std::unique_ptr<Model> MakeModel(const Mesh& mesh, const KdTreeOptions& tree = {},
   const LevelOptions& levels = {}, const Execution& execution = {},
   unsigned onePiece = TreeDepths{}.onePiece);
 
-// The cut of a resolution with some pieces in it that are shown whole (MakeClosure).
+// A cut of this resolution in which the wanted pieces are shown completely (MakeClosure).
 Cut CutShowing(const Model& model, Resolution base, const std::vector<PieceId>& wanted);
 
-// For each (numbered) original vertex the node of the cut above it, found in the whole vertex tree,
-// not in pieces.
+// For each (numbered) original vertex, the node of the cut above it. It is found in the whole
+// vertex tree, not in pieces.
 std::vector<Surface::Source> CutOfVertices(const Model& model, const Cut& cut);
 
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A program that runs in parallel to a test: its output can be read while it runs, and it ends with
-// the object.
+// Runs a program in parallel to a test. Its output can be read while it runs, and the program ends
+// with the object.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ namespace kdstream::fixtures
 class RunningProgram
 {
 public:
-  // descriptors: how many it may have; without a number as many as this process.
+  // descriptors: how many the program may have; without a number, as many as this process.
   RunningProgram(const std::string& program, std::vector<std::string> arguments,
     std::optional<rlimit> descriptors = {})
   {
@@ -71,7 +71,7 @@ public:
   RunningProgram(const RunningProgram&) = delete;
   RunningProgram& operator=(const RunningProgram&) = delete;
 
-  // Nothing once it has been waited for.
+  // Does nothing if the program has already been waited for.
   void Signal(int signal) const
   {
     if (this->Id > 0)
@@ -79,7 +79,7 @@ public:
       ::kill(this->Id, signal);
     }
   }
-  // The exit code, or minus the signal that ended it.
+  // Waits for the program. Returns its exit code, or minus the signal that ended it.
   int Wait()
   {
     int status = 0;
@@ -87,7 +87,7 @@ public:
     this->Id = -1;
     return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
   }
-  // The next lines of what it says; "" once it has ended.
+  // The next lines of its output; "" if it has ended.
   std::string OutLine() const { return ReadLine(this->Out); }
   std::string AnyErrorLine() const { return ReadLine(this->Err); }
 
@@ -106,11 +106,11 @@ private:
   int Out = -1, Err = -1;
 };
 
-// kdstream-serve on a free port.
+// kdstream-serve with a folder, on a free port.
 class FolderServer
 {
 public:
-  // programs: the folder that it is in.
+  // programs: the folder of kdstream-serve.
   FolderServer(const std::string& programs, const std::filesystem::path& folder)
     : Program(programs + "/kdstream-serve", { folder.string(), "--port", "0" })
   {
@@ -119,7 +119,7 @@ public:
     this->Url = line.substr(std::min(ready.size(), line.size()));
   }
 
-  // SIGTERM; returns the exit code.
+  // Sends SIGTERM, and returns the exit code.
   int Stop()
   {
     this->Program.Signal(SIGTERM);

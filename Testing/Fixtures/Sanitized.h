@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whether this build has the address or the thread sanitizer, whose own memory no limit can hold,
-// and which makes loops slow.
+// Whether this build has the address or the thread sanitizer. A sanitizer's own memory does not fit
+// into any limit, and it makes loops slow.
 #pragma once
 
 namespace kdstream::fixtures
@@ -18,8 +18,8 @@ inline constexpr bool sanitized = false;
 inline constexpr bool sanitized = false;
 #endif
 
-// How often a random case is tried: an eighth of `rounds` with a sanitizer, where the fuzz targets
-// try many more.
+// How often to try a random case: an eighth of `rounds` with a sanitizer, because then the fuzz
+// targets try many more.
 constexpr int Rounds(int rounds)
 {
   return sanitized ? rounds / 8 : rounds;

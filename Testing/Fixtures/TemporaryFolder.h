@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A folder of one test's own.
+// A temporary folder for one test.
 #pragma once
 
 #include <filesystem>
@@ -11,7 +11,7 @@
 namespace kdstream::fixtures
 {
 
-// Empty at first, and gone with the object.
+// The folder is empty at first, and removed with the object.
 class TemporaryFolder
 {
 public:

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Do the tests notice a mistake? Changes one token of the product at a time, builds the tests of its library and runs them.
+// Do the tests notice a mistake? Changes one token of the product at a time, builds the tests of its library and runs
+// them.
 //   node mutate.mjs BUILD COUNT [SEED]     (./dev mutate)
-// BUILD is a build folder of a release. Prints a line for each mutation: by which test it was caught, or that it survived;
-// mutations that do not compile are drawn again. "(SIGTERM)": the tests did not end within a minute plus three times their usual
-// time. Ends with "N caught, N survived". Restores the sources, also after Ctrl-C.
+// BUILD is the folder of a release build. Prints a line for each mutation: the test that has caught it, or that it
+// survived. Mutations that do not compile are replaced by others. "(SIGTERM)" means that the tests did not end within a
+// minute plus three times their usual time. Ends with "N caught, N survived". Restores the sources, also after Ctrl-C.
 import { execFileSync, spawnSync } from 'node:child_process'
 import { readFileSync, writeFileSync } from 'node:fs'
 
-// Which programs test what, the quickest first: the first folder that fits.
+// The test programs for each folder, the fastest first. The first folder that matches is used.
 const programs = [
   ['filters/core/', ['CoreTests', 'BuildTests']],
   ['filters/codec/', ['CodecTests', 'BuildTests']],
@@ -18,7 +19,7 @@ const programs = [
   ['server/http/', ['HttpTests']]
 ]
 
-// What a slip of the pen looks like: a pattern, and what it is replaced by.
+// Typical small mistakes: a pattern, and its replacement.
 const slips = [
   [/ < /g, ' <= '], [/ <= /g, ' < '], [/ > /g, ' >= '], [/ >= /g, ' > '],
   [/ == /g, ' != '], [/ != /g, ' == '], [/ && /g, ' || '], [/ \|\| /g, ' && '],
@@ -27,7 +28,7 @@ const slips = [
   [/\bstd::min\b/g, 'std::max'], [/\bstd::max\b/g, 'std::min'], [/\bcontinue;/g, 'break;'], [/\+= /g, '-= ']
 ]
 
-// A generator of numbers from 0 to 1 (mulberry32).
+// A generator of random numbers from 0 to 1 (mulberry32).
 function numbers(seed) {
   return () => {
     seed = (seed + 0x6d2b79f5) | 0
@@ -37,7 +38,8 @@ function numbers(seed) {
   }
 }
 
-// Every place that can be changed: file, position, pattern, replacement. Not in comments, includes, templates and assertions.
+// Every place that can be changed: file, position, pattern, replacement. Comments, includes, templates and assertions
+// are left out.
 function placesIn(file) {
   const places = []
   let offset = 0
@@ -64,7 +66,7 @@ const any = numbers(Number(seed))
 const files = execFileSync('git', ['ls-files', ...programs.map(([folder]) => folder)], { encoding: 'utf8' })
   .split('\n').filter(file => file.endsWith('.cxx') && !file.includes('/Testing/'))
 const places = files.flatMap(placesIn)
-const whole = new Map() // the file that is changed now, as it was
+const whole = new Map() // the original text of the file that is now changed
 const restore = () => {
   for (const [file, text] of whole) writeFileSync(file, text)
   whole.clear()
@@ -72,14 +74,15 @@ const restore = () => {
 for (const signal of ['SIGINT', 'SIGTERM']) {
   process.on(signal, () => { restore(); process.exit(130) })
 }
-const heedSignals = () => new Promise(resolve => setImmediate(resolve)) // what runs below blocks them
+// Handles signals, which the synchronous calls below block.
+const heedSignals = () => new Promise(resolve => setImmediate(resolve))
 
 function runTests(test, timeout) {
   return spawnSync(`${build}/bin/${test}`, ['--gtest_fail_fast', '--gtest_brief=1'],
     { encoding: 'utf8', timeout, maxBuffer: 1 << 28 })
 }
 
-// How long each program runs where nothing is changed: they must pass then.
+// How long each program takes without changes; its tests must pass then.
 const usual = new Map()
 for (const test of new Set(programs.flatMap(([, tests]) => tests))) {
   if (spawnSync('cmake', ['--build', build, '--target', test]).status !== 0) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Opens a server's page in Chromium as a phone does, waits until its model is shown, and keeps a picture: open-page.mjs URL PICTURE
+// Opens a server's page in Chromium as a phone does, waits until its model is shown, and saves a picture: open-page.mjs
+// URL PICTURE
 
 import assert from "node:assert/strict";
 import { mkdirSync } from "node:fs";

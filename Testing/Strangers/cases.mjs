@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Writes a file of each kind that was once read wrongly or refused. Each case: `name`; `file`, to be read; `files`,
-// { name: bytes } that are written before; `right`, what must be measured (measures.mjs), besides what the small readers find;
-// `says`, what a warning must say; `refused`, what the error must say instead; `colors`, all colours of 0 to 255 that the model
-// then has; `mustRefuse`: it is not to be read; `silent`, what no warning may say; `comesBack`: an ending, of a file that is
-// extracted, too.
+// Writes a file of each kind that was once read wrongly or refused. A case has these members. `name`. `file`: the file
+// to read. `files`, { name: bytes }: files that are written before. `right`: values that must be measured
+// (measures.mjs), in addition to those that the small readers find. `says`: what a warning must say. `refused`: what
+// the error must say instead. `colors`: all colours, 0 to 255, of the resulting model. `mustRefuse`: the file must not
+// be read. `silent`: what no warning may say. `comesBack`: the ending of a file that is extracted, too.
 
 import { deflateSync, gzipSync } from "node:zlib";
 
@@ -38,7 +38,7 @@ function stlBytes() {
   return bytes;
 }
 
-// A star with `count` points: every other corner is a notch.
+// A star with `count` points; every second corner is a notch.
 const star = (count) => Array.from({ length: 2 * count }, (_, i) => {
   const [radius, angle] = [i % 2 ? 1 : 3, Math.PI * i / count];
   return [radius * Math.cos(angle), radius * Math.sin(angle), 0];
@@ -49,8 +49,8 @@ const scatter = (count) => Array.from({ length: count }, (_, i) => [i % 7 - 3.25
 
 // ---- glTF
 
-// A .glb with one mesh, the cube, and these nodes; more: further properties; blocks: further accessors [component type, shape,
-// rows], whose numbers begin at 2.
+// A .glb with one mesh, the cube, and these nodes. more: further properties. blocks: further accessors [component type,
+// shape, rows], whose numbers begin at 2.
 function glb(nodes, { more = {}, blocks = [], primitive = {}, positions = [5126, "VEC3", corners] } = {}) {
   const writes = { 5122: ["writeInt16LE", 2], 5123: ["writeUInt16LE", 2], 5126: ["writeFloatLE", 4] };
   const all = [positions, [5123, "SCALAR", triangles.flat().map((index) => [index])], ...blocks];
@@ -90,7 +90,7 @@ function glb(nodes, { more = {}, blocks = [], primitive = {}, positions = [5126,
   return Buffer.concat([head, padded, middle, ...parts]);
 }
 
-// The same, its JSON and bytes changed: change(json, bytes) gives the new bytes, or nothing.
+// The same with its JSON and bytes changed: change(json, bytes) returns the new bytes, or nothing.
 function glbChanged(bytes, change) {
   const length = bytes.readUInt32LE(12);
   const json = JSON.parse(bytes.toString("utf8", 20, 20 + length));
@@ -107,7 +107,7 @@ function glbChanged(bytes, change) {
   return Buffer.concat([head, padded, middle, body]);
 }
 
-// The cube, its binary chunk (BIN) named otherwise, after another chunk of that name.
+// The cube in a .glb whose binary chunk (BIN) has another name. before: the name of another chunk in front of it.
 function withChunk(name, before = "") {
   const bytes = glb([{ mesh: 0 }]);
   const end = 20 + bytes.readUInt32LE(12);
@@ -120,8 +120,8 @@ function withChunk(name, before = "") {
 
 const redGlossy = { extensions: { KHR_materials_pbrSpecularGlossiness: { diffuseFactor: [1, 0, 0, 1], glossinessFactor: 0.2 } } };
 
-// Encodes at most 16 attributes of `stride` bytes for EXT_meshopt_compression (mode 0): 16 differences of each byte of an
-// attribute, not packed; then the first attribute.
+// Encodes at most 16 attributes of `stride` bytes for EXT_meshopt_compression (mode 0): for each byte of an attribute
+// 16 differences, not packed; then the first attribute.
 function meshopt(values, stride) {
   const count = values.length / stride;
   const all = [0xa0];
@@ -160,7 +160,7 @@ function png(color) {
     chunk("IDAT", deflateSync(Buffer.concat([row, row]))), chunk("IEND", Buffer.alloc(0))]);
 }
 
-// The cube with a texture, which its library names as `line` says.
+// The cube with a texture; `line` is the line of its material library that names the picture.
 const texturedBy = (line, picture) => ({ "a.mtl": `newmtl m\n${line}\n`, [picture]: png([250, 20, 20]),
   "a.obj": ["mtllib a.mtl", objOf(corners, []), "vt 0 0", "vt 1 0", "vt 1 1", "vt 0 1", "usemtl m",
     ...quads.map((quad) => `f ${quad.map((index, k) => `${index + 1}/${k + 1}`).join(" ")}`), ""].join("\n") });
@@ -206,21 +206,21 @@ const floats = (rows) => Buffer.from(new Float32Array(rows.flat()).buffer);
 
 const utf16 = (text) => Buffer.from(`\ufeff${text}`, "utf16le");
 const mtl = (first, second) => [first, second].map((name, i) => `newmtl ${name}\nKd ${shiny[i].join(" ")}\n`).join("");
-// Two cubes that share no vertex, whose colours would mix.
+// Two cubes that share no vertex: otherwise their colours would mix.
 const twoMaterials = (first, second) => ["mtllib a.mtl", objOf([...corners, ...corners.map(([x, y, z]) => [x + 5, y, z])], []),
   `usemtl ${first}`, objOf([], quads), `usemtl ${second}`, objOf([], quads.map((quad) => quad.map((i) => i + 8)))].join("\n");
 const twoCubes = { triangles: 24, volume: 16 };
 const twoColors = [[255, 0, 0], [0, 0, 255]];
 
 const coloredObj = (color) => objOf(corners.map((corner, i) => [...corner, ...color(i)]), quads);
-// The picture of a library that is not there.
+// A material library whose picture does not exist.
 const gone = "newmtl m\nmap_Kd gone.png\n";
 
-// The cube's PLY, otherwise.
+// The cube's PLY with changes in its text.
 const plyWith = (changes, options) => changes.reduce((text, [from, to]) => text.replace(from, to), plyOf(corners, quads, options));
 const plyInLines = (text) => text.replace(/end_header\n([^]*)$/, (_, body) => `end_header\n${body.trim().replaceAll("\n", " ")}\n`);
 
-// A PLY of the cube as bytes, whose places are of 64 bits, and whose faces are of another type.
+// A binary PLY of the cube with 64-bit coordinates and another type for faces.
 function plyBytes(type) {
   const head = `ply\nformat binary_little_endian 1.0\nelement vertex 8\nproperty int64 x\nproperty int64 y\nproperty int64 z\nproperty uint64 id
 element face 6\nproperty list float ${type} vertex_indices\nend_header\n`;
@@ -230,7 +230,7 @@ element face 6\nproperty list float ${type} vertex_indices\nend_header\n`;
   return Buffer.concat([Buffer.from(head), vertices, ...faces]);
 }
 
-// A PLY of the cube whose bytes are in the other order than it says.
+// A binary PLY of the cube whose byte order is the opposite of what its header says.
 function plyInOtherOrder(counts) {
   const vertices = Buffer.alloc(96), size = counts === "int" ? 4 : 1;
   corners.flat().forEach((value, i) => vertices.writeFloatBE(value, 4 * i));
@@ -244,7 +244,7 @@ function plyInOtherOrder(counts) {
     Buffer.from("end_header\n"), vertices, ...faces]);
 }
 
-// Points of a PLY as bytes in the order `order`, which says `said`.
+// A binary PLY of points with the byte order `order`; its header says `said`.
 function plyPoints(said, order, type = "Float") {
   const size = type === "Double" ? 8 : 4, numbers = scatter(40).flat(), bytes = Buffer.alloc(size * numbers.length);
   numbers.forEach((value, i) => bytes[`write${type}${order}`](value, size * i));
@@ -257,11 +257,11 @@ function floatsOf(numbers, order) {
   return bytes;
 }
 
-// Points of text with a colour each.
+// Points as text, each with further columns such as a colour.
 const rowsOf = (between, more = () => [], count = 40) => scatter(count).map((point, i) => [...point, ...more(i)].join(between)).join("\n");
 const cloud = { triangles: 0, places: 40 };
 
-// Points with a number before each.
+// Points as text, with a number in front of each.
 const numbered = (number) => scatter(40).map((point, i) => [number(i), ...point].join(" ")).join("\n");
 const boxOfCloud = { low: [-3.25, 0, 0], high: [2.75, 5, 3] };
 
@@ -278,18 +278,18 @@ const vtp = (points, polygons) => `<?xml version="1.0"?>
 <Polys><DataArray type="Int32" Name="connectivity" format="ascii">${quads.flat().join(" ")}</DataArray>
 <DataArray type="Int32" Name="offsets" format="ascii">${quads.map((_, i) => 4 * i + 4).join(" ")}</DataArray></Polys></Piece></PolyData></VTKFile>\n`;
 
-// Pieces [x, lists of ends, arrays of points]: a cube at x each; an empty piece without x.
+// A .vtp of several pieces [x, list of ends, arrays of points]: each is a cube at x; without x the piece is empty.
 const vtpPieces = (...pieces) => `<VTKFile type="PolyData" version="0.1" byte_order="LittleEndian"><PolyData>${pieces.map(([x, ends, arrays = ""]) => (x === undefined
   ? '<Piece NumberOfPoints="0" NumberOfPolys="0"/>' : vtp(8, 6).replace(corners.flat().join(" "), corners.map(([a, ...rest]) => [a + x, ...rest].join(" ")).join(" "))
     .replace(/>4 8 12 16 20 24</, `>${ends ?? "4 8 12 16 20 24"}<`).replace("<Points>", `${arrays}<Points>`).replace(/^[^]*<PolyData>|<\/PolyData>[^]*$/g, "")))
   .join("\n")}</PolyData></VTKFile>\n`;
-// The points of the cube as bytes after their length.
+// The cube's points in base64: their length, and then their bytes.
 const base64Of = (claimed, isApart = false) => {
   const [length, bytes] = [Buffer.from(new Uint32Array([claimed]).buffer), floats(corners)];
   return isApart ? length.toString("base64") + bytes.toString("base64") : Buffer.concat([length, bytes]).toString("base64");
 };
 const vtpBase64 = (points) => vtp(8, 6).replace(/format="ascii">[^<]*/, `format="binary">${points}`);
-// Points and corners after the text. missing: of the points' bytes.
+// A .vtp whose points and corners are appended after its XML. missing: how many bytes of the points are missing.
 function vtpAppended(encoding, { claimed = 96, missing = 0, offset = 0, packs = false, between = "" } = {}) {
   const write = (bytes) => (encoding === "raw" ? bytes : Buffer.from(bytes.toString("base64")));
   const block = (claim, bytes) => {
@@ -318,7 +318,7 @@ function vtkBytes() {
     Buffer.from("\nPOLYGONS 6 30\n"), cells, Buffer.from("\n")]);
 }
 
-// A ZIP archive of an empty file of that name.
+// A ZIP archive that contains an empty file with this name.
 function zipOf(name) {
   const entry = Buffer.alloc(46), end = Buffer.alloc(22), file = Buffer.from(`PK\x03\x04${"\0".repeat(26)}${name}`);
   file.writeUInt16LE(name.length, 26);
@@ -331,14 +331,14 @@ function zipOf(name) {
   return Buffer.concat([file, entry, Buffer.from(name), end]);
 }
 
-// The numbers of places in a scene as write(number) has them, with decimal commas.
+// Writes the coordinates in a scene by write(number), with decimal commas.
 const commas = (text, write) => text.replace(/point \[[^\]]*/, (list) => list.replace(/-?\d+/g, (v) => write(Number(v)).replace(".", ",")));
 const fortran = (text) => text.replace(/(v|float)([^f]*)/g, (_, word, numbers) => word + numbers.replace(/-?\b1\b/g, (v) => `${v}.0D+00`));
 const stlLoops = (loops, write = String) => ["solid", ...loops.map((loop) =>
   `facet normal 0 0 0\nouter loop\n${loop.map((p) => `vertex ${p.map(write).join(" ")}`).join("\n")}\nendloop\nendfacet`), "endsolid", ""].join("\n");
 const stlQuads = (faces, write) => stlLoops(faces.map((face) => face.map((i) => corners[i])), write);
 
-// A PLY of the cube as bytes, with a number for each vertex whose bits are those of a float.
+// A binary PLY of the cube with an integer for each vertex whose bits are those of a float.
 function plyFloatRgb(bits) {
   const head = `ply\nformat binary_little_endian 1.0\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\nproperty float rgb
 element face 6\nproperty list uchar int vertex_indices\nend_header\n`;
@@ -346,7 +346,7 @@ element face 6\nproperty list uchar int vertex_indices\nend_header\n`;
   return Buffer.concat([Buffer.from(head), ...vertices, ...quads.map((quad) => Buffer.concat([Buffer.from([4]), Buffer.from(new Int32Array(quad).buffer)]))]);
 }
 
-// A b3dm with a head of this many bytes: 28, or of before version 1.0; and its table.
+// A b3dm whose head has this number of bytes (28, or fewer as before version 1.0), and its table.
 function b3dm(head, table = "") {
   const bytes = Buffer.alloc(head), body = glb([{ mesh: 0 }]);
   bytes.write("b3dm");
@@ -357,10 +357,10 @@ function b3dm(head, table = "") {
 const tileset = (content) => JSON.stringify({ asset: { version: "1.0" }, geometricError: 9,
   root: { boundingVolume: { sphere: [0, 0, 0, 9] }, geometricError: 0, refine: "ADD", content: { uri: content } } });
 
-// The cube with colours of its vertices, as floats.
+// The cube with vertex colours as floats.
 const gltfColors = (color) => glb([{ mesh: 0 }], { primitive: { attributes: { POSITION: 0, COLOR_0: 2 } }, blocks: [[5126, "VEC3", corners.map((_, i) => color(i))]] });
 
-// Points of whole numbers of 32 bits in a PLY, which says `said`.
+// A binary PLY of points with 32-bit integers as coordinates; its header says `said`.
 function plyIntegers(said, order, values) {
   const bytes = Buffer.alloc(12 * values.length);
   values.flat().forEach((value, i) => bytes[`writeInt32${order}`](value, 4 * i));
@@ -379,7 +379,7 @@ export const cases = [
   one("an OBJ with a face of two corners", "a.obj", `${cubeObj}f 1 2\n`, cube, { says: /two|fewer than three/ }),
   one("an OBJ with indices of attributes that are not there", "a.obj",
     cubeObj.replace(/f (\d+) (\d+) (\d+) (\d+)/g, "f $1/0/9 $2/7/0 $3/0/9 $4/0/9"), cube, { says: /texture|normal|attribute/ }),
-  // What to do, of each kind of refusal.
+  // The advice in each kind of refusal.
   one("advice: a PLY that is cut off", "a.ply", plyOf(corners, quads).split("\n").slice(0, -4).join("\n"), cube, { mustRefuse: true, refused: /truncated: .*: copy the file again, or export it again$/m }),
   one("advice: an OBJ with a word for a number", "a.obj", cubeObj.replace("v 1", "v one"), cube, { mustRefuse: true, refused: /line \d+\).*: correct the file, or export it again$/m }),
   one("advice: a text that is no STL", "a.stl", "some words\n", cube, { mustRefuse: true, refused: /: is not an STL file.*: give the file the ending of its format, or export it again$/m }),
@@ -565,7 +565,7 @@ export const cases = [
   one("points with commas and names", "a.csv", `"X","Y","Z","Red","Green","Blue","Scan Angle"\n${rowsOf(",", () => [200, 100, 50, 7])}`, cloud, { colors: [[200, 100, 50]] }),
   one("points with semicolons and decimal commas", "a.csv", `x;y;z\n${rowsOf(";").replaceAll(".", ",")}`, cloud, { says: /decimal commas/ }),
   one("points of a spreadsheet that names its separator", "a.csv", `sep=;\nX;Y;Z\n${rowsOf(";")}`, { ...cloud, box: boxOfCloud }, { silent: /names/, isRead: false }),
-  // Names in another order than x y z: whoever reads by the order mirrors the points.
+  // The columns are not in the order x y z: a program that reads them in the usual order mirrors the points.
   ...[["ID,North,East,Elev", ([x, y, z], i) => [i, y, x, z]], ["lat;lon;height", ([x, y, z]) => [y, x, z], /'lat' and 'lon' are degrees/],
     ["Hochwert;Rechtswert;H\u00f6he", ([x, y, z]) => [y, x, z]], ["OBJECTID,POINT_Y,POINT_X,POINT_Z", ([x, y, z], i) => [i, y, x, z]],
     ["Latitude\tLongitude\tAltitude", ([x, y, z]) => [y, x, z]], ["Z [m],Y [m],X [m]", ([x, y, z]) => [z, y, x]], ["N,E,Elev.", ([x, y, z]) => [y, x, z]],
@@ -576,7 +576,7 @@ export const cases = [
   one("points whose names are known in part, in another order", "a.csv", `what,Easting,Northing\n${rowsOf(",")}`, cloud,
     { mustRefuse: true, refused: /line 1 names column 2 as x, and by its order column 1 would be: name all columns with --columns/ }),
   one("points whose names are known in part, in the usual order", "a.csv", `Easting,Northing,what\n${rowsOf(",")}`, { ...cloud, box: boxOfCloud }, { says: /unknown names: they are read by their order/, isRead: false }),
-  // Cells of several words: between commas, semicolons or tabs only these part the columns.
+  // Cells of several words: if commas, semicolons or tabs separate the columns, blanks do not.
   ...[[",", '"tree no 1"'], [",", '"house, old"'], [",", "tree no 1"], [";", "tree no 1"], ["\t", "tree no 1"], [";", '"house; old"']].map(([separator, words]) =>
     one(`points with the words ${words} between ${JSON.stringify(separator)}`, "a.csv", `X${separator}Y${separator}Z${separator}Note\n${scatter(40).map((point, i) =>
       [...point, i % 3 ? words : ""].join(separator)).join("\n")}\n`, { ...cloud, box: boxOfCloud }, { says: /left out: columns of text: 'Note'/, isRead: false })),
@@ -672,7 +672,7 @@ export const cases = [
   one("an archive with an OBJ in it", "a.zip", zipOf("statue.obj"), cube, { mustRefuse: true, refused: /holds 'statue\.obj': unpack it first, by unzip/ }),
   one("an IFC called .glb", "a.glb", "ISO-10303-21;\nHEADER;\nFILE_SCHEMA(('IFC4'));\nENDSEC;\n", cube, { mustRefuse: true, refused: /is an IFC file/ }),
   one("an OFF called .stl", "a.stl", offOf(), cube, { mustRefuse: true, refused: /a\.stl: looks like a \.off file/ }),
-  // Numbers as programs write them in other languages.
+  // Numbers as programs write them in other locales.
   one("VRML with decimal commas", "a.wrl", commas(wrl(cubeWrl()), (v) => v.toFixed(6)), cube, { says: /decimal commas.*'point' \(line 2\)/, isRead: false }),
   one("VRML with decimal commas in some of its numbers", "a.wrl", commas(wrl(cubeWrl()), (v) => String(1.25 * v + 0.25)), { ...cube, area: 37.5, volume: 15.625, box: { low: [-1, -1, -1], high: [1.5, 1.5, 1.5] } },
     { says: /decimal commas/, isRead: false }),
@@ -735,7 +735,7 @@ export const cases = [
   one("a .glb with a chunk before that of the bytes", "a.glb", withChunk("BIN\0", "ABCD"), cube, { says: /the chunk 'ABCD' \(byte \d+\) before the binary chunk/, isRead: false }),
   one("a .glb of rubbish", "a.glb", Buffer.from("rubbish of some bytes, no scene"), cube, { mustRefuse: true, refused: /a\.glb: is not a glTF file: it begins neither/ }),
   one("a .vtp whose text ends in an element", "a.vtp", vtp(8, 6).slice(0, 400), cube, { mustRefuse: true, refused: /line \d+, column \d+: the text ends/ }),
-  // Siblings of the shared cases, in other formats.
+  // Variants of the shared cases, in other formats.
   one("points in quotes under names in quotes", "a.csv", `"X","Y","Z"\n${scatter(40).map((point) => point.map((v) => `"${v}"`).join(",")).join("\n")}`, { ...cloud, box: boxOfCloud }, { silent: /names/ }),
   one("points in quotes", "a.csv", scatter(40).map((point) => point.map((v) => `"${v}"`).join(";")).join("\n"), { ...cloud, box: boxOfCloud }, { silent: /names/ }),
   one("points under names in quotes, with units, in another order", "a.csv", `"Z [m]";"Y [m]";"X [m]"\n${scatter(40).map(([x, y, z]) => `${z};${y};${x}`).join("\n")}`,
@@ -768,7 +768,7 @@ export const cases = [
     { says: /SurfaceColor/, isRead: false }),
   one("a .vtk with colours of cells", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons, "CELL_DATA 6", "COLOR_SCALARS c 3", ...quads.map(() => "1 0.5 0")]), cube, { says: /triangle colours are kept/ }),
   one("a .vtp without its polygons' ends", "a.vtp", vtp(8, 6).replace('"offsets"', '"ends"'), cube, { mustRefuse: true, refused: /<Polys>.*'offsets'/ }),
-  // The other order of bytes, where only coordinates could show it.
+  // The opposite byte order, if only the coordinates could show it.
   one("points of a big-endian PLY that says it is not", "a.ply", plyPoints("LE", "BE"), cloud, { mustRefuse: true, refused: /its numbers seem to have the opposite of the byte order that it states: x of point 0 is .*, and with its bytes swapped -3\.25: correct the file/ }),
   one("points of a PLY that says it is big-endian", "a.ply", plyPoints("BE", "LE"), cloud, { mustRefuse: true, refused: /its numbers seem to have the opposite of the byte order/ }),
   one("doubles of a big-endian PLY that says it is not", "a.ply", plyPoints("LE", "BE", "Double"), cloud, { mustRefuse: true, refused: /its numbers seem to have the opposite of the byte order/ }),
@@ -781,7 +781,7 @@ export const cases = [
   one("a .vtk of version 5 with lists of cells of before", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons]).replace("3.0", "5.1"), cube, { mustRefuse: true, refused: /POLYGONS \(line 14\) is not followed by OFFSETS/ }),
   one("VRML with an index of -2", "a.wrl", wrl(cubeWrl().replace("coordIndex [ 0", "coordIndex [ -2")), cube, { mustRefuse: true, refused: /line 3: '-2' is not an index, and only -1 ends a face/ }),
   one("a PLY of vertices and faces", "a.ply", plyWith([["element vertex", "element vertices"], ["element face", "element faces"]]), cube, { isRead: false }),
-  // Old statements of OBJ, and of its libraries.
+  // Old statements of OBJ and of its material libraries.
   one("an OBJ with a picture without a material", "a.obj", cubeObj.replace("f ", "maplib m.map\nusemap off\nusemap t.png\nf "), cube, { says: /pictures without a material: 'usemap t\.png' in line 11/ }),
   one("an OBJ whose usemap is off", "a.obj", cubeObj.replace("f ", "usemap off\nf "), cube, { silent: /usemap/ }),
   one("an OBJ that takes in another", "a.obj", `${cubeObj}call other.obj\n`, cube, { says: /calls of other files or programs: 'call other\.obj' in line 15/ }),
@@ -792,18 +792,18 @@ export const cases = [
   { ...texturedCube, name: "a picture in letters with marks, whose file has letters and marks", files: texturedBy("map_Kd M\u00dcNSTER \u0439.png", "Mu\u0308nster \u0438\u0306.png") },
   { name: "a library whose colours are bytes", file: "a.obj", right: twoCubes, colors: twoColors, says: /a\.mtl, line 2: 'Kd 255 0 0' is taken for a colour from 0 to 255/,
     files: { "a.obj": twoMaterials("p", "q"), "a.mtl": mtl("p", "q").replaceAll("1", "255") } },
-  // One line for a whole OFF.
+  // A whole OFF in one line.
   one("an OFF in one line", "a.off", offOf().replaceAll("\n", " "), cube, { isRead: false }),
   one("an OFF in one line after a byte order mark, CR LF at its end", "a.off", `\ufeff${offOf().replaceAll("\n", " ")}\r\n`, cube, { isRead: false }),
   one("an OFF whose first vertex is in the line of its numbers", "a.off", offOf().replace("8 6 12\n", "8 6 12 "), cube, { isRead: false }),
   one("an OFF in one line, with colours", "a.off", offOf("COFF\n", { row: () => "255 0 0" }).replaceAll("\n", " "), cube, { mustRefuse: true, refused: /line 1: .*colours cannot be distinguished from coordinates: write a line for each/ }),
   one("an OFF with four counts", "a.off", offOf().replace("8 6 12", "8 6 12 0"), cube, { mustRefuse: true, refused: /line \d: / }),
-  // glTF: what contradicts itself.
+  // glTF files that contradict themselves.
   one("a glTF with a matrix and another translation", "a.glb", glb([{ mesh: 0, matrix: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 0, 0, 1], translation: [0, 7, 0] }]), { ...cube, box: { low: [4, -1, -1], high: [6, 1, 1] } },
     { says: /node 0 has a matrix and a different translation, rotation or scale: the matrix is used/, isRead: false }),
   one("a glTF with a matrix and the same translation", "a.glb", glb([{ mesh: 0, matrix: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 0, 0, 1], translation: [5, 0, 0] }]), { ...cube, box: { low: [4, -1, -1], high: [6, 1, 1] } }, { silent: /matrix/, isRead: false }),
   one("a glTF that needs a later version", "a.glb", glbChanged(glb([{ mesh: 0 }]), (json, old) => { json.asset = { version: "2.1", minVersion: "2.1" }; return old; }), cube, { mustRefuse: true, refused: /needs a reader for glTF '?"?2\.1.*/ }),
-  // Points: rows, remarks, and blanks where none should be.
+  // Points with numbers of rows, with remarks, and with unexpected blanks.
   one("points with their rows and columns first", "a.txt", scatter(40).map((point, i) => [Math.floor(i / 8), i % 8, ...point].join(" ")).join("\n"), { ...cloud, box: boxOfCloud }, { says: /read as "row column x y z", not "x y z column4 column5": the first two count rows and columns/, isRead: false }),
   one("points with their rows and columns first, and colours", "a.txt", scatter(40).map((point, i) => [1 + i % 8, 1 + Math.floor(i / 8), ...point, 200, 100, 50].join(" ")).join("\n"), { ...cloud, box: boxOfCloud }, { colors: [[200, 100, 50]], isRead: false }),
   one("points of a grid with normals", "a.txt", Array.from({ length: 40 }, (_, i) => [Math.floor(i / 8), i % 8, (5 * i) % 11 / 2, 0.6, 0.8, 0].join(" ")).join("\n"), { ...cloud, box: { low: [0, 0, 0], high: [4, 7, 5] } }, { silent: /rows/, isRead: false }),
@@ -814,7 +814,7 @@ export const cases = [
   one("points by x, with whole numbers after the coordinates", "a.pts", Array.from({ length: 40 }, (_, i) => [i / 2, (5 * i) % 11 / 2, (3 * i) % 13 / 4, 7 * i - 100].join(" ")).join("\n"), cloud, { silent: /could be/ }),
   one("atoms", "a.xyz", "3\nwater\nO 0 0 0.117\nH 0 0.757 -0.469\nH 0 -0.757 -0.469\n", cloud, { mustRefuse: true, refused: /line 3: 'O' \(column 1\) is not a number; --columns "- x y z" leaves out what is called -/ }),
   one("points with several words after the coordinates", "a.csv", scatter(40).map((point, i) => [...point, i ? "house old" : "tree no 1"].join(";")).join("\n"), cloud, { mustRefuse: true, refused: /line 1: 'tree' \(column 4\) is not a number; --columns "x y z -" leaves out/ }),
-  // What is named twice, mirrored, in pieces, or of before a format's first version.
+  // Parts that are named twice, mirrored, split, or older than a format's first version.
   one("a glTF whose scene names a node twice", "a.glb", glb([{ mesh: 0 }], { more: { scenes: [{ nodes: [0, 0] }] } }), cube, { says: /node 0 is named twice .*: it is read once/, isRead: false }),
   one("a glTF with a child twice", "a.glb", glb([{ children: [1, 1] }, { mesh: 0 }]), cube, { says: /node 1 is named twice/, isRead: false }),
   one("a glTF whose scene also names a child", "a.glb", glb([{ children: [1], translation: [3, 0, 0] }, { mesh: 0 }], { more: { scene: 1, scenes: [{ nodes: [] }, { nodes: [1, 0] }] } }), { ...cube, box: { low: [2, -1, -1], high: [4, 1, 1] } }, { says: /node 1 is named twice/, isRead: false }),
@@ -846,7 +846,7 @@ export const cases = [
   one("a black PLY", "a.ply", byteColors("0 0 0"), cube, { silent: /RGB/, colors: [[0, 0, 0]] }),
   one("a .vtp with colours of 0 and 1 in bytes", "a.vtp", vtpPieces([0, undefined, vtpArrays(["RGB", 3, 0]).replace(/\b\d+(?= |<\/D)/g, "1")]), cube, { isRead: false, says: /RGB has only the bytes 0 and 1/ }),
   one("a .vtp with pieces whose points are of other types", "a.vtp", vtpPieces([0], [5]).replace(/Float32(?![^]*Float32)/, "Float64"), cube, { mustRefuse: true, refused: /the points of its pieces are of several types: Float32 and Float64/ }),
-  // Bytes in a .vtp: VTK reads on where they end, and takes any sign for base64.
+  // Bytes in a .vtp: VTK reads on beyond their end, and accepts any character as base64.
   one("a .vtp in base64", "a.vtp", vtpBase64(base64Of(96)), cube, { isRead: false }),
   one("a .vtp in base64 of lines", "a.vtp", vtpBase64(base64Of(96).replace(/.{76}/g, "$&\n")), cube, { isRead: false }),
   one("a .vtp in base64 whose length is encoded by itself", "a.vtp", vtpBase64(base64Of(96, true)), cube, { isRead: false }),
@@ -867,7 +867,7 @@ export const cases = [
   one("a .vtp with line ends in its appended base64", "a.vtp", vtpAppended("base64", { between: "\n" }), cube, { mustRefuse: true, refused: /<AppendedData> has blanks or line ends in its base64/ }),
   one("a .vtp with a comment before its bytes", "a.vtp", vtpBase64(base64Of(96)).replace("<Points>", '<!-- "> <x format=\'binary\'> --><Points>'), cube, { isRead: false }),
   one("a text STL with a remark before it", "a.stl", `; made by hand\n${stlText()}`, cube, { mustRefuse: true, refused: /is not an STL file: a text begins with 'solid'/ }),
-  // Parts of a .vtk that do not fit each other.
+  // Parts of a .vtk that contradict each other.
   ...[["too few coordinates", "3 2 2", "2 float\n0 1", /holds 2 X_COORDINATES, and DIMENSIONS counts 3/], ["too many coordinates", "2 2 2", "3 float\n0 1 2", /holds 3 X_COORDINATES, and DIMENSIONS counts 2/]].map(([what, sides, x, refused]) =>
     one(`a .vtk with ${what}`, "a.vtk", vtk("RECTILINEAR_GRID", [`DIMENSIONS ${sides}`, `X_COORDINATES ${x}`, "Y_COORDINATES 2 float\n0 1", "Z_COORDINATES 2 float\n0 1"]), {}, { mustRefuse: true, refused })),
   one("a .vtk without one of its coordinates", "a.vtk", vtk("RECTILINEAR_GRID", ["DIMENSIONS 2 2 2", "X_COORDINATES 2 float\n0 1", "Y_COORDINATES 2 float\n0 1"]), {}, { mustRefuse: true, refused: /holds 0 Z_COORDINATES/ }),
@@ -879,7 +879,7 @@ export const cases = [
   one("a .vtk with polygons twice", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons, vtkPolygons]), {}, { mustRefuse: true, refused: /POLYGONS \(line 21\) is there a second time/ }),
   one("a .vtk with its polygons after its arrays", "a.vtk", vtk("POLYDATA", [vtkPoints, "POINT_DATA 8\nSCALARS q float\nLOOKUP_TABLE default\n1 2 3 4 5 6 7 8", vtkPolygons]), {}, { mustRefuse: true, refused: /POLYGONS \(line 18\) is after POINT_DATA or CELL_DATA/ }),
   one("a .vtk with too few types of cells", "a.vtk", vtk("UNSTRUCTURED_GRID", [vtkPoints, "CELLS 2 8\n3 0 1 2\n3 1 2 3", "CELL_TYPES 1\n5"]), {}, { mustRefuse: true, refused: /CELL_TYPES \(line 17\) has 1 type, but there are 2 cells/ }),
-  // Colours and classes before the coordinates, and colours that are not from 0 to 1.
+  // Colours and classes in front of the coordinates, and colours that are not from 0 to 1.
   one("points with their colours first", "a.txt", scatter(40).map((point, i) => [i % 4 ? 200 : 10, 100, 50, ...point].join(" ")).join("\n"), { ...cloud, box: boxOfCloud },
     { isRead: false, says: /read as "r g b x y z", not "x y z column4 column5 column6": .* some of them alike/, colors: [[10, 100, 50], [200, 100, 50]] }),
   one("points with their colours first, and normals", "a.txt", scatter(40).map((point, i) => [i % 4 ? 200 : 10, 100, 50, ...point, 0, 0.6, 0.8].join(",")).join("\n"), { ...cloud, box: boxOfCloud },

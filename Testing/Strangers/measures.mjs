@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a mesh is compared by: { points: [[x, y, z]], faces: [[index]] }, faces of any number of corners.
+// Measures by which meshes are compared. A mesh is { points: [[x, y, z]], faces: [[index]] }; faces may have any number
+// of corners.
 
 const minus = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
@@ -16,8 +17,8 @@ function boxOf(points) {
   return { low, high };
 }
 
-// Measures a mesh by the rule of tolerance (doc/cli.md): points that are not finite are dropped with their faces, and faces need
-// three corners.
+// Measures a mesh by the rule of tolerance (doc/cli.md): points that are not finite are dropped together with their
+// faces, and faces need three corners.
 //   triangles, places   how many triangles the faces make; how many places they use (of a mesh without faces: points)
 //   unused              points that no face uses
 //   box                 { low, high } of the places
@@ -49,7 +50,7 @@ export function measure({ points, faces }) {
   };
 }
 
-// In what two measures differ, in words; "" if in nothing. Lengths may differ by `step`.
+// The differences between two measures, as text; "" if there are none. Lengths may differ by `step`.
 export function differenceOf(one, other, step) {
   const wrong = [];
   const size = Math.hypot(...minus(other.box.high, other.box.low));

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// glTF 2.0, .gltf and .glb: the nodes of a scene, in doubles; sparse and quantised accessors, strips, fans, instances,
-// CESIUM_RTC, hidden nodes. No compression.
+// Reads glTF 2.0, .gltf and .glb: the nodes of a scene, in doubles; sparse and quantised accessors, strips, fans,
+// instances, CESIUM_RTC, hidden nodes. Does not read compressed files.
 
 const sizes = { 5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4 };
 const reads = { 5120: "readInt8", 5121: "readUInt8", 5122: "readInt16LE", 5123: "readUInt16LE", 5125: "readUInt32LE", 5126: "readFloatLE" };
 const steps = { 5120: 127, 5121: 255, 5122: 32767, 5123: 65535 };
 const widths = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4 };
 
-const multiply = (a, b) => Array.from({ length: 16 }, (_, i) => // by columns
+const multiply = (a, b) => Array.from({ length: 16 }, (_, i) => // matrices are stored by columns
   [0, 1, 2, 3].reduce((sum, k) => sum + a[i % 4 + 4 * k] * b[4 * Math.floor(i / 4) + k], 0));
 const identity = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// VRML 2: groups, Transform, Switch, LOD, DEF and USE; shapes that are IndexedFaceSet or Box. No PROTO, no Inline. For VRML 1:
-// Separator, ShapeHints, Coordinate3 and IndexedFaceSet.
+// Reads VRML 2: groups, Transform, Switch, LOD, DEF and USE; shapes that are IndexedFaceSet or Box; no PROTO, no
+// Inline. Reads VRML 1: Separator, ShapeHints, Coordinate3 and IndexedFaceSet.
 
 const tokens = /"(?:\\.|[^"\\])*"|[[\]{}]|[^\s,[\]{}"#]+|#[^\n]*/g;
 
@@ -20,10 +20,10 @@ function parse(text) {
       at += 2;
     }
     const made = { type: words[at++] };
-    ++at; // {
+    ++at; // skips {
     name && named.set(name, made);
     while (words[at] !== "}") {
-      if (/^[A-Z]/.test(words[at])) { // Separator
+      if (/^[A-Z]/.test(words[at])) { // a child node, such as Separator
         (made.children ??= []).push(node());
       } else {
         made[words[at++]] = value();
@@ -61,7 +61,8 @@ function parse(text) {
 }
 
 const times = (a, b) => Array.from({ length: 16 }, (_, i) =>
-  [0, 1, 2, 3].reduce((sum, k) => sum + a[4 * Math.floor(i / 4) + k] * b[4 * k + i % 4], 0)); // by rows
+  // Matrices are stored by rows.
+  [0, 1, 2, 3].reduce((sum, k) => sum + a[4 * Math.floor(i / 4) + k] * b[4 * k + i % 4], 0));
 const move = ([x, y, z]) => [1, 0, 0, x, 0, 1, 0, y, 0, 0, 1, z, 0, 0, 0, 1];
 const grow = ([x, y, z]) => [x, 0, 0, 0, 0, y, 0, 0, 0, 0, z, 0, 0, 0, 0, 1];
 function turn([x, y, z, angle]) {
@@ -97,7 +98,7 @@ export function readVrml(bytes) {
       index >= 0 ? face.push(index) : face.length && (add(face), face = []);
     }
   };
-  let [coord, ccw] = [null, "TRUE"]; // of VRML 1: what the next face set has
+  let [coord, ccw] = [null, "TRUE"]; // VRML 1: these apply to the next face set
   const walk = (node, m) => {
     if (node.type === "Coordinate3") {
       coord = node;

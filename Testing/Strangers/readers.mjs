@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Small readers of mesh files, written for the tests from the formats' descriptions, not from the product's code: they read the
-// files of the cases as a whole, and check little. Each returns { points: [[x, y, z]], faces: [[index]], colors: [[r, g, b]] of 0
-// to 255 for each point, if there are any }.
+// Small readers of mesh files, written for the tests from descriptions of the formats, not from the product's code.
+// They read the cases' files completely, and check little. Each returns { points: [[x, y, z]], faces: [[index]],
+// colors: [[r, g, b]] }; colors are from 0 to 255 for each point, and empty if the file has none.
 
 import { readFileSync } from "node:fs";
 import { dirname, extname, join } from "node:path";
@@ -18,7 +18,7 @@ export function readMesh(file) {
   return readers[extname(file).toLowerCase()](bytes, (name) => readFileSync(join(dirname(file), name)));
 }
 
-// Byte order marks, UTF-16 and bytes after the end of a text do not count as text.
+// The text in these bytes. Handles byte order marks and UTF-16; bytes after the end of the text are dropped.
 export function textOf(bytes) {
   let text = bytes[0] === 0xff && bytes[1] === 0xfe ? bytes.toString("utf16le")
     : bytes[0] === 0xfe && bytes[1] === 0xff ? Buffer.from(bytes).swap16().toString("utf16le") : bytes.toString("utf8");
@@ -65,7 +65,7 @@ function readPly(bytes) {
     at += size;
     return Number(bytes[`read${name}${order}`](at - size));
   };
-  // Where each record has a line, tokens beyond the header's properties do not count as values.
+  // If each record has a line of its own, further tokens in the line are not values.
   const byLine = lines.length === header.filter(([word]) => word === "element").reduce((sum, [, , count]) => sum + Number(count), 0);
   let lineNumber = 0, lineEnd = 0;
   const points = [], faces = [], colors = [];
@@ -121,7 +121,7 @@ function readStl(bytes) {
   return { points, faces, colors: [] };
 }
 
-// A line a vertex, a line a face; colours after the places of a COFF.
+// OFF: one line for each vertex, and one for each face; in a COFF colours follow the coordinates.
 function readOff(bytes) {
   const rows = linesOf(bytes).map((line) => line.replace(/#.*/, "").trim()).filter(Boolean);
   const [, kind, rest] = /^(\w*)OFF\s*(.*)$/i.exec(rows.shift());
@@ -134,7 +134,7 @@ function readOff(bytes) {
     faces: numbers.slice(counts[0], counts[0] + counts[1]).map((row) => row.slice(1, 1 + row[0])) };
 }
 
-// Text of version 3, only meshes of polygons.
+// VTK text files of version 3, only meshes of polygons.
 function readVtk(bytes) {
   const numbersOf = (part) => new RegExp(`${part} \\d+ \\w+\\s([-+.\\deE\\s]*)`).exec(textOf(bytes))?.[1].trim().split(/\s+/).map(Number) ?? [];
   const triples = (list) => Array.from({ length: list.length / 3 }, (_, i) => list.slice(3 * i, 3 * i + 3));
@@ -145,7 +145,7 @@ function readVtk(bytes) {
   return { points: triples(numbersOf("POINTS")), faces, colors: [] };
 }
 
-// Text, of one piece: as many points and polygons as it counts.
+// VTP text files with one piece; reads as many points and polygons as the piece announces.
 function readVtp(bytes) {
   const text = textOf(bytes);
   const count = (name) => Number(new RegExp(`${name}="(\\d+)"`).exec(text)?.[1] ?? 0);
@@ -154,14 +154,14 @@ function readVtp(bytes) {
     faces: offsets.slice(0, count("NumberOfPolys")).map((end, i) => corners.slice(offsets[i - 1] ?? 0, end)) };
 }
 
-// Columns are apart by blanks or semicolons, else by commas; lines of names and of counts are not points.
+// Columns are separated by blanks or semicolons, else by commas. Lines of names and of counts are not points.
 function readXyz(bytes) {
   const rows = linesOf(bytes).map((line) => line.trim()).filter((line) => /^"?[-+.\d]/.test(line) && !/^\d+$/.test(line))
     .map((line) => line.replaceAll('"', "")).map((line) => line.split(/[\s;]/.test(line.trim()) ? /[\s;]+/ : /,/).map((word) => Number(word.replace(",", "."))));
   return { points: rows.map((row) => row.slice(0, 3)), faces: [], colors: [] };
 }
 
-// LZF: runs that are copied, and references back.
+// Unpacks LZF: runs of literal bytes, and references to earlier bytes.
 function unpackLzf(packed, size) {
   const bytes = Buffer.alloc(size);
   for (let from = 0, to = 0; from < packed.length;) {
@@ -198,7 +198,7 @@ function readPcd(bytes) {
     points.push(["x", "y", "z"].map((name) => {
       const field = fields.indexOf(name);
       const before = sizes.slice(0, field).reduce((sum, size) => sum + size, 0);
-      if (packed) { // one field after the other
+      if (packed) { // fields are stored one after the other
         return packed[sizes[field] === 8 ? "readDoubleLE" : "readFloatLE"](before * count + row * sizes[field]);
       }
       const at = start + row * stride + before;
@@ -208,7 +208,7 @@ function readPcd(bytes) {
   return { points, faces: [], colors: [] };
 }
 
-// All points that the file holds, whatever its header counts.
+// Reads all points in the file, whatever its header says.
 function readLas(bytes) {
   const [start, stride] = [bytes.readUInt32LE(96), bytes.readUInt16LE(105)];
   const scale = [0, 1, 2].map((i) => bytes.readDoubleLE(131 + 8 * i)), offset = [0, 1, 2].map((i) => bytes.readDoubleLE(155 + 8 * i));

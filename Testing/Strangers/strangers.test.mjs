@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Files as users have them: each becomes a store and is extracted again. The result is compared with what a small reader of our
-// own finds in the file (readers.mjs), and with known values.
+// Files as users have them: each is built to a store, and extracted again. The result is compared with what our own
+// small readers find in the file (readers.mjs), and with known values.
 //   node strangers.test.mjs      KDSTREAM_PROGRAMS: folder of kdstream-build and kdstream-store
-//                                KDSTREAM_CASES: a folder of further cases, each a folder with a file a.*, if there is one
+//                                KDSTREAM_CASES: a folder of further cases, each a folder with a file a.*, if any
 
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
@@ -19,7 +19,7 @@ after(() => rmSync(folder, { recursive: true, force: true }));
 
 const run = (name, ...options) => spawnSync(join(process.env.KDSTREAM_PROGRAMS, name), options, { encoding: "utf8" });
 
-// What the product makes of a file: { mesh, said }, or { error }.
+// What our programs make of a file: { mesh, said }, or { error }.
 function throughTheStore(file, name) {
   const store = join(folder, `${name}.kds`);
   const built = run("kdstream-build", file, "-o", store);
@@ -37,7 +37,7 @@ function extracted(store, ending) {
   return readMesh(out);
 }
 
-// A place may be off by the grid's step, and by what floats far away have lost.
+// Places may differ by the grid's step, and by the precision that floats far from the origin have lost.
 const stepOf = ({ low, high }) => 1e-4 * Math.max(1e-9, ...high.map((value, i) => value - low[i]));
 
 function check(file, name, { right = {}, says, silent, refused, colors, comesBack, isRead = true, mustRefuse = false }) {
@@ -75,7 +75,7 @@ for (const [number, each] of cases.entries()) {
   });
 }
 
-// ---- cases from elsewhere: what is right besides what the small reader finds
+// ---- cases from elsewhere: known values in addition to those that the small reader finds
 
 const others = process.env.KDSTREAM_CASES ?? "";
 const known = {
@@ -87,7 +87,8 @@ const known = {
   "gltf-specgloss": { silent: /SpecularGlossiness/, colors: [[255, 0, 0]] },
   "gltf-far": { comesBack: ".glb" },
   "mtl-bom": { colors: [[255, 0, 0]] },
-  "mtl-hash": { colors: [[137, 0, 225], [170, 0, 203], [188, 0, 188], [203, 0, 170], [225, 0, 137], [231, 0, 124]] }, // mixed in linear light
+  // Mixed in linear light.
+  "mtl-hash": { colors: [[137, 0, 225], [170, 0, 203], [188, 0, 188], [203, 0, 170], [225, 0, 137], [231, 0, 124]] },
   "obj-f2": { says: /1 face has fewer than three corners/ },
   "obj-index0": { says: /2 faces name texture coordinates/ },
   "pcd-padded": { says: /496 zeros after the end/ },

@@ -54,7 +54,7 @@ Result<bool> AnyNegativeZero(const VertexFiles& vertices)
 
 const std::string ignoredMark = "ignored ";
 
-// A file that all ranks can read, or this rank's share of a mesh in memory.
+// The input: a file that all ranks can read, or this rank's share of a mesh in memory.
 struct DistributedInput
 {
   std::filesystem::path file;
@@ -74,7 +74,7 @@ public:
     , Whole{ options, execution }
     , Memory(stepMemory)
   {
-    // The libraries of MPI and VTK are not part of the steps' memory.
+    // The libraries of MPI and VTK do not count as memory of the steps.
     this->Mesh.keptMemory = KeptMemory(this->Memory) + ResidentBytes();
   }
 
@@ -178,7 +178,7 @@ public:
   SpillCounts Costs() override { return this->Files.Counts(); }
 
 private:
-  // This rank's share of a mesh in memory; vertices welded.
+  // Takes this rank's share of a mesh in memory, and welds vertices.
   Status TakeShare()
   {
     KDSTREAM_TRY(Take(DigestOfShares(this->Group, *this->Input.share), this->DigestOfShare));
@@ -190,7 +190,7 @@ private:
     return this->WeldShares(info);
   }
 
-  // This rank's share of the file; vertices welded.
+  // Reads this rank's share of the file, and welds vertices.
   Status Read()
   {
     if (this->Group.IsFirst())
@@ -209,7 +209,7 @@ private:
     return this->WeldShares(info);
   }
 
-  // False, on all ranks, where the file must be read without seeking.
+  // Returns false, on all ranks, if the file must be read again without seeking.
   Result<bool> ReadShare(bool seek, MeshFileInfo& info)
   {
     Result<std::unique_ptr<MeshReader>> reader =
@@ -223,8 +223,8 @@ private:
       SpillMesh(this->Files, share, ChunkOfRead(this->Memory), this->Exec, true);
     if (seek && !alone)
     {
-      // A vertex that one rank drops changes the corners of all ranks. And a rank's assumptions
-      // about bytes that it has not read may be wrong.
+      // If one rank drops a vertex, the corners of all ranks change. Also, a rank may assume
+      // something wrong about bytes that it has not read.
       const bool wrong = !spilled && spilled.GetError().code == ErrorCode::InvalidInput;
       const bool dropped = share.Info().tolerance.Of(Lapse::PointNotFinite) > 0;
       if (!spilled && !wrong)
@@ -243,8 +243,8 @@ private:
     return true;
   }
 
-  // Reports what the file has and no store keeps (the rank that reads its end has seen all of it),
-  // and what was dropped or repaired in each rank's share.
+  // Collects the notes on the input: what no store keeps (the rank that reads the end of the file
+  // has seen all of it), and what was dropped or repaired in each rank's share.
   Status TakeReported(const MeshFileInfo& info)
   {
     const std::size_t last = this->Group.Count() - 1;
@@ -283,7 +283,8 @@ private:
     KDSTREAM_TRY(this->SetUnusedAside(info));
     const Result<bool> negative = AnyNegativeZero(this->Vertices.kept);
     KDSTREAM_TRY(negative);
-    // Over all ranks: triangles, ranks with a coordinate that no float holds, ranks with a -0.0.
+    // Over all ranks: the number of triangles; of ranks with a coordinate that no float holds
+    // exactly; of ranks with a -0.0.
     std::uint64_t sums[] = { this->Share.triangleCount, this->Share.fitFloats ? 0U : 1U,
       *negative ? 1U : 0U };
     KDSTREAM_TRY(this->Group.Sum(sums));
@@ -365,7 +366,7 @@ private:
   DistributedInput Input;
   const BuildOptions& Options;
   const Execution& Exec;
-  BuildState Whole; // of all ranks
+  BuildState Whole; // facts of all ranks
   std::uint64_t Memory;
   SpilledMesh Share;
   DistributedVertices Vertices;
@@ -374,10 +375,10 @@ private:
   ExternalLevels Levels;
   ExternalNumbers Numbers;
   std::optional<DistributedPieces> Pieces;
-  std::uint64_t Triangles = 0; // of all ranks
+  std::uint64_t Triangles = 0; // on all ranks
   bool Weld = true;
-  std::optional<InputDigest> Digest; // of the rank that writes the store, of a file
-  std::string DigestOfShare;         // the same, of what ranks have in memory
+  std::optional<InputDigest> Digest; // of an input file; only on the rank that writes the store
+  std::string DigestOfShare;         // the same for a mesh in the ranks' memory
 };
 
 Status CheckOptions(const BuildOptions& options)
@@ -414,7 +415,7 @@ Result<BuildReport> BuildHere(MpiGroup& group, DistributedInput input,
   {
     KDSTREAM_TRY(AgreeOnInput(group, input.file));
   }
-  // Where nodes are split and blocks end must be the same on all ranks: the smallest limit decides.
+  // All ranks must split nodes and end blocks at the same places. So the smallest limit is used.
   const Result<std::uint64_t> smallest = group.Most(~options.memory);
   KDSTREAM_TRY(smallest);
   const std::uint64_t memory = stepMemory > 0 ? stepMemory : StepMemory(~*smallest);
@@ -428,7 +429,7 @@ Result<BuildReport> BuildHere(MpiGroup& group, DistributedInput input,
   return ConductBuild(builder, store);
 }
 
-// The same; errors are reported to the other ranks, which wait.
+// The same, but an error is reported to the other ranks, which are waiting.
 Result<BuildReport> Build(MpiGroup& group, DistributedInput input,
   const std::filesystem::path& store, const BuildOptions& options, const Execution& execution,
   std::uint64_t stepMemory)
@@ -447,7 +448,7 @@ Result<BuildReport> Build(MpiGroup& group, DistributedInput input,
   {
     report = CaughtError();
   }
-  if (!report && !file.empty()) // a rank may have the input by another path
+  if (!report && !file.empty()) // a rank may have the input under another path
   {
     report = OfFile(file, std::move(report)).GetError();
   }
@@ -469,7 +470,7 @@ Result<BuildReport> BuildStoreOfShares(MpiGroup& group, Mesh share,
   BuildOptions here = options;
   if (!group.IsFirst() && !SpillFolder::Create(FolderOf(store)))
   {
-    std::error_code ignored; // a folder that is not there is an error of the build
+    std::error_code ignored; // a missing folder is reported by the build
     here.temporaryFolder = std::filesystem::temp_directory_path(ignored);
   }
   return Build(group, { {}, std::move(share) }, store, here, execution, 0);

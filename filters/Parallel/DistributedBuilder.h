@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Step "build" on several ranks: from a mesh file that all of them can read, or from each rank's
-// part of a mesh, to a store that rank 0 writes (doc/decisions/0009-parallel.md).
+// Step "build" on several ranks: from a mesh file that all ranks can read, or from each rank's part
+// of a mesh, to a store that rank 0 writes (doc/decisions/0009-parallel.md).
 #pragma once
 
 #include "filters/Parallel/MpiGroup.h"
@@ -12,27 +12,27 @@
 namespace kdstream
 {
 
-// Builds `store` from `input`: the same content as BuildStore makes, whatever the number of ranks.
-// Called by every rank with the same options (AgreeOnOptions of RankAgreement.h). If one rank has
-// an error, all return it; it names the rank. Only rank 0 writes the store; the report's counts of
-// bytes and passes are those of the calling rank. options.memory: of one rank; the rank with the
-// least memory decides how much each step may use. Whether all ranks have the same input is
-// checked. A rank holds its share of the mesh and of the levels in files of its own in
-// options.temporaryFolder, or beside the store. stepMemory: for tests, bytes for each step; 0: what
-// options.memory leaves. Errors: those of BuildStore; Unsupported for baselines and options.resume;
-// LimitExceeded for less than leastMemory (ExternalBuilder.h); InvalidInput where ranks have
-// different files. Throws BrokenGroup.
+// Builds `store` from `input`: the same content as BuildStore makes, for any number of ranks. Every
+// rank calls this with the same options (AgreeOnOptions of RankAgreement.h). If one rank has an
+// error, all ranks return it, and it names the rank. Only rank 0 writes the store. The report's
+// counts of bytes and passes are those of the calling rank. options.memory: of one rank; the
+// smallest limit of all ranks decides how much each step may use. The ranks check that they all
+// have the same input. A rank keeps its share of the mesh and of the levels in files of its own, in
+// options.temporaryFolder or beside the store. stepMemory: for tests, bytes for each step; 0: as
+// options.memory allows. Errors: those of BuildStore; Unsupported for baselines and options.resume;
+// LimitExceeded for less than leastMemory (ExternalBuilder.h); InvalidInput if ranks have different
+// files. Throws BrokenGroup.
 Result<BuildReport> BuildStoreCollectively(MpiGroup& group, const std::filesystem::path& input,
   const std::filesystem::path& store, const BuildOptions& options, const Execution& execution = {},
   std::uint64_t stepMemory = 0);
 
-// The same from a mesh in the ranks' memory. The mesh is the points and triangles of rank 0, then
+// The same for a mesh in the ranks' memory. The mesh is the points and triangles of rank 0, then
 // those of rank 1, …; corners of triangles are numbers of points of the whole mesh. The content is
-// that of BuildStore of this mesh. All ranks have the same arrays and the same scalar type. No rank
-// holds the mesh, nor its levels. A rank holds only its own share; later the share is in files,
-// beside the store or, where another rank than the first cannot write there, in the system's folder
-// for temporary files. options.inputName is the name of the input. Called by all ranks, with the
-// same options except memory and temporaryFolder. Errors: as above.
+// the same as if BuildStore built this mesh. All ranks must have the same arrays and the same
+// scalar type. No rank holds the whole mesh or its levels, only its own share. Later the share is
+// in files beside the store; or, if a rank other than the first cannot write there, in the system's
+// folder for temporary files. options.inputName is the name of the input. All ranks call this with
+// the same options except memory and temporaryFolder. Errors: as above.
 Result<BuildReport> BuildStoreOfShares(MpiGroup& group, Mesh share,
   const std::filesystem::path& store, const BuildOptions& options, const Execution& execution = {});
 

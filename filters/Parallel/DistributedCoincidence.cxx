@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Vertices in the same place: see DistributedCoincidence.h.
-//   1. Send each place with its rank to a process, and put it into a bucket there, by the place's
-//      hash.
-//   2. Go through each bucket, ranks ascending, and remember the last rank in each place.
+//   1. Send each place with its rank in the tree to a process, which puts it into a bucket, by the
+//      hash of the place.
+//   2. Go through each bucket, ranks ascending, and remember the last rank at each place.
 //   3. Send the resulting pairs to the processes that have their lower ends.
 #include "filters/Parallel/DistributedCoincidence.h"
 
@@ -50,8 +50,8 @@ public:
   }
 
 private:
-  // Buckets of places. For some hashes there is one bucket for each process, so that ranks ascend
-  // when these buckets are read one after the other.
+  // Sends places to processes, which put them into buckets. For each group of hashes there is one
+  // bucket for each sending process: read one after the other, these buckets have ascending ranks.
   Status SendPlaces()
   {
     const std::size_t processes = this->Group.Count();

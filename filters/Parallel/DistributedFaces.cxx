@@ -21,8 +21,8 @@ namespace
 {
 
 constexpr std::size_t trianglesAtOnce = std::size_t{ 1 } << 18; // triangles
-// Bytes of a triangle while its corners are looked up, without its tuples: on this rank, and on
-// another rank that answers.
+// Bytes for each triangle while its corners are looked up, without its tuples: on this rank, and on
+// a rank that answers.
 constexpr std::uint64_t bytesOfTriangle = 160;
 constexpr std::uint64_t bytesOfQuestion = 36;
 
@@ -59,8 +59,8 @@ private:
     return this->Group.OwnerOf(this->BlockOf(rank), this->Mesh.blockDepth);
   }
 
-  // Finds ranks in the tree: for the vertices that are numbered on this rank, and then for those
-  // that it has read.
+  // Finds leaf positions in the tree: first of the vertices that are numbered on this rank, then of
+  // those that it has read.
   Status FindPlaces()
   {
     KDSTREAM_TRY(this->Mesh.floats ? this->SendPlaces<float>() : this->SendPlaces<double>());
@@ -78,7 +78,7 @@ private:
     VertexId vertex, rank;
   };
 
-  // Sends the vertices to the ranks that number them.
+  // Sends the leaf positions of vertices to the ranks on which the vertices are numbered.
   template <class Scalar>
   Status SendPlaces()
   {
@@ -160,7 +160,7 @@ private:
     return Take(NumberTable::Open(std::move(ranks), count, this->Memory / 4), this->RanksOfRead);
   }
 
-  // The vertices' places in the tree that are here.
+  // The leaf positions of this rank's blocks.
   CellRange RanksHere() const
   {
     const BlockRange here = this->Group.Here(this->Mesh.blockDepth);
@@ -168,8 +168,8 @@ private:
     return { begins[here.begin], begins[here.end] - begins[here.begin] };
   }
 
-  // Sends the tuples of vertices to their places in the tree: in sections, each of which is then
-  // written in order.
+  // Sends the tuples of vertices to the ranks that have their leaf positions. There they are
+  // collected in sections, each of which is then written in order.
   Status ScatterTuples()
   {
     const std::size_t bytes = this->Vertices.kept.tupleBytes;
@@ -210,7 +210,7 @@ private:
     return {};
   }
 
-  // The tuples of the ranks [first, first + count), which are in a bucket.
+  // Writes the tuples of the leaf positions [first, first + count), which are in one bucket.
   Status WriteTuples(
     const BucketFile& entries, std::size_t bucket, std::uint64_t first, std::size_t count)
   {
@@ -236,7 +236,8 @@ private:
     return rank;
   }
 
-  // Reads the tuples of at most `count` vertices from `first` on, each after its vertex's rank.
+  // Reads the tuples of at most `count` vertices, beginning with vertex `first`. Each tuple follows
+  // the leaf position of its vertex.
   Status ReadTuples(std::uint64_t first, std::size_t count, RankLists<std::byte>& out) const
   {
     const VertexFiles& kept = this->Vertices.kept;
@@ -332,7 +333,8 @@ private:
     return {};
   }
 
-  // Numbers triangles over all ranks, and lists each for the ranks whose blocks it touches.
+  // Numbers the triangles over all ranks, and adds each to the lists of the ranks whose blocks it
+  // touches.
   void ListByOwner(std::span<NumberedTriangle> triangles, std::span<const std::byte> tuples,
     RankLists<NumberedTriangle>& out, RankLists<std::byte>& outTuples) const
   {
@@ -373,7 +375,7 @@ private:
     return {};
   }
 
-  // Triangles that touch blocks of this rank.
+  // Adds received triangles, which touch blocks of this rank.
   Status AddTriangles(std::span<const NumberedTriangle> triangles,
     std::span<const std::byte> tuples, RecordBuckets<NumberedTriangle>& buckets)
   {
@@ -428,15 +430,15 @@ private:
   MeshBlocks& Mesh;
   const Execution& Exec;
   const CellOfRank BlockOf;
-  const bool Renumbered; // vertices have other numbers than in the file
+  const bool Renumbered; // whether vertices have other numbers than in the file
   MapSections Sections;  // of the vertices that are numbered here
   std::optional<RecordBuckets<Place>> Places;
-  NumberTable Ranks; // of these vertices
-  // Final ranks of the vertices that this rank read; empty unless renumbered.
+  NumberTable Ranks; // leaf positions of these vertices
+  // Leaf positions of the vertices that this rank read; empty unless renumbered.
   NumberTable RanksOfRead;
-  NumberSet<VertexId> Foreign;         // ranks of other processes' vertices
-  std::size_t Batch = trianglesAtOnce; // triangles
-  std::uint64_t FirstNumber = 0;       // of this rank's triangles
+  NumberSet<VertexId> Foreign;         // leaf positions on other processes
+  std::size_t Batch = trianglesAtOnce; // triangles in a batch
+  std::uint64_t FirstNumber = 0;       // number of this rank's first triangle
   std::size_t Batches = 0;
 };
 

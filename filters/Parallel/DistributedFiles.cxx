@@ -32,8 +32,8 @@ RankLists<VertexId> ListsToAsk(
   return asked;
 }
 
-// One round: questions to and from the other ranks, then the answers. wanted: for each other rank,
-// ascending. Returns whether any rank wants more.
+// One round: exchanges questions with the other ranks, then the answers. wanted: for each other
+// rank, ascending. Returns whether any rank wants more.
 Result<bool> FetchRound(MpiGroup& group, SpillFile& file, std::size_t elementBytes,
   const RankLists<VertexId>& wanted, bool more)
 {
@@ -105,14 +105,14 @@ Status MoveElements(MpiGroup& group, SpillFile& file, std::size_t elementBytes,
   std::span<const std::uint64_t> before, std::span<const std::uint64_t> after)
 {
   const std::size_t here = group.Rank(), ranks = group.Count();
-  // For data from one rank to another: where it begins in the file, and its bytes.
+  // The part of the file that moves from one rank to another: its offset, and its number of bytes.
   const auto common = [&](std::size_t from, std::size_t to)
   {
     const std::uint64_t begin = std::max(before[from], after[to]);
     const std::uint64_t end = std::max(begin, std::min(before[from + 1], after[to + 1]));
     return std::pair(begin * elementBytes, (end - begin) * elementBytes);
   };
-  std::uint64_t rounds = 0; // of this rank's; every part of a file begins with one
+  std::uint64_t rounds = 0; // of this rank; each part begins with round 0
   for (std::size_t to = 0; to < ranks; ++to)
   {
     const std::uint64_t bytes = to == here ? 0 : common(here, to).second;
@@ -144,7 +144,8 @@ Status MoveElements(MpiGroup& group, SpillFile& file, std::size_t elementBytes,
 
 std::size_t RankOfEntry(std::span<const VertexId> begin, VertexId entry)
 {
-  // The last rank that begins at or before it: those in front of that may have none.
+  // The last rank that begins at or before the entry. Ranks before it that begin at the same entry
+  // are empty.
   const auto following = std::upper_bound(begin.begin(), begin.end() - 1, entry);
   return static_cast<std::size_t>(following - begin.begin() - 1);
 }

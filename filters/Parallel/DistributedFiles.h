@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Moves data between the files of ranks: elements that a rank lacks, intervals that change their
-// owner, entries of a distributed list. Called by all ranks at the same time; an error of one rank
-// is an error of all (MpiGroup).
+// Moves data between the files of ranks: elements that a rank lacks, intervals that move to another
+// rank, entries of a distributed list. Called by all ranks at the same time; an error on one rank
+// is an error on all (MpiGroup).
 #pragma once
 
 #include "filters/Parallel/MpiGroup.h"
@@ -18,25 +18,26 @@
 namespace kdstream
 {
 
-// Writes elements at ascending places of a file, those in a row with one write. Called by one rank.
-// Errors: InputOutput.
+// Writes elements at ascending places of a file; consecutive ones with one write. Called by one
+// rank. Errors: InputOutput.
 Status WriteElementsAt(SpillFile& file, std::size_t elementBytes, std::span<const VertexId> places,
   std::span<const std::byte> elements);
 
-// Fetches elements into their places of this rank's file. places: the first place of each rank, and
-// the end (NodeShares::PlacesOf). wanted: places in any order; this rank's own are skipped.
+// Fetches elements, and writes them at their places in this rank's file. places: the first place of
+// each rank, and the end (NodeShares::PlacesOf). wanted: places in any order; those of this rank
+// are skipped.
 Status FetchElements(MpiGroup& group, SpillFile& file, std::size_t elementBytes,
   std::span<const std::uint64_t> places, std::span<const VertexId> wanted);
 
-// Moves elements of a file, a few MiB at a time, from one distribution over the ranks to another:
-// rank r first has [before[r], before[r + 1]), and then [after[r], after[r + 1]).
+// Moves elements of a file between ranks, a few MiB at a time. Before, rank r has [before[r],
+// before[r + 1]); afterwards it has [after[r], after[r + 1]).
 Status MoveElements(MpiGroup& group, SpillFile& file, std::size_t elementBytes,
   std::span<const std::uint64_t> before, std::span<const std::uint64_t> after);
 
-// The rank that has an entry of a list that lies in parts: rank r has [begin[r], begin[r + 1]).
+// The rank that has an entry of a distributed list: rank r has [begin[r], begin[r + 1]).
 std::size_t RankOfEntry(std::span<const VertexId> begin, VertexId entry);
 
-// Entries of a distributed list, in the order of `wanted`. values: this rank's part.
+// The entries `wanted` of a distributed list, in this order. values: this rank's part.
 Result<std::vector<VertexId>> LookUpEntries(MpiGroup& group, std::span<const VertexId> begin,
   const NumberTable& values, std::span<const VertexId> wanted);
 

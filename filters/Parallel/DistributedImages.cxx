@@ -61,7 +61,7 @@ public:
   }
 
 private:
-  // Appends the images of the triangles of a finer block that is here.
+  // Appends the images of the triangles of one of this rank's finer blocks.
   Status AddImages(std::size_t finer, std::vector<Triangle>& images) const
   {
     std::vector<Triangle> triangles;
@@ -72,8 +72,8 @@ private:
     return {};
   }
 
-  // Loads all triangles that touch a block of the level: from finer blocks of this rank, and
-  // received ones.
+  // Loads all triangles that touch a block of the level: from finer blocks of this rank, and those
+  // received from others.
   Status LoadImages(std::size_t block, std::vector<Triangle>& images) const
   {
     const std::size_t begin = std::max(this->FinerHere.begin, block << this->Step);
@@ -90,7 +90,8 @@ private:
       });
   }
 
-  // The images of those finer blocks that are here but whose blocks in the level are not.
+  // Sends the images of the finer blocks that this rank has but whose level block is on another
+  // rank.
   Status SendOthers()
   {
     std::vector<std::size_t> away; // finer blocks
@@ -108,7 +109,7 @@ private:
       KDSTREAM_TRY(buckets);
       this->Received.emplace(std::move(*buckets));
     }
-    // The number of a triangle on its way is its block in the level.
+    // While a triangle is being sent, its number is that of its block in the level.
     const auto make = [&](std::uint64_t round, RankLists<NumberedTriangle>& out)
     { return this->ListImages(away[static_cast<std::size_t>(round)], out); };
     const auto take = [&](std::size_t, std::span<const NumberedTriangle> triangles) -> Status
@@ -150,9 +151,9 @@ private:
   const std::uint64_t Memory;
   LevelFile& Level;
   const bool ByClusters;
-  const unsigned Step; // depths from the level's blocks to the finer ones
+  const unsigned Step; // by how many depths the finer blocks are deeper
   const BlockRange FinerHere, Here;
-  std::optional<RecordBuckets<Triangle>> Received; // by block; null if this rank has no triangles
+  std::optional<RecordBuckets<Triangle>> Received; // by block; nothing if this rank has no blocks
 };
 
 }

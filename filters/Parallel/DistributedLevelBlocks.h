@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// LevelBlocks (core/levels) over ranks: lets a round of collapses (CollapseRound) go through this
-// rank's blocks, and sends the other ranks what their blocks need to know. For DistributedLevels.
+// LevelBlocks (core/levels) on several ranks: a round of collapses (CollapseRound) goes through
+// this rank's blocks, and what blocks of other ranks need is sent to them. For DistributedLevels.
 #pragma once
 
 #include "filters/Parallel/MpiGroup.h"
@@ -13,12 +13,12 @@
 namespace kdstream
 {
 
-// Between the passes of a round the ranks exchange two things: what parts of the level cost, and
-// where the clusters go that other ranks use. Errors: InputOutput; MpiGroup's.
+// Between the passes of a round, the ranks exchange two things: the costs in parts of the level,
+// and the targets of clusters that other ranks use. Errors: InputOutput; those of MpiGroup.
 class DistributedLevelBlocks : public FileLevelBlocks
 {
 public:
-  // Keeps references to all.
+  // Keeps references to all arguments.
   DistributedLevelBlocks(MpiGroup& group, SpillFolder& folder, LevelFile& below,
     const LevelStates& states, const LevelArrays& arrays, LevelFile& coarser, LevelWriter& writer)
     : FileLevelBlocks(folder, below, states, arrays, coarser, writer)

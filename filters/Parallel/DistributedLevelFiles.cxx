@@ -12,7 +12,7 @@ namespace kdstream
 namespace
 {
 
-// Moves `count` elements to a lower place.
+// Moves `count` elements to a lower place in the file.
 Status MoveDown(SpillFile& file, std::size_t elementBytes, std::uint64_t from, std::uint64_t to,
   std::uint64_t count)
 {
@@ -85,7 +85,8 @@ Status DistributedLevelFiles::Settle(
   return this->ByClusters ? Status{} : this->AddUpArea(states, own);
 }
 
-// Where the clusters of each block begin, over all ranks; before, each rank knows its own.
+// Finds where the clusters of each block begin, over all ranks. Before, each rank knows only its
+// own.
 Status DistributedLevelFiles::CountClusters(LevelFile& level)
 {
   const BlockRange here = this->Group.Here(level.blockDepth);
@@ -103,8 +104,8 @@ Status DistributedLevelFiles::CountClusters(LevelFile& level)
   return {};
 }
 
-// Sums in the clusters' order over all ranks. The numbers are read first, because the other ranks
-// wait while a rank adds its own.
+// Adds up areas in the order of the clusters over all ranks. The areas are put into a file first,
+// so that the other ranks wait less while a rank adds its own.
 Status DistributedLevelFiles::AddUpArea(LevelStates& states, const CellRange& own)
 {
   SpillFile file;
@@ -163,7 +164,7 @@ Status DistributedLevelFiles::MoveToFirst(LevelFile& level, LevelStates& states,
                                       : Status{};
 }
 
-// A list of triangles in the order of a level's blocks, whole to rank 0. begin: of each block.
+// Sends a list of triangles, in the order of a level's blocks, to rank 0. begin: of each block.
 Status DistributedLevelFiles::ListToFirst(
   const LevelFile& level, SpillFile& file, std::vector<std::uint64_t>& begin)
 {
@@ -179,7 +180,7 @@ Status DistributedLevelFiles::ListToFirst(
   {
     all.push_back(all.back() + count);
   }
-  std::vector<std::uint64_t> places; // on rank 0, of what each rank sends
+  std::vector<std::uint64_t> places; // on rank 0: where the list of each rank goes
   for (std::size_t rank = 0; rank < this->Group.Count(); ++rank)
   {
     places.push_back(all[this->Group.Shares().BlocksOf(rank, level.blockDepth).begin]);
@@ -192,8 +193,8 @@ Status DistributedLevelFiles::ListToFirst(
   return this->SendToFirst(file, from, this->Group.IsFirst() ? 0 : size, std::move(places));
 }
 
-// Sends the triangles [from, from + size) of a file to rank 0, which writes those of each rank from
-// places[rank] on.
+// Sends the triangles [from, from + size) of a file to rank 0, which writes those of a rank at
+// places[rank].
 Status DistributedLevelFiles::SendToFirst(
   SpillFile& file, std::uint64_t from, std::uint64_t size, std::vector<std::uint64_t> places)
 {

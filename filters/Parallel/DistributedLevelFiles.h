@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What happens to the files of a level after each rank has made its clusters: the clusters are
-// numbered over all ranks, and moved to other ranks. Only for DistributedLevels.cxx.
+// Changes the files of a level after each rank has made its clusters: numbers the clusters over all
+// ranks, and moves them to other ranks. Only for DistributedLevels.cxx.
 #pragma once
 
 #include "filters/Parallel/MpiGroup.h"
@@ -19,26 +19,26 @@
 namespace kdstream
 {
 
-// Collective: all ranks call it together. Errors of all functions: InputOutput; MpiGroup's.
+// All ranks call each function together. Errors of all functions: InputOutput; those of MpiGroup.
 class DistributedLevelFiles
 {
 public:
-  // Keeps references.
+  // Keeps references to the arguments.
   DistributedLevelFiles(
     MpiGroup& group, SpillFolder& folder, const LevelArrays& arrays, bool byClusters);
 
-  // The elements of this rank's blocks of a level or of the mesh. begin: the first element of each
-  // block, and the end.
+  // The range of the elements of this rank's blocks, in a level or in the mesh. begin: the first
+  // element of each block, and the end.
   CellRange RangeHere(std::span<const VertexId> begin, unsigned depth) const;
 
-  // Numbers the clusters of a level that all ranks have made in the blocks of the finer level. The
-  // clusters move down in the files, and so do the entries of `map` in `mapped`. Returns the area
-  // of all.
+  // Numbers the clusters of a level over all ranks, after each rank has made those in its blocks of
+  // the finer level. Clusters move to lower places in the files, and the entries `mapped` of `map`
+  // become lower. Sets states.area to the area of all clusters.
   Status Settle(LevelFile& level, LevelStates& states, SpillFile& map, const CellRange& mapped);
-  // Blocks of a smaller depth: clusters move to the ranks that have these.
+  // Changes to blocks of a smaller depth: clusters move to the ranks that have these blocks.
   Status MakeBlocks(LevelFile& level, LevelStates& states, unsigned blockDepth);
-  // Moves a level to rank 0 as far as it is needed whole: clusters, parents (if any), triangles.
-  // states, links: those of the coarsest level so far, which has no parents; they are moved, too.
+  // Moves a level to rank 0: clusters, parents (if any), and triangles. If the level has no
+  // parents, it is the coarsest so far; then `states` and `links` must be its own, and move too.
   Status MoveToFirst(LevelFile& level, LevelStates& states, LevelLinks& links);
 
 private:
@@ -60,7 +60,7 @@ private:
   SpillFolder& Folder;
   const LevelArrays& Arrays;
   const bool ByClusters;
-  const std::size_t SumBytes; // of a cluster's sums of attributes
+  const std::size_t SumBytes; // of a cluster's attribute sums
 };
 
 }

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The levels of several ranks: see DistributedLevels.h. Steps, shared with the levels of one
-// process, are in LevelSteps.h.
-//   1. The finest level, every rank its blocks (FinestClusters.h).
-//   2. Rounds from level to level (CollapseRound.h, ClusterRound.h): between their passes the ranks
-//      exchange what parts of the level cost, and where clusters go that other ranks use.
-//   3. The coarse levels, on rank 0.
-// Clusters of a level are numbered over all ranks; the first number of a rank is known only when
-// all ranks have made theirs. Until then a rank counts from the number of its first finer element,
-// which leaves enough room (DistributedLevelFiles::Settle).
+// The levels on several ranks: see DistributedLevels.h. The steps that levels of one process share
+// are in LevelSteps.h.
+//   1. Build the finest level, each rank in its own blocks (FinestClusters.h).
+//   2. Go from level to level in rounds (CollapseRound.h, ClusterRound.h). Between the passes of a
+//      round the ranks exchange the costs in parts of the level, and the targets of clusters that
+//      other ranks use.
+//   3. Build the coarse levels on rank 0.
+// Clusters of a level are numbered over all ranks. A rank's first number is known only when all
+// ranks have made their clusters. Until then a rank counts from the number of its first finer
+// element, which leaves enough room (DistributedLevelFiles::Settle).
 #include "filters/Parallel/DistributedLevels.h"
 
 #include "filters/Parallel/DistributedCoincidence.h"
@@ -56,7 +57,7 @@ public:
     {
       KDSTREAM_TRY(this->BuildCoarser(--depth));
     }
-    // The last level's parents are not known yet.
+    // The parents of the last level are not known yet.
     LevelFile& last = this->FileOf(depth);
     KDSTREAM_TRY(this->Files.MoveToFirst(last, this->States, this->Links));
     this->Output.firstInFiles = depth;
@@ -73,7 +74,7 @@ private:
   LevelFile& FileOf(unsigned depth) { return this->Output.files[depth]; }
   LevelLinks* LinksIfAny() { return this->Steps.ByClusters() ? &this->Links : nullptr; }
 
-  // The finest clusters, every rank those of its blocks of the mesh; not yet their triangles.
+  // Builds the finest clusters, each rank in its blocks of the mesh; not yet their triangles.
   Status BuildFinest()
   {
     LevelFile& level = this->FileOf(this->Mesh.depths.finest);
@@ -102,7 +103,7 @@ private:
     return this->Files.Settle(level, this->States, clusterOfRank, vertices);
   }
 
-  // The finest level's triangles: the images of the mesh's.
+  // Makes the triangles of the finest level: the images of the mesh's triangles.
   Status MapFinestTriangles()
   {
     LevelFile& level = this->FileOf(this->Mesh.depths.finest);
@@ -143,7 +144,8 @@ private:
     return this->Steps.ByClusters() ? Status{} : this->RepairFoldOvers(level);
   }
 
-  // Each rank repairs its own clusters; clusters of other ranks stay at their first places.
+  // Each rank repairs its own clusters. Meanwhile clusters of other ranks stay at their original
+  // places.
   Status RepairFoldOvers(LevelFile& level)
   {
     KDSTREAM_TRY(this->Steps.RepairFoldOvers(
@@ -152,7 +154,7 @@ private:
       level.clusters, sizeof(ClusterRecord), level.begin, level.blockDepth, level.foreign);
   }
 
-  // Level `depth` from the one below it.
+  // Builds level `depth` from the next finer one.
   Status BuildCoarser(unsigned depth)
   {
     LevelFile& below = this->FileOf(depth + 1);
@@ -167,7 +169,7 @@ private:
     KDSTREAM_TRY(this->Files.MakeBlocks(
       level, this->States, std::min(below.blockDepth, this->Steps.BlockDepthOf(depth, 62))));
     KDSTREAM_TRY(this->MapTriangles(below, level));
-    // No coarser level needs the level below any more.
+    // No coarser level needs the finer level any more.
     return depth < this->Mesh.depths.stitch
              ? this->Files.MoveToFirst(below, this->States, this->Links)
              : Status{};
@@ -191,7 +193,7 @@ private:
     return this->Steps.Collapse(blocks, depth);
   }
 
-  // The triangles and links of a level: the images of those of the level below it.
+  // Makes the triangles and links of a level: the images of those of the next finer level.
   Status MapTriangles(LevelFile& below, LevelFile& level)
   {
     KDSTREAM_TRY(this->Group.Fetch(
@@ -216,7 +218,7 @@ private:
   LevelSteps Steps;
   DistributedLevelFiles Files;
   LevelStates States; // of the coarsest level so far
-  LevelLinks Links;   // of the same; only by clusters
+  LevelLinks Links;   // of the same level; only for levels by clusters
   ExternalLevels Output;
 };
 

@@ -10,8 +10,8 @@ namespace
 
 constexpr std::uint64_t batchBytes = std::uint64_t{ 1 } << 22;
 
-// What the writer needs of a piece besides its blob. After it follow: geometric errors; the numbers
-// of its own vertices whose ranges are gathered, array after array; the blob; its texture.
+// The facts about a piece that the writer needs besides its blob. After it come: geometric errors;
+// for each array whose range is gathered, the values of the own vertices; the blob; its texture.
 struct PieceHead
 {
   std::uint64_t blobBytes = 0, scalarBytes = 0, textureBytes = 0, texels = 0;
@@ -97,7 +97,7 @@ Status DistributedPieces::Finish(
                                  : this->Writer->FinishResolution(resolution, triangles, execution);
 }
 
-// Writes pieces of other ranks; only rank 0 has any.
+// Writes pieces received from another rank; only rank 0 receives any.
 Status DistributedPieces::Write(std::span<const std::byte> bytes, Resolution resolution)
 {
   while (!bytes.empty())

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Step "store" of a parallel build: rank 0 gets the encoded pieces of all ranks, in their order,
-// and writes them. For DistributedBuilder.
+// Step "store" of a parallel build: rank 0 receives the encoded pieces of all ranks, in their
+// order, and writes them. For DistributedBuilder.
 #pragma once
 
 #include "filters/Parallel/MpiGroup.h"
@@ -17,12 +17,12 @@
 namespace kdstream
 {
 
-// Takes the pieces of a resolution on each rank: rank 0, whose pieces come first, writes its pieces
-// at once; the other ranks keep theirs in a file until the resolution is complete.
+// Takes the pieces of a resolution on each rank. Rank 0, whose pieces come first, writes its pieces
+// at once. The other ranks keep theirs in a file until the resolution is complete.
 class DistributedPieces
 {
 public:
-  // attributes: of the model. writer: of rank 0; none elsewhere.
+  // attributes: of the model. writer: on rank 0; null on the others.
   DistributedPieces(MpiGroup& group, SpillFolder& folder, std::span<const AttributeInfo> attributes,
     StoreWriter* writer)
     : Group(group)
@@ -34,7 +34,7 @@ public:
 
   // Errors: those of the writer; InputOutput.
   Status Add(const EncodedPiece& encoded);
-  // Called when all pieces of a resolution of this rank have been added. The other ranks send
+  // Called when all pieces of this rank of a resolution have been added. The other ranks send
   // theirs to rank 0, one rank after the other, about 4 MiB at a time; so they arrive in the order
   // of nodes. triangles: of this rank's pieces.
   Status Finish(Resolution resolution, std::uint64_t triangles, const Execution& execution);
@@ -44,10 +44,10 @@ private:
 
   MpiGroup& Group;
   SpillFolder& Folder;
-  std::vector<AttributeInfo> Scalars; // of which the writer gathers the ranges
+  std::vector<AttributeInfo> Scalars; // arrays whose ranges the writer gathers
   StoreWriter* Writer;
   SpillFile Kept;
-  std::vector<std::uint64_t> BatchBegin{ 0 }; // in the file, and the end
+  std::vector<std::uint64_t> BatchBegin{ 0 }; // offsets in the file, and the end
 };
 
 }

@@ -22,7 +22,8 @@ std::uint64_t HashOf(const Vec3& place)
   return HashOfPlace(WithPositiveZeros(place), agreedSeed);
 }
 
-// Sends every place's hash to the rank that it gives, and into a bucket there.
+// Sends the hash of every place to the rank that the hash determines, and puts it into a bucket
+// there.
 Status SendHashes(MpiGroup& group, const VertexFiles& vertices,
   const std::function<Vec3(const Vec3&)>& placeOf, RecordBuckets<std::uint64_t>& hashes)
 {
@@ -53,7 +54,7 @@ Status SendHashes(MpiGroup& group, const VertexFiles& vertices,
   return hashes.Finish();
 }
 
-// The different hashes of a bucket. Most come once: only the others are sorted.
+// Counts the distinct hashes of a bucket. Most occur once; only the others are sorted.
 Result<std::uint64_t> CountDifferent(
   const RecordBuckets<std::uint64_t>& hashes, std::size_t bucket, std::uint64_t memory)
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Counts the different places of the vertices of all ranks: what the grid of a parallel build
-// merges.
+// Counts the distinct places of the vertices of all ranks. From this follows how many vertices the
+// grid of a parallel build merges.
 #pragma once
 
 #include "filters/Parallel/MpiGroup.h"
@@ -14,10 +14,10 @@
 namespace kdstream
 {
 
-// Counts the different places of all ranks' vertices (-0.0 and 0.0 are equal), by 64 bits of a
-// hash, as CountPlacesExternally (PlaceCount.h). vertices: of this rank; allVertices: of all ranks.
-// placeOf: maps a point to its place; empty: the point itself. Memory: `memory` and the bytes of a
-// round. Errors: InputOutput; MpiGroup's.
+// Counts the distinct places of the vertices of all ranks (-0.0 and 0.0 are equal), by a 64-bit
+// hash, as CountPlacesExternally does (PlaceCount.h). vertices: of this rank; allVertices: of all
+// ranks. placeOf: maps a point to its place; empty: the point itself. Memory: `memory` and the
+// bytes of a round. Errors: InputOutput; those of MpiGroup.
 Result<std::uint64_t> CountPlacesCollectively(MpiGroup& group, SpillFolder& folder,
   const VertexFiles& vertices, std::uint64_t allVertices,
   const std::function<Vec3(const Vec3&)>& placeOf, std::uint64_t memory);

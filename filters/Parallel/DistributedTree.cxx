@@ -33,7 +33,7 @@ public:
     , Boxes(std::size_t{ 2 } << mesh.depths.partition)
     , SplitDepth(group.Shares().DividedDepth())
   {
-    // Subtrees that belong to a single rank fit its memory.
+    // Continues until a node fits in the memory of one rank.
     while (this->SplitDepth < mesh.depths.partition &&
            (mesh.vertexCount >> this->SplitDepth) > memory / 2 / sizeof(Record))
     {
@@ -71,7 +71,7 @@ private:
 
   std::size_t Nodes(unsigned depth) const { return std::size_t{ 1 } << depth; }
 
-  // Adds the vertices to `box`.
+  // Writes the records of the vertices, and adds the vertices to `box`.
   Status WriteRecordsOf(const VertexFiles& vertices, VertexId firstId, Box& box)
   {
     this->Count = vertices.count;
@@ -93,8 +93,8 @@ private:
     return nodes.Finish();
   }
 
-  // visit(records, nodes, first) -> Status for blocks of this rank's records from number `first`
-  // on.
+  // Calls visit(records, nodes, first) -> Status for blocks of this rank's records; `first` is the
+  // number of the first record.
   template <class Visit>
   Status ForEachBlock(const Visit& visit) const
   {
@@ -113,7 +113,7 @@ private:
     return {};
   }
 
-  // Which half of its node each vertex lies in.
+  // Determines in which half of its node each vertex is.
   Status Split(unsigned depth)
   {
     const std::size_t nodes = this->Nodes(depth);
@@ -177,7 +177,7 @@ private:
       [&](std::span<std::uint64_t> bins) { return this->Group.Sum(bins); });
   }
 
-  // Every rank gets the records of its nodes.
+  // Sends every rank the records of its nodes.
   Result<RecordBuckets<Record>> TakeOwn()
   {
     const BlockRange here = this->Group.Here(this->SplitDepth);
@@ -212,7 +212,7 @@ private:
     return own;
   }
 
-  // own: the records of this rank's nodes, a bucket each.
+  // own: the records of this rank's nodes, with a bucket for each node.
   Status BuildBelow(const RecordBuckets<Record>& own)
   {
     KDSTREAM_TRY(Take(this->Folder.CreateFile("vertices", 0), this->Mesh.records));
@@ -240,9 +240,9 @@ private:
   const Execution& Exec;
   std::vector<Box> Boxes;
   unsigned SplitDepth;
-  std::uint32_t Count = 0; // of the vertices that are numbered here
-  SpillFile Records;       // of these
-  SpillFile NodeOf;        // std::uint32_t: of each the node, of the depth that is split
+  std::uint32_t Count = 0; // vertices that are numbered on this rank
+  SpillFile Records;       // of these vertices
+  SpillFile NodeOf;        // std::uint32_t: node of each, at the depth being split
 };
 
 }

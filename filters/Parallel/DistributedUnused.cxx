@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps:
-// 1. marks of the vertices that were read here: every rank sends the corners of its triangles to
-//    the rank that has read them
-// 2. if vertices were welded, marks of those that stay here: the rank that has read a marked vertex
-//    sends its number to the rank that has it
-// 3. each rank separates its vertices
-// 4. new numbers for all vertices that were read
-// 5. vertices that no triangle uses go to rank 0.
+// 1. Mark the vertices that each rank has read and that triangles use: every rank sends the corners
+//    of its triangles to the ranks that have read them.
+// 2. If vertices were welded, mark those that stay: the rank that has read a marked vertex sends
+//    its number to the rank that has it.
+// 3. Each rank separates its vertices by the marks.
+// 4. Give new numbers to all vertices that were read.
+// 5. Send vertices that no triangle uses to rank 0.
 #include "filters/Parallel/DistributedUnused.h"
 
 #include "filters/Parallel/DistributedFiles.h"
@@ -67,11 +67,11 @@ public:
   }
 
 private:
-  // Elements of this rank's, some of which name vertices: list(round, name) calls name(vertex).
+  // Lists vertices that this rank uses: list(round, name) calls name(vertex) for those of a round.
   using Name = std::function<void(VertexId)>;
   using ListRound = std::function<Status(std::uint64_t round, const Name& name)>;
 
-  // Marks of this rank's vertices [begin[rank], begin[rank + 1]) that any rank names.
+  // Marks those of this rank's vertices [begin[rank], begin[rank + 1]) that any rank lists.
   Status Mark(const std::vector<VertexId>& begin, std::uint64_t rounds, const ListRound& list,
     VertexMarks& marks)
   {
@@ -82,7 +82,7 @@ private:
     KDSTREAM_TRY(passes);
     const auto pass = [&](std::size_t section, SectionMarks* mark) -> Status
     {
-      // Sections are equally long on all ranks: their memory is the same.
+      // All ranks have the same memory, so their sections have the same length.
       const auto make = [&](std::uint64_t round, RankLists<VertexId>& out) -> Status
       {
         KDSTREAM_TRY(list(round,
@@ -115,7 +115,7 @@ private:
       Take(MarkVertices(this->Folder, sections,
              [&](std::size_t section, SectionMarks& mark) { return pass(section, &mark); }),
         marks));
-    // Other ranks have more sections; this rank has nothing in them.
+    // Other ranks may have more sections; this rank has no vertices in them.
     for (std::uint64_t section = sections.Number(); section < *passes; ++section)
     {
       KDSTREAM_TRY(pass(static_cast<std::size_t>(section), nullptr));
@@ -123,7 +123,7 @@ private:
     return {};
   }
 
-  // Step 1.
+  // Step 1: marks used vertices that this rank has read.
   Status MarkRead(VertexMarks& marks)
   {
     constexpr std::size_t ofRound = ElementsOfRound(4 * sizeof(VertexId)); // triangles
@@ -145,7 +145,8 @@ private:
       marks);
   }
 
-  // Step 2. marks: of the vertices that were read here; afterwards of those that stay here.
+  // Step 2: marks used vertices that stay on this rank. marks: before, those of the vertices that
+  // were read.
   Status MarkKept(VertexMarks& marks)
   {
     const VertexMarks read = std::move(marks);
@@ -175,8 +176,9 @@ private:
       marks);
   }
 
-  // Step 4. map: for the `count` vertices that were kept here, their place among the used ones;
-  // empty if all are used. An unused vertex gets an arbitrary number, which is never asked for.
+  // Step 4: gives new numbers. map: for each of the `count` vertices that were kept here, its place
+  // among the used ones; empty if all are used. An unused vertex gets an arbitrary number, which is
+  // never looked up.
   Status Renumber(std::uint32_t count, std::optional<VertexMap> map)
   {
     const std::vector<VertexId> before = this->Vertices.begin;
@@ -191,7 +193,8 @@ private:
     KDSTREAM_TRY(this->NumbersOfKept(count, map, numbers));
     if (!this->Vertices.numberOf.IsOpen())
     {
-      this->Vertices.numberOf = std::move(numbers); // what was read here stayed here
+      this->Vertices.numberOf = std::move(numbers); // the vertices that this rank read are those
+                                                    // that it kept
       return {};
     }
     NumberTable table;
@@ -224,7 +227,7 @@ private:
     return writer.Finish();
   }
 
-  // before: of each rank the first of the old numbers, and the end.
+  // before: the first old number of each rank, and the end.
   Status NumbersOfRead(const std::vector<VertexId>& before, const NumberTable& table)
   {
     const std::vector<VertexId>& readBegin = this->Vertices.readBegin;
@@ -249,13 +252,13 @@ private:
     return {};
   }
 
-  // Step 5.
+  // Step 5: sends unused vertices to rank 0.
   Status SendToFirst(VertexFiles own, VertexFiles& all)
   {
     const Result<std::vector<std::uint64_t>> counts = this->Group.Gather(own.count);
     KDSTREAM_TRY(counts);
     const std::size_t bytes = this->Vertices.kept.tupleBytes, entryBytes = sizeof(Vec3) + bytes;
-    std::vector<std::uint64_t> next{ 0 }; // for each rank, where its next vertex goes
+    std::vector<std::uint64_t> next{ 0 }; // for each rank, where its next vertices are written
     for (const std::uint64_t count : *counts)
     {
       next.push_back(next.back() + count);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Step "weld" of a parallel build, its end: takes out the vertices that no triangle uses, and sends
+// The end of step "weld" of a parallel build: removes the vertices that no triangle uses, and sends
 // them to rank 0, which writes the store. For DistributedBuilder.
 #pragma once
 
@@ -14,22 +14,23 @@
 namespace kdstream
 {
 
-// The counts of all ranks; files only on rank 0, in the order of the input.
+// The count is that of all ranks. The files are only on rank 0, in the order of the input.
 struct DistributedUnused
 {
   std::uint64_t count = 0;
   VertexFiles vertices;
 };
 
-// Takes the vertices that no rank's triangles use out of `vertices`, and numbers the rest anew, in
+// Removes the vertices that no triangle of any rank uses from `vertices`, and renumbers the rest in
 // the same order.
-// - Each rank sends to each other rank the numbers of the vertices that its triangles use and the
-//   other rank has read (4 bytes each, once in a round). Of welded vertices it sends the lowest
-//   equal one, to the rank that has it.
-// - One pass for each section of marks; only very many vertices need more than one.
+// - Each rank sends each other rank the numbers of the vertices that its triangles use and that the
+//   other rank has read (4 bytes each, once in a round). For a welded vertex, the number of the
+//   lowest equal vertex is sent to the rank that has that one.
+// - There is one pass for each section of marks; only a huge number of vertices needs more than one
+//   section.
 //
-// share: its triangles have the file's numbers in their corners. Memory: `memory` and the bytes of
-// a round. Errors: InputOutput; Cancelled; MpiGroup's.
+// share: the corners of its triangles are numbers in the file. Memory: `memory` and the bytes of a
+// round. Errors: InputOutput; Cancelled; those of MpiGroup.
 Result<DistributedUnused> SetUnusedAside(MpiGroup& group, SpillFolder& folder,
   const SpilledMesh& share, DistributedVertices& vertices, std::uint64_t memory,
   const Execution& execution);

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Welding on several ranks: see DistributedWeld.h.
-//   1. Which vertices go, and the lowest one that each of them equals (EqualVertices.h).
-//   2. Report this to the ranks that have read the vertices.
+//   1. Find the vertices to remove, and the lowest vertex that each of them equals
+//      (EqualVertices.h).
+//   2. Report these to the ranks that have read them.
 //   3. Write the vertices that stay, and count them.
-//   4. Find the new numbers of all; for a joined vertex, ask the rank that has the lowest equal
-//      one.
+//   4. Find the new numbers of all vertices. For a removed vertex, ask the rank that has the lowest
+//      equal one.
 #include "filters/Parallel/DistributedWeld.h"
 
 #include "filters/Parallel/DistributedFiles.h"
@@ -21,7 +22,7 @@ namespace kdstream
 namespace
 {
 
-// The first number of each rank, and the end, where rank r has counts[r].
+// The first number of each rank, and the end; rank r has counts[r] vertices.
 Result<std::vector<VertexId>> BeginsOf(const std::vector<std::uint64_t>& counts)
 {
   std::vector<VertexId> begins{ 0 };
@@ -38,7 +39,7 @@ Result<std::vector<VertexId>> BeginsOf(const std::vector<std::uint64_t>& counts)
   return begins;
 }
 
-// Takes the vertices that go out of a rank's share, and numbers the rest.
+// Removes vertices from a rank's share, and numbers the rest.
 class ShareWelder
 {
 public:
@@ -54,7 +55,7 @@ public:
   {
   }
 
-  // found: by this rank, of any rank's vertices.
+  // found: what this rank has found about vertices of any rank.
   Status Weld(WeldedVertexFile found)
   {
     KDSTREAM_TRY(this->SendToReaders(std::move(found)));
@@ -64,7 +65,7 @@ public:
   }
 
 private:
-  // Sends the result to the ranks that read the vertices; they put it into buckets.
+  // Sends the results to the ranks that have read the vertices. They put them into buckets.
   Status SendToReaders(WeldedVertexFile found)
   {
     Result<RecordBuckets<WeldedVertex>> buckets = RecordBuckets<WeldedVertex>::Create(this->Folder,
@@ -98,7 +99,7 @@ private:
     return {};
   }
 
-  // Writes the vertices that stay, and for each vertex read its place among them; then the joined
+  // Writes the vertices that stay; for each vertex read, its place among them; and the removed
   // vertices, ascending.
   Status KeepRest()
   {
@@ -154,7 +155,7 @@ private:
     return {};
   }
 
-  // lowest: of the vertices from `begin` on; those with noVertex stay.
+  // lowest: for the vertices from `begin` on; those with noVertex stay.
   Status CopyKept(VertexId begin, std::span<const VertexId> lowest)
   {
     VertexFiles& kept = this->Vertices.kept;
@@ -193,7 +194,7 @@ private:
     return {};
   }
 
-  // The numbers of the lowest ones, in the order of those that go.
+  // Finds the new numbers of the lowest equal vertices, in the order of the removed vertices.
   Status NumberGone()
   {
     this->Share = {};
@@ -227,8 +228,8 @@ private:
     return {};
   }
 
-  // The numbers of all vertices that were read here: for those that stay, their place among these;
-  // for joined ones, ascending, the result of NumberGone.
+  // Writes the new numbers of all vertices that this rank read: for those that stay, from their
+  // place; for removed ones, ascending, the results of NumberGone.
   Status MergeNumbers()
   {
     KDSTREAM_TRY(Take(this->Folder.CreateFile("numbers of vertices", 0), this->Vertices.numberOf));
@@ -279,12 +280,13 @@ private:
   const std::uint64_t Memory;
   DistributedVertices& Vertices;
   const VertexId First;
-  const MapSections Sections; // of the vertices that were read here
+  const MapSections Sections; // of the vertices that this rank read
   std::optional<RecordBuckets<WeldedVertex>> GoneOfSection;
-  WeldedVertexFile Gone; // of the vertices that this rank read: places from First on
-  // VertexId: for each vertex that this rank read, its place among the kept ones.
+  WeldedVertexFile Gone; // removed ones of the vertices that this rank read; numbers minus First
+  // VertexId: for each vertex that this rank read, its place among those that stay.
   SpillFile Places;
-  SpillFile GoneNumbers; // VertexId: for each dropped vertex, the lowest vertex equal to it
+  // VertexId: for each removed vertex, the new number of its lowest equal vertex.
+  SpillFile GoneNumbers;
 };
 
 }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The search for equal vertices: see EqualVertices.h.
-//   1. Send every vertex to a rank, and put it into a bucket there, by the hash of its bytes.
-//   2. In each bucket find the lowest vertex of each place, and then those that equal it.
+//   1. Send every vertex to a rank, which puts it into a bucket; both are chosen by the hash of its
+//      bytes.
+//   2. In each bucket find the lowest vertex of each key, then all others with the same key.
 #include "filters/Parallel/EqualVertices.h"
 
 #include "filters/core/SeededHash.h"
@@ -21,12 +22,12 @@ namespace kdstream
 namespace
 {
 
-// Tables are faster where the caches hold them; buckets are read faster where they are few.
+// Tables are faster if they fit in the caches; buckets are read faster if there are few.
 constexpr std::uint64_t entriesInCache = std::uint64_t{ 1 } << 15;
 constexpr std::uint64_t mostBucketsForCache = 256;
 
-// An entry represents a vertex on its way: its place, its tuples, and after them its number. The
-// first two are its key.
+// An entry represents a vertex that is sent: its place, its tuples, and its number. Place and
+// tuples are its key.
 class EqualVertexSearch
 {
 public:
@@ -98,7 +99,7 @@ private:
     return this->Entries->Finish();
   }
 
-  // A round's vertices from `first` on.
+  // Reads the vertices of a round, beginning with `first`.
   Status ReadEntries(std::uint64_t first, std::vector<std::byte>& entries) const
   {
     const std::size_t count = std::min<std::size_t>(this->OfRound, this->Share.count - first);
@@ -126,13 +127,13 @@ private:
     return {};
   }
 
-  // In this rank's tables.
+  // The hash for this rank's tables.
   std::uint64_t HashOf(std::span<const std::byte> key) const
   {
     return HashOfBytes(key, this->Seed);
   }
 
-  // visit(key, number) for each vertex of a bucket.
+  // Calls visit(key, number) for each vertex of a bucket.
   template <class Visit>
   Status ForEachEntry(std::size_t bucket, const Visit& visit) const
   {
@@ -154,7 +155,7 @@ private:
     Result<SpillFile> file = this->Folder.CreateFile("welded vertices", 0);
     KDSTREAM_TRY(file);
     RecordWriter<WeldedVertex> writer(*file);
-    KeyTable lowest(this->KeyBytes); // with the lowest vertex of each
+    KeyTable lowest(this->KeyBytes); // with the lowest vertex of each key
     for (std::size_t bucket = 0; bucket < this->Entries->BucketCount(); ++bucket)
     {
       lowest.Clear();

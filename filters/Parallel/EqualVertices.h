@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which vertices of several ranks are equal: the search of step "weld" of a parallel build.
+// Finds equal vertices of several ranks: the search of step "weld" of a parallel build.
 #pragma once
 
 #include "filters/Parallel/MpiGroup.h"
@@ -14,7 +14,7 @@
 namespace kdstream
 {
 
-// A vertex that goes, and the lowest one that equals it.
+// A vertex that is removed, and the lowest vertex that equals it.
 struct WeldedVertex
 {
   VertexId vertex, lowest;
@@ -27,10 +27,10 @@ struct WeldedVertexFile
   std::uint64_t count = 0;
 };
 
-// Every vertex goes to the rank given by the hash of its bytes, and into a bucket there; each
-// bucket is processed by itself. share: this rank's vertices, whose numbers begin at `first`;
-// allVertices: of all ranks. Memory: `memory` and the bytes of a round. Errors: InputOutput;
-// Cancelled; MpiGroup's.
+// Every vertex is sent to the rank given by the hash of its bytes, and put into a bucket there;
+// each bucket is processed separately. share: this rank's vertices, numbered from `first` on;
+// allVertices: number on all ranks. Memory: `memory` and the bytes of a round. Errors: InputOutput;
+// Cancelled; those of MpiGroup.
 Result<WeldedVertexFile> FindEqualVertices(MpiGroup& group, SpillFolder& folder,
   const VertexFiles& share, VertexId first, std::uint64_t allVertices, std::uint64_t memory,
   const Execution& execution);

@@ -80,7 +80,7 @@ Result<double> MpiGroup::AddInOrder(const std::function<Status(double& sum)>& ad
   {
     added = CaughtError();
   }
-  if (this->Rank() + 1 < this->Count()) // so that the next rank does not wait for ever
+  if (this->Rank() + 1 < this->Count()) // otherwise the next rank would wait for ever
   {
     Collective([&] { this->Messages.Send(this->Rank() + 1, std::as_bytes(one)); });
   }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The ranks that build one model: a RankGroup that knows which rank has which blocks (NodeShares),
 // and implements what the steps out of core need (BlockGroup). For kdstream-build-mpi and
-// vtkKdStoreWriter. The steps of a build are not here, and neither are transfers from file to file
-// (DistributedFiles).
+// vtkKdStoreWriter. The steps of a build, and transfers from file to file (DistributedFiles), are
+// not here.
 #pragma once
 
 #include "filters/Parallel/NodeShares.h"
@@ -23,7 +23,7 @@ class MpiGroup
   , public BlockGroup
 {
 public:
-  // REQUIRES: messages that outlive the group.
+  // REQUIRES: `messages` outlives the group.
   explicit MpiGroup(RankMessages& messages);
   ~MpiGroup() override;
 
@@ -41,15 +41,15 @@ public:
     return this->Nodes.BlocksOf(this->Rank(), depth);
   }
   Status Sum(std::span<std::uint64_t> numbers) override { return this->RankGroup::Sum(numbers); }
-  // The greatest of all ranks' numbers.
+  // The greatest number of any rank.
   Result<std::uint64_t> Most(std::uint64_t number) override;
   Status Spread(std::vector<VertexId>& numbers) override;
   Status Fetch(SpillFile& file, std::size_t elementBytes, std::span<const VertexId> begin,
     unsigned depth, std::span<const VertexId> wanted) override;
 
-  // Fetches the bytes of other ranks' blocks of a depth: the same number for each block.
+  // Fetches the bytes of other ranks' blocks of a depth. Every block has the same number of bytes.
   Status Share(std::span<std::byte> blocks, unsigned depth);
-  // One sum of what all ranks add to it, rank after rank.
+  // Computes one sum: each rank in turn adds its numbers to it.
   Result<double> AddInOrder(const std::function<Status(double& sum)>& add);
 
 private:

@@ -12,10 +12,10 @@ namespace kdstream
 namespace
 {
 
-// Messages that have begun and may not have ended.
+// Messages in flight.
 using Requests = std::vector<vtkMPICommunicator::Request>;
 
-// MPI waits by asking all the time.
+// MPI itself would wait by polling all the time.
 void WaitFor(Requests& requests)
 {
   using Clock = std::chrono::steady_clock;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The MPI job that a program is a rank of, from its first line to its last.
+// The MPI job that a program is a rank of, from its start to its end.
 #pragma once
 
 #include "filters/ranks/RankMessages.h"
@@ -11,7 +11,8 @@ class vtkMPIController;
 namespace kdstream
 {
 
-// Starts MPI, which takes its own arguments out of the command line, and ends it.
+// The constructor starts MPI, which removes its own arguments from the command line; the destructor
+// ends it.
 class MpiJob
 {
 public:
@@ -21,7 +22,7 @@ public:
   MpiJob& operator=(const MpiJob&) = delete;
 
   // All messages of one call of Move are in flight at the same time. A rank that waits for long
-  // gives up its processor.
+  // sleeps, so that others can use the processor.
   RankMessages& Messages() { return *this->OfRanks; }
 
 private:

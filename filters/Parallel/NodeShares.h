@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which rank of a job has which nodes of the tree. From this follow the blocks of every depth, and
-// the places in files that are in the order of blocks.
+// Which rank of a job has which nodes of the tree. This determines who has the blocks of each
+// depth, and the ranges in files that are in the order of blocks.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -14,9 +14,9 @@
 namespace kdstream
 {
 
-// The nodes of one depth are distributed in consecutive intervals, about as many to each rank, at
-// least one to rank 0. A block of another depth is on the rank of its first node, or of its
-// ancestor.
+// The nodes of one depth are distributed in consecutive intervals: about the same number to each
+// rank, at least one to rank 0. A block of another depth is on the rank of its ancestor, or of the
+// first node in it.
 class NodeShares
 {
 public:
@@ -25,11 +25,11 @@ public:
   {
   }
 
-  // Distributes the nodes of this depth; before this call everything is on rank 0.
+  // Distributes the nodes of this depth. Before this call everything is on rank 0.
   void Divide(unsigned depth) { this->NodeDepth = depth; }
   unsigned DividedDepth() const { return this->NodeDepth; }
 
-  // The blocks, cells of `depth`, that a rank has.
+  // The blocks (cells of `depth`) of a rank.
   BlockRange BlocksOf(std::size_t rank, unsigned depth) const;
   // The rank that has a block. O(log ranks).
   std::size_t OwnerOf(std::size_t block, unsigned depth) const;

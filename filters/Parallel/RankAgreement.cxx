@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Ranks exchange a hash; they exchange texts only if hashes differ, for the message.
+// Ranks exchange a hash. Only if hashes differ, they exchange texts too, for the message.
 #include "filters/Parallel/RankAgreement.h"
 
 #include "filters/build/PhaseValues.h"
@@ -25,10 +25,10 @@ struct Difference
 {
   std::string name;              // of the first value that differs
   std::string whereFirst, where; // "rank 1 on node7"
-  std::string valueFirst, value; // of rank 0, and of the other
+  std::string valueFirst, value; // on rank 0, and on the other rank
 };
 
-// Texts without zeros, each ended by one.
+// Joins texts that contain no zeros; a zero ends each.
 std::string Join(const std::string& where, const NamedValues& values)
 {
   std::string text = where + '\0';
@@ -51,7 +51,7 @@ std::vector<std::string> Split(std::span<const char> text)
   return parts;
 }
 
-// The first rank that differs from rank 0, and its value.
+// The first rank that differs from rank 0, and the first value that differs.
 Difference Compare(const std::vector<std::vector<std::string>>& ranks)
 {
   const std::vector<std::string>& first = ranks[0];
@@ -68,7 +68,7 @@ Difference Compare(const std::vector<std::vector<std::string>>& ranks)
   return { "its request", first[0], ranks.back()[0], {}, {} };
 }
 
-// Collective. None if all ranks have the same values.
+// Called by all ranks. Nothing if all ranks have the same values.
 Result<std::optional<Difference>> FindDifference(MpiGroup& group, const NamedValues& values)
 {
   const std::string mine = Join({}, values);
@@ -90,7 +90,7 @@ Result<std::optional<Difference>> FindDifference(MpiGroup& group, const NamedVal
   return std::optional(Compare(ranks));
 }
 
-// "20", "not given", "\"Statue of somebody\"".
+// A value for a message: "20", "not given", "\"Statue of somebody\"".
 std::string ValueText(const std::string& value)
 {
   const bool plain = std::all_of(value.begin(), value.end(),
@@ -113,7 +113,7 @@ Status CheckSameFile(MpiGroup& group, const NamedValues& values)
                                  ", and " + ValueText(other.value) + " on " + other.where });
 }
 
-// The hash of at most 18 places in the file; the first and the last are its ends.
+// The hash of at most 18 parts of the file, which include its beginning and its end.
 Result<std::uint64_t> HashOfPlaces(ByteSource& file)
 {
   constexpr std::uint64_t steps = 17;

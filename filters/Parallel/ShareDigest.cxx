@@ -10,7 +10,7 @@ namespace kdstream
 namespace
 {
 
-// Adds one rank's data, at rank 0.
+// Adds the data of one rank to the digest, on rank 0.
 Status AddOf(
   std::size_t rank, std::span<const std::byte> values, MpiGroup& group, ByteDigest& digest)
 {

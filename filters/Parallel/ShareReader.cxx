@@ -31,18 +31,18 @@ ShareReader::ShareReader(
 
 ShareReader::Span ShareReader::SpanOf(std::uint64_t count) const
 {
-  // Without overflow whatever a header claims.
+  // Does not overflow, whatever a header claims.
   const auto begin = [&](std::size_t share)
   { return count / this->Shares * share + count % this->Shares * share / this->Shares; };
   return { begin(this->Share), this->Share + 1 == this->Shares ? toTheEnd : begin(this->Share + 1),
     0 };
 }
 
-// Goes to element `to`, or the end.
+// Goes to element `to`, or to the end.
 Status ShareReader::GoTo(Skip skip, Span& span, std::uint64_t to)
 {
-  // Also if nothing is to be skipped: a reader that seeks on other ranks makes assumptions there,
-  // and must check them here.
+  // Calls `skip` even if nothing is to be skipped: when a reader seeks on other ranks, it assumes
+  // something about this part, and checks it here.
   const Result<std::uint64_t> count = (*this->Reader.*skip)(to - std::min(to, span.at));
   KDSTREAM_TRY(count);
   span.at += *count;

@@ -12,17 +12,18 @@ namespace kdstream
 {
 
 // Reads the share of rank r of R ranks, as if the file had nothing else: the vertices [r n / R, (r
-// + 1) n / R), n as the header claims, and the faces likewise. The last share goes up to the end of
-// the file. Vertices have the file's numbers in the corners of triangles. The rest is skipped as
-// the format allows (MeshReader::SkipVertices): by seeking, or read and dropped. Corners are
-// numbered as if no vertex of another share were dropped: if some are, everything must be read
-// (`seek` false). Info().tolerance counts the problems of this share; the first share also counts
-// those found when the file was opened. Errors: the reader's; InvalidInput where the file ends
+// + 1) n / R), with n as the header claims, and the faces likewise. The last share extends to the
+// end of the file. Corners of triangles have the file's numbers of vertices. The rest is skipped as
+// the format allows (MeshReader::SkipVertices): by seeking, or by reading and dropping. Corners are
+// numbered as if no vertex of another share were dropped. If some are dropped, everything must be
+// read (`seek` false). Info().tolerance counts the problems of this share; in the first share also
+// those found when the file was opened. Errors: those of the reader; InvalidInput if the file ends
 // before the share.
 class ShareReader : public MeshReader
 {
 public:
-  // seek: whether what lies before and between may be passed over unread. REQUIRES: share < shares.
+  // seek: whether the file's content before and between the parts of the share may be skipped
+  // unread. REQUIRES: share < shares.
   ShareReader(
     std::unique_ptr<MeshReader> reader, std::size_t share, std::size_t shares, bool seek = true);
 
@@ -45,7 +46,7 @@ private:
   Result<std::size_t> ReadShare(Read read, Span& span, Mesh& mesh, std::size_t limit);
 
   std::unique_ptr<MeshReader> Reader;
-  MeshFileInfo FileInfo; // the reader's, with what is forgiven in the share
+  MeshFileInfo FileInfo; // the reader's, with the tolerance of this share
   std::size_t Share, Shares;
   bool Seeks;
   Span Vertices, Faces;

@@ -17,7 +17,7 @@ namespace kdstream
 namespace
 {
 
-constexpr std::size_t cutBatch = 64; // partitions cut before progress is reported
+constexpr std::size_t cutBatch = 64; // how many partitions are cut between reports of progress
 
 const char* const partitionIdName = "PartitionId";
 
@@ -32,7 +32,7 @@ void CopyTuples(vtkDataSetAttributes* input, vtkIdList* from, vtkDataSetAttribut
   output->CopyData(input, from, to);
 }
 
-// Sets `mark` in the ghost array where isMarked(i), beside the marks that came from the input.
+// Sets `mark` in the ghost array where isMarked(i); marks from the input stay.
 template <class IsMarked>
 void MarkGhosts(
   vtkDataSetAttributes* attributes, std::size_t count, unsigned char mark, const IsMarked& isMarked)
@@ -58,8 +58,8 @@ void MarkGhosts(
   }
 }
 
-// Turns one partition after the other into a vtkPolyData. Only reads the input: any number of
-// threads may call Make at once.
+// Turns partitions into vtkPolyData. Only reads the input: any number of threads may call Make at
+// the same time.
 class PartitionMaker
 {
 public:
@@ -114,7 +114,7 @@ private:
     from->SetNumberOfIds(static_cast<vtkIdType>(piece.elements.size()));
     std::transform(piece.elements.begin(), piece.elements.end(), from->GetPointer(0),
       [&](std::uint32_t element) { return this->Elements.cells[element]; });
-    // Elements ascend: vertices, segments, triangles, the order of a vtkPolyData's cells.
+    // Elements ascend: vertices, segments, triangles, which is the order of cells in a vtkPolyData.
     const auto firstFrom = [&](std::size_t element)
     {
       const auto found = std::lower_bound(piece.elements.begin(), piece.elements.end(), element);

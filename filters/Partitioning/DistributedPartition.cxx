@@ -43,7 +43,7 @@ constexpr unsigned char notOwnCell = vtkDataSetAttributes::DUPLICATECELL |
                                      vtkDataSetAttributes::HIDDENCELL |
                                      vtkDataSetAttributes::REFINEDCELL;
 
-// Whether the ghost array marks each entry.
+// For each entry, whether the ghost array marks it.
 std::vector<bool> MarksOf(vtkDataSetAttributes& data, vtkIdType count, unsigned char mask)
 {
   std::vector<bool> marked(static_cast<std::size_t>(count), false);
@@ -56,7 +56,7 @@ std::vector<bool> MarksOf(vtkDataSetAttributes& data, vtkIdType count, unsigned 
   return marked;
 }
 
-// Global ids of an input's points or cells; null if they cannot be used.
+// The global ids of an input's points or cells; null if they cannot be used.
 vtkDataArray* IdsOf(vtkDataSetAttributes& data, vtkIdType count)
 {
   vtkDataArray* const ids = data.GetGlobalIds();
@@ -68,28 +68,29 @@ vtkDataArray* IdsOf(vtkDataSetAttributes& data, vtkIdType count)
 
 using Bytes = std::vector<unsigned char>;
 
-// A point that a rank has, sent to the rank whose share has its id.
+// A point of a rank, sent to the rank whose share has its id.
 struct PointClaim
 {
   Vec3 place;
   std::int64_t id;
 };
 
-// The answer: the point's number in the mesh of all ranks, and whether it is that rank's.
+// The answer: the number of the point in the mesh of all ranks, and whether the asking rank owns
+// it.
 struct PointGrant
 {
   VertexId number;
   bool isOwn;
 };
 
-// Exact, beyond 2^53 too.
+// The id of tuple i, exact even beyond 2^53.
 std::int64_t IdOf(vtkDataArray& ids, vtkIdType i)
 {
   return ids.GetVariantValue(i).ToTypeInt64();
 }
 
 // The place of an element in the mesh of all ranks: first vertices, then segments, triangles of
-// polygons, triangles of strips; within a kind by number, then by their order in the cell.
+// polygons, triangles of strips; within a kind by number, then by the order within the cell.
 struct ElementPlace
 {
   std::uint32_t kind = 0, part = 0;
@@ -103,11 +104,11 @@ struct ElementPlace
   }
 };
 
-// An element that a rank has, sent to the rank whose share has its cell's id.
+// An element of a rank, sent to the rank whose share has the id of its cell.
 struct ElementClaim
 {
   ElementPlace place;
-  Triangle corners; // numbers
+  Triangle corners; // as numbers in the mesh of all ranks
   std::uint32_t rank;
 };
 
@@ -129,7 +130,7 @@ struct SharedArray
 
 using ArrayPointer = vtkSmartPointer<vtkDataArray>;
 
-// Tuples one after the other.
+// A copy of the array with contiguous tuples.
 ArrayPointer PlainArray(vtkDataArray& array)
 {
   if (array.HasStandardMemoryLayout())
@@ -146,7 +147,7 @@ std::size_t TupleBytes(int type, int components)
   return static_cast<std::size_t>(vtkAbstractArray::GetDataTypeSize(type) * components);
 }
 
-// The tuples of an array that are named, as bytes.
+// The given tuples of an array, as bytes.
 template <class Index>
 std::vector<unsigned char> TuplesOf(vtkDataArray& array, const std::vector<Index>& which)
 {
@@ -167,11 +168,12 @@ struct Shipment
   std::vector<std::uint32_t> partitions;
   std::vector<Vec3> coordinates;
   std::vector<ElementPlace> places;
-  std::vector<Triangle> corners; // numbers
+  std::vector<Triangle> corners; // as numbers in the mesh of all ranks
   std::vector<std::vector<unsigned char>> arrays;
 };
 
-// Shipments as one mesh: points by number, elements by place, each once.
+// Joins the data received from all ranks into one mesh: points by number, elements by place, each
+// once.
 class JoinedShipments
 {
 public:
@@ -194,7 +196,7 @@ public:
   const std::vector<std::uint32_t>& PartitionOf() const { return this->Partitions; }
 
 private:
-  // The place of a thing among the shipments.
+  // Where a point or element is in the received data.
   template <class Key>
   struct Origin
   {
@@ -330,7 +332,7 @@ public:
   }
 
 private:
-  // This rank's points and elements; which of them are its own.
+  // Reads this rank's points and elements, and finds out which of them are its own.
   Status Read()
   {
     KDSTREAM_TRY(Take(ReadPoints(this->Input, this->Runs), this->Points));
@@ -377,7 +379,8 @@ private:
     return {};
   }
 
-  // Whether all ranks have the same points, as of one file, without ids that identify them.
+  // Whether all ranks have the same points, for example from one file, without ids that identify
+  // them.
   Result<bool> AreSame() const
   {
     std::uint64_t hash = this->Points.size();
@@ -425,15 +428,16 @@ private:
     return static_cast<VertexId>(counted->first);
   }
 
-  // Numbers points in the order of their ids. A point that several ranks have is the first one's;
-  // the rank decides whose share of the ids has it. False, and nothing is numbered, if the ids are
-  // not those of points: an id stands for places that are apart, as when each rank counts its own.
+  // Numbers points in the order of their ids. If several ranks have a point, the first of them owns
+  // it. Each id belongs to the share of one rank, which decides. Returns false, and numbers
+  // nothing, if the ids are not ids of points: if one id stands for places far apart, as when each
+  // rank counts its own points.
   Result<bool> NumberByIds(vtkDataArray* ids)
   {
     Box all = BoxOfPoints(this->Points);
     KDSTREAM_TRY(this->Ranks.JoinBoxes(std::span(&all, 1)));
     const std::vector<std::pair<std::int64_t, VertexId>> sorted = this->PointsById(ids);
-    // First checks what only this rank has: otherwise all points of one id, however many, could be
+    // Checks the ids of this rank first. Otherwise all points with one id, however many, might be
     // sent to one rank.
     Result<bool> believed = this->Ranks.AllHave(this->AreOfPoints(sorted, 5 * MostApart(all)));
     if (!believed || !*believed)
@@ -498,7 +502,7 @@ private:
     return sorted;
   }
 
-  // Whether all places of an id are at most `most` (squared) apart.
+  // Whether all places with the same id are at most `most` (squared) apart.
   bool AreOfPoints(const std::vector<std::pair<std::int64_t, VertexId>>& sorted, double most) const
   {
     return std::adjacent_find(sorted.begin(), sorted.end(),
@@ -510,12 +514,12 @@ private:
   }
 
   // Answers each claim with the number of its id among those of this rank's share, and whether it
-  // is the first with this id, in the order of ranks. False: an id stands for places further apart
-  // than `most` (squared).
+  // is the first with this id, in the order of ranks. Returns false if an id stands for places
+  // further apart than `most` (squared).
   static bool Grant(const std::vector<std::vector<PointClaim>>& asked, double most,
     std::vector<std::vector<PointGrant>>& grants, VertexId& count)
   {
-    std::vector<std::tuple<std::int64_t, std::size_t, std::size_t>> all; // id, rank, place
+    std::vector<std::tuple<std::int64_t, std::size_t, std::size_t>> all; // id, rank, index
     for (std::size_t rank = 0; rank < asked.size(); ++rank)
     {
       grants.emplace_back(asked[rank].size());
@@ -525,7 +529,7 @@ private:
       }
     }
     std::sort(all.begin(), all.end());
-    const PointClaim* first = nullptr; // of its id
+    const PointClaim* first = nullptr; // the first with this id
     bool believed = true;
     for (const auto& [id, rank, i] : all)
     {
@@ -620,8 +624,8 @@ private:
     return this->Ranks.Agree(this->CutOwn(shipments, result));
   }
 
-  // What a rank reports about its arrays. Those of points count if it has points, those of cells if
-  // it has cells.
+  // What a rank reports about its arrays. Its point arrays count only if it has points, its cell
+  // arrays only if it has cells.
   struct ReportedArrays
   {
     bool hasPoints = false, hasCells = false;
@@ -629,7 +633,7 @@ private:
     std::vector<SharedArray> arrays;
   };
 
-  // Agrees on arrays and type of points: those of the first rank that has points or cells.
+  // Agrees on the arrays and the type of points: those of the first rank that has points or cells.
   Status AgreeOnArrays(std::vector<std::string>& skipped)
   {
     ReportedArrays own{ !this->Points.empty(), this->Input.GetNumberOfCells() > 0, VTK_FLOAT,
@@ -687,7 +691,7 @@ private:
     return reported;
   }
 
-  // An array is active if it is active on all ranks. Ids that are not trusted are not active.
+  // An array is active if it is active on all ranks. Ids that are not plausible are not active.
   void ShareArrays(const std::vector<ReportedArrays>& reported, bool ofPoints)
   {
     std::vector<SharedArray> shared;
@@ -723,7 +727,7 @@ private:
     }
   }
 
-  // Global ids of cells, where some were cut up.
+  // Drops the global ids of cells if any cells were split.
   Status DropIdsOfCutCells()
   {
     const std::vector<vtkIdType>& cells = this->Elements.cells;
@@ -772,7 +776,8 @@ private:
                     : static_cast<vtkDataSetAttributes&>(*this->Input.GetCellData());
   }
 
-  // Elements in the order of their cells' global ids where all ranks have them, else rank by rank.
+  // Puts elements in the order of the global ids of their cells, if all ranks have these; otherwise
+  // rank by rank.
   Status PlaceElements()
   {
     const vtkIdType lines = this->Input.GetNumberOfVerts();
@@ -809,8 +814,8 @@ private:
   }
 
   // Numbers cells by their ids, if all ranks have ids and each id stands for one cell. Several
-  // ranks may have a cell: with the same corners, and once on a rank. The rank decides whose share
-  // has the id.
+  // ranks may have the same cell, if it has the same corners, and occurs once on each rank. Each id
+  // belongs to the share of one rank, which decides.
   Status NumberCellsByIds()
   {
     vtkDataArray* const ids = IdsOf(*this->Input.GetCellData(), this->Input.GetNumberOfCells());
@@ -829,7 +834,7 @@ private:
       own.push_back({ places[i], { this->Number[t[0]], this->Number[t[1]], this->Number[t[2]] },
         static_cast<std::uint32_t>(this->Ranks.Rank()) });
     }
-    // First checks this rank's ids: cells that share one id would all be sent to one rank.
+    // Checks the ids of this rank first. Otherwise all cells with one id would be sent to one rank.
     Result<bool> believed = this->Ranks.AllHave(AreCells({ own }));
     if (!believed || !*believed)
     {
@@ -875,10 +880,10 @@ private:
              }) == all.end();
   }
 
-  // The data of this rank that each rank's partitions need.
+  // For each rank, the data of this rank that its partitions need.
   std::vector<Bytes> Pack() const
   {
-    std::vector<std::vector<std::size_t>> elementsTo(this->Ranks.Count()); // places in Kept
+    std::vector<std::vector<std::size_t>> elementsTo(this->Ranks.Count()); // indices in Kept
     std::vector<std::vector<VertexId>> pointsTo(this->Ranks.Count());
     for (std::size_t i = 0; i < this->Points.size(); ++i)
     {
@@ -998,11 +1003,12 @@ private:
   std::vector<Vec3> Points;
   PolyDataElements Elements;
   std::vector<std::uint32_t> Kept;   // elements that are not ghosts
-  std::vector<ElementPlace> Places;  // of these
-  std::vector<bool> IsTaken, IsOwn;  // points: that the mesh of all needs; that count here
-  std::vector<VertexId> Number;      // of points in the mesh of all
-  std::vector<std::uint32_t> NodeOf; // of points, of the depth that is reached
-  std::uint64_t Total = 0;           // points of all ranks
+  std::vector<ElementPlace> Places;  // of these elements
+  std::vector<bool> IsTaken, IsOwn;  // for points: whether the joined mesh needs them; whether they
+                                     // count here
+  std::vector<VertexId> Number;      // of points, in the mesh of all ranks
+  std::vector<std::uint32_t> NodeOf; // of points, at the depth reached so far
+  std::uint64_t Total = 0;           // number of points on all ranks
   TreeDepths Depths;
   bool HasPointIds = false, HasCellIds = false; // ids are present and plausible
   std::vector<SharedArray> Arrays;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What vtkMeshPartition gives its subclasses, gets back from them, and keeps. Not installed,
+// What vtkMeshPartition passes to its subclasses, receives from them, and keeps. Not installed,
 // because users would need core.
 #pragma once
 
@@ -19,20 +19,20 @@ namespace kdstream
 
 struct MeshPartitionWork
 {
-  // In: the mesh, the user's options, and the filter's threads, progress and abort. The steps
-  // reported are "tree", "octree", "faces", "seeds" and "k-means".
+  // In: the mesh, the user's options, and the filter's threads, progress and abort. The reported
+  // steps are "tree", "octree", "faces", "seeds" and "k-means".
   const std::vector<Vec3>& points;
   std::span<const Triangle> triangles;
   std::uint32_t verticesPerPartition;
   std::optional<std::uint32_t> wantedPartitions;
   const Execution& execution;
 
-  // Out: for each point its partition, below `partitions`; or what is wrong.
+  // Out: for each point its partition, a number below `partitions`; or an error.
   std::vector<std::uint32_t> partitionOf{};
   std::size_t partitions = 0;
   Status status{};
 
-  // Takes over what a partitioner of core gives.
+  // Takes over the result of one of core's partitioners.
   template <class C>
   void Take(Result<C> clustering)
   {
@@ -46,7 +46,8 @@ struct MeshPartitionWork
   }
 };
 
-// Whose the points of an input are, and of which: the times of the input (TimeOf) and the filter.
+// The partitions of an input's points, with the times of the input (TimeOf) and the filter for
+// which they were computed.
 struct PartitionAssignment
 {
   std::vector<std::uint32_t> partitionOf;

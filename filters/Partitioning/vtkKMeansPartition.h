@@ -3,25 +3,26 @@
  * @class   vtkKMeansPartition
  * @brief   cuts a surface or point set by k-means clustering along the surface
  *
- * A baseline to compare vtkKdTreePartition with. NumberOfPartitions clusters grow from seeds along
- * the edges of the triangles, the cheapest point next. (If it is 0: the number of points by
- * VerticesPerPartition, rounded up; so partitions have VerticesPerPartition points on average, and
- * some have more.) The cost of a point is a weighted sum of its distance from the seed along edges,
- * of compactness (the share of its neighbours that are outside), and of the number of points in the
- * cluster. Then the point in the middle of a cluster is its next seed, NumberOfIterations times.
+ * A baseline for comparison with vtkKdTreePartition. NumberOfPartitions clusters grow from seeds
+ * along the edges of the triangles; the cheapest point is always next. (If NumberOfPartitions is 0,
+ * it is the number of points divided by VerticesPerPartition, rounded up. So partitions have at
+ * most VerticesPerPartition points on average, and some have more.) The cost of a point is a
+ * weighted sum of its distance from the seed along edges, of compactness (the share of its
+ * neighbours outside the cluster), and of the number of points in the cluster. Then the point in
+ * the middle of a cluster becomes its next seed; this is done NumberOfIterations times.
  * Hierarchical face clustering spreads the first seeds; nothing is random.
  *
- * The number of partitions is exactly this; none is empty, and they are numbered by their first
- * points. Points that no seed reaches along edges (in small components) go to the seed nearest in
- * space. Without triangles it is Lloyd's k-means. Coincident points count as connected.
+ * The number of partitions is exact. None is empty, and they are numbered by their first points.
+ * Points that no seed reaches along edges (in small components) join the seed nearest in space.
+ * Without triangles this is Lloyd's k-means. Coincident points count as connected.
  *
- * Numbers below that are out of their range are clamped. A negative number where none is allowed,
- * or NaN, is an error, and the old value stays.
+ * A number outside its range is clamped. But a negative number where none is allowed, or NaN, is an
+ * error, and the old value stays.
  *
  * Input, outputs, ghosts, errors: see vtkMeshPartition.
  *
  * Complexity: O(t log^2 t) for the seeds among t triangles, O((n + t) log n) an iteration; 200
- * bytes a point and 200 a triangle. Serial but for making the outputs.
+ * bytes a point and 200 a triangle. Serial, except for making the outputs.
  *
  * Source: section 4.1.1 of the paper named in the README. kdstream::ClusterByKMeans describes the
  * costs.
@@ -42,7 +43,7 @@ public:
 
   ///@{
   /**
-   * How often clusters grow. 1 to 1000; default 5, as in the paper.
+   * How often clusters grow: 1 to 1000; default 5, as in the paper.
    */
   virtual void SetNumberOfIterations(int value);
   vtkGetMacro(NumberOfIterations, int);

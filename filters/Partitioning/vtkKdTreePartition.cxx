@@ -30,7 +30,7 @@ using namespace kdstream;
 namespace
 {
 
-// All ranks need the same.
+// All ranks must have the same options.
 Status AgreeOnOptions(RankGroup& ranks, vtkKdTreePartition& filter, bool isCut)
 {
   const std::pair<const char*, vtkIdType> options[] = { { "VerticesPerPartition",

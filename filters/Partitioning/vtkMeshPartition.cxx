@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps:
-// 1. the input as one mesh, its points and cells in core's types
-// 2. the subclass assigns each point to a partition
-// 3. which elements go to which partition (PartitionLayout)
-// 4. each partition's arrays.
+// 1. Join the input into one mesh, with points and cells in core's types.
+// 2. The subclass assigns each point to a partition.
+// 3. Determine which elements go to which partition (PartitionLayout).
+// 4. Make each partition with its arrays.
 #include "vtkMeshPartition.h"
 
 #include "filters/Partitioning/CutPartitions.h"
@@ -75,7 +75,8 @@ struct vtkMeshPartition::Run
   }
 
 private:
-  // Whose each point is. Not found out again where port 1 has been asked for before port 0.
+  // Assigns each point to a partition; does nothing if this was done when port 1 was requested
+  // before port 0.
   Status Assign(const PolyDataElements& elements) const
   {
     std::unique_ptr<PartitionAssignment>& assigned = this->Self.Assigned;

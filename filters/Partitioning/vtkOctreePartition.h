@@ -3,15 +3,15 @@
  * @class   vtkOctreePartition
  * @brief   cuts a surface or point set into the leaves of an octree: equal cubes, unequal counts
  *
- * A baseline to compare vtkKdTreePartition with. A cube of more than VerticesPerPartition points is
- * split into eight equal ones; those that hold points are the partitions, in Morton order. The root
- * is the cube around the centre of the points' box with its longest side. Cubes of 1/2^21 of its
- * side are not split: so points that are nearer to each other may make a partition of more than
- * VerticesPerPartition.
+ * A baseline for comparison with vtkKdTreePartition. A cube of more than VerticesPerPartition
+ * points is split into eight equal cubes; those that contain points are the partitions, in Morton
+ * order. The root is a cube: it has the centre of the points' box, and its longest side. Cubes with
+ * 1/2^21 of the root's side are not split. So points that are nearer to each other may form a
+ * partition of more than VerticesPerPartition.
  *
- * An octree does not give every number of partitions. If NumberOfPartitions is set, any number up
- * to that of the points, the VerticesPerPartition whose number of partitions is nearest is used
- * instead of yours (of two as near the one with fewer).
+ * An octree cannot give every number of partitions. NumberOfPartitions may be any number up to that
+ * of the points. If it is set, VerticesPerPartition is ignored; instead the value is used that
+ * gives the nearest number of partitions (if two are as near, the one with fewer).
  *
  * Input, outputs, ghosts, errors: see vtkMeshPartition.
  *

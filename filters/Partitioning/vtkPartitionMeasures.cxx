@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. the input as one mesh, and labels in core's types  2. measures (core)  3. tables.
+// Steps: 1. Join the input into one mesh; read labels.  2. Compute the measures (core).  3. Fill
+// the tables.
 #include "vtkPartitionMeasures.h"
 
 #include "filters/adapter/AlgorithmExecution.h"

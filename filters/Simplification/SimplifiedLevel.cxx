@@ -11,7 +11,8 @@ namespace kdstream
 namespace
 {
 
-// The depth whose number of triangles (points of a cloud) is nearest to the target.
+// The depth of the level whose number of triangles (or of points, for a cloud) is nearest to the
+// target.
 std::size_t NearestLevel(const ClusterLevels& levels, std::size_t target, bool cloud)
 {
   std::size_t best = 0;

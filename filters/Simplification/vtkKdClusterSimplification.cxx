@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps:
-// 1. the input as one mesh: points, triangles and arrays in core's types
-// 2. weld, tree, level (core)
-// 3. the other arrays for the level (CarriedArrays.h)
-// 4. VTK arrays.
+// 1. Read the input as one mesh: points, triangles and arrays in core's types.
+// 2. Weld, build the tree, make the level (core).
+// 3. Compute the other arrays for the level (CarriedArrays.h).
+// 4. Fill the VTK arrays.
 #include "vtkKdClusterSimplification.h"
 
 #include "filters/Simplification/SimplifiedLevel.h"
@@ -53,20 +53,22 @@ namespace
 
 using namespace kdstream;
 
-// Cluster ids are an attribute while points are welded, so that only points of one cluster are
-// joined. VTK arrays without a name are skipped, so no other attribute has this name.
+// While points are welded, cluster ids are an attribute, so that only points of the same cluster
+// are joined. VTK arrays without a name are skipped, so no other attribute has this name.
 const char* const clusterIdName = "";
 
 const char* const geometricErrorName = "Deviation";
 
 struct Simplifiable
 {
-  Mesh mesh;                            // with what levels carry: normals and colours
-  std::vector<Attribute> points, cells; // other arrays; points are merged even if these differ
-  std::vector<VertexId> newIds; // the point that each point was welded to; noVertex: not welded
+  Mesh mesh;                            // with the arrays that levels carry: normals and colours
+  std::vector<Attribute> points, cells; // other arrays; points are welded even if these differ
+  // The point that each point was welded to; noVertex: none.
+  std::vector<VertexId> newIds;
 };
 
-// Whether an array is active as global or pedigree ids, whatever its type: they have no means.
+// Whether an array is active as global or pedigree ids, whatever its type. The mean of ids has no
+// meaning.
 bool IsActiveIds(vtkDataSetAttributes& data, const std::string& name)
 {
   const auto is = [&](int type)
@@ -115,7 +117,7 @@ void Weld(Simplifiable& input, bool weld, const Execution& execution)
   std::iota(input.newIds.begin(), input.newIds.end(), VertexId{ 0 });
 }
 
-// As in a store, points that no triangle uses decide nothing (doc/design.md#unused-vertices).
+// As in a store, points that no triangle uses have no influence (doc/design.md#unused-vertices).
 void DropUnused(Simplifiable& input)
 {
   const std::vector<bool> isUsed = FindUsedVertices(input.mesh);
@@ -132,7 +134,7 @@ void DropUnused(Simplifiable& input)
   }
 }
 
-// The ids as an attribute. array: null where the input does not have it.
+// The ids as an attribute. array: null if the input does not have it.
 Result<Attribute> ReadClusterIds(vtkDataArray* array, vtkIdType points)
 {
   if (!array)
@@ -148,7 +150,7 @@ Result<Attribute> ReadClusterIds(vtkDataArray* array, vtkIdType points)
   return ids;
 }
 
-// The level of the clusters given by `ids`; welds by them.
+// Makes the level of the clusters given by `ids`; welds only within clusters.
 Result<SimplifiedLevel> SimplifyClusters(Simplifiable& input, Attribute ids, bool weld,
   const ClusterOptions& options, const Execution& execution)
 {
@@ -209,7 +211,7 @@ void FillCells(const ClusterLevel& level, bool cloud, vtkPolyData& output)
   output.SetPolys(cells);
 }
 
-// The level's arrays besides normals and colours.
+// The level's arrays, except normals and colours.
 std::vector<Attribute> CarryArrays(
   const Simplifiable& input, const SimplifiedLevel& simplified, const Execution& execution)
 {
@@ -226,7 +228,7 @@ std::vector<Attribute> CarryArrays(
   return arrays;
 }
 
-// Active arrays stay active, under the same name.
+// Makes arrays active that are active in the input, by name.
 void KeepActive(vtkDataSetAttributes& input, vtkDataSetAttributes& output)
 {
   for (int type = 0; type < vtkDataSetAttributes::NUM_ATTRIBUTES; ++type)
@@ -252,13 +254,13 @@ Status FillOutput(const Simplifiable& input, const SimplifiedLevel& simplified, 
   return {};
 }
 
-// What the filter is asked for.
+// The request to the filter.
 struct Request
 {
   SimplificationOptions options;
   bool weld = true;
   bool byClusters = false;
-  vtkDataArray* clusterIds = nullptr; // null where there is no such array
+  vtkDataArray* clusterIds = nullptr; // null if there is no such array
 };
 
 Status Simplify(vtkPolyData& input, const Request& request, const Execution& execution,
@@ -312,7 +314,7 @@ bool vtkKdClusterSimplification::HasClusters()
     return false;
   }
   const char* const name = arrays->GetInformationObject(0)->Get(vtkDataObject::FIELD_NAME());
-  return !name || *name != '\0'; // without a name: an attribute, such as the scalars
+  return !name || *name != '\0'; // no name means an attribute, such as the scalars
 }
 
 int vtkKdClusterSimplification::RequestData(

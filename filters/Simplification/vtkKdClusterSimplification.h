@@ -6,52 +6,55 @@
  * Step "levels" of the pipeline picture, as a VTK filter. It gives the levels that kdstream-build
  * makes with the same options.
  *
- * Input: a vtkPolyData; or a composite data set of them, which is taken as one mesh without ghosts
- * (vtkMeshPartition). A balanced k-d tree (as in vtkKdTreePartition) splits its points down to the
- * finest level, where all cells hold the same number of points, up to one. The points of a cell, or
- * of each connected sheet of the surface inside it, become one point. Coarser levels come from the
- * finest: by the cells above (Maker Cluster), or by edge collapse (Maker Collapse), which stays
- * much closer to the surface at the same number of triangles. Depth chooses the level, or
- * TargetNumberOfTriangles: the level with about that number.
+ * Input: a vtkPolyData; or a composite data set of them, which is treated as one mesh without
+ * ghosts (vtkMeshPartition). A balanced k-d tree (as in vtkKdTreePartition) splits its points down
+ * to the finest level, where the numbers of points in the cells differ by at most one. The points
+ * of a cell, or of each connected sheet of the surface inside it, become one point. Coarser levels
+ * are made from the finest one: from the cells above (Maker Cluster), or by edge collapse (Maker
+ * Collapse), which stays much closer to the surface with the same number of triangles. Choose the
+ * level by Depth, or by TargetNumberOfTriangles: the level with about that number.
  *
- * Any other clusters: name a point array of whole numbers with SetInputArrayToProcess(0, 0, 0,
- * vtkDataObject::FIELD_ASSOCIATION_POINTS, NAME), such as the PartitionId of vtkOctreePartition.
- * Points with the same number become one point, or one for each sheet. Tree, Maker, Depth and
- * TargetNumberOfTriangles do not matter then. An empty NAME goes back to the tree.
+ * You can also give clusters of your own: name a point array of whole numbers with
+ * SetInputArrayToProcess(0, 0, 0, vtkDataObject::FIELD_ASSOCIATION_POINTS, NAME), such as the
+ * PartitionId of vtkOctreePartition. Points with the same number become one point, or one point for
+ * each sheet. Tree, Maker, Depth and TargetNumberOfTriangles then have no effect. An empty NAME
+ * returns to the tree.
  *
- * Output: a vtkPolyData with the triangles of the input between the new points, degenerate ones
- * dropped, one kept of each orientation. By Depth it has about 2^Depth points. Points are float if
- * the input's are, else double. An input without triangles is a point set: its output has a vertex
- * cell for every point. Arrays:
- * - "Deviation" (point array, vtkDoubleArray): how far, in the input's unit, a point lies from the
- *   surface that it stands for: the root of the mean squared distance to the planes of its
- *   triangles, never less than that of the finer points that it is made from. An estimate: of parts
- *   that vanish it knows nothing.
+ * Output: a vtkPolyData with the triangles of the input between the new points. Degenerate
+ * triangles are dropped; of equal ones, one of each orientation is kept. By Depth it has about
+ * 2^Depth points. Points are float if the input's are, otherwise double. An input without triangles
+ * is a point set: its output has a vertex cell for every point. Arrays:
+ * - "Deviation" (point array, vtkDoubleArray): how far, in the input's unit, a point is from the
+ *   surface that it represents: the root of the mean squared distance to the planes of its
+ *   triangles, never less than that of the finer points that it is made from. It is an estimate,
+ *   and does not include parts that vanish.
  * - "Normals" (point data; three floats or doubles) and "RGB" or "RGBA" (colours: scalars of
  *   unsigned char): averages.
- * - Every other array of numbers keeps its name, and stays active if it was. Of point data it has
- *   the means of the points that became one; of cell data the means of the triangles that a
- *   triangle stands for (its own image, and those that vanished beside it). Of classes (arrays of
- *   one component that are bytes, or are called a class or a label) it has the most frequent one.
+ * - Every other array of numbers keeps its name, and stays active if it was. For point data it has
+ *   the means over the points that became one. For cell data it has the means over the triangles
+ *   that a triangle represents (those that it is the image of, and those that vanished beside it).
+ *   For classes (arrays of one component that are bytes, or whose name says class or label) it has
+ *   the most frequent one.
  *
- * Not passed: active global and pedigree ids, since different points are one now; vertex and line
- * cells; of a point set, cell data. Points that no triangle uses are dropped, as in a store, unless
- * clusters are given. Polygons become triangles (concave ones by cutting ears), strips triangles.
- * No points give an empty output.
+ * Not passed: active global and pedigree ids, because different points are now one; vertex and line
+ * cells; cell data of a point set. Points that no triangle uses are dropped, as in a store, unless
+ * clusters are given. Polygons become triangles (concave ones by cutting ears); strips become
+ * triangles. If there are no points, the output is empty.
  *
- * Complexity: O((n + t) log n) for n points and t triangles. Memory beside input and output: about
+ * Complexity: O((n + t) log n) for n points and t triangles. Memory besides input and output: about
  * 150 bytes a point, 60 a triangle. Runs on vtkSMPTools; the result does not depend on backend and
  * threads. Aborting leaves an empty output. Errors, with an empty output: a coordinate that is not
- * finite; a cell that uses a point that is not there; points that span more than 2^127 along an
- * axis; Depth below the finest level; an array to process that is not there, or is not one whole
- * number for each point; a part that is not a vtkPolyData. GetErrorCode is then
- * vtkErrorCode::UnknownError, else NoError.
+ * finite; a cell that uses a missing point; points that span more than 2^127 along an axis; Depth
+ * below the finest level; an array to process that does not exist, or is not one whole number for
+ * each point; a part that is not a vtkPolyData. GetErrorCode is then vtkErrorCode::UnknownError,
+ * otherwise NoError.
  *
- * Numbers below that are out of their range are clamped. A negative number where none is allowed,
- * or NaN, is an error, and the old value stays.
+ * A number outside its range is clamped. But a negative number where none is allowed, or NaN, is an
+ * error, and the old value stays.
  *
- * Source: section 4.3 of the paper named in the README, exactly so with Maker Cluster, Sheets off
- * and Representative Mean; sheets, quadrics, collapse in rounds and geometric errors are ours.
+ * Source: section 4.3 of the paper named in the README. With Maker Cluster, Sheets off and
+ * Representative Mean the method is exactly that of the paper; sheets, quadrics, collapse in rounds
+ * and geometric errors are ours.
  *
  * @sa vtkKdTreePartition vtkOctreePartition vtkKMeansPartition
  */
@@ -71,11 +74,11 @@ public:
 
   enum RepresentativeType
   {
-    Quadric = 0, // minimises the distances to the planes of the cluster's triangles
+    Quadric = 0, // minimizes the distances to the planes of the cluster's triangles
     Mean = 1     // the mean of the cluster's points
   };
 
-  enum MakerType // as vtkKdStoreWriter's
+  enum MakerType // as in vtkKdStoreWriter
   {
     Collapse = 0, // by edge collapse from the finest level
     Cluster = 1   // by the cells of the tree
@@ -83,9 +86,9 @@ public:
 
   ///@{
   /**
-   * How levels coarser than the finest are made: Collapse (0, default), the default of
-   * kdstream-build and vtkKdStoreWriter too, or Cluster (1), which is faster and treats triangle
-   * soups evenly. Point sets are always clustered.
+   * How levels coarser than the finest are made. Collapse (0) is the default here, in
+   * kdstream-build and in vtkKdStoreWriter. Cluster (1) is faster, and treats triangle soups
+   * evenly. Point sets are always clustered.
    */
   vtkSetClampMacro(Maker, int, Collapse, Cluster);
   vtkGetMacro(Maker, int);
@@ -96,9 +99,9 @@ public:
 
   ///@{
   /**
-   * The number of triangles wanted (of points, for a point set); 0, the default, chooses by Depth.
-   * Maker Collapse gives at most this number, as near to it as it can; Maker Cluster gives the
-   * level whose number is nearest. An input that has fewer gives its finest level.
+   * The wanted number of triangles (of points, for a point set); 0, the default, means: by Depth.
+   * Maker Collapse gives at most this number, as near to it as possible; Maker Cluster gives the
+   * level whose number is nearest. If the input has fewer, the result is its finest level.
    */
   virtual void SetTargetNumberOfTriangles(vtkIdType value);
   vtkGetMacro(TargetNumberOfTriangles, vtkIdType);
@@ -106,9 +109,9 @@ public:
 
   ///@{
   /**
-   * The level: about 2^Depth points. From 0, one point a sheet, to the depth of the finest level,
-   * which depends on the input (see GetFinestDepth); a larger value is an error. -1, the default,
-   * is the finest level. At most 30.
+   * The level: about 2^Depth points. It ranges from 0, which has one point for each sheet, to the
+   * depth of the finest level, which depends on the input (see GetFinestDepth); a larger value is
+   * an error. -1, the default, is the finest level. At most 30.
    */
   virtual void SetDepth(int value);
   vtkGetMacro(Depth, int);
@@ -116,8 +119,8 @@ public:
 
   ///@{
   /**
-   * Where the point of a cluster is put: Quadric (0, default) or Mean (1). Both stay in the box of
-   * the cluster's points.
+   * Where the point of a cluster is placed: Quadric (0, default) or Mean (1). Both stay within the
+   * box of the cluster's points.
    */
   vtkSetClampMacro(Representative, int, Quadric, Mean);
   vtkGetMacro(Representative, int);
@@ -129,8 +132,8 @@ public:
   ///@{
   /**
    * Whether every sheet of the surface in a cell (at most four; smaller ones join the nearest) gets
-   * its own point; off: one point for each cell. Default on, so that two sides of a thin wall stay
-   * apart.
+   * its own point; off: one point for each cell. Default on, so that the two sides of a thin wall
+   * stay separate.
    */
   vtkSetMacro(Sheets, bool);
   vtkGetMacro(Sheets, bool);
@@ -139,8 +142,8 @@ public:
 
   ///@{
   /**
-   * Whether points with bit-equal coordinates, equal normals and colours, and the same cluster id,
-   * are joined first. Default on: a surface read from STL has no connections otherwise.
+   * Whether points with bit-equal coordinates, equal normals and colours, and the same cluster id
+   * are joined first. Default on: otherwise a surface read from STL would not be connected.
    */
   vtkSetMacro(Weld, bool);
   vtkGetMacro(Weld, bool);
@@ -149,8 +152,8 @@ public:
 
   ///@{
   /**
-   * Whether points of different parts of a composite input that lie in the same place become one.
-   * Used only where the input has no global ids. Points of one part are never joined. Default off:
+   * Whether points of different parts of a composite input that are in the same place become one.
+   * Used only if the input has no global ids. Points of one part are never joined. Default off:
    * Weld joins such points too, except where normals or colours differ.
    */
   vtkSetMacro(WeldByPlace, bool);
@@ -160,7 +163,7 @@ public:
 
   ///@{
   /**
-   * The most points of a cell at the finest level, 1 to 1024; default 8.
+   * The maximum number of points in a cell of the finest level, 1 to 1024; default 8.
    */
   virtual void SetCellVertices(int value);
   vtkGetMacro(CellVertices, int);
@@ -168,16 +171,16 @@ public:
 
   ///@{
   /**
-   * The most points of a partition, 1 to 2^31 - 1; default 2000. The finest level is at least as
-   * deep as the partitions.
+   * The maximum number of points in a partition, 1 to 2^31 - 1; default 2000. The finest level is
+   * at least as deep as the partitions.
    */
   virtual void SetVerticesPerPartition(vtkIdType value);
   vtkGetMacro(VerticesPerPartition, vtkIdType);
   ///@}
 
   /**
-   * The depth of the finest level of the last input; -1 before the first one, and where clusters
-   * were given.
+   * The depth of the finest level of the last input; -1 before the first input, or if clusters were
+   * given.
    */
   vtkGetMacro(FinestDepth, int);
 
@@ -193,7 +196,7 @@ private:
   vtkKdClusterSimplification(const vtkKdClusterSimplification&) = delete;
   void operator=(const vtkKdClusterSimplification&) = delete;
 
-  bool HasClusters(); // whether an array of them was named
+  bool HasClusters(); // whether an array of clusters was named
 
   int Maker = Collapse;
   vtkIdType TargetNumberOfTriangles = 0;

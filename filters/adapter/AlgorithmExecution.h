@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Core's Execution inside a VTK filter: threads, progress and abort are VTK's.
+// Core's Execution inside a VTK filter: it uses VTK's threads, progress and abort.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -12,7 +12,7 @@
 namespace kdstream
 {
 
-// The part of a filter's progress (0-1) that one step of the algorithm fills.
+// One step of the algorithm, and the part of the filter's progress (0-1) that it takes.
 struct StepShare
 {
   std::string_view step;
@@ -20,9 +20,9 @@ struct StepShare
   double end = 1;
 };
 
-// Runs on vtkSMPTools; reports through UpdateProgress; stops when the filter is aborted. Steps that
-// `shares` does not name report no progress, but can be aborted too. The algorithm must outlive the
-// result.
+// Runs on vtkSMPTools, reports through UpdateProgress, and stops when the filter is aborted. Steps
+// that are not named in `shares` report no progress, but can be aborted too. The algorithm must
+// outlive the result.
 Execution MakeAlgorithmExecution(vtkAlgorithm& algorithm, std::vector<StepShare> shares);
 
 }

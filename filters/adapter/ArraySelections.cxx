@@ -35,7 +35,7 @@ void ArraySelections::Follow(std::span<const AttributeInfo> arrays) const
   }
   for (const AttributeInfo& array : arrays)
   {
-    // Enabled; does nothing if the array is listed already.
+    // The array is then enabled. If it is listed already, this does nothing.
     this->Of(array.association).AddArray(array.name.c_str());
   }
 }

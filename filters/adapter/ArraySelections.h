@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The arrays that a reader offers: which of a file's are read, and their entries in the output
+// The arrays that a reader offers: which of them are read, and their entries in the output
 // information.
 #pragma once
 
@@ -17,15 +17,15 @@
 namespace kdstream
 {
 
-// What is known of an output's arrays before it is read.
+// Facts about the arrays of an output that are known before it is read.
 struct ArrayFacts
 {
-  std::optional<vtkIdType> points, cells; // tuples
-  // The least and the greatest value of an array; none: no value is known.
+  std::optional<vtkIdType> points, cells; // numbers of tuples
+  // The smallest and the largest value of an array; nothing if not known.
   std::function<std::optional<std::pair<double, double>>(const AttributeInfo&)> rangeOf;
 };
 
-// One selection for arrays of points, one for arrays of cells. They outlive this.
+// One selection for point arrays, one for cell arrays. The selections must outlive this object.
 class ArraySelections
 {
 public:
@@ -35,14 +35,14 @@ public:
   {
   }
 
-  // Lists exactly the arrays of the file. An array that was listed before keeps its setting; new
-  // ones are enabled.
+  // Lists exactly the arrays of the file. An array that was already listed keeps its setting; new
+  // arrays are enabled.
   void Follow(std::span<const AttributeInfo> arrays) const;
   bool IsWanted(const AttributeInfo& array) const
   {
     return this->Of(array.association).ArrayIsEnabled(array.name.c_str()) != 0;
   }
-  // Sets POINT_DATA_VECTOR and CELL_DATA_VECTOR of vtkDataObject: an entry for each wanted array.
+  // Sets POINT_DATA_VECTOR and CELL_DATA_VECTOR of vtkDataObject: an entry for each enabled array.
   void Tell(
     std::span<const AttributeInfo> arrays, const ArrayFacts& facts, vtkInformation& output) const;
 

@@ -23,7 +23,7 @@ inline unsigned long VtkErrorCodeOf(const Error& error)
     case ErrorCode::DiskFull:
       return vtkErrorCode::OutOfDiskSpaceError;
     case ErrorCode::InvalidArgument:
-      return vtkErrorCode::UnknownError; // nothing is wrong with the file
+      return vtkErrorCode::UnknownError; // the file is not at fault
     default:
       return vtkErrorCode::FileFormatError;
   }

@@ -11,7 +11,7 @@ namespace kdstream
 void AcceptMeshes(vtkInformation& port)
 {
   port.Remove(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE());
-  // For a composite type that is missing here VTK would run the filter block by block.
+  // If a composite type is missing here, VTK runs the filter block by block.
   for (const char* const type : { "vtkPolyData", "vtkDataObjectTree" })
   {
     port.Append(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), type);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What all filters do at the begin and at the end of RequestData, in one way.
+// What all filters do in the same way at the beginning and at the end of RequestData.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -16,23 +16,23 @@
 namespace kdstream
 {
 
-// Lets an input port take what JoinPolyData does.
+// Makes an input port accept the types that JoinPolyData accepts.
 void AcceptMeshes(vtkInformation& port);
 
-// The input as one vtkPolyData without ghosts (JoinPolyData); the filter gives one warning that
-// lists the arrays left out.
+// Joins the input to one vtkPolyData without ghosts (JoinPolyData). The filter gives one warning
+// that lists the omitted arrays.
 Result<vtkSmartPointer<vtkPolyData>> JoinInput(
   vtkAlgorithm& filter, vtkDataObject& input, bool weldByPlace, const Execution& execution);
 
-// "left out: WHAT; WHAT", as one warning; none if it is empty.
+// Gives one warning, "left out: WHAT; WHAT"; none if the list is empty.
 void WarnOfArrays(vtkAlgorithm& filter, const std::vector<std::string>& leftOut);
 
-// One warning where all processes have the same mesh, as where each has read the same file.
+// Warns once if all processes have the same mesh, for example because each has read the same file.
 void WarnOfSameMesh(vtkAlgorithm& filter);
 
-// Prints the error of a filter that reads no file, and returns the code for its SetErrorCode:
-// UnknownError. Without an error, or where the filter was aborted, prints nothing and returns
-// NoError.
+// Prints the error of a filter that does not read a file, and returns the code for its
+// SetErrorCode: UnknownError. If there is no error, or the filter was aborted, prints nothing and
+// returns NoError.
 unsigned long ReportError(vtkAlgorithm& filter, const Status& status);
 
 }

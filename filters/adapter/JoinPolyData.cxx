@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps:
-// 1. the parts
-// 2. their points, and the cells that are not ghosts
-// 3. which points are the same (MergePoints)
-// 4. the arrays that all parts have
-// 5. one vtkPolyData.
+// 1. Find the parts.
+// 2. Read their points, and the cells that are not ghosts.
+// 3. Find out which points are the same (MergePoints).
+// 4. Find the arrays that all parts have.
+// 5. Make one vtkPolyData.
 #include "filters/adapter/JoinPolyData.h"
 
 #include "filters/adapter/MergePoints.h"
@@ -32,7 +32,7 @@ namespace kdstream
 namespace
 {
 
-// The parts' points and cells, and what becomes of them.
+// Joins the points and cells of the parts.
 class Joining
 {
 public:
@@ -58,7 +58,7 @@ public:
   }
 
 private:
-  // The type of all parts, or double if they differ.
+  // The type of the points of all parts; double if types differ.
   int PointType() const
   {
     const auto typeOf = [](const InputPart& part) { return part.mesh->GetPoints()->GetDataType(); };
@@ -139,7 +139,7 @@ private:
     }
   }
 
-  // Whether no two cells have one id, of whatever kinds they are.
+  // Whether no two cells of any kind have the same id.
   bool AreDistinct(const SharedArray& ids) const
   {
     std::vector<std::int64_t> all;
@@ -152,7 +152,7 @@ private:
     return std::adjacent_find(all.begin(), all.end()) == all.end();
   }
 
-  // The cells' order: by id, or as given if there are no ids.
+  // The order of cells: by id, or as in the input if `ids` is null.
   static std::vector<std::size_t> OrderOf(const KeptCells& kept, const SharedArray* ids)
   {
     std::vector<std::size_t> order(kept.from.size());
@@ -173,10 +173,10 @@ private:
 
   const std::vector<InputPart>& Parts;
   PartsRead Input;
-  std::vector<VertexId> NewPoint; // of each of all parts' points
+  std::vector<VertexId> NewPoint; // the new number of each point of each part
 };
 
-// One part without ghosts: returned as it is, without arrays of a wrong length.
+// Takes a single part without ghosts as it is, except arrays of a wrong length.
 JoinedPolyData TakeWhole(vtkPolyData& mesh)
 {
   JoinedPolyData whole{ vtkSmartPointer<vtkPolyData>::New(), {} };

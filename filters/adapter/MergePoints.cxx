@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps:
-// 1. sort by id or place the points that may be the same
-// 2. in each run of the same points, decide which one stays
-// 3. new numbers.
+// 1. Sort the points that may be the same, by id or by place.
+// 2. In each run of the same points, decide which one stays.
+// 3. Assign new numbers.
 #include "filters/adapter/MergePoints.h"
 
 #include "filters/core/MixBits.h"
@@ -22,10 +22,11 @@ namespace kdstream
 namespace
 {
 
-// Of the diagonal: points of one id that are nearer count as one place.
+// As a part of the diagonal: points with the same id that are at most this far apart count as one
+// place.
 constexpr double idTolerance = 1.0 / (1 << 20);
 
-// Calls visit(run) for each longest run of equal neighbours.
+// Calls visit(run) for each maximal run of equal neighbours.
 template <class Equal, class Visit>
 void ForEachRun(std::span<const VertexId> sorted, const Equal& equal, const Visit& visit)
 {
@@ -94,7 +95,7 @@ private:
     return present;
   }
 
-  // False, and nothing is merged, where the ids are not those of points.
+  // Returns false, and merges nothing, if the ids are not ids of points.
   bool MergeById()
   {
     const std::vector<std::int64_t>& ids = this->Points.ids;
@@ -146,8 +147,8 @@ private:
     }
   }
 
-  // The points that other parts may also have, ordered by place: copies, and points in the places
-  // of copies.
+  // The points that other parts may also have, ordered by place: copies, and points in the same
+  // places as copies.
   std::vector<VertexId> Shared() const
   {
     const auto byPlace = [this](VertexId a, VertexId b) { return this->Place(a) < this->Place(b); };
@@ -165,15 +166,15 @@ private:
     return shared;
   }
 
-  // The points of one place that stay and have the same values in their arrays, and which of them
-  // is the next one for the current part.
+  // Points in one place that stay and have the same values in their arrays. next: which of them is
+  // the next candidate for the current part.
   struct Alike
   {
     std::vector<VertexId> kept;
     std::size_t part = 0, next = 0;
   };
 
-  // A hash of a point's arrays and of its zeros' signs: equal for a copy.
+  // A hash of a point's arrays and of the signs of its zeros; a copy has the same hash.
   std::uint64_t Values(VertexId v) const
   {
     std::uint64_t signs = 0;
@@ -187,7 +188,7 @@ private:
   void MergePlace(std::span<const VertexId> run)
   {
     std::unordered_map<std::uint64_t, Alike> byArrays;
-    std::vector<VertexId> firstOf; // the first that stays, and the first of another part
+    std::vector<VertexId> firstOf; // the first that stays, and the first from another part
     for (const bool copies : { false, true })
     {
       for (const VertexId v : run)
@@ -223,8 +224,8 @@ private:
     }
   }
 
-  // The point that v becomes; noVertex: a new one. Points of one part are different points, unless
-  // they are copies: a part that holds a whole mesh may have copies, too.
+  // The point that v becomes; noVertex if v becomes a new point. Points of one part are different
+  // points, unless they are copies: if one part holds the whole mesh, its copies may be there, too.
   VertexId Find(
     VertexId v, std::size_t part, Alike& alike, const std::vector<VertexId>& firstOf) const
   {
@@ -250,7 +251,8 @@ private:
 
   const PartPoints& Points;
   bool WeldByPlace;
-  std::vector<VertexId> Target; // the point that each point becomes; itself: it stays
+  std::vector<VertexId> Target; // the point that each point becomes; a point that stays becomes
+                                // itself
   std::vector<VertexId> Kept;
 };
 

@@ -18,7 +18,7 @@ namespace kdstream
 namespace
 {
 
-// Calls visit(i) for 0, 1, … count - 1, and asks now and then whether to go on.
+// Calls visit(i) for 0, 1, … count - 1. Reports now and then, and stops if it is told to.
 template <class Visit>
 Status ForEach(std::size_t count, const Execution& execution, const Visit& visit)
 {
@@ -37,7 +37,7 @@ Status ForEach(std::size_t count, const Execution& execution, const Visit& visit
   return {};
 }
 
-// Cells of `size` corners each.
+// Fills in cells with `size` corners each.
 void SetCells(std::size_t count, vtkIdType size, vtkIdTypeArray* corners, vtkCellArray& cells)
 {
   vtkNew<vtkIdTypeArray> offsets;

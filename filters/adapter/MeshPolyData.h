@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A mesh of core's as vtkPolyData: the way back from PolyDataMesh.
+// Converts a mesh of core to vtkPolyData: the inverse of PolyDataMesh.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -15,10 +15,10 @@
 namespace kdstream
 {
 
-// Fills an empty vtkPolyData with points (float or double, like the mesh's), triangles, and the
-// arrays that `isWanted` takes (WriteAttributes). A cloud gets a vertex cell for each of its first
-// `cloudCells` points. O(size); "fill" is reported every 2^18 points and triangles.
-// Errors: Cancelled; those of WriteAttributes, with only points and cells filled in.
+// Fills an empty vtkPolyData with points (float or double, as in the mesh), triangles, and the
+// arrays that `isWanted` accepts (WriteAttributes). For a cloud, each of its first `cloudCells`
+// points gets a vertex cell. O(size); reports "fill" every 2^18 points and triangles. Errors:
+// Cancelled; those of WriteAttributes, after which only points and cells are filled in.
 Status FillPolyData(const Mesh& mesh, std::size_t cloudCells,
   const std::function<bool(const AttributeInfo&)>& isWanted, vtkPolyData& output,
   const Execution& execution = {});

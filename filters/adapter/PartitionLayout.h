@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which vertices and elements go to which partition, and which partition owns them: between the
-// tree and the VTK arrays. No VTK here.
+// Which vertices and elements go to which partition, and which partition owns them: the step
+// between the tree and the VTK arrays. No VTK here.
 #pragma once
 
 #include "filters/core/TriangleBuckets.h"
@@ -14,36 +14,36 @@
 namespace kdstream
 {
 
-// One partition: its own vertices, the ghost vertices that make its boundary whole, and every
-// element that touches an own vertex.
+// One partition: its own vertices, the ghost vertices that complete its boundary, and every element
+// that touches an own vertex.
 struct PartitionPiece
 {
-  std::vector<VertexId> vertices;      // own, ascending; then ghosts, ascending
+  std::vector<VertexId> vertices;      // own ones, ascending; then ghosts, ascending
   std::size_t owned = 0;               // how many of the vertices are own
   std::vector<std::uint32_t> elements; // ascending
-  std::vector<Triangle> corners;       // of the elements, positions in `vertices`
-  std::vector<std::uint8_t> duplicate; // 1 where a partition of a lower number owns the element
+  std::vector<Triangle> corners;       // of the elements, as indices into `vertices`
+  std::vector<std::uint8_t> duplicate; // 1 if a partition of a lower number owns the element
 };
 
-// Distributes elements (triangles, segments {a, b, b}, vertices {a, a, a}) over the partitions of
-// their corners. An element goes to each partition that it touches; the lowest owns it. O(vertices
-// + elements) memory: 16 bytes a vertex, about 4.3 an element.
+// Distributes elements (triangles, segments {a, b, b}, vertices {a, a, a}) to the partitions of
+// their corners. An element goes to each partition that it touches; the lowest one owns it.
+// O(vertices + elements). Memory: 16 bytes a vertex, about 4.3 an element.
 class PartitionLayout
 {
 public:
-  // partitionOf: for each vertex, below `partitions`. Keeps a reference to the elements.
+  // partitionOf: for each vertex a number below `partitions`. Keeps a reference to the elements.
   PartitionLayout(std::vector<std::uint32_t> partitionOf, std::size_t partitions,
     std::span<const Triangle> elements);
 
   std::uint32_t PartitionOf(VertexId vertex) const { return this->Partition[vertex]; }
-  // Any number of threads may cut at once.
+  // May be called by any number of threads at the same time.
   PartitionPiece Cut(std::size_t partition) const;
 
 private:
   std::vector<std::uint32_t> Partition;
-  std::vector<std::size_t> OwnBegin; // into Own, one entry a partition, and the end
+  std::vector<std::size_t> OwnBegin; // index in Own where each partition begins, and the end
   std::vector<VertexId> Own;         // vertices by partition, ascending
-  std::vector<VertexId> PlaceInOwn;  // of each vertex among its partition's own
+  std::vector<VertexId> PlaceInOwn;  // index of each vertex among the own vertices of its partition
   std::span<const Triangle> Elements;
   TriangleBuckets Buckets;
 };

@@ -30,7 +30,7 @@ AttributeType UnsignedOfSize(std::size_t bytes)
   return bytes == 8 ? AttributeType::UInt64 : AttributeType::UInt32;
 }
 
-// The type that holds the same bits; none for arrays of bits.
+// The type with the same bits; nothing for arrays of single bits.
 std::optional<AttributeType> TypeOf(int vtkType)
 {
   switch (vtkType)
@@ -68,7 +68,7 @@ std::optional<AttributeType> TypeOf(int vtkType)
   }
 }
 
-// An array as tuples that lie one after the other, of a type that TypeOf knows.
+// An array with the same values whose tuples are contiguous, of a type that TypeOf knows.
 vtkSmartPointer<vtkDataArray> Plain(vtkDataArray& array)
 {
   if (array.HasStandardMemoryLayout() && TypeOf(array.GetDataType()))
@@ -81,7 +81,8 @@ vtkSmartPointer<vtkDataArray> Plain(vtkDataArray& array)
   return copy;
 }
 
-// The name that RoleOf knows it by, if it is what its place among the active arrays promises.
+// The name by which RoleOf recognizes the array, if it is active and has the type that this role
+// needs.
 std::string NameFor(vtkDataSetAttributes& data, vtkDataArray& array, AttributeInfo info)
 {
   std::string own = array.GetName() ? array.GetName() : "";
@@ -131,8 +132,8 @@ public:
   {
   }
 
-  // cells: for each tuple of the attributes, the tuple of the arrays; null: the same. Active arrays
-  // come first, so that no other array takes their names.
+  // cells: for each tuple of the attributes the tuple of the arrays; null: the same one. Active
+  // arrays are read first, so that no other array takes their names.
   void Read(vtkDataSetAttributes& data, AttributeAssociation association, vtkIdType tuples,
     const std::span<const vtkIdType>* cells)
   {

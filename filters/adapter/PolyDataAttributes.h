@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Turns the arrays of a vtkPolyData into core's attributes, and back. PolyDataMesh does points and
-// cells.
+// Turns the arrays of a vtkPolyData into core's attributes, and back. PolyDataMesh converts points
+// and cells.
 #pragma once
 
 #include "filters/adapter/PolyDataMesh.h"
@@ -16,18 +16,18 @@
 namespace kdstream
 {
 
-// The type of the array that WriteAttributes makes of it.
+// The type of the VTK array that WriteAttributes makes for this attribute.
 int VtkTypeOf(const AttributeInfo& attribute);
 
-// What ReadAttributes found.
+// The result of ReadAttributes.
 struct PolyDataAttributes
 {
   std::vector<Attribute> attributes; // point arrays first, each kind in the order of the input
   std::vector<std::string> skipped;  // e.g. `point array "Names": is not numeric`
 };
 
-// Copies point data to point attributes (a tuple a point), cell data to cell attributes (a tuple
-// for each of elements.Triangles(): that of its cell).
+// Copies point data to point attributes (a tuple for each point), and cell data to cell attributes
+// (a tuple for each of elements.Triangles(): that of its cell).
 //
 // Arrays keep their names, except those that core knows by name (RoleOf, HoldsIds):
 //   active normals of three floats or doubles          "Normals"
@@ -37,16 +37,16 @@ struct PolyDataAttributes
 // Types are kept bit for bit: vtkIdType, long and long long become int64 (or int32, where they
 // are), char int8, bits uint8.
 //
-// Skipped, and listed: arrays that are not numeric, have no name, no or more than 255 components,
-// or a wrong number of tuples; a second array of a name; global ids of cells where some were cut
-// up. Skipped, and not listed: vtkGhostType, which has a meaning only within one pipeline.
-// O(values). REQUIRES: `elements` read from `input`.
+// Skipped and listed: arrays that are not numeric, have no name, have no or more than 255
+// components, or have a wrong number of tuples; a second array with the same name; global ids of
+// cells if some cells were split. Skipped and not listed: vtkGhostType, which has a meaning only
+// within one pipeline. O(values). REQUIRES: `elements` were read from `input`.
 PolyDataAttributes ReadAttributes(vtkPolyData& input, const PolyDataElements& elements);
 
-// Adds the attributes to the arrays of `output`, those with a role (RoleOf, HoldsIds) as active
+// Adds the attributes to the arrays of `output`. Those with a role (RoleOf, HoldsIds) become active
 // normals, scalars, texture coordinates, global and pedigree ids. int64 becomes vtkTypeInt64Array,
-// or vtkIdTypeArray for ids. Errors: InvalidInput, naming the attribute that has another number of
-// tuples than `output` has points or cells; nothing is added then.
+// or vtkIdTypeArray for ids. Errors: InvalidInput, naming the attribute, if its number of tuples
+// differs from the number of points or cells; nothing is added then.
 Status WriteAttributes(std::span<const Attribute> attributes, vtkPolyData& output);
 
 }

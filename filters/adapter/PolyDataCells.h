@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Visits the cells of a vtkPolyData one after the other. Trusts neither their places in the list of
-// corners nor point numbers.
+// Visits the cells of a vtkPolyData one after the other. Checks the offsets of cells and the
+// numbers of points, which may have any values.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -16,14 +16,14 @@
 namespace kdstream
 {
 
-// Whether each cell's corners lie within the array's connectivity, which VTK does not check: a file
-// or vtkCellArray::SetData may have given any values. firstCell: the id of the array's first cell
-// in the vtkPolyData. O(cells). Errors: InvalidInput naming the cell.
+// Checks that the corners of each cell are within the connectivity of the array. VTK does not check
+// this: a file or vtkCellArray::SetData may contain any values. firstCell: the id of the array's
+// first cell in the vtkPolyData. O(cells). Errors: InvalidInput, naming the cell.
 Status CheckOffsets(vtkCellArray& cells, vtkIdType firstCell);
 
 // Calls visit(cell, points) for each cell of one array; null is an array without cells. firstCell:
-// as above. O(corners). Errors: those of CheckOffsets; InvalidInput naming the cell and point where
-// a cell uses a point that is not there.
+// as above. O(corners). Errors: those of CheckOffsets; InvalidInput, naming cell and point, if a
+// cell uses a missing point.
 template <class Visit>
 Status ForEachCell(vtkCellArray* cells, vtkIdType firstCell, vtkIdType pointCount, Visit&& visit)
 {

@@ -56,7 +56,7 @@ void AddStrip(Corners points, std::vector<Triangle>& elements)
   }
 }
 
-// Appends polygons' triangles (CutPolygon.h).
+// Appends the triangles of polygons (CutPolygon.h).
 class AddPolygons
 {
 public:
@@ -85,7 +85,8 @@ private:
   PolygonCutter Cutter;
 };
 
-// Appends what the cells of one array hold. firstCell: id of the array's first cell in the input.
+// Appends the elements of the cells of one array. firstCell: the id of the array's first cell in
+// the input.
 template <class Add>
 Status ReadCells(vtkCellArray* cells, vtkIdType firstCell, vtkIdType pointCount, Add&& add,
   PolyDataElements& elements)
@@ -98,7 +99,7 @@ Status ReadCells(vtkCellArray* cells, vtkIdType firstCell, vtkIdType pointCount,
     });
 }
 
-// Copies the points from `first` on, contiguous ones as a block.
+// Copies points, beginning with `first`; contiguous ones as a block.
 void CopyPoints(vtkPoints& points, std::size_t first, std::span<Vec3> copies)
 {
   const auto copy = [&](const auto* coordinates)
@@ -127,8 +128,9 @@ void CopyPoints(vtkPoints& points, std::size_t first, std::span<Vec3> copies)
   }
 }
 
-// Appends an array's values to `labels`, up to the first that is not a whole number. A vtkVariant
-// for each value takes 5 times as long as a loop over the array's own type.
+// Appends the values of an array to `labels`, up to the first value that is not a whole number.
+// Reading each value as a vtkVariant would take 5 times as long as a loop over the array's own
+// type.
 struct LabelReader
 {
   std::vector<std::int64_t>& labels;
@@ -145,12 +147,13 @@ struct LabelReader
     }
   }
 
-  // An array that VTK's dispatch does not know. A vtkVariant of a vtkBitArray's value is 0 as a
-  // number.
+  // Reads an array whose type VTK's dispatch does not know. Bits are read as doubles, because the
+  // vtkVariant of a vtkBitArray's value is always 0 as a number.
   void ReadAny(vtkDataArray& array)
   {
     const int type = array.GetDataType();
-    const bool areDoubles = type == VTK_FLOAT || type == VTK_DOUBLE || type == VTK_BIT; // exactly
+    const bool areDoubles =
+      type == VTK_FLOAT || type == VTK_DOUBLE || type == VTK_BIT; // exact ones
     for (vtkIdType i = 0; i < array.GetNumberOfTuples(); ++i)
     {
       if (!(areDoubles ? this->Append(array.GetComponent(i, 0))
@@ -236,7 +239,7 @@ Status CheckCells(vtkPolyData& input)
   {
     return {};
   }
-  const Result<PolyDataElements> read = ReadElements(input); // names the cell
+  const Result<PolyDataElements> read = ReadElements(input); // the error names the cell
   return read ? Status() : Status(read.GetError());
 }
 

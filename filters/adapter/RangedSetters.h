@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Setters of numbers that have a range, and of vectors, for the source of a class.
+// Setters for numbers with a range, and for vectors; to be used in the source of a class.
 #pragma once
 
 #include <vtkObject.h>
@@ -12,8 +12,8 @@
 namespace kdstream
 {
 
-// Clamps as vtkSetClampMacro does. NaN, or a negative value below the range, is an error instead,
-// and the member stays.
+// Clamps as vtkSetClampMacro does. But NaN, or a negative value below the range, is an error, and
+// the member does not change.
 template <class Number>
 void SetInRange(vtkObject& object, const char* name, Number& member,
   std::type_identity_t<Number> value, std::type_identity_t<Number> least,
@@ -33,7 +33,8 @@ void SetInRange(vtkObject& object, const char* name, Number& member,
   }
 }
 
-// As vtkSetVector3Macro does; but refuses what is not finite: an error, and the member stays.
+// Like vtkSetVector3Macro; but a value that is not finite is an error, and the member does not
+// change.
 inline void SetFinite(
   vtkObject& object, const char* name, double (&member)[3], double x, double y, double z)
 {

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps:
-// 1. this rank's parts
-// 2. the arrays that all ranks have
-// 3. which points are the same: the rank decides whose share has their id or place (MergePoints)
-// 4. points' numbers
-// 5. triangles and arrays
-// 6. what must be in the order of ids is sent to its rank.
+// 1. Read this rank's parts.
+// 2. Agree on the arrays that all ranks have.
+// 3. Find out which points are the same. Each id or place belongs to the share of one rank, which
+//    decides (MergePoints).
+// 4. Number the points.
+// 5. Read triangles and arrays.
+// 6. If there is an order by ids, send everything to the rank that has its interval of ids.
 #include "filters/adapter/RankMesh.h"
 
 #include "filters/adapter/MergePoints.h"
@@ -43,18 +44,18 @@ namespace
 
 using Bytes = std::vector<unsigned char>;
 
-// A point that a rank has, sent to the rank whose share has its id or place.
+// A point of a rank, sent to the rank whose share has its id or place.
 struct PointClaim
 {
   Vec3 place;
   std::int64_t id;
   std::uint64_t hashOfArrays;
-  std::uint32_t part; // of all ranks' parts
+  std::uint32_t part; // number among the parts of all ranks
   std::uint32_t isCopy;
-  VertexId index; // on its rank
+  VertexId index; // index on its own rank
 };
 
-// The point that it is: some rank's.
+// The point that a point becomes, on any rank.
 struct PointTarget
 {
   Vec3 place;
@@ -62,7 +63,7 @@ struct PointTarget
   VertexId index;
 };
 
-// What an array is, on all ranks.
+// The properties of an array that are the same on all ranks.
 struct ArrayKind
 {
   std::string name; // empty: the array is found by its role (active scalars …)
@@ -85,14 +86,16 @@ ArrayKind KindOf(const SharedArray& array)
     array.attributes };
 }
 
-// The arrays of points or of cells: those that all ranks have which have any points, or cells.
+// The point or cell arrays that all ranks have in common. Ranks without any points (or cells) do
+// not count.
 struct RankArrays
 {
-  bool counts = false;           // whether this rank has any
-  std::vector<SharedArray> here; // as in `kinds`, if `counts`
-  std::vector<ArrayKind> kinds;  // of all ranks
+  bool counts = false;           // whether this rank counts
+  std::vector<SharedArray> here; // in the order of `kinds`, if `counts`
+  std::vector<ArrayKind> kinds;  // common to all ranks
 
-  // Adds them, with these tuples of this rank's parts, and those that are active in all.
+  // Adds the arrays with these tuples of this rank's parts to `output`. Arrays that are active on
+  // all ranks become active.
   void AddTo(vtkDataSetAttributes& output, const std::vector<TupleOfPart>& tuples) const
   {
     if (this->counts)
@@ -115,7 +118,7 @@ struct RankArrays
   }
 };
 
-// The place of a thing in the whole mesh: by kind, then by number.
+// The place of an element in the whole mesh: by kind, then by number.
 struct OrderOfAll
 {
   std::uint32_t kind;
@@ -127,10 +130,10 @@ struct OrderOfAll
   }
 };
 
-// Rows of some values each: a column is a value of each row, as bytes.
+// A column of a table: one value for each row, as bytes.
 struct Column
 {
-  std::size_t width; // bytes of a value
+  std::size_t width; // bytes per value
   std::vector<unsigned char> bytes;
 };
 
@@ -202,7 +205,7 @@ private:
     const auto parts = this->Ranks.CountBefore(this->Parts.size());
     KDSTREAM_TRY(parts);
     std::tie(this->FirstPart, this->AllParts) = *parts;
-    // Over all ranks: whether parts have ghosts, points are not floats, there are copies.
+    // Sums over all ranks: parts with ghosts, ranks whose points are not floats, copies.
     const auto& copies = this->Input.points.isCopy;
     std::uint64_t sums[] = { static_cast<std::uint64_t>(
                                std::count_if(this->Parts.begin(), this->Parts.end(),
@@ -239,8 +242,8 @@ private:
            std::count(all->begin(), all->end(), all->front()) == std::ptrdiff_t(all->size());
   }
 
-  // The arrays of the first rank that counts, in its order, which all other ranks have too; active
-  // if they are active on all.
+  // Determines the common arrays: those of the first rank that counts, in its order, that all other
+  // ranks that count have too. An array is active if it is active on all of them.
   Status AgreeOnArrays(
     const std::vector<PartData>& parts, const std::string& kind, RankArrays& arrays)
   {
@@ -312,7 +315,7 @@ private:
       });
   }
 
-  // This rank's arrays as all have them; what others lack is listed.
+  // Puts this rank's arrays into the common order; lists those that other ranks do not have.
   void PutInOrder(std::vector<SharedArray> own, const std::string& kind, RankArrays& arrays)
   {
     for (const ArrayKind& shared : arrays.kinds)
@@ -338,7 +341,7 @@ private:
     }
   }
 
-  // What each point of this rank is.
+  // Determines for each point of this rank which point it becomes.
   Status FindTargets()
   {
     const std::vector<Vec3>& places = this->Input.points.places;
@@ -366,13 +369,13 @@ private:
     std::uint64_t hash = byIds ? MixBits(static_cast<std::uint64_t>(claim.id)) : 0;
     for (const double x : claim.place)
     {
-      hash = byIds ? hash : MixBits(hash ^ BitCast<std::uint64_t>(x + 0.0)); // -0.0 is 0.0
+      hash = byIds ? hash : MixBits(hash ^ BitCast<std::uint64_t>(x + 0.0)); // -0.0 counts as 0.0
     }
     return static_cast<std::size_t>(hash % this->Ranks.Count());
   }
 
-  // Whether MergePoints might accept the ids, by this rank's points only: otherwise all points of
-  // one id, however many, would be sent to one rank.
+  // Whether MergePoints might accept the ids, judging only by this rank's points. This is checked
+  // first, because otherwise all points with one id, however many, would be sent to one rank.
   bool AreIdsOfPoints(const SharedArray& ids, const Box& box) const
   {
     std::vector<std::pair<std::int64_t, VertexId>> sorted;
@@ -384,7 +387,8 @@ private:
       }
     }
     std::sort(sorted.begin(), sorted.end());
-    const double most = 5 * MostApart(box); // squares: of two within its root of a third, 4 at most
+    const double most = 5 * MostApart(box); // of squares; two points within MostApart of a third: 4
+                                            // at most
     const std::vector<Vec3>& places = this->Input.points.places;
     return std::adjacent_find(sorted.begin(), sorted.end(),
              [&](const auto& one, const auto& other)
@@ -394,7 +398,8 @@ private:
              }) == sorted.end();
   }
 
-  // Asks by ids: sets ByIds; changes nothing if the ids are not consistent.
+  // Asks the other ranks, by ids or by place. By ids: sets ByIds if the ids are consistent;
+  // otherwise changes nothing.
   Status AskForTargets(bool byIds)
   {
     Box all = BoxOfPoints(this->Input.points.places);
@@ -442,13 +447,14 @@ private:
     return {};
   }
 
-  // The claims of all ranks are points of all parts, in their order. Whether ids are believed.
+  // Merges the claims of all ranks: they are points of all parts, in order. Returns false if the
+  // ids are not plausible.
   bool MergeClaims(const std::vector<std::vector<PointClaim>>& asked, bool byIds, const Box& box,
     std::vector<std::vector<PointTarget>>& answers) const
   {
     PartPoints points;
     points.box = box;
-    std::vector<std::pair<std::uint32_t, const PointClaim*>> all; // with ranks
+    std::vector<std::pair<std::uint32_t, const PointClaim*>> all; // each with its rank
     for (std::size_t rank = 0; rank < asked.size(); ++rank)
     {
       for (const PointClaim& claim : asked[rank])
@@ -482,7 +488,7 @@ private:
     return merged.byIds || all.empty();
   }
 
-  // The points that stay with this rank, and their arrays.
+  // Reads the points that stay on this rank, and their arrays.
   void ReadKept()
   {
     for (VertexId v = 0; v < this->Targets.size(); ++v)
@@ -496,7 +502,7 @@ private:
     vtkNew<vtkPolyData> mesh;
     vtkNew<vtkPoints> points;
     points->SetNumberOfPoints(static_cast<vtkIdType>(this->Kept.size()));
-    mesh->SetPoints(points); // their number is all that is read
+    mesh->SetPoints(points); // only their number is used
     std::vector<TupleOfPart> tuples;
     for (const VertexId v : this->Kept)
     {
@@ -540,7 +546,7 @@ private:
     return this->AskForNumbers();
   }
 
-  // The number of this rank's first point.
+  // The number of this rank's first point, if it has `count` points.
   Result<VertexId> CountPoints(std::size_t count) const
   {
     const auto counted = this->Ranks.CountBefore(count);
@@ -553,7 +559,7 @@ private:
     return static_cast<VertexId>(counted->first);
   }
 
-  // Points by ids: this rank's share of them takes the place of those that it has.
+  // Orders points by ids: replaces this rank's points by those in its interval of ids.
   Status OrderPoints(std::vector<VertexId>& numbers)
   {
     const SharedArray* const ids = FindGlobalIds(this->PointArrays.here);
@@ -564,7 +570,7 @@ private:
     }
     std::vector<Column> columns{ ColumnOf(this->Share.mesh.points) };
     this->MoveAttributes(AttributeAssociation::Point, columns);
-    std::vector<std::vector<std::uint64_t>> rowsOf; // of what came from each rank
+    std::vector<std::vector<std::uint64_t>> rowsOf; // where the rows from each rank are now
     KDSTREAM_TRY(this->Scatter(order, columns, rowsOf));
     this->Share.mesh.points = ValuesOf<Vec3>(columns[0]);
     this->PutAttributes(AttributeAssociation::Point, columns);
@@ -585,7 +591,7 @@ private:
     return {};
   }
 
-  // Asks for the numbers of points that are copies of other points.
+  // Asks other ranks for the numbers of points that have become other points.
   Status AskForNumbers()
   {
     std::vector<std::vector<VertexId>> wanted(this->Ranks.Count());
@@ -619,8 +625,8 @@ private:
     return {};
   }
 
-  // Cuts polygons as one process would for the whole mesh: by the places of the points that the
-  // corners become. Frees at once what is not needed any more.
+  // Cuts polygons as one process would for the whole mesh: at the places of the points that their
+  // corners become. Frees memory as soon as possible.
   Status ReadTriangles()
   {
     KDSTREAM_TRY(this->FindCellIds());
@@ -691,7 +697,7 @@ private:
     this->CellArrays.AddTo(*mesh.GetCellData(), tuples);
   }
 
-  // Whether cells have global ids that are: of no two of all ranks the same.
+  // Determines whether cells have global ids, and no two cells of all ranks have the same.
   Status FindCellIds()
   {
     const bool has = std::any_of(this->CellArrays.kinds.begin(), this->CellArrays.kinds.end(),
@@ -710,7 +716,7 @@ private:
       std::transform(kept.from.begin(), kept.from.end(), std::back_inserter(this->CellIds),
         [&](const TupleOfPart& cell) { return IdOf(*ids, cell); });
     }
-    // First checks the ids of this rank: otherwise all elements with one id would come to one rank.
+    // Checks the ids of this rank first; otherwise all cells with one id would be sent to one rank.
     const Result<bool> differ = this->Ranks.AllHave(AreDifferent(this->CellIds));
     KDSTREAM_TRY(differ);
     if (!*differ)
@@ -738,7 +744,7 @@ private:
     return std::adjacent_find(ids.begin(), ids.end()) == ids.end();
   }
 
-  // Ids that are not accepted are an ordinary array; if any rank has cut up cells, all ranks drop
+  // Ids that are not accepted become an ordinary array. If any rank has split cells, all ranks drop
   // the ids of cells.
   Status DropCellIds(const PolyDataElements& elements, vtkPolyData& mesh)
   {
@@ -768,7 +774,7 @@ private:
     return {};
   }
 
-  // Triangles of polygons, then those of strips; by ids where there are.
+  // Orders triangles: those of polygons, then those of strips; by ids if there are any.
   Status OrderTriangles()
   {
     const vtkIdType strips = this->CellCounts[0] + this->CellCounts[1] + this->CellCounts[2];
@@ -813,7 +819,7 @@ private:
       }
     }
   }
-  // Adds the arrays of the moved columns, from the second one on.
+  // Puts the moved columns back into the attributes, beginning with the second column.
   void PutAttributes(AttributeAssociation association, std::vector<Column>& columns)
   {
     std::size_t next = 1;
@@ -826,9 +832,9 @@ private:
     }
   }
 
-  // Distributes rows of all ranks in order, the first of them to rank 0. Columns become this
-  // rank's; rowsOf: where the rows received from each rank are now. Rows with the same key stay in
-  // the order of ranks.
+  // Distributes the rows of all ranks in order, the first ones to rank 0. Then the columns hold
+  // this rank's rows. rowsOf: where the rows received from each rank are now. Rows with the same
+  // key stay in the order of ranks.
   Status Scatter(const std::vector<OrderOfAll>& order, std::vector<Column>& columns,
     std::vector<std::vector<std::uint64_t>>& rowsOf)
   {
@@ -911,19 +917,20 @@ private:
   const Execution& Runs;
   std::vector<InputPart> Parts;
   PartsRead Input;
-  std::uint64_t FirstPart = 0, AllParts = 0; // this rank's first among all ranks' parts
-  bool IsWhole = false; // the input is one part without ghosts, which JoinPolyData does not change
+  std::uint64_t FirstPart = 0, AllParts = 0; // this rank's first part, and the number of all
+  // The input is one part without ghosts, which JoinPolyData leaves as it is.
+  bool IsWhole = false;
   bool AnyCopies = false;                 // on any rank
   bool ByIds = false, HasCellIds = false; // ids are present and plausible
   RankArrays PointArrays, CellArrays;
-  std::vector<PointTarget> Targets;  // of each point of this rank's parts
-  std::vector<VertexId> Number;      // the same, in the joined mesh; noVertex: none
+  std::vector<PointTarget> Targets;  // for each point of this rank's parts
+  std::vector<VertexId> Number;      // of each point in the joined mesh; noVertex: none
   std::vector<VertexId> Kept;        // the points that stay
   std::vector<std::int64_t> CellIds; // of each cell that stays
-  // Numbers of cells that stay: vertices, lines, polygons, strips.
+  // How many cells stay: vertices, lines, polygons, strips.
   std::array<vtkIdType, 4> CellCounts{};
   std::vector<vtkIdType> CellOfTriangle; // the cell of each triangle, among the cells that stay
-  std::vector<std::size_t> ScatteredTo;  // of each row that was dealt, the rank
+  std::vector<std::size_t> ScatteredTo;  // the rank that each row was sent to
   MeshShare Share;
 };
 

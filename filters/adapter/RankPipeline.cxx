@@ -24,7 +24,7 @@ namespace kdstream
 namespace
 {
 
-// Calls visit(above, outputPort) for each algorithm that an algorithm's input is made by.
+// Calls visit(above, outputPort) for all algorithms upstream of an algorithm.
 template <class Visit>
 void ForEachAbove(vtkAlgorithm& algorithm, const Visit& visit)
 {
@@ -40,7 +40,7 @@ void ForEachAbove(vtkAlgorithm& algorithm, const Visit& visit)
   }
 }
 
-// Whether all sources above do.
+// Whether all sources upstream can deliver pieces.
 bool GivePieces(vtkAlgorithm& algorithm)
 {
   bool give = true;
@@ -65,7 +65,8 @@ void AskForPiece(
   }
 }
 
-// VTK does not ask a source again that has failed, unless it was changed; but its code stays.
+// VTK does not execute a source again that has failed, unless the source was changed. But its error
+// code remains.
 bool HasFailed(vtkAlgorithm& algorithm)
 {
   bool failed = false;
@@ -88,7 +89,7 @@ vtkExecutive* RankPipeline::Make(
 }
 
 // A request for data comes on all ranks or on none. But a request for information may come only on
-// a rank whose input has changed. So an error in that pass, or in any other one before data are
+// a rank whose input has changed. So an error in that pass, or in any other pass before data are
 // requested, is not reported: it will occur again when data are requested.
 vtkTypeBool RankPipeline::ProcessRequest(
   vtkInformation* request, vtkInformationVector** input, vtkInformationVector* output)
@@ -107,13 +108,13 @@ vtkTypeBool RankPipeline::ProcessRequest(
   catch (...)
   {
     own = CaughtError();
-    this->InAlgorithm = 0; // VTK's mark, which the exception has passed
+    this->InAlgorithm = 0; // VTK could not reset its mark, because of the exception
   }
   if (!request->Has(REQUEST_DATA()))
   {
     if (!done && request->Has(REQUEST_UPDATE_EXTENT()))
     {
-      this->LastPropogateUpdateExtentShortCircuited = 0; // data are asked for all the same
+      this->LastPropogateUpdateExtentShortCircuited = 0; // so that data are requested nevertheless
     }
     return 1;
   }
@@ -153,8 +154,8 @@ int RankPipeline::ForwardUpstream(vtkInformation* request)
   return this->IsAgreed ? 1 : 0;
 }
 
-// VTK checks this too, but later; and for a composite data set of a type that the algorithm does
-// not accept VTK would run it for each block.
+// VTK checks this too, but later. And if the algorithm does not accept this type of composite data
+// set, VTK would run it for each block.
 Status RankPipeline::CheckInput()
 {
   vtkDataObject* const data = this->GetInputData(0, 0);
@@ -175,8 +176,8 @@ Status RankPipeline::CheckInput()
     std::string("its input is a ") + data->GetClassName() + ", which it does not accept" };
 }
 
-// Agrees on the result of all ranks. If one has failed, that is an error of the algorithm, unless
-// it has reported one.
+// Agrees on the result of all ranks. If one has failed, reports an error of the algorithm, unless
+// the algorithm has reported one already.
 vtkTypeBool RankPipeline::AgreeOn(const Status& own)
 {
   RankGroup group(**this->Controller);

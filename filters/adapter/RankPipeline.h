@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The pipeline of an algorithm that the processes of a controller execute together. It asks for
-// this process's piece of the input. All processes fail, so that none waits forever, where one has
-// no input, an input of another type, an input that could not be made, or an exception in its
-// algorithm.
+// The pipeline of an algorithm that the processes of a controller execute together. It requests
+// this process's piece of the input. If one process has no input, an input of another type, an
+// input that could not be made, or an exception in its algorithm, then all processes fail, so that
+// none waits forever.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -26,13 +26,14 @@ public:
   vtkTypeMacro(RankPipeline, vtkCompositeDataPipeline);
 
   // For CreateDefaultExecutive of an algorithm with one input. controller: the algorithm's member;
-  // null or one process: as its superclass. setErrorCode: the algorithm's.
+  // if it is null or has one process, everything is as in the superclass. setErrorCode: sets the
+  // error code of the algorithm.
   //
-  // If all of the input was requested and all sources above give pieces (CAN_HANDLE_PIECE_REQUEST),
-  // this process's piece is requested, of as many as there are processes. Other sources give what
-  // this process has, such as a file of its own. If a process fails outside RequestData, all
-  // processes print its error, with the number of the process, as that of their algorithm; outputs
-  // are empty, and the code is UnknownError.
+  // If the whole input was requested, and all sources upstream deliver pieces
+  // (CAN_HANDLE_PIECE_REQUEST), this process's piece is requested; there are as many pieces as
+  // processes. Other sources deliver what this process has, such as a file of its own. If a process
+  // fails outside RequestData, all processes print its error, with the number of the process, as an
+  // error of their own algorithm; outputs are empty, and the code is UnknownError.
   static vtkExecutive* Make(
     vtkMultiProcessController* const& controller, std::function<void(unsigned long)> setErrorCode);
 
@@ -55,17 +56,17 @@ private:
 
   vtkMultiProcessController* const* Controller = nullptr;
   std::function<void(unsigned long)> SetErrorCode;
-  bool IsAgreed = false; // in the data pass: whether all ranks have their input
+  bool IsAgreed = false; // during the data pass: whether all ranks have their input
 };
 
-// Whether there are several processes.
+// Whether there is more than one process.
 bool AreSeveral(vtkMultiProcessController* controller);
 
 // Ends this process, and so the whole job: for errors after which the other processes cannot be
 // informed any more and would wait forever.
 [[noreturn]] void EndProcess(const RankGroup& group, const Error& error);
 
-// RankGroup::Run, for RequestData: nothing is thrown.
+// RankGroup::Run for RequestData; throws nothing.
 template <class Work>
 auto RunCollectively(RankGroup& group, const Work& work) -> decltype(work())
 {

@@ -29,7 +29,7 @@ constexpr unsigned char notOwnCell = vtkDataSetAttributes::DUPLICATECELL |
                                      vtkDataSetAttributes::HIDDENCELL |
                                      vtkDataSetAttributes::REFINEDCELL;
 
-// The marks of vtkGhostType, where there are any.
+// The marks in vtkGhostType, if a part has them.
 class Marks
 {
 public:
@@ -70,8 +70,8 @@ bool IsEmpty(vtkDataObject& block)
   return data && const_cast<vtkDataSet*>(data)->GetNumberOfPoints() == 0;
 }
 
-// A mesh without points may not have cells that use some. Others are checked as their cells are
-// read.
+// A mesh without points must not have cells that use points. Other meshes are checked while their
+// cells are read.
 Status CheckIfEmpty(vtkPolyData& mesh)
 {
   return mesh.GetNumberOfPoints() > 0 ? Status() : CheckCells(mesh);

@@ -23,7 +23,7 @@ bool IsGhosts(vtkAbstractArray& array)
   return array.GetName() && std::string(array.GetName()) == vtkDataSetAttributes::GhostArrayName();
 }
 
-// The array of another part that is the same: by name, or, of those without one, by what it is.
+// Finds the same array in another part: by name, or if it has none, by its role.
 vtkAbstractArray* FindLike(vtkAbstractArray& array, const PartData& of, const PartData& in)
 {
   if (array.GetName())
@@ -59,7 +59,7 @@ void LeaveOut(vtkAbstractArray& array, const std::string& kind, const std::strin
   }
 }
 
-// Why an array cannot be used; empty: it can.
+// Why an array cannot be used; empty if it can.
 std::string WhyUnusable(vtkAbstractArray& array, const PartData& part, const std::string& kind)
 {
   if (array.GetNumberOfTuples() != part.tuples)
@@ -79,7 +79,7 @@ void ForEachArray(const PartData& part, const Visit& visit)
   }
 }
 
-// The array in all parts that count; empty where one lacks it.
+// The array in all parts that count; empty if one does not have it.
 std::vector<vtkAbstractArray*> InAllParts(
   vtkAbstractArray& array, const PartData& of, std::span<const PartData> parts)
 {
@@ -95,7 +95,7 @@ std::vector<vtkAbstractArray*> InAllParts(
   return found;
 }
 
-// The types of attributes that the array is in all parts.
+// The roles (types of attributes) for which the array is active in all parts.
 std::vector<int> AttributesOf(
   const std::vector<vtkAbstractArray*>& ofPart, std::span<const PartData> parts)
 {
@@ -152,7 +152,7 @@ vtkUnsignedCharArray* FindGhosts(const PartData& part)
   return ghosts && ghosts->GetNumberOfValues() == part.tuples ? ghosts : nullptr;
 }
 
-// An array that the first part has like this one is listed, where others lack it, by the first.
+// If other parts lack an array, it is listed once, by the first part that has it.
 std::vector<SharedArray> FindSharedArrays(
   std::span<const PartData> parts, const std::string& kind, std::vector<std::string>& leftOut)
 {

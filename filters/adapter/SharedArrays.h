@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The arrays that all parts of a mesh have: found, compared, and joined.
+// Finds, compares and joins the arrays that all parts of a mesh have.
 #pragma once
 
 #include <vtkAbstractArray.h>
@@ -14,7 +14,7 @@
 namespace kdstream
 {
 
-// The point or cell data of one part. Without tuples it does not count.
+// The point or cell data of one part. A part without tuples does not count.
 struct PartData
 {
   vtkDataSetAttributes* data;
@@ -30,28 +30,29 @@ struct TupleOfPart
 struct SharedArray
 {
   std::vector<vtkAbstractArray*> ofPart; // null for parts that do not count
-  std::vector<int> attributes;           // vtkDataSetAttributes::AttributeTypes, active in all
+  std::vector<int> attributes;           // vtkDataSetAttributes::AttributeTypes for which it is
+                                         // active in all parts
   bool Is(int attribute) const;
 };
 
-// The array vtkGhostType; null if there is no usable one. Usable is a
-// vtkUnsignedCharArray with one value for each point or cell.
+// The array vtkGhostType; null if there is none that can be used. It must be a vtkUnsignedCharArray
+// with one value for each point or cell.
 vtkUnsignedCharArray* FindGhosts(const PartData& part);
 
 // The arrays that all parts have, in the order of the first part: with the same name, type and
 // number of components, and with a tuple for each point or cell. vtkGhostType is not among them.
-// All other arrays are listed in `leftOut`, each once: `point array "A": not all parts have it`; so
-// is a vtkGhostType that cannot be used. kind: "point" or "cell". O(parts · arrays²).
+// All other arrays are listed in `leftOut`, each once: `point array "A": not all parts have it`. A
+// vtkGhostType that cannot be used is listed too. kind: "point" or "cell". O(parts · arrays²).
 std::vector<SharedArray> FindSharedArrays(
   std::span<const PartData> parts, const std::string& kind, std::vector<std::string>& leftOut);
 
-// The active global ids; null where there are none.
+// The active global ids; null if there are none.
 const SharedArray* FindGlobalIds(std::span<const SharedArray> arrays);
-// Exact, beyond 2^53 too.
+// The id of a tuple, exact even beyond 2^53.
 std::int64_t IdOf(const SharedArray& ids, TupleOfPart tuple);
 
-// Removes what FindSharedArrays lists as unusable: arrays of a wrong length, and a vtkGhostType
-// that cannot be used.
+// Removes the arrays that FindSharedArrays lists as unusable: those of a wrong length, and a
+// vtkGhostType that cannot be used.
 void RemoveUnusableArrays(
   const PartData& part, const std::string& kind, std::vector<std::string>& leftOut);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// vtkSMPTools behind a plain function: vtkSMPTools.h of VTK 9.1 does not compile as C++20 with
-// g++ 12, so one C++17 source includes it.
+// vtkSMPTools behind a plain function. With g++ 12, vtkSMPTools.h of VTK 9.1 does not compile as
+// C++20; so only one source, which is C++17, includes it.
 #pragma once
 
 #include <cstddef>
@@ -9,8 +9,8 @@
 namespace kdstream
 {
 
-// Calls body on disjoint ranges that cover [0, count) on the threads of VTK's current SMP backend,
-// and returns when all are done. Ranges have about `grain` items or more.
+// Calls `body` on disjoint ranges that cover [0, count), on the threads of VTK's current SMP
+// backend, and returns when all are done. Each range has about `grain` items or more.
 void SmpFor(std::size_t count, std::size_t grain,
   const std::function<void(std::size_t begin, std::size_t end)>& body);
 

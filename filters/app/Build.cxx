@@ -35,7 +35,8 @@ constexpr const char* footer =
   "Example:\n"
   "  kdstream-build dragon.ply -o dragon.kds --title \"Stanford dragon\" --unit mm";
 
-// A surface without its stray vertices would have holes: only points are looked for.
+// Looks for a stray vertex, but only in point clouds: without its stray vertices a surface would
+// have holes.
 void FindStray(BuildCommand& line, const std::filesystem::path& file,
   const Result<BuildReport>& report, const Execution& execution)
 {
@@ -45,12 +46,12 @@ void FindStray(BuildCommand& line, const std::filesystem::path& file,
   }
 }
 
-// Builds from the input itself, or from what kdstream-convert makes of it.
+// Builds from the input itself, or from the mesh that kdstream-convert makes of it.
 Result<BuildReport> BuildFrom(BuildCommand& line, const std::filesystem::path& store,
   const Execution& execution, std::vector<std::string>& warnings)
 {
   const std::filesystem::path folder = store.has_parent_path() ? store.parent_path() : ".";
-  RemoveDeadFolders(folder); // of conversions at least
+  RemoveDeadFolders(folder); // the folders of conversions, even if --temp-dir is another one
   if (!line.build.temporaryFolder.empty())
   {
     RemoveDeadFolders(line.build.temporaryFolder);
@@ -173,7 +174,7 @@ try
   AddBuildOptions(app, line);
   return RunProgram(app, argc, argv, [&]() { return Build(app, line); });
 }
-catch (...) // memory runs out before the work begins
+catch (...) // memory ran out before the work began
 {
   return kdstream::PrintError("kdstream-build", "", kdstream::CaughtError());
 }

@@ -30,7 +30,7 @@ namespace kdstream
 namespace
 {
 
-// CLI::App::count would end the process if memory runs out.
+// CLI::App::count would end the process if memory ran out.
 bool IsGiven(const CLI::App& app, const std::string& name)
 {
   const auto options = app.get_options();
@@ -38,7 +38,7 @@ bool IsGiven(const CLI::App& app, const std::string& name)
     [&](const CLI::Option* option) { return option->check_name(name) && option->count() > 0; });
 }
 
-// A --memory below this was meant with a unit.
+// If --memory is below this, a unit was probably forgotten.
 constexpr std::uint64_t leastMeant = std::uint64_t{ 1 } << 20;
 
 const CLI::Validator onOff = CLI::IsMember({ "on", "off" });
@@ -217,7 +217,8 @@ void AddBuildOptions(CLI::App& app, BuildCommand& line)
 namespace
 {
 
-// Baselines have no levels: what shapes them must not be taken for granted.
+// Baselines have no levels. An option about levels is refused, so that nobody believes that it had
+// an effect.
 Status CheckLevelOptions(const CLI::App& app, const BuildCommand& line)
 {
   for (const char* name : { "--levels", "--representative", "--sheets", "--cell-vertices" })
@@ -254,7 +255,7 @@ Status InterpretQuality(BuildCommand& line)
   return {};
 }
 
-// Errors for options that would have no effect.
+// Refuses options that would have no effect.
 Status CheckTextureOptions(const CLI::App& app, BuildCommand& line)
 {
   line.qualityGiven = IsGiven(app, "--texture-quality");
@@ -339,7 +340,7 @@ Status Interpret(const CLI::App& app, BuildCommand& line)
 namespace
 {
 
-// The most memory of this process, or of the children that have ended, in bytes.
+// The peak memory in bytes of this process, or of its children that have ended.
 std::uint64_t PeakMemory(int who)
 {
   rusage usage{};
@@ -401,8 +402,8 @@ std::string StatsOf(const BuildCommand& line, const BuildReport& report)
   return json.Text();
 }
 
-// For a model without colours that viewers show: why the colours that it has are not shown; empty
-// if it has none.
+// If a model has no colours that viewers show: why the colours that it has are not shown. Empty if
+// it has none.
 std::string HiddenColors(const std::vector<AttributeInfo>& attributes)
 {
   if (std::any_of(attributes.begin(), attributes.end(),
@@ -438,7 +439,7 @@ std::vector<StepShare> SharesOfSteps(const BuildCommand& line)
   {
     return {};
   }
-  // Measured on 28 million triangles; in memory and out of core differ by 5 % at most.
+  // Measured on 28 million triangles. The shares in memory and out of core differ by at most 5 %.
   return { { "read", 0.09 }, { "tree", 0.15 }, { "faces", 0.07 }, { "levels", 0.42 },
     { "encode", 0.25 }, { "write", 0.02 } };
 }
@@ -465,7 +466,7 @@ std::vector<std::string> ChooseReader(BuildCommand& line)
   {
     return {};
   }
-  // An input that cannot be read is an error of the build.
+  // If the input cannot be read, the build reports the error.
   Result<FoundTextures> found = FindTextures(line.input);
   if (const auto why = found && found->any
                          ? WhyNoPictures(found->colors ? "colours of materials" : "pictures")
@@ -484,7 +485,8 @@ std::string MemoryOfConversion(const BuildCommand& line)
   {
     return {};
   }
-  // Measured on statues of 250,000 and a million vertices: 2.8 and 1.7 times the .obj.
+  // Measured on statues of 250,000 and one million vertices: 2.8 and 1.7 times the size of the
+  // .obj.
   constexpr double memoryPerByte = 2;
   std::error_code failed;
   const double bytes = memoryPerByte * double(std::filesystem::file_size(line.input, failed));
@@ -522,7 +524,7 @@ void WarnOfEnding(std::string_view program, const BuildCommand& line)
 namespace
 {
 
-// The distance between neighbouring floats as far from 0 as the farthest corner of the box.
+// The distance between neighbouring floats at the distance of the box's farthest corner from 0.
 double StepOfFloats(const Box& box)
 {
   float farthest = 0;
@@ -533,8 +535,8 @@ double StepOfFloats(const Box& box)
   return double(std::nextafter(farthest, std::numeric_limits<float>::infinity()) - farthest);
 }
 
-// The distance of vertices if they are spread over the two longest sides of the box: about the most
-// for a surface that fills the box.
+// The distance between vertices if they were spread over the two longest sides of the box. This is
+// about the maximum for a surface that fills the box.
 double SpacingOfVertices(const Box& box, std::uint64_t vertices)
 {
   std::array<double, 3> sides;
@@ -547,10 +549,10 @@ double SpacingOfVertices(const Box& box, std::uint64_t vertices)
 }
 
 // Floats far from 0 are far apart, so that a surface gets steps: half a metre for map coordinates
-// in metres, whose northing is in the millions. Empty if they are fine enough.
+// in metres, whose northing is in the millions. Returns a warning; empty if floats are fine enough.
 std::string CoarseFloats(const BuildReport& report, const std::string& unit)
 {
-  constexpr double mostOfSpacing = 0.125; // more is seen
+  constexpr double mostOfSpacing = 0.125; // larger steps are visible
   const Box& box = report.info.box;
   const double step = StepOfFloats(box);
   const double spacing = SpacingOfVertices(box, report.info.vertices); // 0: only points or lines

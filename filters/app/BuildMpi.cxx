@@ -58,7 +58,7 @@ void ShareMachine(std::size_t ranksHere, bool memoryGiven, BuildCommand& line)
   }
 }
 
-// The number of ranks of the job on this host, as Open MPI, MPICH and Slurm give it.
+// The number of ranks of the job on this host, as Open MPI, MPICH and Slurm report it.
 std::size_t RanksHere(std::size_t ranks)
 {
   for (const char* const name : { "OMPI_COMM_WORLD_LOCAL_SIZE", "MPI_LOCALNRANKS" })
@@ -73,8 +73,8 @@ std::size_t RanksHere(std::size_t ranks)
   return ranks;
 }
 
-// Options of kdstream-build only: hidden in the help, but accepted, so that an error names
-// kdstream-build.
+// Options that only kdstream-build has. They are hidden in the help but accepted, so that the error
+// can name kdstream-build.
 void HideOptionsOfOneProcess(CLI::App& app)
 {
   for (const char* const name : { "--columns", "--partitioner", "--reconstruct", "--resume" })
@@ -144,7 +144,8 @@ Status PrepareOutputs(
   return status ? group.Finish() : Status(group.Fail(status.GetError()));
 }
 
-// What a rank finds out by itself: whether there is work to do, and whether it can do it.
+// The part that each rank does on its own: finds out whether there is work to do, and whether the
+// options are valid.
 Result<bool> ReadCommandLine(CLI::App& app, int argc, char** argv, BuildCommand& line)
 {
   const Result<bool> wanted = ParseCommandLine(app, argc, argv);
@@ -158,7 +159,7 @@ Result<bool> ReadCommandLine(CLI::App& app, int argc, char** argv, BuildCommand&
   return *wanted;
 }
 
-// All ranks continue or end together, with the same result.
+// All ranks then continue or end together, with the same result.
 Result<bool> ReadCommandLine(
   MpiGroup& group, CLI::App& app, int argc, char** argv, BuildCommand& line)
 {
@@ -177,14 +178,14 @@ Result<bool> ReadCommandLine(
   return *wanted;
 }
 
-// What rank 0 has made of a textured mesh; nothing where the mesh is read itself.
+// The files that rank 0 has made of a textured mesh; nothing if the mesh is read directly.
 struct SharedConversion
 {
-  std::optional<ConvertedInput> own; // of rank 0; its files are removed with it
+  std::optional<ConvertedInput> own; // only on rank 0; its files are removed with it
   std::filesystem::path mesh, textures;
 };
 
-// Rank 0 converts, and tells the others where the files are.
+// Rank 0 converts the input, and sends the paths of the files to the others.
 Result<SharedConversion> Convert(MpiGroup& group, BuildCommand& line,
   const std::filesystem::path& store, const Execution& execution,
   std::vector<std::string>& warnings)
@@ -205,7 +206,8 @@ Result<SharedConversion> Convert(MpiGroup& group, BuildCommand& line,
     status = made ? Status{} : Status(made.GetError());
   }
   KDSTREAM_TRY(status ? group.Finish() : Status(group.Fail(status.GetError())));
-  std::string reported; // the mesh, and the pictures where there are some, a line each
+  std::string reported; // the path of the mesh, then that of the pictures if there are any, on a
+                        // line each
   if (shared.own)
   {
     std::error_code none;
@@ -225,7 +227,7 @@ Result<SharedConversion> Convert(MpiGroup& group, BuildCommand& line,
   return shared;
 }
 
-// Builds from the input itself, or from what rank 0 converts.
+// Builds from the input itself, or from the mesh that rank 0 has converted.
 Result<BuildReport> BuildFrom(MpiGroup& group, BuildCommand& line,
   const std::filesystem::path& store, const Execution& execution,
   std::vector<std::string>& warnings)
@@ -316,11 +318,11 @@ int Build(MpiGroup& group, CLI::App& app, int argc, char** argv)
   return FinishBuild(program, line, *report, begin);
 }
 
-// The other ranks wait for this one. Only MPI can inform them: when a rank ends without
-// MPI_Finalize, MPI ends the job.
+// Ends the job while other ranks are waiting for this one. Only MPI can inform them: if a rank ends
+// without MPI_Finalize, MPI ends the job.
 [[noreturn]] void EndJob(const MpiGroup& group, const std::string& program, const Error& error)
 {
-  std::cerr.clear(); // this rank prints the error, whatever its number
+  std::cerr.clear(); // any rank may print this error
   std::_Exit(PrintError(program, "", group.NameRank(error)));
 }
 

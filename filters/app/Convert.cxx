@@ -64,8 +64,8 @@ struct CommandLine
   bool quiet = false, progressLines = false, strict = false;
 };
 
-// The line printed if a library's reader crashes. Prepared in advance, because a signal handler may
-// do very little.
+// The line printed if a library's reader crashes. It is prepared in advance, because a signal
+// handler may do very little.
 std::array<char, 512> crashLine{};
 std::size_t crashLength = 0;
 
@@ -75,7 +75,8 @@ extern "C" void OnCrash(int)
   ::_exit(exitFailed);
 }
 
-// The sanitizers have a better report, and need address space of their own.
+// With sanitizers neither is set up: their report is better, and they need address space of their
+// own.
 #if defined(__SANITIZE_ADDRESS__)
 constexpr bool sanitized = true;
 #elif defined(__has_feature)
@@ -95,7 +96,7 @@ void CatchCrashes(const std::string& program, const std::string& file)
   {
     return;
   }
-  // A stack of its own: a file can also make a reader call itself without end.
+  // A separate stack, because a file can also make a reader call itself endlessly.
   static std::array<char, 1 << 16> stack;
   stack_t alternative{};
   alternative.ss_sp = stack.data();
@@ -110,10 +111,10 @@ void CatchCrashes(const std::string& program, const std::string& file)
   }
 }
 
-// A file's claims must not exhaust the machine's memory: more than this, or than is free, is an
-// error.
+// The limit for memory: a file's claims must not exhaust the machine. If a reader needs more than
+// this, or more than is free, that is an error.
 constexpr std::uint64_t leastMemory = std::uint64_t{ 1 } << 30;
-constexpr std::uint64_t memoryPerByte = 100; // of the file: compressed ones grow, pictures too
+constexpr std::uint64_t memoryPerByte = 100; // of the file: compressed files and pictures grow
 
 void LimitMemory(std::uint64_t most)
 {
@@ -126,7 +127,7 @@ void LimitMemory(std::uint64_t most)
   }
 }
 
-// Whether a word is in a file.
+// Whether the file contains a word.
 bool Holds(const std::filesystem::path& file, std::string_view word)
 {
   std::ifstream input(file, std::ios::binary);
@@ -150,8 +151,8 @@ std::uint64_t MostMemory(const std::filesystem::path& input)
   std::error_code status;
   const std::uintmax_t bytes = std::filesystem::file_size(input, status);
   // Files without a limit: a .gltf, a tileset, pictures, and VRML with Inline (also in a compressed
-  // file), because bytes of other files belong to them; and .obj, .ply and .off, because our own
-  // readers trust no claim of the file.
+  // file), because they refer to other files, whose bytes are not counted; and .obj, .ply and .off,
+  // because our own readers do not trust any claim of the file.
   constexpr std::string_view gzipMark = "\x1f\x8b\x08";
   const std::string ending = FileEnding(input);
   const bool alone =
@@ -161,7 +162,7 @@ std::uint64_t MostMemory(const std::filesystem::path& input)
   return alone ? leastMemory + memoryPerByte * bytes : std::numeric_limits<std::uint64_t>::max();
 }
 
-// Progress for kdstream-build (ConvertedInput.h), which shows it as its own.
+// Prints progress for kdstream-build (ConvertedInput.h), which shows it as its own.
 class ProgressLines
 {
 public:
@@ -203,14 +204,14 @@ Result<ForeignMesh> Read(const CommandLine& line, const Execution& execution)
     return Error{ ErrorCode::LimitExceeded,
       "needs more memory than its size suggests or this machine has: it is damaged or too large" };
   }
-  catch (const std::exception& failure) // of the libraries
+  catch (const std::exception& failure) // from a library
   {
     return Error{ ErrorCode::InvalidInput,
       std::string("the reader of this format failed: ") + failure.what() };
   }
 }
 
-// For kdstream-build. A file whose name has a line end is not reported.
+// Reports these files to kdstream-build, except files with a line break in the name.
 void TellNamed(const std::vector<std::filesystem::path>& files)
 {
   for (const std::filesystem::path& file : files)
@@ -222,7 +223,7 @@ void TellNamed(const std::vector<std::filesystem::path>& files)
   }
 }
 
-// kdstream-build gets what was repaired as numbers, and reports it itself.
+// kdstream-build receives the counts of repairs as numbers, and reports them itself.
 void TellWarnings(const std::string& program, const CommandLine& line, const ForeignMesh& read)
 {
   std::vector<std::string> warnings = read.warnings;
@@ -258,7 +259,7 @@ int Convert(const CLI::App& app, const CommandLine& line)
     return PrintError(program, line.output, output.GetError(), line.output);
   }
   CatchCrashes(program, line.input);
-  if (!line.progressLines) // otherwise kdstream-build reports it
+  if (!line.progressLines) // otherwise kdstream-build reports an interrupt
   {
     EndAtInterrupts(program, line.output);
   }
@@ -293,7 +294,7 @@ int Convert(const CLI::App& app, const CommandLine& line)
     std::cerr << program << ": warning: " << line.input
               << ": --texture-pixels has no effect: no textures were read\n";
   }
-  // From here on an interrupt must remove files.
+  // From here on there are files to remove after an interrupt.
   CatchInterrupts();
   Result<OutputFolders> folders = OutputFolders::Make(line.output);
   const Status written =
@@ -342,7 +343,7 @@ try
   app.add_option("--threads", line.threads)->group("");            // the same
   return RunProgram(app, argc, argv, [&]() { return Convert(app, line); });
 }
-catch (...) // memory runs out before the work begins
+catch (...) // memory ran out before the work began
 {
   return kdstream::PrintError("kdstream-convert", "", kdstream::CaughtError());
 }

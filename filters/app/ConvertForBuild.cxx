@@ -52,8 +52,8 @@ Result<ConvertedInput> ConvertForBuild(
   const std::string ending = FileEnding(line.input);
   for (const std::filesystem::path& named : converted->Named())
   {
-    // A glTF's buffers hold its mesh; pictures and materials are not in them. A file that is
-    // missing, or is somewhere else, was not read, so it can only be a picture.
+    // The mesh of a glTF is in its buffers, and not in its pictures and materials. A file that is
+    // missing, or is elsewhere, was not read, so it can only be a picture.
     std::error_code failure;
     if ((ending == ".gltf" || ending == ".glb" || ending == ".json") &&
         TypeOfName(named.string()) == PictureType::Unknown &&

@@ -15,12 +15,12 @@
 namespace kdstream
 {
 
-// Converts line.input into a new folder in `folder`; sets line.baked, and what the build's
-// description says of the input. REQUIRES: line.converts. Errors: those of ConvertedInput::Make.
+// Converts line.input into a new folder in `folder`. Sets line.baked, and the members of line.build
+// that describe the input. REQUIRES: line.converts. Errors: those of ConvertedInput::Make.
 Result<ConvertedInput> ConvertForBuild(
   BuildCommand& line, const std::filesystem::path& folder, const Execution& execution);
 
-// Makes textures of the pictures that a conversion has left in this folder: sets
+// Prepares to make textures from the pictures that a conversion has left in this folder: sets
 // line.build.textures. Errors: those of TextureFolder::Open.
 Result<std::shared_ptr<const TiledTextures>> KeepTextures(
   BuildCommand& line, const std::filesystem::path& textureFolder);

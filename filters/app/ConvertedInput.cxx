@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps:
-// 1. a folder for the PLY
-// 2. start kdstream-convert, its stderr a pipe
-// 3. read the pipe until it ends: progress, warnings, the error
-// 4. how the process ended.
+// 1. Make a folder for the PLY.
+// 2. Start kdstream-convert, with its stderr as a pipe.
+// 3. Read the pipe until it ends: progress, warnings, the error.
+// 4. Find out how the process ended.
 #include "filters/app/ConvertedInput.h"
 
 #include "filters/files/Folders.h"
@@ -23,7 +23,7 @@ namespace kdstream
 namespace
 {
 
-constexpr std::size_t longestLine = 8192; // has a path, too
+constexpr std::size_t longestLine = 8192; // includes a path
 const std::string programName = "kdstream-convert";
 
 bool IsThere(const std::filesystem::path& program)
@@ -31,7 +31,7 @@ bool IsThere(const std::filesystem::path& program)
   return ::access(program.c_str(), X_OK) == 0;
 }
 
-// needs: beside VTK.
+// needs: libraries besides VTK.
 std::string HowToGet(const std::filesystem::path& program, const std::string& needs = "")
 {
   return programName + ", which is not at " + program.string() +
@@ -39,7 +39,8 @@ std::string HowToGet(const std::filesystem::path& program, const std::string& ne
          ")";
 }
 
-// Without it the input cannot be read, or a cloud that the build reads itself gets no surface.
+// Without the program the input cannot be read; or, for a cloud that the build can read, no surface
+// can be made.
 Result<std::filesystem::path> FindProgram(const std::filesystem::path& input)
 {
   const std::filesystem::path program = ChildProgram::Beside(programName);
@@ -53,7 +54,7 @@ Result<std::filesystem::path> FindProgram(const std::filesystem::path& input)
   return program;
 }
 
-// The process' lines as they come.
+// Receives lines from the process.
 class Messages
 {
 public:
@@ -130,7 +131,7 @@ private:
     }
   }
 
-  // "0.25 surface"
+  // reported: such as "0.25 surface".
   void UnderstandProgress(const std::string& reported)
   {
     char* rest = nullptr;
@@ -142,7 +143,7 @@ private:
   std::string Input, Line;
 };
 
-// Reads the process' messages until it closes them. Errors: Cancelled.
+// Reads messages from the process until it closes the pipe. Errors: Cancelled.
 Status Listen(ChildProgram& child, Messages& messages, const Execution& execution)
 {
   std::string text;
@@ -212,7 +213,7 @@ Result<ConvertedInput> ConvertedInput::Make(const std::string& input,
   {
     all.push_back("--paint=" + converted.TextureFolderPath().string());
   }
-  // In one word: a folder may begin with a hyphen.
+  // As a single argument, because a folder may begin with a hyphen.
   all.insert(
     all.end(), { "--progress-lines", "--output=" + converted.File().string(), "--", input });
   Result<ChildProgram> child = ChildProgram::Start(*program, all);
@@ -220,7 +221,7 @@ Result<ConvertedInput> ConvertedInput::Make(const std::string& input,
   Messages messages(input);
   KDSTREAM_TRY(Listen(*child, messages, execution));
   const int ended = child->Wait();
-  // An interrupt at the terminal reaches both processes.
+  // Ctrl-C in the terminal interrupts both processes.
   KDSTREAM_TRY(execution.Report(messages.step, messages.fraction));
   KDSTREAM_TRY(EndOf(ended, messages));
   converted.WarningTexts = std::move(messages.warnings);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Inputs that kdstream-build does not read itself: kdstream-convert, a process of its own, makes a
-// PLY of them first.
+// Inputs that kdstream-build does not read itself: kdstream-convert, a separate process, first
+// converts them to a PLY.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -19,34 +19,36 @@
 namespace kdstream
 {
 
-// A progress line of kdstream-convert --progress-lines begins with this mark; a fraction and the
-// step's name follow: "progress 0.25 surface".
+// A progress line of kdstream-convert --progress-lines begins with this mark. A fraction and the
+// name of the step follow: "progress 0.25 surface".
 inline const std::string convertProgressMark = "progress ";
 
-// The line that says what became of textures' images begins with this mark: "textures PICTURES
-// TEXELS TEXELS_PER_VERTEX LOSS".
+// The line with the results of baking textures begins with this mark: "textures PICTURES TEXELS
+// TEXELS_PER_VERTEX LOSS".
 inline const std::string convertTexturesMark = "textures ";
 
-// kdstream-convert's line about a file that the input names begins with this; the path follows.
+// A line about a file to which the input refers begins with this mark; the path follows.
 inline const std::string convertNamedMark = "named ";
 
-// Whether the file's ending is one of those.
+// Whether kdstream-convert must read files with this extension.
 bool NeedsConversion(const std::filesystem::path& input);
 
-// A warning, where no kdstream-convert lies beside this program: how to get it. what: is left out.
+// If there is no kdstream-convert in the folder of this program: a warning that says how to get it.
+// what: names, for the warning, the things that are left out of the model.
 std::optional<std::string> WhyNoPictures(std::string_view what = "pictures");
 
-// The PLY; it goes with the object.
+// A PLY made by kdstream-convert; it is removed with this object.
 class ConvertedInput
 {
 public:
-  // Runs the kdstream-convert that lies beside this program. The PLY is written into a new folder
-  // in `folder`, which is removed on an error; RemoveDeadFolders is called for `folder`. arguments:
-  // more arguments for kdstream-convert. keepTextures: whether textures are kept for Paint(), if
-  // there are any. Progress is reported as step "convert"; the steps of a reconstruction are
-  // reported by their own names. The process is ended on a cancel. Errors: Cancelled; Unsupported
-  // if kdstream-convert is not installed; InvalidInput with the text of its error line, or, without
-  // one, how it ended; InputOutput where the PLY cannot be written, with the file or folder.
+  // Runs the kdstream-convert beside this program. It writes the PLY into a new folder in `folder`,
+  // which is removed after an error; RemoveDeadFolders is called for `folder`. arguments: further
+  // arguments for kdstream-convert. keepTextures: whether textures are kept in TextureFolderPath(),
+  // if there are any. Progress is reported as step "convert"; the steps of a reconstruction are
+  // reported by their own names. When cancelled, the process is ended. Errors: Cancelled;
+  // Unsupported if kdstream-convert is not installed; InvalidInput with the text of its error line,
+  // or if there is none, how it ended; InputOutput, with the file or folder, if the PLY cannot be
+  // written.
   static Result<ConvertedInput> Make(const std::string& input, const std::filesystem::path& folder,
     const std::vector<std::string>& arguments, bool keepTextures, const Execution& execution);
 
@@ -57,23 +59,23 @@ public:
   ~ConvertedInput();
 
   std::filesystem::path File() const { return this->Folder.path / "input.ply"; }
-  // TextureFolder.h; may not be there.
+  // A TextureFolder.h; it may not exist.
   std::filesystem::path TextureFolderPath() const { return this->Folder.path / "paint"; }
-  // An error of reading the PLY, as one of the input, which is what the user knows.
+  // Turns an error of reading the PLY into one of the input, which is what the user knows.
   Error Blame(Error error) const;
-  // What kdstream-convert warned of, without the names of program and file.
+  // Warnings of kdstream-convert, without the names of program and file.
   const std::vector<std::string>& Warnings() const { return this->WarningTexts; }
-  // The files that it names: materials, pictures, buffers.
+  // The files to which the input refers: materials, pictures, buffers.
   const std::vector<std::filesystem::path>& Named() const { return this->NamedFiles; }
-  // What became of its pictures, if there were any; its warnings are among the others.
+  // The result of baking its pictures, if it had any. Warnings about them are in Warnings().
   const std::optional<BakeReport>& Baked() const { return this->BakedTextures; }
-  // What was dropped or forgiven while it was read.
+  // What was dropped or repaired while the input was read.
   const Tolerance& GetTolerance() const { return this->Forgiven; }
 
 private:
   ConvertedInput(LockedFolder folder, std::string input);
 
-  LockedFolder Folder; // without a path once moved from
+  LockedFolder Folder; // without a path after a move
   std::string Input;
   std::vector<std::string> WarningTexts;
   std::vector<std::filesystem::path> NamedFiles;
@@ -81,9 +83,9 @@ private:
   Tolerance Forgiven;
 };
 
-// A whole mesh from a file of any format that the programs take: by MeshReader, or by
+// Reads a whole mesh from a file of any format that the programs accept: by MeshReader; or by
 // kdstream-convert, whose PLY is put into the system's folder for temporary files. Memory: the
-// mesh. Errors: those of MeshReader and ConvertedInput, without the file's name.
+// mesh. Errors: those of MeshReader and ConvertedInput, without the name of the file.
 Result<Mesh> ReadAnyMesh(const std::string& file, const Execution& execution);
 
 }

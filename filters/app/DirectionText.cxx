@@ -13,7 +13,7 @@ namespace kdstream
 namespace
 {
 
-// Not with a stream: if memory runs out, a stream fails without saying why.
+// Uses no stream: when memory runs out, a stream fails without giving a reason.
 std::optional<Vec3> ParseDirection(const std::string& text)
 {
   const char* at = text.data();

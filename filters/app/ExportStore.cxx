@@ -38,7 +38,7 @@ namespace
 
 namespace fs = std::filesystem;
 
-// Replaces @ in a text by the policy of what pages may load.
+// Replaces each @ in a text by the policy that restricts what pages may load.
 std::string WithPolicy(std::string text)
 {
   for (auto at = text.find('@'); at != text.npos; at = text.find('@'))
@@ -48,7 +48,7 @@ std::string WithPolicy(std::string text)
   return text;
 }
 
-// nginx takes the headers of an outer block where an inner one has none of its own.
+// nginx uses the headers of an outer block only if an inner block has none of its own.
 constexpr const char* nginxRules =
   R"(# Include this in a server { } whose root is this folder.
 gzip_static on;
@@ -91,7 +91,8 @@ location /api/ {
 }
 )";
 
-// Nothing but what AllowOverride FileInfo allows: for anything else Apache would answer nothing.
+// These are only rules that AllowOverride FileInfo allows. With any other rule Apache would answer
+// no request at all.
 constexpr const char* apacheRules =
   R"(AddType application/wasm .wasm
 AddType application/json .json
@@ -134,7 +135,7 @@ AddEncoding gzip .gz
 </IfModule>
 )";
 
-// The error is about `file`, by the name that the user knows.
+// Makes the error one of `file`, the name that the user knows.
 Status About(const fs::path& file, const Status& status)
 {
   return status
@@ -142,8 +143,8 @@ Status About(const fs::path& file, const Status& status)
            : Status{ Error{ status.GetError().code, status.GetError().message, file.string() } };
 }
 
-// The folder that the user names. Folders below it are opened one after the other: others may be
-// able to write to them, and must not redirect this program by links.
+// The folder that the user names. Folders below it are opened one after the other without following
+// links: others may be able to write to them, and must not redirect this program.
 class TargetFolder
 {
 public:
@@ -173,13 +174,14 @@ public:
   {
     for (auto made = this->Made.rbegin(); made != this->Made.rend(); ++made)
     {
-      ::rmdir(made->c_str()); // only if the folder is still empty
+      ::rmdir(made->c_str()); // does nothing if the folder is not empty
     }
   }
   TargetFolder(const TargetFolder&) = delete;
   TargetFolder& operator=(const TargetFolder&) = delete;
 
-  // `below` is relative, and made where there is none. Errors: InputOutput, also for a link.
+  // Opens the folder `below`, a relative path; makes it if it does not exist. Errors: InputOutput,
+  // also for a link.
   Result<HeldFolder> Enter(const fs::path& below)
   {
     auto here = HeldFolder::Open(this->Held->Path());
@@ -206,7 +208,7 @@ public:
   }
   std::string NameOf(const fs::path& below) const { return (this->Folder / below).string(); }
 
-  // Waits for the folders that this has made.
+  // Waits until the folders made here are on the disk.
   Status Sync() const
   {
     for (const fs::path& made : this->Made)
@@ -219,15 +221,15 @@ public:
 private:
   fs::path Folder;
   std::optional<HeldFolder> Held;
-  std::vector<fs::path> Made; // by this, the outermost first
+  std::vector<fs::path> Made; // folders made here, the outermost first
 };
 
-// A model's folder, or, if that exists, the folder of another digest in it, which appears whole or
-// not at all (HiddenFolder). An existing folder stays where it is.
+// The new folder of an export: that of the model; or, if that exists, the folder of the new digest
+// in it. It appears as a whole or not at all (HiddenFolder). An existing folder stays where it is.
 class NewFolder
 {
 public:
-  // model: the path of its folder in `target`.
+  // model: the path of the model's folder in `target`.
   NewFolder(TargetFolder& target, fs::path model, const std::string& digest)
     : Target(target)
     , Folder(std::move(model))
@@ -252,7 +254,7 @@ public:
   }
 
   bool IsUp() const { return this->Up; }
-  // file: its path in the target.
+  // Whether this folder contains the file. file: its path in the target.
   bool Holds(const fs::path& file) const
   {
     return std::mismatch(this->Folder.begin(), this->Folder.end(), file.begin(), file.end())
@@ -297,7 +299,7 @@ private:
   fs::path Folder;
   std::string Digest;
   std::optional<HeldFolder> Parent;
-  HiddenFolder Hidden; // in Parent, until the export is complete
+  HiddenFolder Hidden; // within Parent, until the export is complete
   bool Up = false;
 };
 
@@ -305,7 +307,7 @@ private:
 class Writer
 {
 public:
-  // part: of the folder, and not up before the rest.
+  // part: the part of `folder` that appears only when it is complete.
   Writer(TargetFolder& folder, const NewFolder& part, const Execution& execution)
     : Folder(folder)
     , Part(part)
@@ -315,12 +317,14 @@ public:
 
   ExportReport Report;
 
-  // path: of the protocol, "/api/…". Another file in its place is replaced at once, or not at all.
+  // path: of the protocol, "/api/…". If another file is in its place, it is replaced as a whole or
+  // not at all.
   Status Put(const std::string& path, std::string_view bytes)
   {
     const auto file = this->PlaceOf(path);
     KDSTREAM_TRY(file);
-    // Waits for the blobs that are not on the disk yet, for all at once.
+    // Files of the new folder are not synchronized one by one, but all at once when the folder
+    // appears.
     KDSTREAM_TRY(About(
       this->NameOf(path), this->GoesUp(path) ? WriteAnew(*file, bytes) : WriteWhole(*file, bytes)));
     ++this->Report.files;
@@ -362,7 +366,7 @@ public:
     return {};
   }
 
-  // The path as the user wrote it.
+  // The path for messages: it begins with the folder's name as the user gave it.
   std::string NameOf(const std::string& path) const { return this->Folder.NameOf(path.substr(1)); }
 
   // Errors: NotFound; InputOutput, also for a link; LimitExceeded.
@@ -370,7 +374,7 @@ public:
   {
     const auto file = this->PlaceOf(path);
     KDSTREAM_TRY(file);
-    constexpr std::size_t mostBytes = std::size_t{ 16 } << 20; // that viewers take of a list
+    constexpr std::size_t mostBytes = std::size_t{ 16 } << 20; // viewers do not take a longer list
     auto text = ReadWholeFile(*file, Links::Refuse, mostBytes);
     if (!text)
     {
@@ -379,7 +383,8 @@ public:
     return text;
   }
 
-  // What is there already should be the same, since its path has the digest: it is compared.
+  // If the file exists already, it should have the same bytes, because its path contains the
+  // digest: they are compared.
   template <class Read>
   Status PutBlob(const std::string& path, const Read& read)
   {
@@ -418,7 +423,8 @@ private:
     return !this->Part.IsUp() && this->Part.Holds(path.substr(1));
   }
 
-  // In a folder that is there from now on. Valid until the next call for another folder.
+  // Where to write a file, in a folder that exists from now on. Valid until the next call for
+  // another folder.
   Result<fs::path> PlaceOf(const std::string& path)
   {
     const fs::path file = path.substr(1);
@@ -426,7 +432,7 @@ private:
     {
       const fs::path place = this->Part.PlaceOf(file);
       std::error_code failure;
-      fs::create_directories(place.parent_path(), failure); // or the file cannot be made
+      fs::create_directories(place.parent_path(), failure); // an error shows when the file is made
       return place;
     }
     if (!this->Entered || this->EnteredName != file.parent_path())
@@ -480,7 +486,7 @@ Status PutBlobs(const Store& store, const std::string& model, Writer& writer)
   return {};
 }
 
-// Writes the preview that a server makes: for viewers of glTF, and for augmented reality.
+// Writes the same preview as a server makes: for viewers of glTF, and for augmented reality.
 Status PutPreview(const Store& store, const ModelDescription& model, Writer& writer)
 {
   if (!HasPreviewGlb(model))
@@ -499,7 +505,7 @@ Status PutPreview(const Store& store, const ModelDescription& model, Writer& wri
     { reinterpret_cast<const char*>(bytes->data()), bytes->size() });
 }
 
-// Nothing if there are no notes.
+// Reads the notes; nothing if there are none.
 Result<std::optional<NotesText>> NotesIn(const fs::path& file)
 {
   auto notes = file.empty() ? Result<NotesText>(Error{ ErrorCode::NotFound, "" }) : ReadNotes(file);
@@ -515,7 +521,7 @@ Result<std::optional<NotesText>> NotesIn(const fs::path& file)
   return Error{ error.code, error.message, file.string() };
 }
 
-// Writes the files about the model that are not its content.
+// Writes the files about the model that do not depend only on its content.
 Status PutTexts(
   const ModelDescription& model, const std::optional<NotesText>& notes, Writer& writer)
 {
@@ -530,7 +536,8 @@ std::string PageFile(const std::string& model, const char* name)
   return "/" + std::string(pagesFolder) + model + "/" + name;
 }
 
-// The page of the model, and what belongs to it. What cannot be any more is removed.
+// Writes the model's page and the files that belong to it. Removes an earlier oembed.json if there
+// is no address now.
 Status PutPage(const Store& store, const ModelDescription& model,
   const std::optional<NotesText>& notes, const ExportOptions& options, Writer& writer)
 {
@@ -555,7 +562,8 @@ Status PutPage(const Store& store, const ModelDescription& model,
   return writer.PutText(PageFile(model.id, "index.html"), MakeModelPage(*viewer, model, place, {}));
 }
 
-// The page of all models, without scripts links to each; and their addresses for search engines.
+// Writes the page of all models, which has a link to each even without scripts, and a list of
+// addresses for search engines.
 Status PutListPage(
   const std::vector<ModelSummary>& models, const ExportOptions& options, Writer& writer)
 {
@@ -569,7 +577,7 @@ Status PutListPage(
     "/" + std::string(pagesFolder) + "index.html", MakeListPage(*viewer, models, place, {}));
 }
 
-// "m/" where each of the models has a page.
+// "m/" if each of the models has a page; else empty.
 std::string PagesOf(const std::vector<ModelSummary>& models, const Writer& writer)
 {
   const bool all = std::all_of(models.begin(), models.end(),
@@ -581,7 +589,7 @@ std::string PagesOf(const std::vector<ModelSummary>& models, const Writer& write
   return all ? std::string(pagesFolder) : std::string();
 }
 
-// The models that the folder's list names, with this one.
+// The models in the folder's list, and this one.
 Result<std::vector<ModelSummary>> ListWith(const ModelSummary& model, Writer& writer)
 {
   std::vector<ModelSummary> models;
@@ -596,7 +604,7 @@ Result<std::vector<ModelSummary>> ListWith(const ModelSummary& model, Writer& wr
     }
     models = std::move(*list);
   }
-  // Otherwise the list would lose the other models.
+  // Any other error must be reported; otherwise the new list would lose the other models.
   else if (text.GetError().code != ErrorCode::NotFound)
   {
     return text.GetError();
@@ -630,7 +638,7 @@ Result<ExportReport> ExportStore(const Store& store, const fs::path& folder,
   KDSTREAM_TRY(PutBlobs(store, options.model, writer));
   KDSTREAM_TRY(PutPreview(store, reported, writer));
   const bool isNewModel = part.Name().filename() == options.model;
-  if (isNewModel) // otherwise the model is listed when the new digest is complete
+  if (isNewModel) // otherwise texts are written after the new digest is complete
   {
     KDSTREAM_TRY(PutTexts(reported, *notes, writer));
   }

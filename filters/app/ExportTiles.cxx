@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. how large the error of each piece is, from the pages of the tree, fine to coarse
-// 2. each piece as a tile, fine to coarse, and its box  3. the tilesets that name them  4. the
-// folder takes its name.
+// Steps:
+// 1. Find the error of each piece from the pages of the tree, fine to coarse.
+// 2. Write each piece as a tile, fine to coarse, and find its box.
+// 3. Write the tilesets that refer to the tiles.
+// 4. Give the folder its name.
 #include "filters/app/ExportTiles.h"
 
 #include "filters/app/HiddenFolder.h"
@@ -27,17 +29,17 @@ namespace
 
 namespace fs = std::filesystem;
 
-// Pieces that are encoded at a time.
+// How many pieces are encoded at the same time.
 constexpr std::size_t tilesAtATime = 64;
 
 // ---- the folder
 
-// The file that viewers open: it appears last.
+// The file that viewers open. It appears last.
 constexpr const char* rootTileset = "tileset.json";
 
-// The folder of a tileset appears with all that is in it (HiddenFolder); in an empty folder, which
-// may be a mount point or lie where nothing else may be written, the files appear one after the
-// other.
+// The folder of a tileset appears with all its files (HiddenFolder). But if an empty folder exists,
+// which may be a mount point, or the only place where files may be written, the files appear in it
+// one after the other.
 class TilesFolder
 {
 public:
@@ -61,7 +63,7 @@ public:
 
   Status MakeFolder(const fs::path& below) const
   {
-    return ::mkdir((this->Hidden.Place() / below).c_str(), 0777) == 0 // less the umask, as it stays
+    return ::mkdir((this->Hidden.Place() / below).c_str(), 0777) == 0 // the umask still applies
              ? Status{}
              : Status{ SystemError("cannot be written", errno, this->NameOf(below)) };
   }
@@ -137,7 +139,7 @@ private:
 
   fs::path Folder;
   OutputFolders Above;
-  bool IsThere = false; // Folder, empty
+  bool IsThere = false; // whether Folder exists, and is empty
   HiddenFolder Hidden;  // beside Folder, or in it
 };
 
@@ -172,7 +174,7 @@ public:
   }
 
 private:
-  // Calls make(piece's number), on threads, and take(piece's number, result), in their order.
+  // Calls make(number of the piece) on threads, and take(number, result) in order.
   template <class Make, class Take>
   Status ForPieces(const TileStep& step, const Make& make, const Take& take)
   {
@@ -279,7 +281,7 @@ private:
   const Execution& Runs;
   const TileInput Source;
   TileTree Tree;
-  std::vector<BorderNormal> Borders; // of the step that is written
+  std::vector<BorderNormal> Borders; // of the step that is being written
   const std::uint64_t AllTiles;
   std::uint64_t Done = 0;
   TilesReport Report;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A store as a tileset of 3D Tiles 1.1, or one level of it as a small .glb: for kdstream-store
-// export --format 3dtiles and glb.
+// Writes a store as a tileset of 3D Tiles 1.1, or one level of it as a small .glb: for
+// kdstream-store export --format 3dtiles and glb.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -19,14 +19,14 @@ struct TilesReport
   std::uint64_t tiles = 0, bytes = 0; // of the .glb files; of all files
 };
 
-// Writes tileset.json, and a .glb for each piece of the levels from the preview's on and of the
-// original, into the folder `folder`: a new one appears whole or not at all; an empty one is filled
-// at the end, with tileset.json last. Layout: doc/3dtiles.md.
+// Writes tileset.json, and a .glb for each piece of the original and of the levels from the
+// preview's on, into the folder `folder`. A new folder appears whole or not at all; an empty one is
+// filled at the end, with tileset.json last. Layout: doc/3dtiles.md.
 //
-// Peak memory: some pieces at a time, and 5 kB a piece for normals on their borders. Threads:
-// `execution` encodes pieces. Reports the step "export". The same bytes for any number of threads.
-// Errors: those of the store; Unsupported where it has no levels, or for a compression that is not
-// built in; InputOutput, also where the folder is there and not empty; Cancelled.
+// Peak memory: some pieces at a time, and 5 kB a piece for normals on borders. Threads: `execution`
+// encodes pieces. Reports the step "export". The same bytes for any number of threads. Errors:
+// those of the store; Unsupported if it has no levels, or for a compression that is not built in;
+// InputOutput, also if the folder exists and is not empty; Cancelled.
 Result<TilesReport> ExportTiles(const Store& store, const std::filesystem::path& folder,
   const TilesOptions& options, const Execution& execution = {});
 

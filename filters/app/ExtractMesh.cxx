@@ -47,7 +47,7 @@ std::string NeededResolution(const JsonValue& entry, unsigned least, const TreeD
          std::to_string(depths.finest) + " or \"original\"";
 }
 
-// --resolutions as a list: of each partition the resolution, S or finer.
+// Reads --resolutions as a list: for each partition its resolution, S or finer.
 Result<Cut> ReadPartitions(const JsonValue& list, const ModelDescription& info)
 {
   const TreeDepths& depths = info.depths;
@@ -76,7 +76,8 @@ Result<Cut> ReadPartitions(const JsonValue& list, const ModelDescription& info)
   return Cut{ depths, Resolution::Level(depths.stitch), { active.begin(), active.end() } };
 }
 
-// --resolutions as an object: the base, and finer pieces that may be shown, in any order.
+// Reads --resolutions as an object: the base, and finer pieces that are shown where possible, in
+// any order.
 Result<Cut> ReadPieces(const JsonValue& object, const ModelDescription& info)
 {
   const TreeDepths& depths = info.depths;

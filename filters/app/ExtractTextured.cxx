@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps:
-// 1. piece by piece: vertices, triangles, their materials; a lossy tile becomes a picture
-// 2. for each picture of a lossless input: its texels from all tiles that have some.
+// 1. Piece by piece: add vertices, triangles, and their materials; turn a lossy tile into a
+//    picture.
+// 2. For each picture of a lossless input: collect its texels from all tiles that have some.
 #include "filters/app/ExtractTextured.h"
 
 #include "filters/app/TilePictures.h"
@@ -69,13 +70,13 @@ public:
   }
 
 private:
-  // A picture of the input, of which tiles have parts.
+  // A picture of the input, parts of which are in tiles.
   struct SourcePicture
   {
     std::uint32_t width = 1, height = 1;
-    std::uint32_t picture = 0;            // in Out
-    std::vector<PieceId> pieces;          // the pieces that have a part of the picture
-    std::vector<std::uint32_t> materials; // in Out
+    std::uint32_t picture = 0;            // index in Out
+    std::vector<PieceId> pieces;          // the pieces that have a part of this picture
+    std::vector<std::uint32_t> materials; // indices in Out
   };
 
   protocol::BlobId TextureOf(PieceId piece) const
@@ -143,8 +144,9 @@ private:
     return {};
   }
 
-  // Each triangle is in the pieces of all its corners: it is taken of the first. Of a level that
-  // has the lowest key.
+  // Whether a triangle is taken from this piece. A triangle is in the pieces of all its corners. In
+  // the original it is taken from the first of the extracted pieces; in a level, from the owner of
+  // the lowest key.
   bool Counts(const Piece& piece, const Triangle& triangle) const
   {
     if (!piece.id.resolution.IsOriginal())
@@ -166,7 +168,7 @@ private:
     return first == piece.id.node;
   }
 
-  // The piece's vertices among the mesh's.
+  // Adds the vertices of the piece; returns their numbers in the mesh.
   std::vector<VertexId> AddVertices(const Piece& piece)
   {
     Mesh& mesh = this->Out.mesh;
@@ -236,13 +238,13 @@ private:
       }
       material.color[3] = color[3] / 255.0;
       material.opaque = color[3] == 255;
-      material.transform = upsideDown; // an OBJ has the coordinates as they are
+      material.transform = upsideDown; // so an OBJ gets the coordinates unchanged
       entry->second = this->AddMaterial(std::move(material));
     }
     return entry->second;
   }
 
-  // The material of each source of a tile.
+  // Returns the material of each source of a tile.
   std::vector<std::uint32_t> AddSources(PieceId piece, const ExactTile& exact)
   {
     std::vector<std::uint32_t> materials;
@@ -314,9 +316,9 @@ private:
   const Execution& Exec;
   TexturedMesh Out;
   std::unordered_map<VertexKey, VertexId> VertexOfKey;
-  std::map<Rgba, std::uint32_t> MaterialOf; // a colour
+  std::map<Rgba, std::uint32_t> MaterialOf; // by colour
   std::vector<std::pair<TileSource, std::uint32_t>> KnownSources;
-  std::map<std::uint32_t, SourcePicture> Sources; // by the number of the input's picture
+  std::map<std::uint32_t, SourcePicture> Sources; // by the picture's number in the input
 };
 
 }

@@ -27,7 +27,7 @@ Status HiddenFolder::Make(const std::filesystem::path& parent, const std::filesy
   KDSTREAM_TRY(hidden);
   this->Hidden = std::move(*hidden);
   this->Files = this->Hidden.path / name;
-  return ::mkdir(this->Files.c_str(), 0777) == 0 // less the umask, as it stays
+  return ::mkdir(this->Files.c_str(), 0777) == 0 // the umask still applies
            ? Status{}
            : Status{ SystemError("cannot be written", errno) };
 }

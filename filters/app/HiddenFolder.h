@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A folder of an export that appears whole or not at all.
+// A folder of an export that appears as a whole or not at all.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -10,8 +10,8 @@
 namespace kdstream
 {
 
-// Its files are written into a hidden folder beside it, or in it, which is removed at the end. A
-// killed process leaves it to the next one (RemoveDeadFolders).
+// Its files are written into a hidden folder, which is removed at the end. If the process is
+// killed, the next one removes it (RemoveDeadFolders).
 class HiddenFolder
 {
 public:
@@ -20,11 +20,12 @@ public:
   HiddenFolder& operator=(const HiddenFolder&) = delete;
   ~HiddenFolder();
 
-  // Makes the folder, hidden in `parent`. Errors: InputOutput.
+  // Makes the hidden folder in `parent`. Errors: InputOutput.
   Status Make(const std::filesystem::path& parent, const std::filesystem::path& name);
-  // The folder for its files. REQUIRES: Make.
+  // The folder to write files into. REQUIRES: Make.
   const std::filesystem::path& Place() const { return this->Files; }
-  // Gives it its name, when the disk has all that is in it. Errors: InputOutput; it stays hidden.
+  // Renames the folder to `as`, once all its content is on the disk. Errors: InputOutput; then it
+  // stays hidden.
   Status Appear(const std::filesystem::path& as) const;
 
 private:

@@ -34,7 +34,7 @@ Result<OutputFolders> OutputFolders::Make(const std::filesystem::path& file)
 {
   namespace fs = std::filesystem;
   std::error_code status;
-  std::vector<fs::path> missing; // each is the folder of the one before
+  std::vector<fs::path> missing; // each is the parent folder of the one before
   fs::path folder = file.parent_path();
   for (; !folder.empty() && !fs::exists(folder, status); folder = folder.parent_path())
   {
@@ -48,8 +48,10 @@ Result<OutputFolders> OutputFolders::Make(const std::filesystem::path& file)
   OutputFolders folders;
   for (auto next = missing.rbegin(); next != missing.rend(); ++next)
   {
-    // "a/b/" has the parent "a/b", and "." is there as soon as what it is in.
-    folders.Made.push_back(*next); // before: afterwards there may be no memory
+    // create_directory may find that the folder exists: "a/b/" has the parent "a/b", and "." exists
+    // as soon as its parent does. The name is stored before the folder is made, because afterwards
+    // there may be no memory.
+    folders.Made.push_back(*next);
     if (fs::create_directory(*next, status))
     {
       KDSTREAM_TRY(SyncFolder(next->has_parent_path() ? next->parent_path() : "."));
@@ -77,7 +79,7 @@ OutputFolders& OutputFolders::operator=(OutputFolders&& other) noexcept
 
 OutputFolders::~OutputFolders()
 {
-  std::error_code ignored; // of a folder that somebody has put something into
+  std::error_code ignored; // a folder that is not empty stays
   std::for_each(this->Made.rbegin(), this->Made.rend(),
     [&](const std::filesystem::path& folder) { std::filesystem::remove(folder, ignored); });
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Folders for an output whose folders are not there yet.
+// Makes the missing folders of an output's path.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -11,18 +11,18 @@
 namespace kdstream
 {
 
-// As CheckOutput of a file, for one whose folders may be missing: they are made, and removed again.
-// Afterwards, until OutputFolders::Make, a program that ends has nothing to remove. Errors: those
-// of both; Cancelled after an interrupt.
+// Like CheckOutput for a file, but folders of the path may be missing: they are made for the check,
+// and removed again. So until OutputFolders::Make is called, a program that ends has nothing to
+// remove. Errors: those of both; Cancelled after an interrupt.
 Result<std::filesystem::path> CheckOutputAndFolders(
   const std::string& file, const std::string& input);
 
-// The folders that were made for an output. Empty ones are removed again, unless Keep is called: a
-// failed command leaves nothing.
+// The folders that were made for an output. Unless Keep is called, the empty ones are removed
+// again, so that a failed command leaves nothing behind.
 class OutputFolders
 {
 public:
-  // Makes the folders of `file` that are missing. Errors: InputOutput.
+  // Makes the missing folders of the path of `file`. Errors: InputOutput.
   static Result<OutputFolders> Make(const std::filesystem::path& file);
 
   OutputFolders() = default;
@@ -33,7 +33,7 @@ public:
   void Keep() { this->Made.clear(); }
 
 private:
-  std::vector<std::filesystem::path> Made; // each in the one before
+  std::vector<std::filesystem::path> Made; // each contains the next one
 };
 
 }

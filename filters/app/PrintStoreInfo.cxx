@@ -16,7 +16,7 @@ namespace kdstream
 namespace
 {
 
-// A line a level, and what its last two columns mean.
+// Prints a line for each level, and the meaning of the last two columns.
 void PrintLevels(const ModelDescription& info)
 {
   std::printf("\n%5s %10s %10s %7s %11s %12s %12s\n", "level", "vertices", "triangles", "pieces",

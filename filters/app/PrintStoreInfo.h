@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What kdstream-store info prints about a store.
+// The output of kdstream-store info.
 #pragma once
 
 #include "filters/model/ModelDescription.h"
@@ -9,7 +9,8 @@
 namespace kdstream
 {
 
-// On standard output, a line each; a table of the levels, if there are any. bytes: of the file.
+// Prints to standard output, with a line for each fact, and a table of the levels if there are any.
+// bytes: size of the file.
 void PrintStoreInfo(const ModelDescription& info, std::uintmax_t bytes);
 
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Options of how inputs are read, which kdstream-build and kdstream-convert share.
+// Options for reading inputs, which kdstream-build and kdstream-convert share.
 #pragma once
 
 #include "filters/meshio/FileEnding.h"
@@ -10,14 +10,14 @@
 namespace kdstream
 {
 
-// --strict: see Tolerance.h.
+// Adds --strict: see Tolerance.h.
 inline CLI::Option* AddStrictOption(CLI::App& app, bool& strict)
 {
   return app.add_flag(
     "--strict", strict, "fail instead of warning where input would be dropped or repaired");
 }
 
-// --columns "x y z r g b class".
+// Adds --columns "x y z r g b class".
 inline CLI::Option* AddColumnsOption(CLI::App& app, std::string& columns)
 {
   return app
@@ -27,7 +27,8 @@ inline CLI::Option* AddColumnsOption(CLI::App& app, std::string& columns)
     ->type_name("\"x y z NAMES\"");
 }
 
-// Whether it has columns to name. Errors: InvalidArgument.
+// Checks that --columns is given only for an input that has columns to name. Errors:
+// InvalidArgument.
 inline Status CheckColumns(const std::string& columns, const std::string& input)
 {
   return columns.empty() || IsPointText(FileEnding(input))

@@ -75,15 +75,15 @@ struct CommandLine
   std::string format = formatFiles;
   std::string compression = HasMeshoptCompression() ? "meshopt" : "none";
   std::string normals = "on";
-  TilesOptions tiles; // only its member origin
-  // Options of export, and the formats that they go with.
+  TilesOptions tiles; // only its member origin is an option
+  // Options of export, and the formats for which they are valid.
   std::vector<std::pair<const CLI::Option*, std::string>> ofFormats;
   bool json = false, all = false, quiet = false;
   WantedMesh wanted;
   StoreTexts texts;
 };
 
-// "title, credit and unit": those of the texts that are given.
+// Names of the texts that are given, such as "title, credit and unit".
 std::string NamesOf(const StoreTexts& texts)
 {
   std::vector<std::string> names;
@@ -105,7 +105,7 @@ std::string NamesOf(const StoreTexts& texts)
   return all;
 }
 
-// The names of arrays that neither a .glb nor an .obj with pictures has; "" if there are none.
+// The names of arrays that neither a .glb nor an .obj with pictures can hold; "" if there are none.
 std::string AttributesWithoutPlace(const std::vector<AttributeInfo>& attributes)
 {
   std::string names;
@@ -221,7 +221,7 @@ public:
 
   int Edit()
   {
-    // Replaces the target of a link, not the link.
+    // If the store is a link, its target is replaced, not the link.
     const auto store = CheckOutput(this->Line.store, OutputKind::File, {});
     if (!store)
     {
@@ -312,8 +312,8 @@ private:
     std::cerr << this->Program << ": warning: " << this->Line.output << ": " << loss << "\n";
   }
 
-  // Calls `write`, which gives a Status, in the folders of the output, which are made for it. An
-  // interrupt cancels it: from here on there is something to remove. Returns an exit code.
+  // Makes the folders of the output, and calls `write`, which returns a Status. An interrupt
+  // cancels it: from here on there are files to remove. Returns an exit code.
   template <class Write>
   int WriteOutput(const Write& write) const
   {
@@ -362,7 +362,8 @@ private:
     return exitDone;
   }
 
-  // The pieces that the mesh consists of, if they have textures: only partitions, or only a level.
+  // The pieces that the mesh consists of, if they have textures. Nothing unless the mesh consists
+  // only of partitions, or only of a level.
   std::vector<PieceId> TexturedPieces(
     const ModelDescription& model, const WantedPartitions& original) const
   {
@@ -385,7 +386,7 @@ private:
     return pieces;
   }
 
-  // Writes the pictures of these pieces, too; without pieces a .glb without pictures.
+  // Writes these pieces with their pictures; if there are no pieces, a .glb without pictures.
   int ExtractTextured(const Store& store, const std::filesystem::path& output,
     const std::vector<PieceId>& textured, Moment begin) const
   {
@@ -525,7 +526,7 @@ private:
     return exitDone;
   }
 
-  // Warns of parts of the model that neither a tileset nor a small .glb has.
+  // Warns about parts of the model that neither a tileset nor a small .glb can hold.
   void WarnOfTileLosses(const ModelDescription& model) const
   {
     std::vector<AttributeInfo> left, rounded;
@@ -563,7 +564,7 @@ private:
     this->WarnOfUnit(model);
   }
 
-  // glTF and 3D Tiles are in metres.
+  // Warns about an unknown unit: glTF and 3D Tiles are in metres.
   void WarnOfUnit(const ModelDescription& model) const
   {
     if (!model.unit.empty() && !MetresOfUnit(model.unit))
@@ -573,7 +574,7 @@ private:
     }
   }
 
-  // Makes the mesh, with the texture of a level that is one piece, if it has one.
+  // Makes the mesh; if the level is one piece with a texture, the mesh has the texture too.
   Result<TileMesh> MakeSmallMesh(const Store& store, bool normals) const
   {
     const ModelDescription& model = store.Info();
@@ -599,7 +600,8 @@ private:
     return CutTileMesh(*piece, &*tile, options);
   }
 
-  // The place of --origin is that of (0, 0, 0), from which map coordinates are far away.
+  // Warns if the model is far from (0, 0, 0), as with map coordinates. --origin is the place of (0,
+  // 0, 0).
   void WarnOfPlace(const ModelDescription& model) const
   {
     constexpr double far = 1e5, mostKilometres = 1e15;
@@ -714,7 +716,7 @@ private:
     return exitDone;
   }
 
-  // Distances of surfaces are expected.
+  // Warns if a mesh has no triangles: users expect distances between surfaces.
   void WarnOfPoints(const std::string& what) const
   {
     std::cerr
@@ -906,7 +908,7 @@ void AddEdit(CLI::App& edit, CommandLine& line)
   CheckText(texts->add_option("--credit", line.texts.credit, "who made or scanned it"));
   const std::string license = "terms of use";
   CheckText(texts->add_option("--license", line.texts.license, license));
-  // Also accepted.
+  // An alternative spelling is also accepted.
   CheckText(texts->add_option("--licence", line.texts.license, license))->group("");
   CheckText(texts->add_option("--unit", line.texts.unit, "unit of the coordinates, such as mm"));
   AddDirectionOption(*texts, "--up", line.texts.up, "upward direction");
@@ -984,7 +986,7 @@ try
                                   : commands.Extract();
     });
 }
-catch (...) // memory runs out before the work begins
+catch (...) // memory ran out before the work began
 {
   return kdstream::PrintError("kdstream-store", "", kdstream::CaughtError());
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps:
-// 1. of each axis the two lowest and the two highest coordinates
-// 2. the box without each of the points that have the outermost ones.
+// 1. Find the two lowest and the two highest coordinates along each axis.
+// 2. Compute the box without each of the outermost points.
 #include "filters/app/StrayPoint.h"
 
 #include "filters/meshio/MeshReader.h"
@@ -18,8 +18,8 @@ namespace
 struct Outermost
 {
   double first = -std::numeric_limits<double>::infinity();
-  double second = -std::numeric_limits<double>::infinity(); // of another point
-  StrayPoint owner;                                         // of the first
+  double second = -std::numeric_limits<double>::infinity(); // of a different point
+  StrayPoint owner;                                         // the point of `first`
 
   void Add(double value, std::uint64_t number, const Vec3& place)
   {
@@ -41,7 +41,7 @@ struct Outermost
   }
 };
 
-// Upwards, and downwards (with the opposite sign).
+// For each axis the outermost upwards, and downwards (with the opposite sign).
 using Ends = std::array<std::array<Outermost, 2>, 3>;
 
 double LongestSide(const Ends& ends, std::uint64_t without)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Finds a point of a cloud that lies far from all others: it makes the grid coarse for them. For a
+// Finds a point of a cloud that lies far from all others, and makes the grid coarse for them. For a
 // warning of kdstream-build.
 #pragma once
 
@@ -17,11 +17,12 @@ struct StrayPoint
 {
   std::uint64_t number = 0; // among the finite points of the file
   Vec3 place{};
-  double shrinks = 1; // how many times longer the longest side of the box is with it
+  double shrinks = 1; // factor by which this point lengthens the longest side of the box
 };
 
-// The point without which the box's longest side shrinks most, if that is at least tenfold. Reads
-// the file's points once, in blocks. Nothing where they cannot be read, or on a cancel.
+// The point without which the longest side of the box shrinks most, if it becomes at least ten
+// times shorter. Reads the points of the file once, in blocks. Nothing if they cannot be read, or
+// if cancelled.
 std::optional<StrayPoint> FindStrayPoint(
   const std::filesystem::path& file, const Execution& execution);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The options of textures that kdstream-build and kdstream-convert share.
+// Options for textures, which kdstream-build and kdstream-convert share.
 #pragma once
 
 #include "filters/program/Program.h"
@@ -11,7 +11,7 @@
 namespace kdstream
 {
 
-// --textures, of these values, and --texture-pixels N. Keeps references.
+// Adds --textures, which takes these values, and --texture-pixels N. Keeps references.
 inline void AddTextureOptions(CLI::App& app, const std::vector<std::string>& values,
   const std::string& help, std::string& textures, std::uint64_t& pixels)
 {
@@ -26,7 +26,8 @@ inline void AddTextureOptions(CLI::App& app, const std::vector<std::string>& val
     ->group("Input");
 }
 
-// Whether --texture-pixels has pictures to bound. Errors: InvalidArgument.
+// Checks that --texture-pixels is given only if there are pictures to limit. Errors:
+// InvalidArgument.
 inline Status CheckTexturePixels(const CLI::App& app, const std::string& textures)
 {
   return FindOption(app, "--texture-pixels")->count() > 0 && textures == "off"

@@ -23,7 +23,8 @@ Error DamagedTexture(const protocol::BlobId& blob, const std::string& what)
   return { ErrorCode::Damaged, BlobName(blob) + ": " + what };
 }
 
-// Which texel of a picture's side is shown at a place; nothing beyond a clamped edge.
+// The index of the texel that is shown at a place along one side of a picture; nothing beyond a
+// clamped edge.
 std::optional<std::size_t> Wrapped(std::int64_t at, std::size_t size, std::uint8_t wrap)
 {
   const auto side = static_cast<std::int64_t>(size);
@@ -108,7 +109,7 @@ void PasteTile(
   std::uint32_t number, const TextureTile& tile, const Picture& picture, Picture& canvas)
 {
   const ExactTile& exact = tile.exact;
-  std::vector<TexelBox> boxes(exact.charts.size()); // of the tile
+  std::vector<TexelBox> boxes(exact.charts.size()); // in the tile
   for (std::size_t t = 0; t < tile.corners.size(); ++t)
   {
     TexelBox& box = boxes[exact.chartOf[t]];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Decodes the pictures of texture tiles, and puts the input's pictures together from them: for
+// Decodes the pictures of texture tiles, and assembles the input's pictures from them: for
 // kdstream-store extract.
 #pragma once
 
@@ -15,11 +15,11 @@
 namespace kdstream
 {
 
-// The image of a tile. Errors: Damaged, naming the blob, for an image that cannot be decoded, or
-// whose size differs from the tile's.
+// The image of a tile. Errors: Damaged, naming the blob, if the image cannot be decoded or its size
+// differs from the tile's.
 Result<Picture> DecodeTileImage(const protocol::BlobId& blob, const TextureTile& tile);
 
-// RGBA, grey and opaque.
+// Makes a picture: RGBA, grey and opaque.
 Picture GreyPicture(std::size_t width, std::size_t height);
 
 // Copies an exact tile's part of the input's picture `number` into the canvas: the texels of the
@@ -28,11 +28,11 @@ Picture GreyPicture(std::size_t width, std::size_t height);
 void PasteTile(
   std::uint32_t number, const TextureTile& tile, const Picture& picture, Picture& canvas);
 
-// REQUIRES: a place in the picture.
+// REQUIRES: the place is in the picture.
 std::array<std::uint8_t, 4> TexelAt(const Picture& picture, std::int64_t x, std::int64_t y);
-// Whether a texel is not opaque. REQUIRES: RGB or RGBA.
+// Whether any texel is not opaque. REQUIRES: RGB or RGBA.
 bool HasAlpha(const Picture& picture);
-// As a PNG, without alpha where all is opaque.
+// Encodes the picture as a PNG, without alpha if all texels are opaque.
 std::vector<std::uint8_t> PngOf(Picture picture);
 
 }

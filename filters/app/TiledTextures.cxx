@@ -12,7 +12,7 @@ namespace kdstream
 namespace
 {
 
-// For the texture of a level that is one piece: small, because it is seen first.
+// For the texture of a level that is one piece: small, because users see it first.
 constexpr std::size_t mostBytesOfOnePiece = 40000;
 
 }
@@ -73,7 +73,8 @@ Result<EncodedTexture> TiledTextures::MakeOfLevel(
   options.quality = this->Options.quality == 0 ? options.quality : this->Options.quality;
   options.mostBytes = piece.id.node == 1 ? mostBytesOfOnePiece : 0;
   options.oneLarge = &this->LargeTile;
-  constexpr int mostTries = 4; // what is beside the image is known only then
+  // The data besides the image are known only after an attempt.
+  constexpr int mostTries = 4;
   for (int tries = 1;; ++tries)
   {
     const Result<MadeTile> made = MakeLevelTile(piece, tiles, options);

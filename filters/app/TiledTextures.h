@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Makes textures of partitions from what kdstream-convert has left: part of step "encode" of the
-// pipeline picture.
+// Makes textures of partitions from the files that kdstream-convert has left: part of step "encode"
+// of the pipeline picture.
 #pragma once
 
 #include "filters/build/PieceTextures.h"
@@ -17,12 +17,12 @@
 namespace kdstream
 {
 
-// The finer pieces that were read last: those beside each other read the same ones. Any number of
-// threads.
+// The finer pieces that were read last; adjacent pieces need the same ones. Any number of threads
+// may use it.
 class FinerCache
 {
 public:
-  // Null: it is not here.
+  // Null if the piece is not in the cache.
   std::shared_ptr<const FinerColors> Find(PieceId id);
   void Keep(PieceId id, std::shared_ptr<const FinerColors> finer);
 
@@ -30,7 +30,8 @@ private:
   static constexpr std::size_t mostBytes = std::size_t{ 32 } << 20;
 
   std::mutex Mutex;
-  std::vector<std::pair<PieceId, std::shared_ptr<const FinerColors>>> Kept; // the latest one last
+  // The most recently used one is last.
+  std::vector<std::pair<PieceId, std::shared_ptr<const FinerColors>>> Kept;
   std::size_t Bytes = 0;
 };
 
@@ -47,9 +48,9 @@ public:
   Result<EncodedTexture> Make(Piece& piece) const override;
   Result<EncodedTexture> MakeOfLevel(const Piece& piece, const FinerPieces& finer) const override;
 
-  // The counts of the original's tiles that were made so far.
+  // The counts of the tiles made so far for the original.
   TileCounts Counts() const;
-  // What the user should know of them, a sentence each.
+  // Warnings about these tiles, one sentence each.
   std::vector<std::string> Warnings() const;
 
 private:
@@ -57,7 +58,7 @@ private:
   const TileOptions Options;
   mutable std::mutex LargeTile; // TileOptions::oneLarge
   mutable FinerCache Finer;
-  mutable std::mutex Mutex; // of the sums
+  mutable std::mutex Mutex; // for Sums
   mutable TileCounts Sums;
 };
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps:
-// 1. a primitive for each material; vertices are split where coordinates differ
-// 2. pictures
-// 3. the JSON, which says where everything is, and the model's orientation
-// 4. head, JSON and bytes.
+// 1. Make a primitive for each material; split vertices whose corners have different coordinates.
+// 2. Add pictures.
+// 3. Write the JSON, which says where everything is and how the model is oriented.
+// 4. Write the header, the JSON and the bytes.
 #include "filters/app/WriteTextured.h"
 
 #include "filters/core/BitCast.h"
@@ -111,8 +111,9 @@ private:
     std::optional<std::size_t> normals{}, texture{}, colors{};
   };
 
-  // The model's directions that become x, y and z in the file, each of length 1 and orthogonal to
-  // the others: the rows of the node's rotation. The front (FrontOf) becomes +z, as in the format.
+  // The directions in the model that become x, y and z in the file: the rows of the node's
+  // rotation. Each has length 1 and is orthogonal to the others. The front (FrontOf) becomes +z, as
+  // the format requires.
   static std::array<Vec3, 3> AxesOf(const Vec3& up)
   {
     const Vec3 front = FrontOf(up);
@@ -159,7 +160,7 @@ private:
     }
   }
 
-  // As a float of the format; zeros where there is none.
+  // As floats, as in the format; zeros if the corner has none.
   PictureCoordinate CoordinateOf(const TexturedMaterial& material, std::size_t t, std::size_t k)
   {
     const PictureCoordinate& corner = this->Textured.corners[t][k];
@@ -243,7 +244,7 @@ private:
                { box.hi.begin(), box.hi.end() } });
   }
 
-  // With length 1, as the format requires.
+  // Adds normals; they have length 1, as the format requires.
   std::size_t AddNormals(const std::vector<VertexId>& vertices)
   {
     std::string bytes;
@@ -261,7 +262,7 @@ private:
     return this->AddAccessor(bytes, { 0, vertices.size(), Float, "VEC3" });
   }
 
-  // In linear light.
+  // Adds colours in linear light, as the format requires.
   std::size_t AddColors(const std::vector<VertexId>& vertices)
   {
     std::string bytes;
@@ -304,7 +305,7 @@ private:
     return json.Text();
   }
 
-  // Where the node stands, how it is turned, and its unit.
+  // Writes the node's position, rotation and scale.
   void PutPlace(JsonWriter& json) const
   {
     if (this->Axes[1] != Vec3{ 0, 1, 0 })
@@ -315,7 +316,7 @@ private:
         for (const Vec3& axis : this->Axes)
         {
           const double value = column < 3 ? axis[column] : Dot(axis, this->Origin);
-          json.Put(value * this->Metres + 0.0); // no -0
+          json.Put(value * this->Metres + 0.0); // avoids -0
         }
         json.Put(column < 3 ? 0 : 1);
       }
@@ -362,7 +363,7 @@ private:
       json.BeginObject().Member("name", material.name).Key("pbrMetallicRoughness").BeginObject();
       if (material.picture != noPicture)
       {
-        // A texture for each material: wrap modes are theirs.
+        // A texture for each material, because wrap modes belong to the texture.
         json.Key("baseColorTexture").BeginObject().Member("index", this->TextureOf(i)).EndObject();
       }
       else
@@ -382,7 +383,7 @@ private:
     json.EndArray();
   }
 
-  // Among the materials with pictures.
+  // The number of a material among those with pictures.
   std::size_t TextureOf(std::size_t material) const
   {
     return static_cast<std::size_t>(std::count_if(this->Textured.materials.begin(),
@@ -458,7 +459,7 @@ private:
   std::vector<View> Views;
   std::vector<Accessor> Accessors;
   std::vector<Primitive> Primitives;
-  std::vector<std::size_t> Images; // views
+  std::vector<std::size_t> Images; // indices of views
 };
 
 }

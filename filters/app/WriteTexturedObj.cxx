@@ -15,7 +15,7 @@ namespace kdstream
 namespace
 {
 
-// Its texture coordinates, each once, in the order in which faces need them. v goes up.
+// Writes texture coordinates, each once, in the order in which faces need them. v goes up.
 class TextureLines
 {
 public:
@@ -24,7 +24,7 @@ public:
   {
   }
 
-  // The number of the line, from 1; 0: the corner has none.
+  // The number of the line, counted from 1; 0 if the corner has no coordinates.
   std::size_t LineOf(const TexturedMaterial& material, const PictureCoordinate& corner)
   {
     if (!std::isfinite(corner[0]) || !std::isfinite(corner[1]))
@@ -56,7 +56,7 @@ private:
     }
   };
 
-  // A float as one: shorter.
+  // Writes a value that is a float as a float, because this is shorter.
   void WriteNumber(double value)
   {
     if (double(float(value)) == value)
@@ -78,7 +78,7 @@ std::string PictureFileOf(const std::filesystem::path& file, const PictureSource
   return file.stem().string() + "-" + picture.name + ".png";
 }
 
-// The files that were not there before. They are removed, unless Keep is called.
+// Files that did not exist before. They are removed unless Keep is called.
 class NewFiles
 {
 public:
@@ -100,7 +100,8 @@ public:
     const bool isNew = !std::filesystem::exists(file, status);
     if (isNew)
     {
-      this->Made.push_back(file); // before: afterwards there may be no memory
+      // Stored before the file appears: afterwards there may be no memory.
+      this->Made.push_back(file);
     }
     const Status finished = output.Finish();
     if (!finished && isNew)
@@ -147,7 +148,7 @@ void WriteNumbers(OutputFile& output, std::string_view before, const double* beg
   output.Write("\n");
 }
 
-// For each material whether a coordinate lies beyond the edge of its picture.
+// For each material, whether a texture coordinate lies outside its picture.
 std::vector<bool> MaterialsThatLeave(const TexturedMesh& textured)
 {
   std::vector<bool> leave(textured.materials.size());
@@ -166,8 +167,8 @@ std::vector<bool> MaterialsThatLeave(const TexturedMesh& textured)
   return leave;
 }
 
-// Some readers take "-clamp on" as a part of the picture's name, so it is written only if it
-// matters.
+// Some readers take "-clamp on" as a part of the picture's name, so it is written only if it makes
+// a difference.
 Status WriteMaterials(const std::filesystem::path& file, const std::string& objName,
   const TexturedMesh& textured, NewFiles& files)
 {

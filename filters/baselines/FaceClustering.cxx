@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Hierarchical face clustering: see FaceClustering.h. Steps:
-// 1. a node for each triangle, a link where two share an edge
-// 2. rounds: price links, match the cheapest, contract
-// 3. numbers.
+// 1. Make a node for each triangle, and a link between any two that share an edge.
+// 2. In rounds: price links, match the cheapest, contract.
+// 3. Number the clusters.
 #include "filters/baselines/FaceClustering.h"
 
 #include "filters/core/VectorMath.h"
@@ -17,7 +17,7 @@ namespace kdstream
 namespace
 {
 
-// The compactness where it is not defined, or very large.
+// The compactness if it is not defined, or very large.
 constexpr double worstCompactness = 100;
 
 double Distance(const Vec3& a, const Vec3& b)
@@ -56,10 +56,10 @@ Node Joined(const Node& a, const Node& b, double shared)
 double CompactnessOf(const Node& node)
 {
   const double compactness = node.perimeter * node.perimeter / (4 * std::numbers::pi * node.area);
-  return compactness < worstCompactness ? compactness : worstCompactness; // NaN too
+  return compactness < worstCompactness ? compactness : worstCompactness; // also for NaN
 }
 
-// Sums the lengths of links between the same two.
+// Combines links between the same two clusters, and adds up their lengths.
 void Unite(std::vector<Link>& links)
 {
   std::sort(links.begin(), links.end(),
@@ -80,7 +80,8 @@ void Unite(std::vector<Link>& links)
   links.resize(kept);
 }
 
-// Triangles around an edge are linked in a row, so that many at one edge make no square of links.
+// Triangles around an edge are linked in a row. So the number of links at an edge is not the square
+// of the number of triangles.
 std::vector<Link> LinksOf(std::span<const Vec3> points, std::span<const Triangle> triangles)
 {
   struct Edge
@@ -118,8 +119,8 @@ std::vector<Link> LinksOf(std::span<const Vec3> points, std::span<const Triangle
   return links;
 }
 
-// Decides which clusters are joined in one round: for each its leader, the same for all that become
-// one. links: in ascending order of cost. Stops when `wanted` are left.
+// Decides which clusters are joined in one round. Returns a leader for each cluster, the same for
+// all that become one. links: in ascending order of cost. Stops when `wanted` clusters are left.
 std::vector<std::uint32_t> Match(std::size_t nodes, std::span<const Link> links, std::size_t wanted)
 {
   constexpr auto alone = static_cast<std::uint32_t>(-1);
@@ -135,8 +136,8 @@ std::vector<std::uint32_t> Match(std::size_t nodes, std::span<const Link> links,
       --left;
     }
   }
-  // In a star only one pair can match in a round. So if few were joined, those left over join their
-  // cheapest neighbour's pair, which limits the number of rounds.
+  // In a star only one pair can match in a round. So if few were joined, the others join the pair
+  // of their cheapest neighbour, which limits the number of rounds.
   const auto partners = static_cast<std::size_t>(std::count(linked.begin(), linked.end(), true));
   if (nodes - left < partners / 8)
   {
@@ -156,8 +157,8 @@ std::vector<std::uint32_t> Match(std::size_t nodes, std::span<const Link> links,
   return leader;
 }
 
-// One round. Returns for each cluster the new one that contains it, numbered by their first
-// triangles; nodes and links become those of the new clusters.
+// Does one round. Returns for each cluster the new one that contains it; new ones are numbered by
+// their first triangles. Nodes and links become those of the new clusters.
 std::vector<std::uint32_t> Contract(
   std::vector<Node>& nodes, std::vector<Link>& links, std::size_t wanted, double meanTriangles)
 {

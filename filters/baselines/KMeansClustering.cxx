@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // K-means clustering: see KMeansClustering.h. Steps:
-//   a. move points into a box of side 1, and map vertices in the same place to the lowest one
-//      (KMeansSurface),
-//   b. seeds from hierarchical face clustering (KMeansSeeds),
-//   c. as often as the options say: all clusters grow from their seeds over the graph of edges
-//      (KMeansGrowth); the middle of each is its next seed,
-//   d. numbers by first vertices.
+//   a. Move points into a box of side 1, and map vertices in the same place to the lowest one
+//      (KMeansSurface).
+//   b. Choose seeds by hierarchical face clustering (KMeansSeeds).
+//   c. As often as the options say: let all clusters grow from their seeds over the graph of edges
+//      (KMeansGrowth); the middle of each is its next seed.
+//   d. Number the clusters by their first vertices.
 #include "filters/baselines/KMeansClustering.h"
 
 #include "filters/baselines/KMeansGrowth.h"
@@ -22,7 +22,8 @@ namespace
 
 constexpr double greatestWeight = 1e6;
 
-// For each cluster the vertex nearest to the mean of its vertices, the lowest of equals.
+// For each cluster the vertex nearest to the mean of its vertices; if several are as near, the
+// lowest.
 std::vector<VertexId> Centres(
   std::span<const Vec3> points, const std::vector<std::uint32_t>& clusterOf, std::size_t clusters)
 {

@@ -19,7 +19,7 @@ double Area(const Vec3& p, const Vec3& q, const Vec3& r)
   return Length(Cross(Minus(q, p), Minus(r, p))) / 2;
 }
 
-// Both directions of all edges, sorted, each once.
+// All edges in both directions, sorted, without duplicates.
 std::vector<std::pair<VertexId, VertexId>> EdgesOf(const KMeansSurface& surface)
 {
   std::vector<std::pair<VertexId, VertexId>> edges;
@@ -38,7 +38,7 @@ std::vector<std::pair<VertexId, VertexId>> EdgesOf(const KMeansSurface& surface)
     add(t[1], t[2]);
     add(t[2], t[0]);
   }
-  std::vector<VertexId> last(surface.points.size()); // of each place, the vertex seen last
+  std::vector<VertexId> last(surface.points.size()); // for each place, the vertex seen last
   for (VertexId v = 0; v < surface.points.size(); ++v)
   {
     if (surface.place[v] != v)
@@ -119,7 +119,7 @@ const std::vector<std::uint32_t>& KMeansGrowth::Grow(const std::vector<VertexId>
   return this->Cluster;
 }
 
-// Vertices that no edges lead to go to the nearest seed.
+// Vertices that cannot be reached along edges join the nearest seed.
 void KMeansGrowth::TakeUnreached(const std::vector<VertexId>& seeds)
 {
   if (std::find(this->Cluster.begin(), this->Cluster.end(), noCluster) == this->Cluster.end())

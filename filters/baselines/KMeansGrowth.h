@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Step c of k-means clustering (KMeansClustering.cxx): clusters grow from their seeds over the
+// Step c of k-means clustering (KMeansClustering.cxx): clusters grow from their seeds along the
 // edges of a mesh. Only for KMeansClustering.
 #pragma once
 
@@ -20,7 +20,7 @@
 namespace kdstream
 {
 
-// The neighbours of each vertex along edges. Vertices in one place are a chain of edges of length
+// The neighbours of each vertex along edges. Vertices in one place form a chain of edges of length
 // 0.
 class EdgeGraph
 {
@@ -31,7 +31,7 @@ public:
   {
     return { this->Ends.data() + this->Begin[v], this->Ends.data() + this->Begin[v + 1] };
   }
-  // The lengths of the edges to the neighbours, in their order.
+  // The lengths of the edges to the neighbours, in the order of the neighbours.
   std::span<const double> LengthsTo(VertexId v) const
   {
     return { this->Lengths.data() + this->Begin[v], this->Lengths.data() + this->Begin[v + 1] };
@@ -45,14 +45,15 @@ private:
   double MeanLength = 0;
 };
 
-// Grows all clusters at once, always by the cheapest vertex that one of them reaches.
+// Grows all clusters at the same time; the cheapest vertex that any of them reaches is always next.
 // KMeansClustering.h describes the cost of a vertex. Keeps a reference to the surface.
 class KMeansGrowth
 {
 public:
   KMeansGrowth(const KMeansSurface& surface, const KMeansOptions& options, std::uint32_t clusters);
 
-  // The cluster of each vertex. seeds: a vertex for each cluster, all different. O((n + t) log n).
+  // Returns the cluster of each vertex. seeds: a vertex for each cluster, all different. O((n + t)
+  // log n).
   const std::vector<std::uint32_t>& Grow(const std::vector<VertexId>& seeds);
 
 private:
@@ -73,7 +74,7 @@ private:
   static constexpr std::uint32_t noCluster = std::numeric_limits<std::uint32_t>::max();
   static constexpr std::size_t neighboursLookedAt = 16;
 
-  // The cluster gets the vertex, and reaches its neighbours.
+  // Adds the vertex to the cluster, which then reaches its neighbours.
   void Take(const Candidate& taken)
   {
     this->Cluster[taken.vertex] = taken.cluster;

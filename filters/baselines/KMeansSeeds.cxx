@@ -19,15 +19,15 @@ namespace kdstream
 namespace
 {
 
-// The parts of a surface that deserve seeds of their own.
+// The parts of a surface that are large enough for seeds of their own.
 struct LargeParts
 {
   std::vector<bool> vertices;      // the vertices of large parts
   std::vector<Triangle> triangles; // the triangles of large parts
-  std::size_t count = 0;           // of vertices
+  std::size_t count = 0;           // number of vertices
 };
 
-// The components of at least half the vertices of a mean cluster.
+// The components with at least half the vertices of a mean cluster.
 LargeParts FindLargeParts(const KMeansSurface& surface, std::uint32_t clusters)
 {
   std::vector<VertexId> root = surface.place;
@@ -63,7 +63,7 @@ LargeParts FindLargeParts(const KMeansSurface& surface, std::uint32_t clusters)
   return parts;
 }
 
-// Which are the `count` clusters of the most triangles; the lowest of equals.
+// The `count` clusters with the most triangles; if several have as many, the lowest.
 std::vector<bool> FindFullest(const FaceClustering& faces, std::uint32_t count)
 {
   std::vector<std::uint32_t> size(faces.clusters, 0);
@@ -84,7 +84,7 @@ std::vector<bool> FindFullest(const FaceClustering& faces, std::uint32_t count)
   return isFullest;
 }
 
-// Seeds, one after the other, none twice.
+// A list of seeds without duplicates.
 class Seeds
 {
 public:
@@ -94,7 +94,8 @@ public:
   {
   }
 
-  // One for each of `count` clusters of the triangles, the fullest if there are more.
+  // Adds a seed for each of `count` clusters of the triangles; for the fullest ones if there are
+  // more.
   Status AddOnFaces(
     std::span<const Triangle> triangles, std::uint32_t count, const Execution& execution)
   {
@@ -113,8 +114,8 @@ public:
     return {};
   }
 
-  // Chooses `count` vertices that are not seeds yet, spaced evenly along the order of a k-d tree:
-  // of those that are not in `parts`, if they are enough.
+  // Adds `count` vertices that are not seeds yet, spaced evenly along the order of a k-d tree. They
+  // are outside `parts` if there are enough vertices there.
   Status AddLoose(const std::vector<bool>& parts, std::size_t count, const Execution& execution)
   {
     if (count == 0)
@@ -154,7 +155,7 @@ public:
   const std::vector<VertexId>& Get() const { return this->Chosen; }
 
 private:
-  // A corner of a triangle of a cluster, and how far it is from the cluster's middle.
+  // A corner of a triangle in a cluster, and its distance from the cluster's middle.
   struct Corner
   {
     std::uint32_t cluster;
@@ -167,7 +168,7 @@ private:
     }
   };
 
-  // The corners of all clusters, nearest first.
+  // The corners of each cluster, nearest first.
   std::vector<Corner> CornersByDistance(
     std::span<const Triangle> triangles, const FaceClustering& faces) const
   {

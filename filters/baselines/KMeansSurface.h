@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The mesh that k-means clusters, moved into the unit cube, and where clusters begin. Only for
+// The mesh that k-means clusters, moved into the unit cube, and the seeds of its clusters. Only for
 // KMeansClustering.
 #pragma once
 
@@ -14,20 +14,20 @@
 namespace kdstream
 {
 
-// In the unit cube, so that no cost depends on units or offsets.
+// In the unit cube, so that costs do not depend on units or offsets.
 struct KMeansSurface
 {
   std::vector<Vec3> points;
-  std::vector<Triangle> triangles; // corners are the lowest vertices of their places
-  std::vector<VertexId> place;     // of each vertex: the lowest in the same place
+  std::vector<Triangle> triangles; // corners are the lowest vertices in their places
+  std::vector<VertexId> place;     // for each vertex, the lowest one in the same place
 };
 
 // Errors: those of CheckExtent.
 Result<KMeansSurface> MakeKMeansSurface(
   std::span<const Vec3> points, std::span<const Triangle> triangles);
 
-// Step b (KMeansSeeds.cxx): a seed for each of this number of clusters, all different, as
-// KMeansClustering.h says. Errors: Cancelled.
+// Step b (KMeansSeeds.cxx): a seed for each of `clusters` clusters, all different, as described in
+// KMeansClustering.h. Errors: Cancelled.
 Result<std::vector<VertexId>> SpreadSeeds(
   const KMeansSurface& surface, std::uint32_t clusters, const Execution& execution);
 

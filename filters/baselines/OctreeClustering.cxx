@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Octree clustering: see OctreeClustering.h. Steps:
-//   a. each vertex gets the 63-bit Morton key of its cell at the deepest level,
-//   b. cells are split by sorting their records into eight, by three bits of the key, in place,
-//   c. leaves are numbered in Morton order.
+//   a. Compute for each vertex the 63-bit Morton key of its cell at the deepest level.
+//   b. Split cells: sort their records into eight, by three bits of the key, in place.
+//   c. Number the leaves in Morton order.
 #include "filters/baselines/OctreeClustering.h"
 
 #include "filters/core/Extent.h"
@@ -55,8 +55,9 @@ public:
 
   Cell Root() const { return { 0, static_cast<VertexId>(this->Records.size()), 0 }; }
 
-  // Sorts the cell's records into its children, and calls add(child) for each that is not empty, in
-  // Morton order. Cells that do not overlap can be split at once. REQUIRES: cell.CanSplit().
+  // Sorts the records of the cell into its children, and calls add(child) for each that is not
+  // empty, in Morton order. Cells that do not overlap can be split at the same time. REQUIRES:
+  // cell.CanSplit().
   template <class Add>
   void Split(const Cell& cell, const Add& add)
   {
@@ -89,7 +90,7 @@ public:
     }
   }
 
-  // The leaves below `cell` where cells of more than `most` vertices are split.
+  // Appends the leaves below `cell`; cells of more than `most` vertices are split.
   void Finish(const Cell& cell, std::uint32_t most, std::vector<Cell>& leaves)
   {
     if (cell.Size() <= most || !cell.CanSplit())
@@ -100,7 +101,7 @@ public:
     this->Split(cell, [&](const Cell& child) { this->Finish(child, most, leaves); });
   }
 
-  // Numbers the leaves as they lie. They cover all records.
+  // Numbers the leaves in the order of their records. REQUIRES: the leaves cover all records.
   OctreeClustering Number(std::vector<Cell>& leaves) const
   {
     std::sort(
@@ -124,11 +125,12 @@ private:
   std::vector<Record> Scratch;
 };
 
-// The leaves where cells of more than `most` vertices are split.
+// Returns the leaves; cells of more than `most` vertices are split.
 Result<std::vector<Cell>> SplitByCount(
   Octree& octree, std::uint32_t most, const Execution& execution)
 {
-  // Large cells first, until there are enough for all threads; then each on its own.
+  // Splits large cells first, until there are enough for all threads; then each is finished
+  // separately.
   constexpr std::size_t enough = 64;
   std::vector<Cell> cells{ octree.Root() };
   bool split = true;
@@ -172,20 +174,22 @@ struct Searched
   std::uint32_t most = 0;
 };
 
-// The leaves for the N whose number of leaves is nearest to `wanted`.
+// The leaves for the N that gives the number of leaves nearest to `wanted`.
 Result<Searched> SearchCount(Octree& octree, std::uint32_t wanted, const Execution& execution)
 {
-  // The fullest first; among equals any order will do, they are all split.
+  // The fullest cells first. The order among cells of the same count does not matter, because all
+  // of them are split.
   const auto less = [](const Cell& a, const Cell& b) { return a.Size() < b.Size(); };
   std::priority_queue<Cell, std::vector<Cell>, decltype(less)> open(less);
   std::vector<Cell> closed; // at the deepest level
   open.push(octree.Root());
-  std::vector<Cell> parents; // split in the last round
+  std::vector<Cell> parents; // cells that were split in the last round
   std::size_t leaves = 1, before = 1;
   std::uint32_t most = octree.Root().Size(), mostBefore = most;
   while (leaves < wanted && !open.empty() && open.top().Size() > 1)
   {
-    // One round: every cell of the largest count, children that have it again included.
+    // One round: split all cells with the largest count, and also children that have the same
+    // count.
     const std::uint32_t size = open.top().Size();
     parents.clear();
     before = leaves;
@@ -214,13 +218,14 @@ Result<Searched> SearchCount(Octree& octree, std::uint32_t wanted, const Executi
   }
   if (leaves > wanted && leaves - wanted >= wanted - before)
   {
-    // The last round is undone: its cells are leaves again, instead of what lies in them.
+    // Undo the last round: the cells that it split are leaves again, instead of the leaves inside
+    // them.
     result.most = mostBefore;
     std::vector<Cell> kept;
     std::sort(parents.begin(), parents.end(),
       [](const Cell& a, const Cell& b)
       { return a.begin != b.begin ? a.begin < b.begin : a.depth < b.depth; });
-    // A cell with one child only was split with its child: the upper one is the leaf.
+    // If a cell has only one child, both were split in the round. The upper one becomes the leaf.
     parents.erase(std::unique(parents.begin(), parents.end(),
                     [](const Cell& a, const Cell& b) { return a.begin == b.begin; }),
       parents.end());

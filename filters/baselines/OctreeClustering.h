@@ -18,33 +18,33 @@ namespace kdstream
 
 struct OctreeOptions
 {
-  // A cell of more vertices is split (N of the paper), at least 1. Ignored where `partitions` is
+  // A cell of more vertices is split (N of the paper), at least 1. Ignored if `partitions` is
   // given.
   std::uint32_t verticesPerPartition = 2000;
-  // The wanted number of clusters instead, 1 … n. An octree cannot give every number, so the N that
-  // gives the nearest number of clusters is used (of two as near, the one with fewer clusters).
+  // The wanted number of clusters instead, 1 … n. An octree cannot give every number. So the N is
+  // used that gives the nearest number (if two are as near, the one with fewer clusters).
   std::optional<std::uint32_t> partitions;
 };
 
 struct OctreeClustering : Clustering
 {
-  // The N of these clusters: that of the options, or the one that was searched for.
+  // The N of these clusters: that of the options, or the one that was found.
   std::uint32_t verticesPerPartition = 0;
-  unsigned depth = 0; // of the deepest leaf, the root's is 0
+  unsigned depth = 0; // of the deepest leaf; the root has depth 0
 };
 
-// Clusters vertices by the leaves of an octree.
-// Input: n finite points. The root is a cube: the centre of the vertices' box, its longest side. A
-// cell of more than N vertices is split at its centre into eight equal cubes (a vertex on the plane
-// goes to the upper side), to depth octreeDeepest. Leaves that hold vertices are the clusters, in
-// Morton order (x changes fastest, then y, then z).
-// A wanted number is met without trying: a lower N only splits more, so the fullest cells are
-// split, all of the same count at once, until there are enough, and the nearer of the last two
-// numbers is taken.
+// Clusters vertices by the leaves of an octree. Input: n finite points. The root is a cube: it has
+// the centre of the vertices' box, and its longest side. A cell of more than N vertices is split at
+// its centre into eight equal cubes (a vertex on the plane goes to the upper side), down to depth
+// octreeDeepest. The leaves that contain vertices are the clusters, in Morton order (x changes
+// fastest, then y, then z).
+// A wanted number is reached without trying different N: a smaller N only splits more cells. So the
+// fullest cells are split, always all with the same count, until there are enough. Of the last two
+// numbers the nearer one is taken.
 // Complexity: O(n d) for leaves of depth d <= 21, and O(c log c) for the search among c cells;
-// memory 32 bytes a vertex. Threads: the keys, and subtrees of the first mode; the result does not
-// depend on them. Errors: InvalidArgument for no vertices, an N of 0, a number of partitions of 0
-// or above n; InvalidInput beyond mostExtent (Extent.h); LimitExceeded beyond 2^32 - 2 vertices;
+// memory 32 bytes a vertex. Threads compute the keys, and subtrees if N is given; the result does
+// not depend on them. Errors: InvalidArgument for no vertices, an N of 0, a number of partitions of
+// 0 or above n; InvalidInput beyond mostExtent (Extent.h); LimitExceeded beyond 2^32 - 2 vertices;
 // Cancelled. Source: paper 2.1 and 4.1.1, [22].
 Result<OctreeClustering> ClusterByOctree(
   std::span<const Vec3> points, const OctreeOptions& options, const Execution& execution = {});

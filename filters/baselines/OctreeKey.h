@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where a point lies in an octree: the cube of the root, and the Morton key of the deepest cell.
+// The place of a point in an octree: the cube of the root, and the Morton key of the deepest cell.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -11,15 +11,15 @@
 namespace kdstream
 {
 
-// The deepest cells have sides of 1/2^21 of the root's. They are not split, whatever they hold: so
-// vertices that are nearer to each other may make a cluster of more than N.
+// The sides of the deepest cells are 1/2^21 of the root's. These cells are never split. So vertices
+// that are nearer to each other may form a cluster of more than N.
 inline constexpr unsigned octreeDeepest = 21;
 
-// The cube of the root: the centre of the vertices' box, its longest side.
+// The cube of the root: it has the centre of the vertices' box, and its longest side.
 class OctreeCube
 {
 public:
-  // REQUIRES: a box of points whose sides are finite.
+  // REQUIRES: `box` contains points, and its sides are finite.
   explicit OctreeCube(const Box& box)
   {
     for (std::size_t k = 0; k < 3; ++k)
@@ -32,7 +32,7 @@ public:
     }
   }
 
-  // 63 bits, three for each depth from the root's children down; x is the lowest of the three. The
+  // 63 bits: three for each depth from the root's children down; x is the lowest of the three. The
   // cell of depth d is key >> 3 (octreeDeepest - d).
   std::uint64_t KeyOf(const Vec3& p) const
   {
@@ -40,7 +40,8 @@ public:
     std::uint64_t key = 0;
     for (std::size_t k = 0; k < 3; ++k)
     {
-      // One place has a side of zero. Rounding may bring the ends out of the cube.
+      // If all points are in one place, the side is zero. Rounding may move the ends out of the
+      // cube.
       const double place = this->Side > 0 ? (p[k] - this->Lo[k]) / this->Side * cells : 0;
       key |= Spread(static_cast<std::uint64_t>(std::clamp(place, 0.0, cells - 1))) << k;
     }
@@ -48,7 +49,7 @@ public:
   }
 
 private:
-  // Two zero bits before each of the 21 low bits.
+  // Inserts two zero bits before each of the 21 low bits.
   static std::uint64_t Spread(std::uint64_t bits)
   {
     bits = (bits | bits << 32) & 0x001F00000000FFFFU;

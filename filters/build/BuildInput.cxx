@@ -16,9 +16,9 @@ namespace
 
 constexpr std::size_t readChunk = std::size_t{ 1 } << 18; // vertices or faces
 
-constexpr std::uint64_t leastBytes = 3; // of a vertex or a face in a file
+constexpr std::uint64_t leastBytes = 3; // minimum for a vertex or a face in a file
 
-// Upper bounds of the mesh's size, from the file's size.
+// Upper bounds of the mesh's size, from the header and the file's size.
 MeshSize MostSize(const MeshReader& reader)
 {
   const MeshFileInfo& info = reader.Info();
@@ -77,7 +77,7 @@ BlockedSize ClaimedBlocks(const MeshReader& reader)
   const MeshFileInfo& info = reader.Info();
   if (std::max(info.vertices, info.faces) > reader.FileSize() / leastBytes)
   {
-    return {}; // a claim by itself is not a reason to refuse anything
+    return {}; // nothing is refused only because of a claim
   }
   BlockedSize size{ info.vertices, info.faces };
   for (const AttributeInfo& attribute : info.attributes)
@@ -91,8 +91,8 @@ BlockedSize ClaimedBlocks(const MeshReader& reader)
 Status CheckClaimedPartitions(const MeshReader& reader, const BuildOptions& options)
 {
   const BlockedSize claimed = ClaimedBlocks(reader);
-  // Unshared vertices of triangles become far fewer by welding, and vertices may be unused: they
-  // count only when their number is known.
+  // Unshared vertices of triangles become far fewer by welding, and vertices may be unused. So
+  // vertices count only if the number that remains is known.
   const bool indexed = claimed.triangles == 0 || claimed.vertices <= claimed.triangles;
   if (reader.Info().soup || !indexed || claimed.vertices == 0)
   {

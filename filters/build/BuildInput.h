@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The first step of a build: reads a file into a mesh in memory that a store can hold. Step "read"
+// The first step of a build in memory: reads a file into a mesh that a store can hold. Step "read"
 // of the pipeline picture.
 #pragma once
 
@@ -13,25 +13,26 @@
 namespace kdstream
 {
 
-// Whether a build in memory of the file that `reader` has opened keeps options.memory for certain:
-// by counts and by the file's size, before a point is read (MostBuildMemory). Errors:
-// LimitExceeded.
+// Checks that building the file of `reader` in memory is certain to stay within options.memory.
+// Decided from the header's counts and the file's size, before a point is read (MostBuildMemory).
+// Errors: LimitExceeded.
 Status CheckInputMemory(const MeshReader& reader, const BuildOptions& options);
 
-// Reads all there is. Errors: those of MeshReader, and with options.strict of Tolerance::Check;
-// LimitExceeded for more triangles than can be numbered; Cancelled.
+// Reads the whole mesh. Errors: those of MeshReader, and with options.strict those of
+// Tolerance::Check; LimitExceeded for more triangles than can be numbered; Cancelled.
 Result<Mesh> ReadMesh(
   MeshReader& reader, const BuildOptions& options, const Execution& execution = {});
 
-// What the header claims of the mesh, if the file is large enough to hold it; else nothing.
+// The size of the mesh that the header claims, if the file is large enough to hold it; else
+// nothing.
 BlockedSize ClaimedBlocks(const MeshReader& reader);
 
-// Whether partitions of the mesh that the header claims fit options.memory where they are made out
-// of core. Only what is certain counts: vertices that welding may leave, and triangles that
-// polygons have at least, do not. Errors: LimitExceeded.
+// Checks that partitions of the mesh that the header claims fit in options.memory when they are
+// made out of core. Only certain facts count: not vertices that welding may remove, and only the
+// smallest number of triangles that each polygon can have. Errors: LimitExceeded.
 Status CheckClaimedPartitions(const MeshReader& reader, const BuildOptions& options);
 
-// Puts point arrays first, as pieces have them. Errors: InvalidInput where the mesh has no vertices
+// Puts point arrays first, as pieces have them. Errors: InvalidInput if the mesh has no vertices,
 // or an attribute that no store can hold (CheckAttributes, IsAttributeName).
 Status PrepareMesh(Mesh& mesh);
 

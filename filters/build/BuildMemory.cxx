@@ -16,7 +16,8 @@ namespace
 
 constexpr std::uint64_t bytesPerCluster = 560; // measured
 
-// The sums of two levels are there at a time, of which one has half the clusters of the other.
+// The sums of two levels are in memory at the same time; one level has half the clusters of the
+// other.
 std::uint64_t BytesPerCluster(const MeshSize& size)
 {
   return bytesPerCluster + size.sumBytes * 3 / 2;
@@ -28,12 +29,13 @@ constexpr std::uint64_t mostKeptFromSteps = std::uint64_t{ 96 } << 20;
 // The maximum number of bytes of a block in any step, for each of its vertices: measured on
 // surfaces and soups (Testing/EndToEnd).
 constexpr std::uint64_t bytesPerBlockVertex = 600;
-// For each triangle that it has beyond two a vertex, as surfaces have.
+// For each triangle beyond two per vertex, which is the number on a surface.
 constexpr std::uint64_t bytesPerBlockTriangle = 100;
 
-// Measured: memory of one large piece while it is cut and encoded, beyond a batch of small ones.
+// Measured: memory of one large piece while it is cut and encoded, beyond that of a batch of small
+// pieces.
 constexpr std::uint64_t bytesPerPieceVertex = 400;
-constexpr std::uint64_t bytesPerPieceTriangle = 50; // beyond two a vertex
+constexpr std::uint64_t bytesPerPieceTriangle = 50; // for each triangle beyond two per vertex
 
 std::uint64_t BytesOfBlocks(const BlockedSize& mesh)
 {
@@ -74,19 +76,20 @@ std::uint64_t MostBuildMemory(
 {
   KdTreeOptions cells = tree;
   Result<TreeDepths> depths = ComputeDepths(size.vertices, cells);
-  if (!depths) // a number of partitions that only a baseline can make, or a mesh to be refused
+  // Either only a baseline can make this number of partitions, or the mesh will be refused.
+  if (!depths)
   {
     cells.partitions.reset();
     depths = ComputeDepths(size.vertices, cells);
   }
-  // Welding may leave fewer vertices, so fewer partitions: these are never larger.
+  // Welding may leave fewer vertices, and so fewer partitions. Each partition is at most as large.
   const std::uint64_t partitions = std::max<std::uint64_t>(
     1, tree.partitions.value_or(static_cast<std::uint32_t>(
          size.vertices / std::max<std::uint32_t>(1, tree.verticesPerPartition))));
   const std::uint64_t ofCell = size.triangles > 0 ? clustersOfCell : 1;
   const std::uint64_t clusters =
     depths ? std::min(size.vertices, ofCell << depths->finest) : std::uint64_t{ 0 };
-  // The arrays, once more while they grow; of a batch the pieces, their blobs and what SQLite
+  // The arrays, and once more while they grow; for a batch its pieces, their blobs, and what SQLite
   // holds.
   const std::uint64_t inBatch =
     std::min<std::uint64_t>(size.attributeBytes, size.attributeBytes / partitions * encodeBatch);
@@ -94,7 +97,8 @@ std::uint64_t MostBuildMemory(
   const std::uint64_t built = 44 * size.vertices + 40 * size.triangles + 2 * size.attributeBytes +
                               3 * inBatch + BytesPerCluster(size) * clusters +
                               BytesOfLargePieces(size, partitions);
-  // Unused vertices are there twice while they are taken out, and to the end take 48 each.
+  // Unused vertices are in memory twice while they are removed, and take 48 bytes each until the
+  // end.
   const std::uint64_t withUnused =
     size.triangles == 0 ? built
                         : std::max(built + 4 * size.vertices,
@@ -123,7 +127,7 @@ std::uint64_t StepMemory(std::uint64_t limit)
 
 std::uint64_t KeptMemory(std::uint64_t stepMemory)
 {
-  // Memory that one thread has freed is not always reused by another: its amount is bounded.
+  // Memory that one thread has freed is not always reused by another, so its amount is bounded.
   return std::min(stepMemory, std::uint64_t{ 192 } << 20);
 }
 
@@ -158,14 +162,14 @@ Status CheckPartitionMemory(const BlockedSize& mesh, const KdTreeOptions& tree, 
   {
     return {};
   }
-  // The memory limit that leaves this much for the steps.
+  // The memory limit that leaves `bytes` for the steps.
   const std::uint64_t need = std::min(bytes / 3 * 4, bytes + mostKeptFromSteps);
   constexpr std::uint64_t mebibyte = std::uint64_t{ 1 } << 20;
   const std::uint64_t largest = (mesh.vertices + (std::uint64_t{ 1 } << depth) - 1) >> depth;
   return Error{ ErrorCode::LimitExceeded,
     "partitions of " + std::to_string(largest) + " vertices need about " +
       Mebibytes(need + mebibyte - 1) + " of memory; the limit (--memory) is " + Mebibytes(limit) +
-      ": raise it, or make smaller partitions" }; // rounded up: that limit is not refused
+      ": raise it, or make smaller partitions" }; // rounded up, so that this limit is not refused
 }
 
 std::uint64_t EstimateTemporaryBytes(const BlockedSize& mesh, bool soup, ScalarType scalars)

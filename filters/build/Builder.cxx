@@ -28,12 +28,13 @@ namespace kdstream
 namespace
 {
 
-constexpr double treeMadePart = 0.7; // of step "tree", measured on 28 million triangles
+// The share of step "tree" that making the tree takes; measured on 28 million triangles.
+constexpr double treeMadePart = 0.7;
 
 class MemoryBuilder : public BuildBackEnd
 {
 public:
-  // digest: waits for that of the input.
+  // digest: returns the digest of the input; waits until it is ready.
   MemoryBuilder(Mesh mesh, bool weld, std::string name, std::function<Result<std::string>()> digest,
     const BuildOptions& options, const Execution& execution, StepClock clock)
     : Input(std::move(mesh))
@@ -61,7 +62,8 @@ public:
 
   Status MakeTree() override
   {
-    Execution upToGrid = this->Exec; // the rest of the step counts what merges on the grid
+    // The rest of the step counts vertices that the grid merges.
+    Execution upToGrid = this->Exec;
     upToGrid.progress = [this](std::string_view step, double done)
     { return this->Exec.progress(step, treeMadePart * done); };
     Result<PartitionTree> partitioned =
@@ -102,7 +104,7 @@ public:
     return steps;
   }
 
-  Status Describe() override { return {}; } // the steps have
+  Status Describe() override { return {}; } // the steps have done it
   std::string InputName() const override { return this->Name; }
   Result<std::string> DigestOfInput() override { return this->Digest(); }
 
@@ -171,7 +173,7 @@ private:
   Status MakeNumbers()
   {
     KDSTREAM_TRY(this->Exec.Report("encode", 0));
-    KdTree tree = std::move(this->Tree); // not needed any more
+    KdTree tree = std::move(this->Tree); // afterwards it is not needed
     this->Build.Boxes = std::move(tree.boxes);
     this->Numbered = NumberVertices(tree, std::move(this->Levels), this->Exec);
     OrderLeaves(this->Numbered, this->Input.points, this->Exec);
@@ -185,8 +187,8 @@ private:
     return {};
   }
 
-  // Whether it is certain that no two vertices are in the same place: welded vertices can still
-  // differ by their arrays, or by the sign of a zero.
+  // Whether it is certain that no two vertices are in the same place. Even after welding, vertices
+  // in one place can differ in their arrays, or in the sign of a zero.
   bool AllPlacesDiffer() const
   {
     std::vector<AttributeInfo> arrays;
@@ -235,8 +237,8 @@ private:
   const Execution& Exec;
   BuildState Build;
   bool PlacesDiffer = false; // AllPlacesDiffer
-  KdTree Tree;               // up to the numbers, as the levels
-  TriangleBuckets Buckets;   // the triangles by partition, from faces to levels
+  KdTree Tree;               // until vertices are numbered; the same for Levels
+  TriangleBuckets Buckets;   // the triangles by partition, from step "faces" to "levels"
   std::vector<VertexId> Ids; // the new number of each vertex, if vertices were renumbered
   ClusterLevels Levels;
   VertexTree Numbered;
@@ -263,7 +265,8 @@ Result<BuildReport> BuildInMemory(const std::filesystem::path& input,
   return report;
 }
 
-// Clears away what an interrupted build out of core has left, unless another one is at work there.
+// Removes the files that an interrupted build out of core left, unless another build is running
+// there.
 void RemoveBuildFolder(const std::filesystem::path& folder)
 {
   std::error_code ignored;
@@ -286,14 +289,14 @@ Result<BuildReport> BuildStore(const std::filesystem::path& input,
   BuildOptions options = wanted;
   if (options.resume && left)
   {
-    // A build in memory, which would throw away what is there, is not what was asked for.
+    // A build in memory would discard the files to be resumed, which the user does not want.
     return external ? BuildStoreExternally(input, store, options, execution)
                     : Error{ external.GetError().code, "--resume: " + external.GetError().message +
                                                          "; build without --resume to start over" };
   }
   if (options.resume)
   {
-    options.resume = false; // that is reported once
+    options.resume = false; // the message below says so once
     options.tellEarlierBuild("nothing to resume: no earlier build in " +
                              folder.parent_path().string() +
                              " (did that build have another --temp-dir?)");
@@ -303,7 +306,7 @@ Result<BuildReport> BuildStore(const std::filesystem::path& input,
   {
     options.tellEarlierBuild(resumable);
   }
-  // A reader's temporary files go to the folder that the build out of core would use.
+  // Temporary files of a reader go to the same folder as those of a build out of core.
   OpenedInput opened;
   KDSTREAM_TRY(Take(MeshReader::Open(input, execution, folder.parent_path()), opened.reader));
   if (const Status fits = CheckInputMemory(*opened.reader, options); !fits)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The conductor of a build: see Conductor.h. Steps: those of the back end, then the model's
+// The conductor of a build: see Conductor.h. First the steps of the back end; then the model's
 // description, pieces, textures of levels, pages of the tree, unused vertices, home view.
 #include "filters/build/Conductor.h"
 
@@ -57,7 +57,7 @@ Status WriteParts(BuildBackEnd& backEnd, const ModelDescription& model, StoreWri
     const std::size_t all = resolution.IsOriginal()
                               ? static_cast<std::size_t>(build.Facts.partitions)
                               : std::size_t{ 1 } << PieceDepth(resolution, build.Facts.depths);
-    // The last leaves of a baseline's tree are empty: they have no pieces.
+    // The last leaves of a baseline's tree are empty, and have no pieces.
     const std::size_t count = std::min(cutter.PieceCount(), all - part.firstPiece);
     KDSTREAM_TRY(backEnd.TakePieces(cutter, count, encoding, writer,
       [&](std::size_t written)
@@ -102,7 +102,7 @@ Status WriteStore(BuildBackEnd& backEnd, const std::filesystem::path& store)
     KDSTREAM_TRY(TellHomeView(build.Options, description, *writer));
   }
   build.Report.info = description;
-  KDSTREAM_TRY(backEnd.Agree()); // before the store is put in place
+  KDSTREAM_TRY(backEnd.Agree()); // before the store is renamed to its final name
   if (writer)
   {
     KDSTREAM_TRY(Take(writer->Finish(), build.Report.info));

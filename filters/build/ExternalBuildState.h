@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the phases of a build out of core share beside BuildState: files, and results of earlier
+// What the phases of a build out of core share besides BuildState: files, and results of earlier
 // phases that later ones use. Only for ExternalBuilder.cxx and the phases.
 #pragma once
 
@@ -22,22 +22,22 @@ namespace kdstream
 struct ExternalBuildState : BuildState
 {
   std::filesystem::path Input, Store;
-  std::uint64_t Memory = 0; // of each step
-  // For the input, if it is open already; used until the mesh is read.
+  std::uint64_t Memory = 0; // for each step
+  // Reads the input, if the input is open already; used until the mesh is read.
   std::unique_ptr<MeshReader> Reader{};
-  std::optional<BuildFolder> Folder{}; // open before the first phase
-  std::string_view Step{};             // the step that is shown, and its fraction
+  std::optional<BuildFolder> Folder{}; // opened before the first phase
+  std::string_view Step{};             // the step that was reported last, and its fraction
   double StepDone = 0;
 
-  // Set by LoadMesh for partitions of any size; empty, and 0, for cells of a k-d tree:
-  std::vector<VertexId> PartitionBegin{}; // ranks, and the end
-  std::uint64_t MostInBlock = 0;          // vertices
+  // Set by LoadMesh for partitions of any size. For cells of a k-d tree: empty, and 0.
+  std::vector<VertexId> PartitionBegin{}; // the first rank of each partition, and the end
+  std::uint64_t MostInBlock = 0;          // maximum number of vertices
 
   SpillFolder& Files() { return this->Folder->Files(); }
 
   // The Execution for a function that does the part [begin, end) of a step. The function reports
-  // its own progress from 0 to 1 under any name; users see the step's progress, which never goes
-  // back.
+  // its own progress, 0 to 1, under any name. Users see the progress of the step, which never
+  // decreases.
   Execution Part(const char* step, double begin, double end)
   {
     Execution part = this->Exec;

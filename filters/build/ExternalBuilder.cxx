@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The build out of core: see ExternalBuilder.h. Phases:
-//   1. mesh     the file read in chunks, vertices welded, those that no triangle uses set aside,
-//               triangles renumbered: MeshPhase.cxx
-//   2. tree     the vertices in the order of the leaves, boxes: TreePhase.cxx
-//   3. faces    triangles and attributes by blocks: FacesPhase.cxx
-//   4. those of the partition method: levels and numbers (KdTreeMethod.cxx)
-// and then the pieces, from the phases' files into the store.
+//   1. mesh: read the file in chunks, weld vertices, set aside those that no triangle uses,
+//      renumber triangles (MeshPhase.cxx)
+//   2. tree: put the vertices into the order of the leaves, compute boxes (TreePhase.cxx)
+//   3. faces: sort triangles and attributes into blocks (FacesPhase.cxx)
+//   4. the phases of the partition method: levels and numbers (KdTreeMethod.cxx)
+// Then the pieces are written from the files of the phases into the store.
 #include "filters/build/ExternalBuilder.h"
 
 #include "filters/build/BuildMemory.h"
@@ -29,7 +29,7 @@ namespace kdstream
 namespace
 {
 
-// The step, by its name in progress reports, with which a build continues after a phase.
+// The name, in progress reports, of the step with which a build continues after a phase.
 std::string StepAfter(std::string_view phase, const BuildOptions& options)
 {
   std::vector<std::pair<std::string_view, const char*>> steps(
@@ -90,7 +90,7 @@ public:
   {
     for (const char* step : { "read", "tree", "faces", "levels", "encode", "write" })
     {
-      this->Build.Clock.Finish(step); // also those whose phases are taken over are reported
+      this->Build.Clock.Finish(step); // so steps of resumed phases are reported too
     }
   }
 
@@ -101,7 +101,7 @@ public:
     if (!built && this->Build.Report.resumedPhases > 0 &&
         built.GetError().code == ErrorCode::LimitExceeded)
     {
-      this->Build.Folder->Keep(true); // for a build with a larger limit
+      this->Build.Folder->Keep(true); // so that a build with a larger limit can continue
     }
     return built;
   }
@@ -203,7 +203,7 @@ private:
       this->Build.Options.resume, this->Hook);
     if (!folder && folder.GetError().code == ErrorCode::LimitExceeded)
     {
-      // Another build writes the store: neither the input nor the folder is at fault.
+      // Another build is writing the store; neither the input nor the folder is at fault.
       return OfFile(this->Build.Store.string(), std::move(folder)).GetError();
     }
     KDSTREAM_TRY(folder);
@@ -217,8 +217,8 @@ private:
   }
 
   ExternalBuildState Build;
-  const FileHook& Hook; // of the build folder's files
-  InputDigest Digest;   // of a resumed build, too: its input is not read otherwise
+  const FileHook& Hook; // for the files of the build folder
+  InputDigest Digest;   // a resumed build needs it too, and does not read the input otherwise
   const ExternalMethod& Method;
   // What Describe loads:
   MeshFacts Read;

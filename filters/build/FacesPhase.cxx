@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Phase "faces": triangles and arrays by blocks of the tree.
+// Phase "faces": sorts triangles and arrays into blocks of the tree.
 #include "filters/build/BuildPhases.h"
 
 #include "filters/build/HubCheck.h"
@@ -21,7 +21,7 @@ Result<std::uint64_t> CountMerged(ExternalBuildState& build, const MeshBlocks& m
 {
   const auto count = [&](const PlaceOfPoint& placeOf)
   {
-    const double begin = placeOf ? 0.9 : 0.8; // of the phase
+    const double begin = placeOf ? 0.9 : 0.8; // as fractions of the phase
     return (mesh.floats ? CountPlacesExternally<float>
                         : CountPlacesExternally<double>)(build.Files(), mesh.records,
       mesh.vertexCount, placeOf, build.Memory, build.Part("faces", begin, begin + 0.1));
@@ -40,7 +40,7 @@ std::uint64_t LargestOf(const MeshBlocks& blocks)
   return most;
 }
 
-// The blocks that the phase "faces" has made, maybe with another limit.
+// Takes over the blocks that the phase "faces" has made, maybe with another memory limit.
 Status TakeBlocks(
   const ExternalBuildState& build, std::vector<VertexId> begin, std::size_t count, MeshBlocks& mesh)
 {

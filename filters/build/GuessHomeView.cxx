@@ -16,26 +16,26 @@ namespace kdstream
 namespace
 {
 
-constexpr double flatPart = 0.2;      // of the next longer side: flatter things lie
-constexpr double slabPart = 0.02;     // of the diagonal: a point as near to the floor touches it
-constexpr double leastLead = 0.1;     // of the best axis before the next
-constexpr double unequalEnds = 0.5;   // for an axis across which the shape is not symmetric
-constexpr double detailAhead = 0.3;   // for y, if all detail is towards +z
-constexpr double unlikelyAxis = 0.1;  // less for x, which few files have up
+constexpr double flatPart = 0.2;      // flat: shorter than this part of the next longer side
+constexpr double slabPart = 0.02;     // of the diagonal: a point this near to the floor touches it
+constexpr double leastLead = 0.1;     // of the best axis over the next one
+constexpr double unequalEnds = 0.5;   // weight of asymmetry between the ends of an axis
+constexpr double detailAhead = 0.3;   // bonus for y if all detail is towards +z
+constexpr double unlikelyAxis = 0.1;  // penalty for x, which is up in few files
 constexpr double usualAxis = 0.1;     // bonus for y in formats in which y is usually up
-constexpr double upsideDown = 0.3;    // more at the upper end, to be taken for the floor
-constexpr double widerSide = 1.2;     // of the box is looked at
-constexpr double longBody = 1.6;      // times its width: a longer body is seen from its side
-constexpr double mirrored = 0.9;      // of the surface: the shape is symmetric
+constexpr double upsideDown = 0.3;    // the upper end is the floor if its support is larger by this
+constexpr double widerSide = 1.2;     // times the other: then this side is seen
+constexpr double longBody = 1.6;      // times its width: a longer body is seen from the side
+constexpr double mirrored = 0.9;      // of the surface: then the shape is symmetric
 constexpr double moreMirrored = 0.05; // than across the other horizontal axis
 constexpr double mostMirrorSamples = 4e5;
 constexpr int mirrorCells = 32;           // along the longest side
-constexpr double moreRelief = 1.5;        // of the back, to be taken for the front
+constexpr double moreRelief = 1.5;        // of the back: then it is taken for the front
 constexpr double moreReliefOfFront = 1.2; // if left and right are mirror images
-constexpr double lowPart = 0.5;           // of the narrower side: seen from above
+constexpr double lowPart = 0.5;           // of the narrower side: a lower shape is seen from above
 constexpr double sineOfThirty = 0.5;
 constexpr double facingCosine = 0.3;
-constexpr double oneSided = 0.8; // of the area, more than what faces the other way
+constexpr double oneSided = 0.8; // of the area: facing one way more than the opposite way
 
 using Point2 = std::array<double, 2>;
 
@@ -44,7 +44,7 @@ double CrossOf(const Point2& o, const Point2& a, const Point2& b)
   return (a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0]);
 }
 
-// Anticlockwise, without what lies on its sides (Andrew's monotone chain, 1979).
+// Anticlockwise, without points on its sides (Andrew's monotone chain, 1979).
 std::vector<Point2> ConvexHull(std::vector<Point2> points)
 {
   std::sort(points.begin(), points.end());
@@ -65,7 +65,7 @@ std::vector<Point2> ConvexHull(std::vector<Point2> points)
       }
       hull.push_back(*point);
     }
-    hull.pop_back(); // the other half of the hull begins with it
+    hull.pop_back(); // the other half of the hull begins with this point
   };
   addAll(points.begin(), points.end());
   addAll(points.rbegin(), points.rend());
@@ -138,7 +138,8 @@ public:
     return isFlat && order[0] != 0 ? std::optional<Axis>({ order[0], 1 }) : std::nullopt;
   }
 
-  // Whether it is flat along y and nearly all of it faces -y: a wall, where z is up.
+  // Whether the shape is flat along y and nearly all of it faces -y: then it is a wall, and z is
+  // up.
   bool IsWall() const
   {
     const std::optional<Axis> flat = this->Flat();
@@ -152,8 +153,8 @@ public:
     return flat && flat->index == 1 && towards > oneSided * all;
   }
 
-  // How much of the floor the points that touch it would span, if the shape stood with this axis
-  // up: 0-1. 0 if it would fall over.
+  // If the shape stood with this axis up: the part of the floor that the points touching it span,
+  // 0-1. 0 if it would fall over.
   double StandsWith(const Axis& up) const
   {
     const std::size_t a = (up.index + 1) % 3, b = (up.index + 2) % 3;
@@ -163,12 +164,13 @@ public:
     return stands ? AreaOf(touching) / floor : 0;
   }
 
-  // How much of the surface lies on the surface's mirror image across that axis, but for a cell:
-  // 0-1. The middle is that of the box or of the surface, whichever fits better. 0 without a
-  // surface.
+  // The part of the surface, 0-1, that is within a cell of the surface's mirror image across this
+  // axis. The mirror is in the middle of the box or of the surface, whichever fits better. 0
+  // without a surface.
   double MirroredAcross(std::size_t axis) const;
 
-  // Relief of the triangles that face this direction: bends of edges times their length, by area.
+  // Relief of the triangles that face this direction: the bends of edges times their lengths, by
+  // area.
   double ReliefTowards(const Vec3& direction) const;
 
 private:
@@ -203,7 +205,7 @@ private:
     return Cross(Minus(this->Points[t[1]], a), Minus(this->Points[t[2]], a));
   }
 
-  // The hull of what touches the lower or the upper end of the box.
+  // The hull of the points that touch the lower or the upper end of the box.
   std::vector<Point2> TouchedAt(std::size_t axis, bool lower) const
   {
     const std::size_t a = (axis + 1) % 3, b = (axis + 2) % 3;
@@ -226,11 +228,11 @@ private:
     Vec3 place{};
     double weight = 0;
   };
-  static constexpr std::size_t gridSide = mirrorCells + 3; // a cell more around all
+  static constexpr std::size_t gridSide = mirrorCells + 3; // one more cell around all
 
-  // A cell apart.
+  // Points on the triangles, about a cell apart.
   std::vector<Sample> Samples() const;
-  // Nothing for places outside of the grid.
+  // Nothing for places outside the grid.
   std::optional<std::size_t> CellOf(const Vec3& place) const;
   Vec3 Mirrors() const;
 
@@ -244,7 +246,7 @@ private:
 std::vector<Shape::Sample> Shape::Samples() const
 {
   const double cell = this->LongestSide() / mirrorCells;
-  // For one triangle; a bound for meshes with many long triangles.
+  // Limits the samples of one triangle, for meshes with many long triangles.
   const double mostRows =
     std::sqrt(mostMirrorSamples / std::max(1.0, static_cast<double>(this->Triangles.size())));
   std::vector<Sample> samples;
@@ -277,7 +279,7 @@ std::optional<std::size_t> Shape::CellOf(const Vec3& place) const
     {
       return std::nullopt;
     }
-    found = found * gridSide + static_cast<std::size_t>(steps) + 1; // there is a cell beside it
+    found = found * gridSide + static_cast<std::size_t>(steps) + 1; // plus the cell around the grid
   }
   return found;
 }
@@ -373,15 +375,15 @@ double Shape::ReliefTowards(const Vec3& direction) const
   return area > 0 ? bends * Length(this->Sides) / area : 0;
 }
 
-// 1 where only +z has relief, -1 where only -z has.
+// 1 if only +z has relief, -1 if only -z has.
 double DetailAhead(const Shape& shape)
 {
   const double ahead = shape.ReliefTowards({ 0, 0, 1 }), behind = shape.ReliefTowards({ 0, 0, -1 });
   return ahead + behind > 0 ? (ahead - behind) / (ahead + behind) : 0;
 }
 
-// How unlike the two ends of an axis are; support: by what they stand on. Points without triangles
-// have nothing else.
+// How different the two ends of an axis are. support: the difference of their supports, which is
+// all that counts for points without triangles.
 double DifferenceOfEnds(const Shape& shape, std::size_t index, double support)
 {
   return shape.HasSurface() ? support * shape.Side(index) / shape.LongestSide() +
@@ -390,8 +392,8 @@ double DifferenceOfEnds(const Shape& shape, std::size_t index, double support)
                             : support;
 }
 
-// Which axis is up by its shape, if one is. A vase may be wider at its rim than at its foot: so a
-// shape is taken to be upside down only if it could hardly stand otherwise.
+// Which axis is up by its shape, if that is clear. A vase may be wider at its rim than at its foot.
+// So a shape is taken to be upside down only if it could hardly stand otherwise.
 std::optional<Axis> UpByShape(const Shape& shape, bool oftenY)
 {
   std::optional<Axis> best;
@@ -448,15 +450,15 @@ std::size_t LongestComponent(const Vec3& direction)
   return longest;
 }
 
-// Which of the two horizontal axes the shape is seen along.
+// The horizontal axis along which the shape is seen.
 struct SeenAlong
 {
   std::size_t axis = 0;
-  bool showsFront = false; // left and right are mirror images
+  bool showsFront = false; // left and right are mirror images, so it shows its front
 };
 
-// A shape that is symmetric across one of the axes, such as a head, has its front towards
-// the other one, unless it is long.
+// A shape that is symmetric across one axis, such as a head, has its front along the other axis,
+// unless the shape is long.
 SeenAlong ChooseSide(const Shape& shape, std::size_t ahead, std::size_t aside)
 {
   const double lead = shape.MirroredAcross(ahead) - shape.MirroredAcross(aside);
@@ -531,7 +533,7 @@ Status TellHomeView(
   {
     const PieceId preview{ Resolution::Level(PreviewLevel(description)), 1 };
     CodecContext codec = description.Codec();
-    codec.clusters.clear(); // they are counted while pieces are written
+    codec.clusters.clear(); // counts are known only after all pieces are written
     Result<Piece> piece = DecodePiece(writer.Preview(), preview, codec);
     KDSTREAM_TRY(piece);
     points = std::move(piece->positions);

@@ -13,7 +13,7 @@ namespace kdstream
 namespace
 {
 
-constexpr std::uint64_t bytesPerTriangle = 480; // of a fan, with its ghosts: measured
+constexpr std::uint64_t bytesPerTriangle = 480; // of a fan with its ghosts: measured
 
 template <class Scalar>
 Result<std::string> PlaceOf(const SpillFile& records, std::uint64_t rank)

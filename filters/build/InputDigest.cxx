@@ -118,7 +118,7 @@ InputDigest::InputDigest(std::vector<std::filesystem::path> files)
   }
   catch (const std::system_error&)
   {
-    // If no further thread can be started, Take does the work.
+    // If no thread can be started, Take does the work.
   }
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which input a store was built from: a digest of its bytes, the same for all builds of it,
-// whatever their options. Step "read" of the pipeline picture.
+// Identifies the input that a store was built from: a digest of its bytes. The digest is the same
+// for all builds of an input, whatever their options. Step "read" of the pipeline picture.
 #pragma once
 
 #include "filters/build/Builder.h"
@@ -21,22 +21,22 @@
 namespace kdstream
 {
 
-// The files by whose bytes the input of a build is known: options.inputFiles, or `input` itself.
+// The files whose bytes identify the input of a build: options.inputFiles, or `input` itself.
 std::vector<std::filesystem::path> FilesOfInput(
   const std::filesystem::path& input, const BuildOptions& options);
 
-// The digest of files, one after the other. A thread of its own computes it during the build: it
-// reads the files a second time, mostly from the system's page cache. 1 MiB of memory.
+// The digest of files, one after the other. A separate thread computes it during the build. It
+// reads the files a second time, mostly from the system's page cache. Memory: 1 MiB.
 class InputDigest
 {
 public:
   explicit InputDigest(std::vector<std::filesystem::path> files);
   InputDigest(const InputDigest&) = delete;
   InputDigest& operator=(const InputDigest&) = delete;
-  ~InputDigest(); // does not wait for the end of the files
+  ~InputDigest(); // does not wait until all files are read
 
-  // XXH3-128, as 32 hexadecimal digits. Waits until the digest is ready; call it once. Errors:
-  // those of ByteSource, with the file.
+  // Returns XXH3-128, as 32 hexadecimal digits. Waits until it is ready; call it once. Errors:
+  // those of ByteSource, with the name of the file.
   Result<std::string> Take();
 
 private:
@@ -48,7 +48,7 @@ private:
   std::thread Thread;
 };
 
-// A digest of bytes in memory: XXH3-128.
+// Computes the digest of bytes in memory: XXH3-128.
 class ByteDigest
 {
 public:
@@ -59,7 +59,7 @@ public:
 
   void Add(std::span<const std::byte> bytes);
   void AddNumber(std::uint64_t number);
-  // As 32 hexadecimal digits.
+  // The digest as 32 hexadecimal digits.
   std::string Text() const;
 
 private:
@@ -67,10 +67,10 @@ private:
   std::unique_ptr<Sum> Bytes;
 };
 
-// Gives the data for the digest of a mesh that does not come from a file: calls visit(head, values,
-// elementBytes) for coordinates, triangles, and each array. The digest takes the head, then the
-// number of elements, then the elements. For a part of a mesh, which has the same arrays, the heads
-// are those of the whole mesh.
+// Passes on the data for the digest of a mesh that does not come from a file: calls visit(head,
+// values, elementBytes) for coordinates, triangles, and each array. The digest takes the head, then
+// the number of elements, then the elements. A part of a mesh has the same arrays, so its heads are
+// those of the whole mesh.
 Status ForEachDigested(
   const Mesh& mesh, const std::function<Status(std::span<const std::byte> head,
                       std::span<const std::byte> values, std::size_t elementBytes)>& visit);

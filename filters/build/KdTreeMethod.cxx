@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The k-d tree as a partition method: in memory, and out of core with the phases "levels", block by
-// block, and "numbers", of clusters and vertices.
+// The k-d tree as a partition method, in memory and out of core. Out of core it adds the phases
+// "levels", block by block, and "numbers", of clusters and vertices.
 #include "filters/build/BuildPhases.h"
 #include "filters/build/ExternalMethod.h"
 #include "filters/build/PartitionMethod.h"
@@ -31,7 +31,7 @@ Result<ExternalPartitions> MakeKdTree(
   KDSTREAM_TRY(tree);
   result.boxes = std::move(tree->boxes);
   result.records = std::move(tree->records);
-  result.recordsRead = vertices; // all are in memory once at least
+  result.recordsRead = vertices; // each is read into memory at least once
   for (const ExternalDepthStatistics& depth : tree->statistics.depths)
   {
     result.recordsRead += depth.records + depth.medianRecords;
@@ -58,7 +58,7 @@ Status MakeLevels(ExternalBuildState& build)
   return build.Folder->Finish("levels", blob, files);
 }
 
-// The mesh and its levels as all phases up to "levels" leave them.
+// Loads the mesh and its levels after the phase "levels".
 Status LoadLevels(ExternalBuildState& build, MeshFacts& facts, MeshBlocks& mesh,
   ExternalLevels& levels, std::uint64_t& inconsistent)
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Textures of levels: see LevelTextures.h. Steps, of each piece: 1. the piece, back from the store
-// 2. the finer pieces whose boxes reach into its own  3. its texture from theirs.
+// Textures of levels: see LevelTextures.h. Steps for each piece: 1. Read the piece from the store.
+// 2. Find the finer pieces whose boxes overlap its own. 3. Make its texture from theirs.
 #include "filters/build/LevelTextures.h"
 
 #include "filters/core/tree/PieceDepth.h"
@@ -27,7 +27,7 @@ bool Overlap(const Box& a, const Box& b)
   return !a.Empty() && !b.Empty();
 }
 
-// The description has no counts yet.
+// Without counts, because the description has none yet.
 CodecContext CodecOf(const ModelDescription& model)
 {
   CodecContext codec = model.Codec();
@@ -87,7 +87,7 @@ private:
     return FinerPiece{ std::move(*piece), std::move(*texture) };
   }
 
-  // Finds the places of the nodes of that depth below `node`, ascending.
+  // Finds the nodes of this depth below `node` that are below or beside the piece, ascending.
   void FindPlaces(
     NodeId node, unsigned depth, const Box& around, NodeId piece, FinerPieces& pieces) const
   {
@@ -119,7 +119,7 @@ Status WriteLevelTextures(const PieceTextures& textures, const std::vector<Box>&
   const ModelDescription& model, StoreWriter& writer, StepClock& clock, const Execution& execution)
 {
   const LevelTextureMaker maker(textures, boxes, model, writer);
-  double all = 0, made = 0; // pieces
+  double all = 0, made = 0; // numbers of pieces
   for (unsigned depth = 0; depth <= model.depths.finest; ++depth)
   {
     all += double(NodeId{ 1 } << PieceDepth(Resolution::Level(depth), model.depths));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Phase "mesh": the file in chunks, what the build must know of it, welding, and what no triangle
-// uses is set aside.
+// Phase "mesh": reads the file in chunks, collects facts for the build, welds, and sets aside
+// vertices that no triangle uses.
 #include "filters/build/BuildPhases.h"
 
 #include "filters/build/BuildInput.h"
@@ -47,7 +47,7 @@ Status Weld(ExternalBuildState& build, SpilledMesh& mesh, MeshFacts& facts)
   return welded.map ? Renumber(build, mesh, *welded.map, build.Part("tree", 0.4, 0.45)) : Status{};
 }
 
-// Takes out what no triangle uses.
+// Moves vertices that no triangle uses to other files.
 Status SetUnusedAside(
   ExternalBuildState& build, SpilledMesh& mesh, MeshFacts& facts, VertexFiles& unused)
 {
@@ -122,7 +122,8 @@ Result<MeshFacts> LoadFacts(const ExternalBuildState& build)
   BlobReader blob = build.Folder->BlobOf("mesh");
   MeshFacts facts = LoadMeshFacts(blob);
   KDSTREAM_TRY(blob.Finish());
-  KDSTREAM_TRY(facts.tolerance.Check(build.Options.strict)); // a build that resumes another one
+  // A resumed build may be strict, even if the interrupted one was not.
+  KDSTREAM_TRY(facts.tolerance.Check(build.Options.strict));
   const Result<const ExternalMethod*> method = build.Options.partitioner->External();
   KDSTREAM_TRY(method);
   KDSTREAM_TRY((*method)->CheckPartitions(BlockedSizeOf(facts), build.Options));

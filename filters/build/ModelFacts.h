@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a store says of its model: from the options of the build and what the build has found.
+// What a store says about its model: from the options of the build, and from facts that the build
+// has found.
 #pragma once
 
 #include "filters/build/Builder.h"
@@ -11,7 +12,7 @@
 namespace kdstream
 {
 
-// What a build has found, whether in memory or out of core.
+// The facts that a build has found, in memory or out of core.
 struct ModelFacts
 {
   std::uint64_t vertices = 0, triangles = 0; // after welding, without unused vertices
@@ -29,12 +30,12 @@ struct ModelFacts
 
 CoordinateGrid GridOf(const BuildOptions& options, const Box& box, ScalarType scalarType);
 
-// All metadata but what the writer adds: digest, counts and bytes of the resolutions.
+// All metadata except those that the writer adds: digest, counts and bytes of the resolutions.
 ModelDescription DescribeModel(
   const BuildOptions& options, const ModelFacts& facts, const std::string& inputName);
 
-// Whether it is certain that no two vertices are in the same place (-0.0 and 0.0 are different
-// here). Welded vertices can still be in the same place, if their arrays differ.
+// Whether it is certain that no two vertices are in the same place (here -0.0 and 0.0 are different
+// places). Even after welding, vertices can be in the same place if their arrays differ.
 bool WeldingSeparates(bool weld, const std::vector<AttributeInfo>& attributes);
 
 }

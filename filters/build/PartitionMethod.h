@@ -18,21 +18,22 @@ class ExternalMethod; // ExternalMethod.h
 struct PartitionTree
 {
   KdTree tree;
-  std::uint64_t partitions = 1; // nodes 2^P … 2^P + partitions - 1; 2^P of a k-d tree
+  std::uint64_t partitions = 1; // nodes 2^P … 2^P + partitions - 1; 2^P for a k-d tree
 };
 
-// Objects of it live as long as the program.
+// Objects of this class exist as long as the program.
 class PartitionMethod
 {
 public:
   virtual ~PartitionMethod() = default;
-  virtual std::string_view Name() const = 0; // as of kdstream-build's option: "kdtree"
-  // Whether the store has levels; without, it has only partitions.
+  virtual std::string_view Name() const = 0; // as in kdstream-build's option: "kdtree"
+  // Whether the store has levels; if not, it has only partitions.
   virtual bool HasLevels() const = 0;
-  // In memory. Of the options, verticesPerPartition or partitions are used by all.
+  // Partitions a mesh in memory. Of the options, every method uses verticesPerPartition or
+  // partitions.
   virtual Result<PartitionTree> Partition(
     const Mesh& mesh, const KdTreeOptions& options, const Execution& execution) const = 0;
-  // Out of core. Errors: LimitExceeded for what is only built in memory.
+  // The method out of core. Errors: LimitExceeded if it works only in memory.
   virtual Result<const ExternalMethod*> External() const = 0;
 };
 

@@ -63,7 +63,7 @@ ClusterLevel LoadClusterLevel(BlobReader& blob)
   return level;
 }
 
-// The files of a level under the names that they have in a phase.
+// The files of a level, by the names that they have in a phase.
 std::array<std::pair<std::string, SpillFile LevelFile::*>, 4> FilesOf(unsigned depth)
 {
   const std::string level = std::to_string(depth);
@@ -72,7 +72,7 @@ std::array<std::pair<std::string, SpillFile LevelFile::*>, 4> FilesOf(unsigned d
     { "tuples" + level, &LevelFile::tuples } } };
 }
 
-// The same of all numbers.
+// The files of all numbers, by their names.
 std::vector<std::pair<std::string, SpillFile*>> FilesOf(ExternalNumbers& numbers)
 {
   std::vector<std::pair<std::string, SpillFile*>> files{ { "numbers", &numbers.numberOfRank } };

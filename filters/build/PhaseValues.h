@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the phases of a build out of core leave for each other, as bytes and files.
+// The results that the phases of a build out of core leave for later ones, as bytes and files.
 #pragma once
 
 #include "filters/build/Builder.h"
@@ -28,14 +28,14 @@ struct MeshFacts
   bool weld = true;                      // whether equal vertices were joined
   std::vector<AttributeInfo> attributes; // point arrays first
   std::vector<std::string> ignored;      // arrays of the input
-  Tolerance tolerance;                   // of reading it
+  Tolerance tolerance;                   // of reading the input
 };
 
 void Save(BlobWriter& blob, const MeshFacts& facts);
-// Missing values read as zeros; BlobReader::Finish reports them.
+// Missing values are read as zeros; BlobReader::Finish reports them.
 MeshFacts LoadMeshFacts(BlobReader& blob);
 
-// Values to the blob, files to the list.
+// Saves values in the blob, and appends files to the list.
 void Save(BlobWriter& blob, std::vector<PhaseFile>& files, ExternalLevels&& levels);
 // Errors: Damaged; those of TakeFile.
 Result<ExternalLevels> LoadExternalLevels(
@@ -46,8 +46,8 @@ void Save(BlobWriter& blob, std::vector<PhaseFile>& files, ExternalNumbers&& num
 Result<ExternalNumbers> LoadExternalNumbers(
   BlobReader& blob, const BuildFolder& folder, std::string_view phase);
 
-// All options that decide the content of the files or the store, by their names on the command
-// line, with their values. An option that is not given has an empty value.
+// All options that determine the content of the files or the store: their names on the command
+// line, and their values. An option that is not given has an empty value.
 std::vector<std::pair<std::string, std::string>> DescribeOptions(const BuildOptions& options);
 
 }

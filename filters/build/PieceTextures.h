@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The interface between builders and the code that makes textures: part of step "encode" of the
-// pipeline picture. Builders know nothing of images: they carry the texture coordinates of
-// triangles (IsTextureArray) like any other array. They pass each piece of the original when it is
-// cut. Then they pass each piece of a level with the finer pieces around it.
+// pipeline picture. Builders know nothing of images. They carry the texture coordinates of
+// triangles (IsTextureArray) like any other array. First each piece of the original is passed when
+// it is cut; later each piece of a level, with the finer pieces around it.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -39,24 +39,24 @@ struct FinerPieces
     bool below = true; // true: the tile covers part of the piece; false: it is beside the piece
   };
   std::vector<Place> places;
-  // Reads the texture at a place. Called any number of times.
+  // Reads the piece at a place and its texture. May be called any number of times.
   std::function<Result<FinerPiece>(std::size_t)> read;
 };
 
-// From several threads at a time.
+// Its functions may be called by several threads at the same time.
 class PieceTextures
 {
 public:
   virtual ~PieceTextures() = default;
 
-  // Their entry in the model's description, without counts. `levels`: whether MakeOfLevel is
-  // implemented; without levels in the model it is not called.
+  // The textures' entry in the model's description, without counts. `levels`: whether MakeOfLevel
+  // is implemented. If the model has no levels, MakeOfLevel is not called.
   virtual TextureDescription Describe() const = 0;
   // Makes the texture of a piece of the original; removes the arrays of texture coordinates from
   // the piece. Errors: InvalidInput if the piece has none; InputOutput; LimitExceeded.
   virtual Result<EncodedTexture> Make(Piece& piece) const = 0;
-  // The texture of a level's piece. REQUIRES: Describe().levels. Errors: those of finer.read;
-  // Damaged; LimitExceeded.
+  // Makes the texture of a piece of a level. REQUIRES: Describe().levels. Errors: those of
+  // finer.read; Damaged; LimitExceeded.
   virtual Result<EncodedTexture> MakeOfLevel(
     const Piece& /*piece*/, const FinerPieces& /*finer*/) const
   {

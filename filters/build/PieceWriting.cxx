@@ -14,7 +14,8 @@ namespace kdstream
 namespace
 {
 
-// Cuts and encodes piece i of the cutter. What was there before goes first: it may be large.
+// Cuts and encodes piece i of the cutter. The previous content of `encoded` is freed first, because
+// it may be large.
 Status Encode(
   const PieceCutter& cutter, std::size_t i, const PieceEncoding& encoding, EncodedPiece& encoded)
 {
@@ -30,7 +31,7 @@ Status Encode(
   return {};
 }
 
-// Pieces that follow each other, and their bytes.
+// Consecutive pieces and their bytes.
 struct Batch
 {
   std::size_t first = 0, count = 0;
@@ -78,7 +79,7 @@ Status AddToStore(StoreWriter& writer, const EncodedPiece& encoded)
   {
     return {};
   }
-  // A depth's nodes begin at a power of two.
+  // The nodes of a depth begin at a power of two.
   const std::uint32_t partition = piece.id.node - (NodeId{ 1 } << DepthOfNode(piece.id.node));
   return writer.AddTexture(partition, encoded.texture->bytes, encoded.texture->texels);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How long the steps of a build take.
+// Measures how long the steps of a build take.
 #pragma once
 
 #include <algorithm>

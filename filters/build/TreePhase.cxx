@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Phase "tree": the vertices in the order of the partitions, and the boxes of the nodes.
+// Phase "tree": puts the vertices into the order of the partitions, and computes the boxes of the
+// nodes.
 #include "filters/build/BuildPhases.h"
 
 #include "filters/build/ExternalMethod.h"

@@ -17,7 +17,7 @@ namespace kdstream
 namespace
 {
 
-// The point arrays, without values.
+// Copies of the point arrays without values.
 std::vector<Attribute> PointArraysOf(std::span<const AttributeInfo> attributes)
 {
   std::vector<Attribute> arrays;
@@ -31,7 +31,8 @@ std::vector<Attribute> PointArraysOf(std::span<const AttributeInfo> attributes)
   return arrays;
 }
 
-// vertices: in the order of the input. The part has them by their places, which codes best.
+// vertices: in the order of the input. The part has them sorted by coordinates, because that
+// compresses best.
 Piece PartOf(const Mesh& vertices)
 {
   std::vector<VertexId> order(vertices.points.size());
@@ -56,8 +57,8 @@ Piece PartOf(const Mesh& vertices)
   return part;
 }
 
-// read(first, count, part): appends `count` vertices from `first` on to an empty mesh that has the
-// arrays.
+// read(first, count, part): appends `count` vertices, beginning with `first`, to `part`, an empty
+// mesh that has the arrays.
 Status WriteParts(std::uint64_t count, std::span<const AttributeInfo> attributes,
   ScalarType scalarType, StoreWriter& writer, const Execution& execution,
   const std::function<Status(std::uint64_t first, std::size_t count, Mesh& part)>& read)

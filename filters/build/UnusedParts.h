@@ -15,8 +15,8 @@
 namespace kdstream
 {
 
-// Writes the list after everything else, if the model has such vertices. unused: as
-// TakeUnusedVertices gives them, or files of them, in the order of the input. attributes: of the
+// Writes the list after everything else, if the model has unused vertices. unused: as
+// TakeUnusedVertices returns them, or files of them, in the order of the input. attributes: of the
 // model. Memory: a part and its bytes. Errors: those of the writer; InputOutput; Cancelled.
 Status WriteUnused(const Mesh& unused, StoreWriter& writer, const Execution& execution = {});
 Status WriteUnused(const VertexFiles& unused, std::span<const AttributeInfo> attributes,

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A decimal number as the double that is nearest to it:
-//   1. take the number apart: an integer of digits, times a power of ten;
-//   2. if both fit into a double, one multiplication or division rounds correctly (Clinger 1990,
-//      "How to read floating point numbers accurately");
-//   3. else write it as a fraction of two natural numbers of any length, scale it by a power of two
-//      into 1 … 2, and divide bit by bit; the remainder decides the rounding.
-// The inverse: digit after digit of the exact fraction, until no other double is as near (Steele
-// and White 1990, "How to print floating-point numbers accurately"; Burger and Dybvig 1996).
+// Finds the double nearest to a decimal number:
+//   1. Split the number into an integer and a power of ten.
+//   2. If both fit into a double, one multiplication or division rounds correctly (Clinger 1990,
+//      "How to read floating point numbers accurately").
+//   3. Otherwise write it as a fraction of two natural numbers of any length, scale it by a power
+//      of two into 1 … 2, and divide bit by bit; the remainder decides the rounding.
+// The inverse: produce digits of the exact fraction until no other double is as near (Steele and
+// White 1990, "How to print floating-point numbers accurately"; Burger and Dybvig 1996).
 #include "filters/model/DecimalNumber.h"
 
 #include <algorithm>
@@ -24,7 +24,7 @@ namespace
 
 constexpr std::size_t mostDigits = 800; // no tie between two doubles has more than 768
 
-// A natural number of any length: base 2^32, the lowest first, no zeros on top.
+// A natural number of any length: digits to the base 2^32, the lowest first, the highest not zero.
 class Natural
 {
 public:
@@ -142,7 +142,7 @@ Decimal TakeApart(std::string_view text)
     }
     else if (!kept && digit != 0)
     {
-      decimal.digits.back() |= 1; // a bit more: cannot be a tie any more
+      decimal.digits.back() |= 1; // slightly larger, so that it cannot be a tie
     }
     decimal.exponent += (kept ? 0 : 1) - (point ? 1 : 0);
   }
@@ -202,12 +202,12 @@ double DivideExactly(const Decimal& decimal)
   return std::ldexp(static_cast<double>(mantissa), power - bits + 1);
 }
 
-// All numbers nearer to `value` than to its neighbouring doubles are within `less` below it and
-// `more` above it; each is a fraction of `whole`.
+// The numbers that are nearer to `value` than to its neighbouring doubles reach from `less` below
+// it to `more` above it; both are fractions of `whole`.
 struct Interval
 {
   Natural value, less, more, whole;
-  bool hasEnds; // the ends of the interval round to the number, too
+  bool hasEnds; // the ends of the interval also round to the number
 
   explicit Interval(double positive)
     : hasEnds(false)
@@ -220,7 +220,7 @@ struct Interval
       mantissa >>= 1;
     }
     this->hasEnds = mantissa % 2 == 0;
-    // Below the lowest number of a power of two the next number is half as far.
+    // Below the lowest number with a given power of two, the next number is only half as far.
     const bool isLowest = mantissa == std::uint64_t{ 1 } << 52 && exponent > -1074;
     const int half = isLowest ? 2 : 1; // in halves or quarters of a step
     this->value = Natural(static_cast<std::uint32_t>(mantissa >> 32));
@@ -240,7 +240,8 @@ struct Interval
       each->MultiplyAdd(10, 0);
     }
   }
-  // Whether the digits so far are near enough, as they are, and with the last one more.
+  // Whether the digits so far are near enough: as they are, or with the last digit increased by
+  // one.
   bool ReachesDown() const
   {
     return this->hasEnds ? !this->less.IsLess(this->value) : this->value.IsLess(this->less);
@@ -253,7 +254,7 @@ struct Interval
   }
 };
 
-// The digits, and the power of ten before the first: 0.ddd * 10^power.
+// The digits, and the power of ten before the first digit: 0.ddd * 10^power.
 std::string ShortestDigits(double positive, int& power)
 {
   Interval left(positive);
@@ -310,7 +311,7 @@ double NearestMagnitude(const Decimal& decimal)
   {
     return 0;
   }
-  constexpr int mostExactPower = 22; // 10^22 and all below are doubles
+  constexpr int mostExactPower = 22; // all powers up to 10^22 are doubles
   if (decimal.digits.size() <= 15 && std::abs(decimal.exponent) <= mostExactPower)
   {
     double value = 0, power = 1;

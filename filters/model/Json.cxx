@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps:
-// 1. count the characters that a value can follow, an upper bound for the number of values:
-//    allocate memory for these once
-// 2. value after value, each after the one before it; an open array or object knows the one around
-//    it, so no stack is needed. The grammar is that of RFC 8259.
+// 1. Count the characters that a value can follow. This is an upper bound for the number of values;
+//    allocate memory for them once.
+// 2. Parse values one after the other. An open array or object stores which one contains it, so no
+//    stack is needed. The grammar is that of RFC 8259.
 #include "filters/model/Json.h"
 
 #include "filters/core/Texts.h"
@@ -31,10 +31,10 @@ public:
     this->TextEnd = this->Document.Texts.get();
   }
 
-  // False: At is where the JSON is malformed.
+  // Returns false if the JSON is malformed, at the position At.
   bool Parse()
   {
-    bool isWhole = false; // the value that was begun last
+    bool isWhole = false; // of the value that was begun last
     while (!isWhole || this->Open != none)
     {
       if (isWhole ? !this->GoOn(isWhole) : !this->BeginValue(isWhole))
@@ -86,7 +86,7 @@ private:
   }
   JsonValue& Outer() { return this->Document.Values[this->Open]; }
 
-  // isWhole: it is not an array or object, or an empty one.
+  // isWhole: set to whether the value is complete: not an array or object, or an empty one.
   bool BeginValue(bool& isWhole)
   {
     this->SkipSpace();
@@ -128,7 +128,7 @@ private:
     return true;
   }
 
-  // Whether the one that is open ends here.
+  // Ends the open array or object if its end comes here; returns whether it does.
   bool EndOuter()
   {
     JsonValue& value = this->Outer();
@@ -143,7 +143,8 @@ private:
     return true;
   }
 
-  // After a whole value in an open array or object: this ends, or another value follows.
+  // Called after a complete value in an open array or object: either this ends, or another value
+  // follows.
   bool GoOn(bool& isWhole)
   {
     this->SkipSpace();
@@ -198,7 +199,7 @@ private:
     return std::isfinite(number);
   }
 
-  // False: 64 bits do not hold it, or it is -0, which is a double.
+  // Returns false if the number does not fit in 64 bits, or is -0, which is a double.
   bool AddInteger(std::string_view digits, bool isNegative)
   {
     std::uint64_t magnitude = 0;
@@ -236,7 +237,7 @@ private:
     return true;
   }
 
-  // Afterwards At is the escape's last character.
+  // Afterwards At is at the last character of the escape.
   bool TakeEscape()
   {
     constexpr std::string_view letters = "\"\\/bfnrt", meanings = "\"\\/\b\f\n\r\t";
@@ -254,7 +255,7 @@ private:
     return true;
   }
 
-  // The four digits after the u at At.
+  // Parses the four digits after the u at At.
   bool TakeHexadecimal(std::uint32_t& code)
   {
     const std::string_view digits = this->Text.substr(this->At + 1, 4);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Parses JSON: the one reader of the project's own files and messages, small enough for a phone's
+// Parses JSON: the only reader for the project's own files and messages, small enough for a phone's
 // page (doc/decisions/0032-libraries.md). Internal: not installed.
 //
-// Texts may be hostile. Neither parsing nor its result uses recursion, however deep a text nests.
-// Numbers are rounded correctly. A number that is too large for a double is an error, and so is
-// text that is not UTF-8. If a key is repeated, the last one counts, as in JavaScript.
+// Texts may be hostile. Neither parsing nor its result uses recursion, however deeply a text is
+// nested. Numbers are rounded correctly. A number that is too large for a double is an error, and
+// so is text that is not UTF-8. If a key is repeated, the last one counts, as in JavaScript.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -21,7 +21,7 @@ namespace kdstream
 
 struct JsonMember;
 
-// A value, which lives as long as its document.
+// A value. It is valid as long as its document exists.
 class JsonValue
 {
 public:
@@ -42,7 +42,7 @@ public:
   bool IsArray() const { return this->Kind == Kinds::Array; }
   bool IsObject() const { return this->Kind == Kinds::Object; }
   bool IsNumber() const { return this->IsUint64() || this->IsInt64() || this->IsDouble(); }
-  // Numbers that are spelled as integers and fit.
+  // Whether it is a number that is spelled as an integer and fits.
   bool IsUint64() const { return this->Kind == Kinds::Unsigned; }
   bool IsInt64() const
   {
@@ -62,14 +62,14 @@ public:
   std::uint32_t GetUint() const { return static_cast<std::uint32_t>(this->Content.integer); }
   int GetInt() const { return static_cast<int>(this->GetInt64()); }
   double GetDouble() const; // any number
-  // It may be no UTF-8: an escape can name half a surrogate pair.
+  // It may be invalid UTF-8, because an escape can give half of a surrogate pair.
   std::string_view GetString() const { return { this->Content.text, this->Count }; }
 
-  // How many values or members. REQUIRES: an array or an object.
+  // The number of values or members. REQUIRES: an array or an object.
   std::size_t Size() const { return this->Count; }
   // REQUIRES: an array, and index < Size(). O(index).
   const JsonValue& operator[](std::size_t index) const;
-  // The member; null where there is none. REQUIRES: an object. O(members).
+  // The member; null if there is none. REQUIRES: an object. O(members).
   const JsonValue& operator[](std::string_view key) const;
   Range<ValueIterator> GetArray() const;
   Range<MemberIterator> GetObject() const;
@@ -93,12 +93,12 @@ protected:
 
   union
   {
-    std::uint64_t integer; // the bits of a negative one
+    std::uint64_t integer; // the bits, if it is negative
     double number;
     const char* text;
-    const JsonValue* first; // of the values, or of names and values in turn
+    const JsonValue* first; // of the values; or of names and values alternately
   } Content{ 0 };
-  std::uint32_t Count = 0; // bytes of a text; values; members
+  std::uint32_t Count = 0; // bytes of a text, or number of values or members
   std::uint32_t Span = 1;  // distance to the next value on the same level
   Kinds Kind = Kinds::Null;
 };
@@ -147,7 +147,7 @@ private:
   const JsonValue* At;
 };
 
-// The outermost value, and all within it.
+// The outermost value, and all values inside it.
 class JsonDocument : public JsonValue
 {
   friend class JsonParser;
@@ -160,11 +160,11 @@ public:
   JsonDocument& operator=(JsonDocument&&) = default;
 };
 
-// Memory: at most 25 bytes for each byte of text, so limit the text first. Errors: InvalidInput
-// naming the byte at which the JSON is malformed.
+// Memory: at most 25 bytes for each byte of text, so limit the size of the text first. Errors:
+// InvalidInput, with the byte at which the JSON is malformed.
 Result<JsonDocument> ParseJson(std::string_view text);
 
-// The member, or null where there is none. REQUIRES: an object. O(members).
+// The member, or null if there is none. REQUIRES: an object. O(members).
 const JsonValue* FindMember(const JsonValue& object, std::string_view key);
 
 // REQUIRES: a string.

@@ -14,14 +14,14 @@
 namespace kdstream
 {
 
-// A value as text for a message. Only scalars are written out, because a nested value may have any
-// depth.
+// The value as text for a message. Only scalars are written, because an array or object may be
+// nested to any depth.
 std::string Show(const JsonValue& value);
 
-// NaN for what is not a number.
+// The number; NaN if the value is not a number.
 double NumberOf(const JsonValue& value);
 
-// Every function gives a harmless default once something is wrong; look at Fault() at the end.
+// After an error every function returns a harmless default. Check Fault() at the end.
 class JsonReader
 {
 public:
@@ -34,11 +34,11 @@ public:
   bool Good() const { return this->FirstFault.empty(); }
   void Fail(const std::string& what);
 
-  // The member, or null (a fault, if it is required).
+  // The member, or null; null is an error if the member is required.
   const JsonValue* Find(const JsonValue& object, const char* key, bool required = true);
   std::uint64_t Integer(
     const JsonValue& object, const char* key, std::uint64_t lowest, std::uint64_t highest);
-  // As Integer, for a type that holds `highest`.
+  // Like Integer, for a type that can hold `highest`.
   template <class T>
   T Small(const JsonValue& object, const char* key, std::uint64_t lowest, std::uint64_t highest)
   {
@@ -49,9 +49,9 @@ public:
   bool Boolean(const JsonValue& object, const char* key);
   std::string Text(
     const JsonValue& object, const char* key, std::size_t mostBytes, bool required = true);
-  // The value of a member that was found.
+  // The text of a member that has been found.
   std::string TextIn(const JsonValue& value, const char* key, std::size_t mostBytes);
-  // An array of integers in the range, at most `most` of them; empty if an optional one is absent.
+  // An array of at most `most` integers in the range; empty if it is optional and absent.
   std::vector<std::uint32_t> Integers(const JsonValue& object, const char* key,
     std::uint32_t lowest, std::uint32_t highest, std::size_t most, bool required);
   // An array of at most `most` values, or null.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Writes JSON: the only writer of the project, used from the metadata of a store to the status of a
-// page. The same bytes on every platform.
+// Writes JSON: the only writer of the project, used for everything from the metadata of a store to
+// the status of a page. It writes the same bytes on every platform.
 #pragma once
 
 #include <charconv>
@@ -14,12 +14,12 @@
 namespace kdstream
 {
 
-// The shortest decimal text that reads back as the same double; null where it is not finite.
+// The shortest decimal text that reads back as the same double; "null" if the number is not finite.
 std::string JsonNumber(double value);
 
 struct JsonStyle
 {
-  unsigned indent = 0; // blanks for each depth, a line a value; 0: all in one line
+  unsigned indent = 0; // spaces for each depth, with one value a line; 0: all on one line
 };
 
 // Writes one JSON text, in the order of the calls:
@@ -43,7 +43,7 @@ public:
   JsonWriter& EndArray() { return this->End(']'); }
   JsonWriter& Key(std::string_view key);
 
-  // What is not UTF-8 is replaced by U+FFFD.
+  // Bytes that are not UTF-8 are replaced by U+FFFD.
   JsonWriter& Put(std::string_view text);
   JsonWriter& Put(const std::string& text) { return this->Put(std::string_view(text)); }
   JsonWriter& Put(const char* text) { return this->Put(std::string_view(text)); }
@@ -56,20 +56,20 @@ public:
     const char* const end = std::to_chars(text, text + sizeof(text), value).ptr;
     return this->PutJson({ text, static_cast<std::size_t>(end - text) });
   }
-  // null where there is none.
+  // Writes null if there is no value.
   template <class T>
   JsonWriter& Put(const std::optional<T>& value)
   {
     return value ? this->Put(*value) : this->PutJson("null");
   }
-  // Whatever the function writes, which must be one value.
+  // Calls the function, which must write exactly one value.
   template <std::invocable<JsonWriter&> Function>
   JsonWriter& Put(const Function& write)
   {
     write(*this);
     return *this;
   }
-  // An array of the values of a range.
+  // Writes an array with the values of a range.
   template <class Range>
   requires(!std::same_as<typename Range::value_type, char>) JsonWriter& Put(const Range& values)
   {
@@ -80,7 +80,7 @@ public:
     }
     return this->EndArray();
   }
-  // A value that is JSON already.
+  // Writes a value that is already JSON.
   JsonWriter& PutJson(std::string_view json);
 
   template <class T>
@@ -101,8 +101,8 @@ private:
   JsonStyle Style;
   std::string Written;
   std::size_t Depth = 0;
-  bool First = true;     // nothing stands in this object or array yet
-  bool AfterKey = false; // a member's value is next
+  bool First = true;     // nothing has been written into this object or array yet
+  bool AfterKey = false; // the next call writes the value of a member
 };
 
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where the models of a list have pages of their own (doc/protocol.md#pages).
+// Says whether the models of a list have their own pages (doc/protocol.md#pages).
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@
 namespace kdstream
 {
 
-// A list of models (WriteModelList) that says so: `folder` is below that of the viewer, with a
-// slash at its end. Empty: the list stays as it is.
+// Adds the folder of the pages to a list of models (WriteModelList). `folder` is relative to that
+// of the viewer, with a slash at its end. If it is empty, the list stays unchanged.
 std::string WithPages(std::string list, std::string_view folder);
 
 }

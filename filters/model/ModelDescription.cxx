@@ -24,7 +24,7 @@ bool IsHexDigit(char c)
   return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');
 }
 
-// At most this number of bytes of the text, without splitting a character.
+// The beginning of the text: at most `mostBytes` bytes, without splitting a character.
 std::string BeginOf(const std::string& text, std::size_t mostBytes)
 {
   const std::string_view begin = std::string_view(text).substr(0, mostBytes);
@@ -76,7 +76,8 @@ ModelSummary Summarize(const ModelDescription& model)
 
 std::optional<Vec3> DirectionOf(const Vec3& vector)
 {
-  const bool isLong = std::any_of(vector.begin(), vector.end(), // enough for its inverse
+  // The inverse of the length must be finite.
+  const bool isLong = std::any_of(vector.begin(), vector.end(),
     [](double x) { return std::abs(x) >= std::numeric_limits<double>::min(); });
   const auto unit = ScaledUnitVector(vector);
   return isLong && unit ? std::optional(WithPositiveZeros(*unit)) : std::nullopt;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is known of a model before any of its pieces: one description from the builder to the page.
+// What is known about a model before any of its pieces: one description for all programs, from the
+// builder to the page.
 //
-// A builder fills it in, a store keeps it (row "model"), kdstream-store and kdstream-build print it
-// as statistics, a server sends it (model.json, the `opened` answer), and a viewer draws by it.
+// A builder fills it in. A store keeps it (row "model"). kdstream-store and kdstream-build print it
+// as statistics. A server sends it (model.json, the `opened` answer), and a viewer draws by it.
 // ModelJson.h writes and reads it.
 #pragma once
 
@@ -35,67 +36,68 @@ inline constexpr std::uint32_t mostSpacing = std::uint32_t{ 1 } << 24;
 struct ResolutionDescription
 {
   std::uint64_t vertices = 0;  // own vertices of all pieces
-  std::uint64_t triangles = 0; // each once
+  std::uint64_t triangles = 0; // each counted once
   std::uint64_t pieces = 0;
   std::uint64_t bytes = 0;
   // For a level, in model units; 0 for the original. geometricError: an upper bound of the distance
-  // of the original from the level's surface. geometricError99: an estimate that 99 of 100 of its
-  // vertices do not exceed; viewers choose levels by it.
+  // from the original to the level's surface. geometricError99: an estimate that 99 of 100 vertices
+  // of the level do not exceed; viewers choose levels by it.
   double geometricError = 0;
   double geometricError99 = 0;
-  // For a level: the spacing of its coordinates, in steps of the grid, 1 … mostSpacing. 1 for the
-  // original.
+  // For a level: the spacing of its coordinates in steps of the grid, 1 … mostSpacing. For the
+  // original: 1.
   std::uint32_t spacing = 1;
-  // Only of levels with textures: sums over the tiles of the level's pieces.
+  // Only for levels with textures: sums over the tiles of the level's pieces.
   std::uint64_t tileBytes = 0, texels = 0;
   bool operator==(const ResolutionDescription&) const = default;
 };
 
-// How a model stands, and from where it is looked at first.
+// Which way is up, and the direction from which the model is seen first.
 struct HomeView
 {
   Vec3 up{ 0, 1, 0 };   // of length 1
-  Vec3 view{ 0, 0, 1 }; // from the model's middle towards the eye, of length 1
+  Vec3 view{ 0, 0, 1 }; // from the model's centre towards the eye, of length 1
   bool guessed = false; // at least one direction was guessed by the build
   bool operator==(const HomeView&) const = default;
 };
 
 // For a model whose original has textures: one tile for each partition (TextureTile.h), and since
-// version 14 of the store for each piece of a level.
+// version 14 of the store also for each piece of a level.
 struct TextureDescription
 {
   std::string format = "webp"; // of the tiles' images
-  bool lossless = false;       // texels and coordinates are the input's, bit for bit
-  std::uint64_t bytes = 0;     // of the original's tiles
-  std::uint64_t texels = 0;    // the same
+  bool lossless = false;       // texels and coordinates are those of the input, bit for bit
+  std::uint64_t bytes = 0;     // size of the original's tiles
+  std::uint64_t texels = 0;    // in the original's tiles
   bool levels = false;         // pieces of levels have tiles too; not in stores before version 14
   bool operator==(const TextureDescription&) const = default;
 };
 
-// The vertices of a mesh that no triangle uses. Only the original keeps them, in a list of their
-// own (filters/store/UnusedList.h); no box, grid or level includes them.
+// The vertices of a mesh that no triangle uses. Only the original has them, in a separate list
+// (filters/store/UnusedList.h). They are not part of any box, grid or level.
 struct UnusedDescription
 {
   std::uint64_t vertices = 0; // at least 1
-  std::uint64_t bytes = 0;    // of the list
-  Vec3 farthest{};            // the vertex farthest from the model's box, the first of equals
+  std::uint64_t bytes = 0;    // size of the list
+  Vec3 farthest{};            // the vertex farthest from the model's box; the first if there are
+                              // several
   bool operator==(const UnusedDescription&) const = default;
 };
 
-// The direction as a pose has it. Nothing where its length is 0 or not finite.
+// The direction scaled to length 1. Nothing if its length is 0 or not finite.
 std::optional<Vec3> DirectionOf(const Vec3& vector);
 
-// The first view's direction if nothing else is known: +z if y is up, as in glTF; -y if z is up, as
-// in CAD; for another up direction, the one of these two that is nearer to horizontal.
+// The direction of the first view if nothing else is known: +z if y is up, as in glTF; -y if z is
+// up, as in CAD; for another up direction, whichever of these two is nearer to horizontal.
 Vec3 FrontOf(const Vec3& up);
 
-// The values of an array that viewers may colour by (IsScalar), over the vertices of the original.
-// Values that are not finite do not count; all members are 0 if there are no finite ones.
+// The values of an array that viewers can colour by (IsScalar), over the vertices of the original.
+// Values that are not finite do not count. If there are no finite values, all members are 0.
 struct ScalarDescription
 {
   std::string name;           // one of the model's point arrays
   double least = 0, most = 0; // least <= low <= high <= most
-  double low = 0, high = 0;   // the 2nd and the 98th percentile, of a sample: ScalarStatistics.h
+  double low = 0, high = 0;   // 2nd and 98th percentile of a sample: ScalarStatistics.h
   struct Class
   {
     double value = 0;
@@ -108,7 +110,7 @@ struct ScalarDescription
   bool operator==(const ScalarDescription&) const = default;
 };
 
-// Those of a model. Copies share them.
+// The descriptions of all arrays of a model. Copies share them.
 class ScalarDescriptions
 {
 public:
@@ -122,7 +124,7 @@ public:
   bool empty() const { return this->size() == 0; }
   const ScalarDescription* begin() const { return this->All ? this->All->data() : nullptr; }
   const ScalarDescription* end() const { return this->begin() + this->size(); }
-  // The array of that name; null without it.
+  // The description of the array with this name; null if there is none.
   const ScalarDescription* Find(std::string_view name) const;
   bool operator==(const ScalarDescriptions& other) const
   {
@@ -134,25 +136,25 @@ private:
   std::shared_ptr<const std::vector<ScalarDescription>> All;
 };
 
-// How much of a model a client may have; each includes those before.
+// How much of a model a client may receive; each value includes those before it.
 enum class ModelDetail : std::uint8_t
 {
   Preview, // the description, and levels up to the preview's
-  Levels,  // all levels, and the tree that leads to them
+  Levels,  // all levels, and the tree above them
   Regions  // the original too
 };
 
-// "preview", "levels" or "regions".
+// The name in messages: "preview", "levels" or "regions".
 std::string_view NameOf(ModelDetail detail);
 
 struct ModelDescription
 {
-  std::string id;     // IsModelId: what a server calls it; empty in a store
-  std::string digest; // IsDigest: of the content, tree, levels and partitions
+  std::string id;     // IsModelId: its name on a server; empty in a store
+  std::string digest; // IsDigest: over the content, tree, levels and partitions
 
-  std::uint64_t vertices = 0, triangles = 0; // without `unused` ones
+  std::uint64_t vertices = 0, triangles = 0; // without unused vertices
   std::uint64_t partitions = 1;              // 1 … 2^depths.partition
-  Box box;           // of the original vertices; of a mesh those that triangles use
+  Box box;           // of the original vertices; in a mesh, of those that triangles use
   TreeDepths depths; // P <= S <= L, at most maximumDepth
   CoordinateGrid grid;
   PrimitiveType primitive = PrimitiveType::Triangles;
@@ -160,25 +162,25 @@ struct ModelDescription
   std::vector<ResolutionDescription> levels; // 0 … L, or none at all
   ResolutionDescription original;
 
-  // UTF-8, shown by viewers; may be empty.
+  // UTF-8, displayed by viewers; may be empty.
   std::string title, credit, license, unit, description;
   std::vector<AttributeInfo> attributes;      // point arrays first
-  ScalarDescriptions scalars;                 // that levels carry too, in the order of attributes
+  ScalarDescriptions scalars;                 // also in levels; in the order of attributes
   std::optional<HomeView> homeView;           // nothing: viewers use their default view
   std::optional<TextureDescription> textures; // nothing: no texture tiles
 
-  // What the client of this description may have; only from servers with tokens.
+  // How much the client that receives this may have; only from servers with tokens.
   ModelDetail detail = ModelDetail::Regions;
 
-  // How it was built. Stores have it and statistics print it; servers do not send it.
-  std::string input; // name of the file it was built from, without its folder
-  // IsDigest: of that file's bytes, the same for all builds of it; empty where it is not known.
+  // How the model was built. Stores keep it and statistics print it; servers do not send it.
+  std::string input; // name of the file that it was built from, without its folder
+  // IsDigest: over the bytes of that file, the same for all builds of it; empty if not known.
   std::string inputDigest;
   std::uint64_t welded = 0, inconsistentEdges = 0;
-  std::uint64_t smallestPartition = 0, largestPartition = 0; // own vertices
-  std::optional<UnusedDescription> unused; // none: triangles use all vertices, or it is a cloud
-  // As the options of kdstream-build name them. Partitioners other than kdtree make no levels: P =
-  // S = L, any number of partitions, and levelMaker and representative are empty.
+  std::uint64_t smallestPartition = 0, largestPartition = 0; // numbers of own vertices
+  std::optional<UnusedDescription> unused; // nothing: triangles use all vertices, or it is a cloud
+  // Named as in the options of kdstream-build. Partitioners other than kdtree make no levels; then
+  // P = S = L, any number of partitions is possible, and levelMaker and representative are empty.
   std::string partitioner = "kdtree";
   std::string levelMaker, representative;
   bool sheets = true, weld = true;
@@ -189,8 +191,8 @@ struct ModelDescription
   bool operator==(const ModelDescription&) const = default;
 };
 
-// The part of a description that a client of this access level gets: of finer resolutions only that
-// they exist.
+// The part of a description that a client with this access level gets. It reveals about finer
+// resolutions only that they exist.
 ModelDescription WithDetail(ModelDescription model, ModelDetail detail);
 
 // An entry of a server's list of models.
@@ -201,15 +203,15 @@ struct ModelSummary
   std::string title;
   std::uint64_t vertices = 0;
   std::uint64_t triangles = 0;
-  std::string description{}; // its beginning: at most mostSummaryBytes
+  std::string description{}; // the beginning: at most mostSummaryBytes
   std::uint64_t notes = 0;   // number of notes on the model (Notes.h)
   bool operator==(const ModelSummary&) const = default;
 };
 
-// The beginning of a description in a list: a few lines, so that long lists stay readable.
+// How much of a description is in a list: a few lines, so that long lists stay readable.
 inline constexpr std::size_t mostSummaryBytes = 400;
 
-// What a server says of itself, above its list of models; may be empty.
+// A server's texts about itself, displayed above its list of models; may be empty.
 struct SiteDescription
 {
   std::string title, text; // UTF-8
@@ -221,14 +223,15 @@ ModelSummary Summarize(const ModelDescription& model);
 unsigned PreviewLevel(const ModelDescription& model);
 
 // Whether servers can serve a model by this name. The name becomes part of a URL and of a file's
-// path. A name that begins with a dot would be that of a hidden file, "." or "..".
+// path. A name that begins with a dot would be that of a hidden file, or "." or "..".
 inline constexpr std::string_view modelIdRule =
   "1 to 128 characters of A-Z a-z 0-9 . _ -, and no dot at the start";
 bool IsModelId(std::string_view id);
-// The name where it is an id, else one that is like it: '_' for what no id has.
+// The name itself if it is an id; otherwise a similar id, with '_' in place of characters that no
+// id has.
 std::string ModelIdLike(std::string_view name);
 
-// 32 hexadecimal digits in lower case.
+// Whether the text is 32 hexadecimal digits in lower case.
 bool IsDigest(std::string_view digest);
 
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The form of a description, and the list of models.
+// The JSON of a description, and of the list of models.
 //
 // A store has the description with the facts of the build. A server sends it without these facts,
-// but with the model's id; and with the access level, if a client may not have everything.
+// but with the model's id; and also with the access level, if a client may not have everything.
 #include "filters/model/ModelJson.h"
 
 #include "filters/core/Texts.h"
@@ -31,7 +31,7 @@ void PutPrecision(JsonWriter& json, const CoordinateGrid& grid)
   json.EndObject();
 }
 
-// The one of two or more values that has the name in member `key`.
+// The value, of two or more, whose name is in member `key`.
 template <class T>
 T ReadName(
   JsonReader& reader, const JsonValue& object, const char* key, T first, T last, const char* fault)
@@ -147,7 +147,7 @@ void ReadDescription(
   ReadScalars(reader, json, model);
 }
 
-// Members that a server adds: the id, and how much of the model the client may get.
+// Writes the members that a server adds: the id, and how much of the model the client may have.
 void PutModel(JsonWriter& json, const ModelDescription& model)
 {
   json.BeginObject().Member("id", model.id);

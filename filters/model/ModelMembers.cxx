@@ -116,7 +116,7 @@ void ReadTextures(JsonReader& reader, const JsonValue& object, ModelDescription&
   }
 }
 
-// Takes numbers one after the other, none of which may be below the one before.
+// Takes numbers one after the other; each must be at least as large as the one before.
 class AscendingNumbers
 {
 public:
@@ -145,7 +145,7 @@ bool TakeRange(const JsonValue& range, ScalarDescription& scalar)
   return numbers.AllAscend() && scalar.most >= scalar.high;
 }
 
-// Each value, followed by how many vertices have it.
+// Reads a list with each value followed by its number of vertices.
 bool TakeClasses(const JsonValue& list, std::vector<ScalarDescription::Class>& classes)
 {
   AscendingNumbers values;

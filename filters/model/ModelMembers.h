@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The members that a description's forms as JSON share. Internal: not installed.
+// Members that all JSON forms of a description share. Internal: not installed.
 #pragma once
 
 #include "filters/model/JsonReader.h"
@@ -13,43 +13,44 @@
 namespace kdstream
 {
 
-// Every integer up to here is exact in a client whose numbers are doubles.
+// Up to this number every integer is exact in a client whose numbers are doubles.
 inline constexpr std::uint64_t mostCount = std::uint64_t{ 1 } << 53;
 
-// "float32", "float64"; "triangles", "points"; "point", "cell".
+// Names in JSON: "float32", "float64"; "triangles", "points"; "point", "cell".
 std::string_view NameOf(ScalarType type);
 std::string_view NameOf(PrimitiveType type);
 std::string_view NameOf(AttributeAssociation association);
 
-// {"name","type","association","components"}, as texts.
+// Writes {"name","type","association","components"}, as texts.
 void PutAttributes(JsonWriter& json, const std::vector<AttributeInfo>& attributes);
-// "title", "credit", "license", "unit", and "description", if it has one.
+// Writes "title", "credit", "license", "unit"; and "description" if the model has one.
 void PutTexts(JsonWriter& json, const ModelDescription& model);
 void PutUnlessEmpty(JsonWriter& json, const char* key, const std::string& text);
-// "pose", if it has one.
+// Writes "pose" if the model has a home view.
 void PutHomeView(JsonWriter& json, const ModelDescription& model);
-// Its textures as a member `key`, if it has some.
+// Writes the textures as member `key` if the model has textures.
 void PutTextures(JsonWriter& json, const ModelDescription& model, const char* key = "textures");
 
-// {"lo","hi"}.
+// Writes {"lo","hi"}.
 void PutBox(JsonWriter& json, const Box& box);
-// The members of a resolution, without the object around them; and all levels.
+// Writes the members of a resolution, without the object around them; and those of all levels.
 void PutResolution(JsonWriter& json, const ResolutionDescription& resolution);
 void PutLevels(JsonWriter& json, const std::vector<ResolutionDescription>& levels);
 
-// "unused", if the model has such vertices.
+// Writes "unused" if the model has unused vertices.
 void PutUnused(JsonWriter& json, const ModelDescription& model);
-// "scalars", if the model has any: {"classes","name","range"}. "classes": each value, followed by
-// its number of vertices; "range": smallest, low, high and largest value.
+// Writes "scalars" if the model has any: {"classes","name","range"}. "classes": each value,
+// followed by its number of vertices; "range": smallest, low, high and largest value.
 void PutScalars(JsonWriter& json, const ModelDescription& model);
-// The bits of an axis, or "lossless".
+// Writes the bits of an axis, or "lossless".
 void PutBits(JsonWriter& json, const CoordinateGrid& grid);
 
-// Reads what all forms have in common: counts, depths, box, levels, original, home view (`pose`)
+// Reads the members that all forms have: counts, depths, box, levels, original, home view (`pose`)
 // and textures.
 void ReadShared(JsonReader& reader, const JsonValue& object, ModelDescription& model);
 void ReadScalars(JsonReader& reader, const JsonValue& object, ModelDescription& model);
-// The members that stores and servers have in common, and back. mostText: bytes of each text.
+// Writes, and reads, the members that stores and servers have in common. mostText: maximum bytes of
+// each text.
 void PutDescription(JsonWriter& json, const ModelDescription& model);
 void ReadDescription(
   JsonReader& reader, const JsonValue& json, std::size_t mostText, ModelDescription& model);

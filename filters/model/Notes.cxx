@@ -34,7 +34,7 @@ void ReadType(JsonReader& reader, const JsonValue& object, std::string_view want
   }
 }
 
-// Letters, digits and hyphens.
+// Whether the text consists of letters, digits and hyphens.
 bool IsLanguage(std::string_view text)
 {
   return std::all_of(text.begin(), text.end(),
@@ -62,14 +62,14 @@ void ReadBody(JsonReader& reader, const JsonValue& object, Note& note)
   }
 }
 
-// The texts of a label in the language; else in the first that it has.
+// The texts of a label in the given language; otherwise in the first language that it has.
 const JsonValue* FindLanguage(const JsonValue& label, const std::string& language)
 {
   const JsonValue* own = FindMember(label, language);
   return own ? own : label.Size() > 0 ? &(*label.GetObject().begin()).value : nullptr;
 }
 
-// A text, or texts by language: { "en": [ "…" ] }.
+// Reads a text, or texts by language: { "en": [ "…" ] }.
 void ReadLabel(JsonReader& reader, const JsonValue& object, Note& note)
 {
   const JsonValue* label = reader.Find(object, "label");
@@ -135,7 +135,7 @@ void PutNote(JsonWriter& json, const Note& note)
   }
   json.EndObject().Key("target").BeginObject().Member("type", "SpecificResource");
   json
-    .Member("source", "model.json") // from where the file is served
+    .Member("source", "model.json") // relative to where the file is served
     .Key("selector")
     .BeginObject()
     .Member("type", "FragmentSelector")

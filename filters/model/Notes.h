@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Notes on a model: texts, each with its view, in the order of a tour. They are in a file beside
-// the store, NAME.notes.json beside NAME.kds, and can be changed without changing the store.
+// the store (NAME.notes.json beside NAME.kds), and can be changed without changing the store.
 //
-// The file is a IIIF-style list of annotations (W3C Web Annotation, IIIF Presentation 3):
+// The file is an annotation list in IIIF style (W3C Web Annotation, IIIF Presentation 3):
 //
 //   { "@context": "http://iiif.io/api/presentation/3/context.json", "type": "AnnotationPage",
 //     "items": [ { "type": "Annotation", "motivation": "commenting",
@@ -23,13 +23,13 @@
 namespace kdstream
 {
 
-// Texts are plain, whatever looks like markup in them.
+// Texts are plain, even if they look like markup.
 struct Note
 {
   std::string title;      // 1 to longestTitle characters
   std::string text;       // at most longestText characters
   std::string link;       // the view as in a link (viewer/session/ViewLink.h); not checked here
-  std::string language{}; // of title and text, as "de" or "zh-Hant"; empty: not known
+  std::string language{}; // of title and text, such as "de" or "zh-Hant"; empty: not known
   bool operator==(const Note&) const = default;
 
   static constexpr std::size_t longestTitle = 200;
@@ -41,13 +41,13 @@ struct Note
 inline constexpr std::size_t maximumNotesBytes = std::size_t{ 256 } << 10;
 inline constexpr std::size_t mostNotes = 100;
 
-// Unknown members are skipped. If a label has several languages, that of the text counts, else the
+// Unknown members are skipped. If a label has several languages, that of the text is used, or the
 // first. Memory: about 24 bytes a byte of text. Errors: LimitExceeded for a text of more than
-// maximumNotesBytes; InvalidInput naming the number of the note (from 1) and what is wrong with it.
+// maximumNotesBytes; InvalidInput, with the number of the note (from 1) and what is wrong with it.
 Result<std::vector<Note>> ParseNotes(std::string_view text);
 
-// A text from which ParseNotes makes the same notes. REQUIRES: they are as Note says; together they
-// may still be more than maximumNotesBytes.
+// Writes a text from which ParseNotes reads the same notes. REQUIRES: each note satisfies the
+// limits of Note. All together may still be more than maximumNotesBytes.
 std::string FormatNotes(const std::vector<Note>& notes);
 
 }

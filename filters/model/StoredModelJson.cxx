@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What stores have: the description as servers send it (ModelJson.cxx), and the facts of the build,
-// which only stores have. Stores before version 13 have another form, which is only read.
+// The JSON in stores: the description as servers send it (ModelJson.cxx), and the facts of the
+// build, which only stores have. Stores before version 13 have another form, which can only be
+// read.
 #include "filters/model/ModelJson.h"
 #include "filters/model/ModelMembers.h"
 
@@ -31,7 +32,7 @@ void PutBuild(JsonWriter& json, const ModelDescription& model)
     .EndObject();
 }
 
-// The depths and the number of partitions have to fit the partitioner.
+// The depths and the number of partitions must match the partitioner.
 void ReadPartitioner(JsonReader& reader, const JsonValue& object, ModelDescription& model)
 {
   model.partitioner = reader.Text(object, "partitioner", 16);

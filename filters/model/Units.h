@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Units of lengths, as models name theirs.
+// Units of length, as named in models.
 #pragma once
 
 #include <optional>
@@ -8,8 +8,8 @@
 namespace kdstream
 {
 
-// How many metres a unit is that the model's coordinates are in ("mm", "feet"); nothing where the
-// text names none that is known.
+// The length in metres of the unit of a model's coordinates ("mm", "feet"); nothing if the unit is
+// not known.
 std::optional<double> MetresOfUnit(const std::string& unit);
 
 }

@@ -9,7 +9,7 @@ namespace kdstream
 Result<std::string> GzipText(std::string_view text, int level)
 {
   z_stream stream{};
-  constexpr int gzip = 16; // beside the bits of the window
+  constexpr int gzip = 16; // added to the bits of the window
   if (deflateInit2(&stream, level, Z_DEFLATED, MAX_WBITS + gzip, 9, Z_DEFAULT_STRATEGY) != Z_OK)
   {
     return Error{ ErrorCode::LimitExceeded, "out of memory for compression" };

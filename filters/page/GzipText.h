@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Texts as hosts send them: compressed by gzip.
+// Compresses texts by gzip, as hosts send them.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -10,7 +10,7 @@
 namespace kdstream
 {
 
-// level: of zlib, 1 (fast) to 9. Errors: LimitExceeded for lack of memory.
+// level: of zlib, 1 (fast) to 9. Errors: LimitExceeded if there is not enough memory.
 Result<std::string> GzipText(std::string_view text, int level);
 
 }

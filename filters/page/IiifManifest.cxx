@@ -14,8 +14,8 @@ namespace kdstream
 namespace
 {
 
-// A text in one language: { "de": ["…"] }, or "none". Viewers take what begins with < and ends with
-// > for HTML, unless a space follows.
+// Writes a text in one language: { "de": ["…"] }, or "none". Viewers take a text from < to > for
+// HTML, unless a space follows.
 void PutInLanguage(
   JsonWriter& json, std::string_view key, const std::string& text, const std::string& language)
 {
@@ -110,7 +110,7 @@ private:
     this->Json.Key("items").BeginArray();
     this->BeginPage("#content");
     this->BeginAnnotation("#model", "painting");
-    const bool isGlb = HasPreviewGlb(this->Model); // else what viewers of ours begin with
+    const bool isGlb = HasPreviewGlb(this->Model); // otherwise the address that our viewers open
     this->Json.Key("body")
       .BeginObject()
       .Member("id", isGlb ? this->Place.Preview(this->Model.id, this->Model.digest)
@@ -153,7 +153,7 @@ private:
     this->Json.EndObject();
   }
 
-  // The scene, or a view of it, as links have it.
+  // Writes the scene, or a view of it in the form used in links.
   void PutTarget(const std::string& view)
   {
     this->Json.Key("target");

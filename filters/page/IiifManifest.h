@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A model and its notes as a manifest of IIIF Presentation 4 (a draft: https://iiif.io/api/
-// presentation/4.0): a scene with the model, and annotations on it.
+// A model and its notes as a manifest of IIIF Presentation 4 (a draft:
+// https://iiif.io/api/presentation/4.0): a scene with the model, and annotations on it.
 #pragma once
 
 #include "filters/model/ModelDescription.h"
@@ -13,8 +13,8 @@
 namespace kdstream
 {
 
-// place: of the manifest; `up` leads from its folder. Addresses that are relative, as the root is
-// not known, are relative to the manifest's.
+// place: of the manifest; `up` leads from the manifest's folder. If the root is not known,
+// addresses are relative to the manifest.
 std::string WriteIiifManifest(
   const ModelDescription& model, const PagePlace& place, std::span<const Note> notes);
 

@@ -15,7 +15,7 @@ namespace kdstream
 namespace
 {
 
-// What libjpeg calls on an error, and must not return from.
+// For libjpeg's errors: its error function must not return, so it jumps to `place`.
 struct JpegEscape
 {
   jpeg_error_mgr manager{};
@@ -27,8 +27,8 @@ void LeaveJpeg(j_common_ptr codec)
   std::longjmp(reinterpret_cast<JpegEscape*>(codec->err)->place, 1);
 }
 
-// The bytes are malloc's, also where it fails. Nothing with a destructor may live here, where
-// longjmp can leave.
+// The bytes are allocated by malloc, even after a failure. No object here may have a destructor,
+// because longjmp may leave this function.
 bool CompressRows(std::span<const std::uint8_t> rgb, unsigned width, unsigned height,
   jpeg_compress_struct& codec, JpegEscape& escape, unsigned char*& begin, unsigned long& size)
 {
@@ -49,7 +49,7 @@ bool CompressRows(std::span<const std::uint8_t> rgb, unsigned width, unsigned he
   while (codec.next_scanline < codec.image_height)
   {
     const std::size_t at = std::size_t{ codec.next_scanline } * width * 3;
-    JSAMPROW row = const_cast<JSAMPROW>(&rgb[at]); // it is only read
+    JSAMPROW row = const_cast<JSAMPROW>(&rgb[at]); // libjpeg only reads it
     jpeg_write_scanlines(&codec, &row, 1);
   }
   jpeg_finish_compress(&codec);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A picture as a JPEG in memory, for servers: what fails ends nothing but this call. Internal to
+// Encodes a picture as a JPEG in memory, for servers: an error ends only this call. Internal to
 // filters/page.
 #pragma once
 
@@ -12,8 +12,8 @@
 namespace kdstream
 {
 
-// rgb: rows from the top, three bytes a pixel. REQUIRES: 3 · width · height bytes, neither is 0 or
-// above 65,500. Errors: LimitExceeded for lack of memory.
+// rgb: rows from the top, three bytes a pixel. REQUIRES: 3 · width · height bytes; width and height
+// are from 1 to 65,500. Errors: LimitExceeded if there is not enough memory.
 Result<std::vector<std::uint8_t>> JpegBytes(
   std::span<const std::uint8_t> rgb, unsigned width, unsigned height);
 

@@ -38,8 +38,9 @@ std::string Grouped(std::uint64_t number)
   return text;
 }
 
-// A unit of metres in which a length is from 1 to 1000, if there is one, and what to multiply by.
-// Another unit stays as it is. As the viewer has it (viewer/mobile/web/lengths.js).
+// A metric unit in which the length is from 1 to 1000, if there is one, and the factor to convert
+// to it. Units that are not metric stay unchanged. The same as in the viewer
+// (viewer/mobile/web/lengths.js).
 std::pair<std::string, double> UnitToRead(double length, const std::string& unit)
 {
   using Unit = std::pair<const char*, double>;
@@ -58,7 +59,8 @@ std::pair<std::string, double> UnitToRead(double length, const std::string& unit
   return { shown.first, metres / shown.second };
 }
 
-// Three digits of the longest side, of all alike; empty where nothing is known.
+// The sizes along the three axes, rounded so that the longest has three digits; empty if there is
+// no unit or no size.
 std::string SizeOf(const ModelDescription& model)
 {
   const Vec3 sides = model.box.Empty() ? Vec3{} : Minus(model.box.hi, model.box.lo);
@@ -69,13 +71,13 @@ std::string SizeOf(const ModelDescription& model)
   }
   const auto [unit, factor] = UnitToRead(longest, model.unit);
   const double order = std::floor(std::log10(longest * factor));
-  const int digits = static_cast<int>(std::clamp(2 - order, -9.0, 9.0)); // after the point
+  const int digits = static_cast<int>(std::clamp(2 - order, -9.0, 9.0)); // after the decimal point
   std::string size;
   for (const double side : sides)
   {
     const double step = std::pow(10, -digits);
     const double value = digits > 0 ? side * factor : std::round(side * factor / step) * step;
-    char text[400]; // the longest double
+    char text[400]; // enough for the longest double
     std::snprintf(text, sizeof text, "%.*f", std::max(0, digits), value);
     std::string figure = text;
     if (digits > 0)
@@ -244,7 +246,8 @@ std::string BodyOf(const ModelDescription& model, const ModelTexts& texts, const
   std::string body = "<h1 dir=\"auto\">" + HtmlEscaped(texts.title) + "</h1>\n";
   if (HasPicture(model))
   {
-    // Addresses of this page's own server: the page may load no others.
+    // Relative addresses on the page's own server, because the page may not load anything from
+    // others.
     const PagePlace near{ {}, place.up, place.isFolder };
     body += "<p><img src=\"" + HtmlEscaped(near.Picture(model.id)) + "\" alt=\"\" width=\"320\" " +
             "height=\"168\"></p>\n";
@@ -258,9 +261,9 @@ std::string BodyOf(const ModelDescription& model, const ModelTexts& texts, const
   return WithoutScripts(body + Paragraph(texts.size) + Paragraph(texts.count) + LinkToList(place));
 }
 
-// ---- both into the page
+// The head and the body are put into the page.
 
-// Whether an attribute's value is an address relative to the page.
+// Whether the value of an attribute is an address relative to the page.
 bool IsRelative(std::string_view value)
 {
   const auto colon = value.find(':');
@@ -288,8 +291,8 @@ std::string WithRelativeAddresses(std::string_view page, const std::string& up)
   return moved.append(page.substr(done));
 }
 
-// Puts `text` in the place of the element <name>…</name>, or, where there is none, after the tag
-// <after …>, or before everything.
+// Replaces the element <name>…</name> by `text`. If there is no such element, inserts the text
+// after the tag <after …>, or at the very beginning.
 void PutElement(
   std::string& page, const std::string& name, std::string_view after, const std::string& text)
 {
@@ -310,7 +313,7 @@ std::string MakePage(
   std::string_view page, const std::string& head, const std::string& body, const PagePlace& place)
 {
   std::string made = WithRelativeAddresses(page, place.up);
-  PutElement(made, "noscript", "<body", body); // before texts of strangers are in the head
+  PutElement(made, "noscript", "<body", body); // while no foreign texts are in the head
   PutElement(made, "title", "<head", head);
   return made;
 }

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. decode the preview  2. its vertices as the first view shows them, so large that they
-// fill the picture  3. triangles, or the discs of points, into four samples a pixel, the nearest
-// one stays  4. the means of the samples, as a JPEG.
+// Steps:
+// 1. Decode the preview.
+// 2. Place its vertices as in the first view, so large that they fill the picture.
+// 3. Draw triangles, or the discs of points, into four samples a pixel; in each sample the nearest
+//    one stays.
+// 4. Encode the means of the samples as a JPEG.
 #include "filters/page/ModelPicture.h"
 
 #include "filters/codec/PieceCodec.h"
@@ -22,7 +25,7 @@ namespace
 {
 
 constexpr std::size_t mostPreviewBytes = std::size_t{ 4 } << 20;
-constexpr unsigned samplesAcross = 2; // samples of a pixel, in each direction
+constexpr unsigned samplesAcross = 2; // of a pixel, in each direction
 constexpr unsigned sampleColumns = samplesAcross * pictureWidth,
                    sampleRows = samplesAcross * pictureHeight;
 constexpr std::uint64_t mostSamplesTested = std::uint64_t{ 100 } * sampleColumns * sampleRows;
@@ -45,7 +48,7 @@ const std::array<PictureLight, 2>& PictureLights()
 }
 constexpr double ambientLight = 0.15, diffuseLight = 0.85, specularLight = 0.14;
 
-// How the model stands: to the right, up, and towards the eye.
+// The axes of the view: to the right, up, and towards the eye.
 struct PictureAxes
 {
   Vec3 right, up, view;
@@ -65,7 +68,7 @@ PictureAxes AxesOf(const ModelDescription& model)
       return { unit, Cross(view, unit), view };
     }
   }
-  return { { 1, 0, 0 }, { 0, 1, 0 }, { 0, 0, 1 } }; // of vectors that are not finite
+  return { { 1, 0, 0 }, { 0, 1, 0 }, { 0, 0, 1 } }; // if vectors are not finite
 }
 
 Vec3 Turned(const PictureAxes& axes, const Vec3& v)
@@ -75,7 +78,7 @@ Vec3 Turned(const PictureAxes& axes, const Vec3& v)
 
 struct PictureVertex
 {
-  double x = 0, y = 0; // in samples, from the upper left
+  double x = 0, y = 0; // in samples, from the upper left corner
   double near = 0;     // 1 / distance from the eye
   Vec3 normal{};       // in the picture's axes; 0: unknown
   Vec3 color = stone;
@@ -85,12 +88,12 @@ struct PictureVertex
   }
 };
 
-// The ends of what is shown, in one direction.
+// The smallest and the largest coordinate of what is shown, in one direction.
 struct Span
 {
   double lo = 0, hi = 0;
   double Middle() const { return 0.5 * (this->lo + this->hi); }
-  // How often it fits.
+  // The factor by which the span fits into `room`.
   double Scale(double room) const { return this->hi > this->lo ? room / (this->hi - this->lo) : 0; }
 };
 
@@ -99,7 +102,8 @@ Vec3 MiddleOf(const Box& box)
   return Times(Plus(box.lo, box.hi), 0.5);
 }
 
-// Where they are seen from a distance of some sizes of the model, as large as they fit.
+// Finds where vertices are in the picture, seen from a distance of some radii of the model, and as
+// large as they fit.
 void PlaceVertices(
   const Piece& piece, const PictureAxes& axes, std::vector<PictureVertex>& vertices)
 {
@@ -114,7 +118,7 @@ void PlaceVertices(
   {
     radius = std::max(radius, Length(Minus(position, middle)));
   }
-  constexpr double away = 4; // radii
+  constexpr double away = 4; // in radii
   const double distance = radius > 0 ? away * radius : 1;
   Span across, upright;
   for (std::size_t i = 0; i < vertices.size(); ++i)
@@ -164,7 +168,7 @@ std::vector<PictureVertex> VerticesOf(const Piece& piece, const PictureAxes& axe
   return vertices;
 }
 
-// Phong's model, the eye being far away.
+// Phong's lighting model, with a distant eye.
 Vec3 LitColor(const Vec3& color, const Vec3& anyNormal)
 {
   Vec3 normal = UnitVector(anyNormal);
@@ -306,7 +310,7 @@ private:
     return std::size_t{ row } * sampleColumns + column;
   }
 
-  // The samples whose middles are within, and within the picture.
+  // Calls `draw` for the samples whose centres are within the rectangle and within the picture.
   template <class Draw>
   void ForEach(double left, double right, double top, double bottom, const Draw& draw)
   {
@@ -333,7 +337,7 @@ private:
     }
   }
 
-  std::vector<float> Near; // 1 / distance of what is drawn; 0: the ground
+  std::vector<float> Near; // 1 / distance of what was drawn there; 0: background
   std::vector<std::uint8_t> Colors;
   std::uint64_t Tested = 0;
 };

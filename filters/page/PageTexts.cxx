@@ -26,7 +26,7 @@ std::string HtmlEscaped(std::string_view text)
   return escaped;
 }
 
-// In JSON a "<" stands only in texts, where it may be escaped.
+// In JSON, "<" occurs only in texts, where it may be escaped.
 std::string ScriptEscaped(std::string_view json)
 {
   std::string escaped;

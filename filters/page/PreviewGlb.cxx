@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. decode the preview  2. its vertices as glTF has them  3. the buffer: positions,
-// normals, colours, triangles  4. the JSON that says so, and both in one file.
+// Steps:
+// 1. Decode the preview.
+// 2. Convert its vertices to the conventions of glTF.
+// 3. Fill the buffer: positions, normals, colours, triangles.
+// 4. Write the JSON that describes the buffer, and put both into one file.
 #include "filters/page/PreviewGlb.h"
 
 #include "filters/codec/PieceCodec.h"
@@ -27,10 +30,10 @@ namespace
 // As in viewer/session/appearance/Palette.h.
 constexpr Vec3 stoneOfGlb{ 217.0 / 255, 208.0 / 255, 192.0 / 255 };
 
-// From the model's coordinates to those of the file.
+// Converts the model's coordinates to those of the file.
 struct GlbFrame
 {
-  std::array<Vec3, 3> axes; // the model's directions that are x, y and z, of length 1
+  std::array<Vec3, 3> axes; // the directions in the model that become x, y and z, of length 1
   Vec3 origin{};
   double scale = 1;
 
@@ -45,7 +48,7 @@ GlbFrame FrameOf(const ModelDescription& model, const Piece& piece)
   const HomeView home = model.homeView.value_or(HomeView{});
   const Vec3 up = ScaledUnitVector(home.up).value_or(Vec3{ 0, 1, 0 });
   const Vec3 level = Minus(home.view, Times(up, Dot(home.view, up)));
-  constexpr double fromAbove = 0.1; // such a first view does not show where the front is
+  constexpr double fromAbove = 0.1; // a first view from above does not show where the front is
   const Vec3 side = Cross(up, Length(level) > fromAbove ? level : FrontOf(up));
   const Vec3 right = ScaledUnitVector(side).value_or(Vec3{ 1, 0, 0 });
   GlbFrame frame;
@@ -116,7 +119,8 @@ private:
         Times(this->Frame.Turned(Minus(position, this->Frame.origin)), this->Frame.scale);
       for (double& coordinate : placed)
       {
-        coordinate = static_cast<float>(coordinate); // the bounds must be those of the floats
+        coordinate = static_cast<float>(coordinate); // so that bounds are computed from the rounded
+                                                     // values
       }
       this->Bounds.Add(placed);
       AppendVector(this->Buffer, placed);
@@ -134,7 +138,7 @@ private:
     this->EndPart();
   }
 
-  // Linear, as glTF has them, in 16 bits.
+  // Appends colours in linear light, as glTF requires, in 16 bits.
   void AppendColors()
   {
     const auto colors = std::find_if(this->Shown.attributes.begin(), this->Shown.attributes.end(),
@@ -243,7 +247,7 @@ private:
     json.Member("byteLength", this->Buffer.size()).EndObject().EndArray();
   }
 
-  // All parts are of whole words.
+  // The size of each part is a multiple of 4 bytes.
   std::vector<std::uint8_t> InOneFile(std::string text) const
   {
     text.resize((text.size() + 3) / 4 * 4, ' ');
@@ -268,7 +272,7 @@ private:
   const Piece& Shown;
   const GlbFrame Frame;
   std::vector<std::uint8_t> Buffer;
-  std::vector<std::size_t> Ends; // of its parts
+  std::vector<std::size_t> Ends; // where each part ends
   Box Bounds;
   bool HasColors = false;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A program of ours that another one runs.
+// Runs one of our programs from another: see ChildProgram.h.
 #include "filters/program/ChildProgram.h"
 
 #include "filters/core/SystemReason.h"
@@ -24,7 +24,7 @@ namespace
 
 using namespace std::chrono_literals;
 
-constexpr auto patienceWithChild = 2s; // between asking the process to end and ending it
+constexpr auto patienceWithChild = 2s; // between asking the process to end and killing it
 constexpr int childPollMilliseconds = 100;
 
 }
@@ -58,7 +58,7 @@ Result<ChildProgram> ChildProgram::Start(
   const pid_t process = ::fork();
   if (process == 0)
   {
-    // It does not outlive its parent, however that ends.
+    // The process must not outlive its parent, however the parent ends.
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     const int nothing = ::open("/dev/null", O_RDWR);
     ::dup2(nothing, STDIN_FILENO);

@@ -24,7 +24,7 @@ std::size_t IndentOf(const std::string& line)
   return std::min(line.find_first_not_of(' '), line.size());
 }
 
-// What an option takes: CLI11 says "TEXT:{on,off}", "UINT:UINT in [1 - 1024]", "FILE".
+// The type of an option's value: CLI11 writes "TEXT:{on,off}", "UINT:UINT in [1 - 1024]", "FILE".
 struct ValueWords
 {
   std::string name;  // "on|off", "N", "FILE"
@@ -59,7 +59,7 @@ ValueWords WordsOf(const CLI::Option& option)
   return words;
 }
 
-// "(not with --partitions)", "[1 to 1024, default 2000]".
+// Restrictions of an option: "(not with --partitions)", "[1 to 1024, default 2000]".
 std::string Conditions(const CLI::Option& option, const ValueWords& words)
 {
   std::string inBrackets = words.range;
@@ -88,7 +88,7 @@ std::vector<const CLI::App*> CommandsOf(const CLI::App& app)
   return app.get_subcommands([](const CLI::App* command) { return !command->get_name().empty(); });
 }
 
-// The option groups, which CLI11 keeps as commands without a name.
+// The option groups, which CLI11 stores as commands without a name.
 std::vector<const CLI::App*> ChoicesOf(const CLI::App& app)
 {
   return app.get_subcommands([](const CLI::App* command) { return command->get_name().empty(); });
@@ -102,7 +102,7 @@ std::string WrapText(const std::string& text, std::size_t width, std::size_t ind
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);)
   {
-    if (line.size() <= width) // with its columns
+    if (line.size() <= width) // keeps its columns
     {
       wrapped += line + "\n";
       continue;

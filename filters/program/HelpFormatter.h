@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The text that --help prints, the same way for every program.
+// The text that --help prints: the same form for every program.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -10,15 +10,15 @@
 namespace kdstream
 {
 
-// Breaks `text` into lines of at most `width` characters, between words. A line that fits stays as
-// it is. Words that do not fit go to the next line; the continuation of an indented line is
-// indented `indent` further.
+// Breaks `text` into lines of at most `width` characters, between words. A line that fits stays
+// unchanged. Words that do not fit go to the next line. The continuation of an indented line is
+// indented `indent` characters further.
 std::string WrapText(const std::string& text, std::size_t width, std::size_t indent = 0);
 
 // The layout of --help: description; usage, with all required arguments; commands; options by
 // groups in the order of their addition, groups with required options first, each option with its
-// values and its default; the footer, with examples. No line is longer than the terminal is wide,
-// or 100 characters.
+// values and its default; the footer, with examples. Lines are at most as long as the terminal is
+// wide, and at most 100 characters.
 class HelpFormatter : public CLI::Formatter
 {
 public:
@@ -35,7 +35,7 @@ public:
 
 private:
   std::string MakeCommands(const CLI::App* app) const;
-  // For CLI11's option groups: which of their options must be given.
+  // For CLI11's option groups: tells which of their options are required.
   std::string MakeChoices(const CLI::App* app) const;
   std::string MakeGroups(const CLI::App* app) const;
   // `name` in the first column, `text` wrapped in the second.
@@ -44,10 +44,10 @@ private:
   std::size_t Width;
 };
 
-// Columns of the terminal that stdout is, at most 100; 100 where it is none.
+// The width in columns of the terminal on stdout, at most 100; 100 if it is not a terminal.
 std::size_t HelpWidth();
 
-// Gives a program and its commands this help, and --version, which names the program.
+// Sets up this help for a program and its commands, and --version, which prints the program's name.
 void SetUpHelp(CLI::App& app, const std::string& version);
 
 }

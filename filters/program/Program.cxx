@@ -35,7 +35,8 @@ extern "C" void OnInterrupt(int signal)
   std::signal(signal, SIG_DFL); // a second signal ends the process
 }
 
-// What EndAtInterrupts prints: prepared, because a signal handler may do very little.
+// The line that EndAtInterrupts prints. It is prepared in advance, because a signal handler may do
+// very little.
 std::array<char, 8192> interruptLine{};
 std::size_t interruptLength = 0;
 
@@ -136,7 +137,7 @@ const char* AdviceOf(Remedy remedy)
 int PrintError(
   std::string_view program, const std::string& file, const Error& error, const std::string& output)
 {
-  if (error.code == ErrorCode::Cancelled) // no file is at fault
+  if (error.code == ErrorCode::Cancelled) // not the fault of a file
   {
     std::cerr << InterruptLine(program, output);
     return exitFailed;
@@ -193,7 +194,7 @@ Result<std::uint64_t> ParseSize(const std::string& text)
 
 CLI::Option* FindOption(const CLI::App& app, const std::string& name)
 {
-  // The overload that is not const gives options that may be changed, as App::get_option does.
+  // The non-const overload returns options that may be changed, as App::get_option does.
   return const_cast<CLI::App&>(app)
     .get_options([&](const CLI::Option* option) { return option->check_name(name); })
     .at(0);
@@ -224,7 +225,7 @@ Result<std::filesystem::path> CheckOutput(
   namespace fs = std::filesystem;
   std::error_code status;
   fs::path target = file;
-  constexpr unsigned mostLinks = 40; // as the kernel allows
+  constexpr unsigned mostLinks = 40; // the limit of the kernel
   if (kind == OutputKind::Stream && NamesDescriptor(target))
   {
     return target;
@@ -233,7 +234,7 @@ Result<std::filesystem::path> CheckOutput(
   {
     target = target.parent_path() / fs::read_symlink(target, status);
   }
-  // Also for files that do not exist yet; empty if unknown.
+  // Works also for files that do not exist yet; empty if unknown.
   const auto place = [&](const fs::path& path)
   { return fs::weakly_canonical(fs::absolute(path, status), status); };
   const fs::path there = place(target);
@@ -307,7 +308,7 @@ void CatchInterrupts()
 void EndAtInterrupts(std::string_view program, const std::string& output)
 {
   ReleaseInterrupts();
-  // On a terminal progress may stand in the line.
+  // On a terminal, progress may be displayed in the same line.
   const std::string line =
     (::isatty(STDERR_FILENO) == 1 ? "\n" : "") + InterruptLine(program, output);
   interruptLength = std::min(line.size(), interruptLine.size());

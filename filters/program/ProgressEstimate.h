@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Estimates how fast a step is and how long the work still takes, from progress reports: for the
+// Estimates from progress reports how fast a step is and how long the work still takes: for the
 // programs' progress lines (doc/cli.md#progress).
 #pragma once
 
@@ -11,7 +11,7 @@
 namespace kdstream
 {
 
-// The part of the whole time that a step takes. Parts add up to 1.
+// The share of the whole time that a step takes. All shares add up to 1.
 struct StepShare
 {
   std::string step;
@@ -23,28 +23,28 @@ struct StepShare
 class ProgressEstimate
 {
 public:
-  // shares: of the steps in their order, if they are known; else only single steps are estimated.
+  // shares: of the steps, in order, if they are known; otherwise only single steps are estimated.
   explicit ProgressEstimate(std::vector<StepShare> shares = {})
     : Shares(std::move(shares))
   {
   }
 
-  // Reports that `fraction` (0-1) of the step is done. A step may begin with a part of it done; if
-  // a fraction falls, the step begins anew.
+  // Reports that `fraction` (0-1) of the step is done. A step may begin with a part of it already
+  // done. If the fraction decreases, the step begins again.
   void Add(std::string_view step, double fraction, double seconds);
 
-  // Parts of the step a second, since its beginning.
+  // The fraction of the step that is done per second, since its beginning.
   std::optional<double> Rate() const;
   struct Time
   {
     double seconds = 0; // above 0
     bool whole = false; // true: estimate for all steps; false: for this step
   };
-  // Nothing at the end.
+  // Nothing at the end of the work.
   std::optional<Time> Left() const;
 
 private:
-  // From where and when a fraction is followed, and how far it has come.
+  // A measurement: the fraction and the time at which it began, and the fraction reached.
   struct Run
   {
     double beginFraction = 0, beginSeconds = 0;
@@ -55,7 +55,7 @@ private:
     double Rate() const;
   };
 
-  // The progress of all steps; none for a step without a share.
+  // The progress of all steps; nothing for a step without a share.
   std::optional<double> WholeFraction() const;
 
   std::vector<StepShare> Shares;

@@ -50,8 +50,8 @@ bool TellsSomething(double fraction)
   return fraction > 0 && fraction < 1;
 }
 
-// A part of the bar moves to and fro, ten places a second: the progress is not known, but the work
-// continues.
+// A part of the bar moves back and forth, ten places a second: the progress is not known, but the
+// work continues.
 std::string MovingBar(std::size_t width, double seconds)
 {
   constexpr std::size_t part = 6;

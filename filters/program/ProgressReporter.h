@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How far long work is, reported on stderr: every program's progress.
+// Reports the progress of long work on stderr, for every program.
 #pragma once
 
 #include "filters/program/ProgressEstimate.h"
@@ -17,53 +17,54 @@
 namespace kdstream
 {
 
-// What a step goes through from its beginning to its end: its rate is reported in this.
+// The amount that a step processes from its beginning to its end. Its rate is displayed in this
+// unit.
 struct StepAmount
 {
   double amount = 0;
-  std::string unit; // "B" for bytes, "triangles"; the plural
+  std::string unit; // in the plural: "triangles"; "B" for bytes
 };
 
-// The values of a progress line.
+// The values displayed in a progress line.
 struct ProgressState
 {
   std::string step;
-  double fraction = 0;             // of the step; 0 or 1 for a step without reports in between
+  double fraction = 0;             // of the step; 0 or 1 if the step reports nothing in between
   double seconds = 0;              // since the work began
-  std::optional<double> perSecond; // of the unit
+  std::optional<double> perSecond; // in the unit of the amount
   std::string unit;
   std::optional<ProgressEstimate::Time> left;
 };
 
-// "levels 35 %, 42 s, 2.1 M triangles/s, about 40 s left". A fraction without meaning, at the
-// beginning and the end of a step, is left out.
+// "levels 35 %, 42 s, 2.1 M triangles/s, about 40 s left". At the beginning and at the end of a
+// step the fraction has no meaning, and is omitted.
 std::string ProgressText(const ProgressState& state);
 // The same after a bar: "levels [########## ] 35 % 42 s …", at most `columns` wide. If the fraction
-// has no meaning, a part of the bar moves to and fro.
+// has no meaning, a part of the bar moves back and forth.
 std::string ProgressBar(const ProgressState& state, std::size_t columns);
 
-// "4 s", "3 min 20 s", "1 h 12 min"; "250 kB", "14 MB"; "2.1 M", "850 k".
+// Texts such as "4 s", "3 min 20 s", "1 h 12 min"; "250 kB", "14 MB"; "2.1 M", "850 k".
 std::string DurationText(double seconds);
 std::string BytesText(double bytes);
 std::string CountText(double count);
 
-// Prints a bar on a terminal, else a line every three seconds; nothing if quiet. Its own thread
-// updates the time while a step reports nothing, so that the program does not seem to hang.
+// Prints a bar on a terminal, otherwise a line every three seconds; nothing if quiet. While a step
+// reports nothing, a separate thread updates the time, so that the program does not seem to hang.
 class ProgressReporter
 {
 public:
   // shares: see ProgressEstimate.
   explicit ProgressReporter(
     std::string_view program, bool quiet, std::vector<StepShare> shares = {});
-  ~ProgressReporter(); // takes the bar away
+  ~ProgressReporter(); // removes the bar
   ProgressReporter(const ProgressReporter&) = delete;
   ProgressReporter& operator=(const ProgressReporter&) = delete;
 
-  // Takes a report, as Execution::progress. Returns false, which cancels the work, once the process
-  // is interrupted.
+  // Takes a report, like Execution::progress. Once the process is interrupted it returns false,
+  // which cancels the work.
   bool operator()(std::string_view step, double fraction);
 
-  // An empty step: of all that have none of their own.
+  // If `step` is empty: the amount of all steps without one of their own.
   void SetAmount(const std::string& step, StepAmount amount);
 
 private:
@@ -76,13 +77,13 @@ private:
   bool Terminal;
   std::chrono::steady_clock::time_point Begin;
 
-  std::mutex Mutex; // of all below
+  std::mutex Mutex; // for all members below
   std::condition_variable Ended;
   bool Done = false, LineOpen = false;
   ProgressEstimate Estimate;
   std::map<std::string, StepAmount> Amounts;
   std::string Step;
-  double Fraction = 0, Reported = 0; // and when
+  double Fraction = 0, Reported = 0; // of the step; time of its report
   std::thread Printer;               // none if quiet
 };
 

@@ -26,7 +26,7 @@ void AllowThreads(int count)
   const std::lock_guard lock(mutex);
   if (count > allowed)
   {
-    delete control; // of two, the smaller number counts
+    delete control; // of two, the smaller number would count
     control = nullptr;
     control = new tbb::global_control(
       tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(count));

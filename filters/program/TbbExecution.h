@@ -7,8 +7,8 @@
 namespace kdstream
 {
 
-// Runs on `threads` threads, 0 = as many as the machine has. The result may be copied, but not used
-// by two algorithms at the same time.
+// Runs on `threads` threads; 0 = as many as the machine has. The result may be copied, but two
+// algorithms must not use it at the same time.
 Execution MakeTbbExecution(unsigned threads);
 
 }

@@ -12,7 +12,7 @@ namespace kdstream
 namespace
 {
 
-// Letters that are put in, left out, exchanged, or swapped with the next one.
+// The number of letters that are inserted, omitted, replaced, or swapped with the next one.
 std::size_t Slips(const std::string& a, const std::string& b)
 {
   std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), current(b.size() + 1);
@@ -40,7 +40,7 @@ std::string Quoted(const std::string& text)
   return "\"" + text + "\"";
 }
 
-// "a, b or c".
+// A list in words: "a, b or c".
 std::string AnyOf(const std::vector<std::string>& names)
 {
   std::string text;
@@ -51,7 +51,7 @@ std::string AnyOf(const std::vector<std::string>& names)
   return text;
 }
 
-// The program, the commands that were given, and the groups of options of each.
+// The program, the commands that were given, and the option groups of each.
 std::vector<const CLI::App*> Parsed(const CLI::App& app)
 {
   std::vector<const CLI::App*> all{ &app };
@@ -105,7 +105,7 @@ bool Contains(const std::vector<std::string>& names, const std::string& name)
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-// "--title" of the word "--title=x"; none if the word is not an option.
+// The option in a word: "--title" in "--title=x"; nothing if the word is not an option.
 std::optional<std::string> OptionOf(const std::string& word)
 {
   return word.size() > 1 && word[0] == '-' && word != "--"
@@ -113,7 +113,7 @@ std::optional<std::string> OptionOf(const std::string& word)
            : std::nullopt;
 }
 
-// The command that was given, if there was one.
+// The command that was given, if any.
 const CLI::App* GivenCommand(const CLI::App& app)
 {
   for (const CLI::App* const command : app.get_subcommands())
@@ -131,8 +131,8 @@ bool LacksCommand(const CLI::App& app)
   return app.get_require_subcommand_min() > 0 && !GivenCommand(app);
 }
 
-// The word that was most likely meant as the command: the nearest to a command's name, else the
-// first that is not an option; nothing if there are only options.
+// The word that was probably meant as the command: the one most similar to a command's name;
+// otherwise the first that is not an option. Nothing if there are only options.
 std::optional<std::string> WordForCommand(const CLI::App& app)
 {
   std::optional<std::string> first;
@@ -163,7 +163,7 @@ std::string MissingCommand(const CLI::App& app)
   return "there is no command " + Quoted(*word) + (meant.empty() ? "; use " + AnyOf(names) : meant);
 }
 
-// An option of the command that stands before it.
+// An option of the command that was written before the command.
 std::optional<std::string> EarlyOption(const CLI::App& app)
 {
   const CLI::App* const command = GivenCommand(app);
@@ -193,7 +193,7 @@ std::optional<std::string> EarlyWord(const CLI::App& app)
          words[0];
 }
 
-// An unknown option explains most other errors, so it is searched for first.
+// An unknown option explains most other errors, so it is looked for first.
 std::optional<std::string> UnknownOption(const CLI::App& app)
 {
   const std::vector<std::string> names = OptionNames(app);
@@ -209,7 +209,7 @@ std::optional<std::string> UnknownOption(const CLI::App& app)
   return {};
 }
 
-// "a,b,,c" of CLI11, where what has no group is empty.
+// CLI11's "a,b,,c", in which an element without a group is empty.
 std::vector<std::string> ListOf(const std::string& text)
 {
   std::vector<std::string> names;
@@ -224,7 +224,7 @@ std::vector<std::string> ListOf(const std::string& text)
   return names;
 }
 
-// A message of CLI11 in plain words; others stay.
+// CLI11's message in plain words; unknown messages stay unchanged.
 std::string PlainMessage(const std::string& message)
 {
   constexpr std::size_t longest = 2000; // std::regex needs stack for each letter

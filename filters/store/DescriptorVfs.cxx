@@ -46,7 +46,7 @@ int Read(sqlite3_file* file, void* data, int bytes, sqlite3_int64 offset)
     }
     if (got == 0)
     {
-      std::memset(to, 0, static_cast<std::size_t>(bytes)); // as SQLite asks for
+      std::memset(to, 0, static_cast<std::size_t>(bytes)); // as SQLite requires
       return SQLITE_IOERR_SHORT_READ;
     }
     to += got;
@@ -67,7 +67,7 @@ int FileSize(sqlite3_file* file, sqlite3_int64* bytes)
   return SQLITE_OK;
 }
 
-// The system refuses to write to a file that is open only for reading.
+// If the file is open only for reading, the system refuses the write.
 int Write(sqlite3_file* file, const void* data, int bytes, sqlite3_int64 offset)
 {
   const auto* from = static_cast<const char*>(data);
@@ -129,7 +129,7 @@ constexpr sqlite3_io_methods methods{ 1, Close, Read, Write, Truncate, Sync, Fil
   CheckReservedLock, FileControl, SectorSize, DeviceCharacteristics, nullptr, nullptr, nullptr,
   nullptr, nullptr, nullptr };
 
-// No other file is opened, neither a journal nor a temporary one.
+// Opens only the database itself, neither a journal nor a temporary file.
 int Open(sqlite3_vfs*, const char* name, sqlite3_file* file, int flags, int* outFlags)
 {
   file->pMethods = nullptr;
@@ -152,7 +152,7 @@ int Open(sqlite3_vfs*, const char* name, sqlite3_file* file, int flags, int* out
   return SQLITE_OK;
 }
 
-// No journal lies beside it.
+// Tells SQLite that no journal exists.
 int Access(sqlite3_vfs*, const char*, int, int* exists)
 {
   *exists = 0;
@@ -178,7 +178,7 @@ const char* Register()
   {
     return nullptr;
   }
-  vfs = *platform; // time, sleep and randomness stay the platform's
+  vfs = *platform; // time, sleep and random numbers come from the platform
   vfs.szOsFile = std::max(platform->szOsFile, static_cast<int>(sizeof(DescriptorFile)));
   vfs.pNext = nullptr;
   vfs.zName = "kdstream-descriptor";

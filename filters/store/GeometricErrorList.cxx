@@ -18,7 +18,8 @@ namespace kdstream
 namespace
 {
 
-constexpr unsigned digits = 16; // bits of a float that a pass tells apart
+// The bits of a float that one pass distinguishes.
+constexpr unsigned digits = 16;
 
 Error CannotPutAside(const std::filesystem::path& folder)
 {
@@ -26,7 +27,7 @@ Error CannotPutAside(const std::filesystem::path& folder)
     "deviations cannot be written to a temporary file in " + folder.string(), errno);
 }
 
-// The bits of what is not negative are in the order of the numbers.
+// The bits of a number that is not negative. They are in the same order as the numbers.
 std::uint32_t BitsOf(float geometricError)
 {
   return BitCast<std::uint32_t>(geometricError + 0.0F); // no -0.0
@@ -89,7 +90,7 @@ Status GeometricErrorList::Flush()
   return {};
 }
 
-// Calls visit(bits) for all of them.
+// Calls visit(bits) for all geometric errors.
 template <class Visit>
 Status GeometricErrorList::ForEach(const Visit& visit) const
 {
@@ -136,7 +137,7 @@ Result<GeometricErrorList::Summary> GeometricErrorList::Finish()
       ++bins[bits >> digits];
       largest = std::max(largest, bits);
     }));
-  // How many values of the bin come before the wanted one.
+  // How many values come before the wanted one: first of all, then of its bin.
   std::uint64_t rest = (all - 1) * 99 / 100;
   const auto find = [&]
   {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The geometric errors of a resolution's vertices, until all are known: a store's figures depend on
-// all of them, and a level may have more than fit the memory. Only for StoreWriter.
+// Collects the geometric errors of a resolution's vertices until all are known: a store's figures
+// depend on all of them, and a level may have more than fit in memory. Only for StoreWriter.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -19,21 +19,22 @@ class GeometricErrorList
 public:
   struct Summary
   {
-    float at99 = 0; // that 99 of 100 do not exceed: of n the (n - 1) × 99 / 100-th, from 0
+    // Not exceeded by 99 of 100: the (n - 1) × 99 / 100-th smallest of n, counted from 0.
+    float at99 = 0;
     float largest = 0;
   };
 
-  // folder: where a file for more than `inMemory` goes; it has no name there.
+  // folder: for a temporary file without a name, used if there are more than `inMemory`.
   explicit GeometricErrorList(
     std::filesystem::path folder, std::size_t inMemory = std::size_t{ 1 } << 20);
   GeometricErrorList(const GeometricErrorList&) = delete;
   GeometricErrorList& operator=(const GeometricErrorList&) = delete;
   ~GeometricErrorList();
 
-  // None is negative or NaN. Errors: InputOutput.
+  // REQUIRES: none is negative or NaN. Errors: InputOutput.
   Status Add(std::span<const float> geometricErrors);
-  // The figures of all geometric errors that were added, exactly, whatever their order; zeros if
-  // there are none. Empties the list. O(n), two passes; memory inMemory floats and 512 KiB. Errors:
+  // The exact figures of all geometric errors that were added, whatever their order; zeros if there
+  // are none. Empties the list. O(n), two passes; memory inMemory floats and 512 KiB. Errors:
   // InputOutput.
   Result<Summary> Finish();
 

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Bounds of levels: see LevelBounds.h. A branch and bound, partition by partition:
-//   1. Make a tree of balls over the triangles of a partition, halved along the longest side.
+//   1. Make a tree of balls over the triangles of a partition: divide them in halves along the
+//      longest side, again and again.
 //   2. For each level make a tree of boxes over its triangles: of the whole level if it is small,
 //      else of the piece around the partition. The distance from any part of a level is an upper
 //      bound.
-//   3. A ball is at most as far from the level as its centre plus its radius. The search begins
-//      with balls of at most half the largest bound so far. Balls above that bound wait in a queue;
-//      the farthest is taken first and halved.
-//   4. The triangles of a ball that cannot be halved are put into the queue, too. A triangle is at
-//      most as far from a triangle of the level as its farthest corner, because triangles are
-//      convex. If this bound is far above the distances of its corners, the triangle is cut into
-//      four.
+//   3. The distance of a ball from the level is at most the distance of its centre plus its radius.
+//      The search begins with balls of at most half the largest bound so far. Balls above that
+//      bound wait in a queue; the farthest is taken first and divided.
+//   4. If a ball cannot be divided, its triangles are put into the queue. A triangle is at most as
+//      far from a triangle of the level as its farthest corner, because triangles are convex. If
+//      this bound is far above the distances of its corners, the triangle is cut into four.
 //   5. When the level's share of visits is used up, the farthest entry of the queue is the bound.
 #include "filters/store/LevelBounds.h"
 
@@ -35,13 +35,13 @@ namespace
 using ReadBlob = std::function<Result<std::vector<std::uint8_t>>(PieceId)>;
 using Corners = std::array<Vec3, 3>;
 
-constexpr std::uint32_t trianglesOfBall = 8;    // at the end of the tree, at most
-constexpr std::uint32_t trianglesOfBox = 4;     // at the end of the tree, at most
-constexpr std::uint64_t visitsOfTriangle = 4;   // for each level
-constexpr std::uint64_t visitsAtFirst = 400000; // besides
-constexpr std::uint64_t visitsOfPoint = 256;    // at most
+constexpr std::uint32_t trianglesOfBall = 8;    // maximum in a leaf
+constexpr std::uint32_t trianglesOfBox = 4;     // maximum in a leaf
+constexpr std::uint64_t visitsOfTriangle = 4;   // for each triangle of the original and each level
+constexpr std::uint64_t visitsAtFirst = 400000; // more for each level
+constexpr std::uint64_t visitsOfPoint = 256;    // maximum for one point
 constexpr std::size_t batchPartitions = 16, batchBytes = std::size_t{ 1 } << 20;
-constexpr unsigned mostHalvings = 6; // of a triangle's edges
+constexpr unsigned mostHalvings = 6; // maximum for a triangle's edges
 
 double FarthestCorner(const Corners& from, const Corners& to)
 {
@@ -59,8 +59,8 @@ struct Ball
   double radius = 0;
 };
 
-// The triangles of a partition; for a cloud, each point as a triangle without extent. Halved along
-// the longest side of the box of their centres.
+// The triangles of a partition (for a cloud, each point as a triangle without extent), in a tree of
+// balls. A node is divided along the longest side of the box of its triangles' centres.
 class BallTree
 {
 public:
@@ -87,7 +87,7 @@ public:
   const Ball& At(std::size_t node) const { return this->Balls[node]; }
   bool IsLeaf(std::size_t node) const { return node >= this->Balls.size() / 2; }
 
-  // visit(corners): of each triangle of a leaf.
+  // Calls visit(corners) for each triangle of a leaf.
   template <class Visit>
   void VisitLeaf(std::size_t node, const Visit& visit) const
   {
@@ -101,7 +101,7 @@ public:
 private:
   struct Entry
   {
-    Vec3 middle; // three times
+    Vec3 middle; // times three
     std::uint32_t triangle;
   };
 
@@ -177,13 +177,14 @@ private:
   std::vector<Ball> Balls;  // heap order; the first entry is unused
 };
 
-// The search structure of a level: triangles in a tree of boxes. Triangles are in the order of
-// their lowest vertices, and these along the vertex tree; so consecutive triangles are near each
-// other, and nothing is sorted.
+// The search structure of a level: triangles in a tree of boxes. The triangles are in the order of
+// their lowest vertices, which follow the vertex tree. So consecutive triangles are near each
+// other, and nothing has to be sorted.
 class LevelSurface
 {
 public:
-  // triangles: corners are numbers of points; empty: each point counts as one. REQUIRES: points.
+  // triangles: corners are numbers of points; if empty, each point counts as a triangle. REQUIRES:
+  // points is not empty.
   LevelSurface(std::vector<Vec3> points, std::vector<Triangle> triangles)
     : Points(std::move(points))
     , Triangles(std::move(triangles))
@@ -224,9 +225,9 @@ public:
     return { this->Points[t[0]], this->Points[t[1]], this->Points[t[2]] };
   }
 
-  // The distance of a triangle near `p`: one that is at most `enough` away, else the nearest, or
-  // the nearest among `mostVisits` boxes and triangles. found: where to begin; then that triangle.
-  // visits: is increased.
+  // Returns the distance to a triangle near `p`: one at a distance of at most `enough`; if there is
+  // none, the nearest, or the nearest found in about `mostVisits` visits of boxes and triangles.
+  // found: where to begin; set to the triangle found. visits: increased by the number of visits.
   double FindNear(const Vec3& p, double enough, std::uint32_t& found, std::uint64_t& visits,
     std::uint64_t mostVisits) const
   {
@@ -245,7 +246,7 @@ private:
   struct Walk
   {
     const Vec3& from;
-    double ends, best; // squared; the search ends at a distance of `ends`
+    double ends, best; // squared; the search ends when `best` is at most `ends`
     std::uint32_t found;
     std::uint64_t mostVisits, visits;
   };
@@ -317,8 +318,9 @@ private:
   std::vector<Box> Boxes; // heap order; the first entry is unused
 };
 
-// No bound is below this: about the radius of a ball of 16 vertices that are spread over half the
-// surface of the model's box. Parts nearer to a level are not searched.
+// No bound is below this: about the radius of a ball of 16 vertices, if the vertices were spread
+// over half the surface of the model's box. Parts of the original that are nearer to a level are
+// not searched.
 double LeastBound(const ModelDescription& model)
 {
   const Vec3 sides = Minus(model.box.hi, model.box.lo);
@@ -326,7 +328,7 @@ double LeastBound(const ModelDescription& model)
   return 4 * std::sqrt(area / double(std::max<std::uint64_t>(1, model.vertices)));
 }
 
-// The bound of one level, as far as partitions have been added.
+// The bound of one level over the partitions added so far.
 class LevelBound
 {
 public:
@@ -356,14 +358,16 @@ public:
     {
       KDSTREAM_TRY(this->Load(node));
     }
-    // A partition does not pay for those before: its whole ball may be far too large a bound.
+    // Each partition gets its share in any case: if earlier partitions used it up, its whole ball
+    // would be the bound, which may be far too large.
     this->MostVisits = std::max(this->MostVisits, this->Visits) + visitsOfTriangle * balls.Count();
     this->Search(balls);
     return {};
   }
 
 private:
-  // The triangles around a node; where it has none, those of the nearest node above that has some.
+  // Loads the triangles around a node. If it has none, loads those of its nearest ancestor that has
+  // some.
   Status Load(NodeId node)
   {
     this->Loaded = node;
@@ -387,7 +391,7 @@ private:
 
   bool IsPoints() const { return this->Model.levels[this->Depth].triangles == 0; }
 
-  // Gathers all of the level's pieces in a node.
+  // Collects the level's pieces in a node.
   Status Gather(NodeId node, Mesh& mesh) const
   {
     const Resolution resolution = Resolution::Level(this->Depth);
@@ -415,15 +419,16 @@ private:
   // A ball or a part of a triangle that may be farther from the level than the bound so far.
   struct Suspect
   {
-    double most = 0; // an upper bound of its distance
+    double most = 0; // an upper bound of its distance from the level
     std::size_t ball = 0;
-    Corners corners{}; // of a part; ball is 0 then
+    Corners corners{}; // of the part of a triangle; `ball` is 0 then
     unsigned halvings = 0;
 
     bool operator<(const Suspect& other) const { return this->most < other.most; }
   };
 
-  // Small balls first, then the farthest of all: so nothing large is left where visits run out.
+  // Searches small balls first, then always the farthest suspect: so no large suspect is left when
+  // the visits are used up.
   void Search(const BallTree& balls)
   {
     this->Suspects = {};
@@ -454,7 +459,8 @@ private:
     }
   }
 
-  // Visits balls in the order of the vertices, down to a radius of at most half the bound.
+  // Visits balls in the order of the vertices, down to balls with a radius of at most half the
+  // bound.
   void Descend(const BallTree& balls, std::size_t node)
   {
     if (balls.At(node).radius <= this->Most / 2 || balls.IsLeaf(node))
@@ -499,7 +505,8 @@ private:
     }
   }
 
-  // A part of a triangle is as far as its farthest corner, nearly, or is cut in four.
+  // If the bound of a part is hardly above the distance of its farthest corner, the part is
+  // finished. Otherwise it is cut into four.
   void Refine(const Suspect& part)
   {
     const auto& [a, b, c] = part.corners;
@@ -535,10 +542,10 @@ private:
   unsigned Depth, PiecesAt; // PiecesAt: depth of the nodes that are searched as a whole
   NodeId Loaded = 0;
   std::optional<LevelSurface> Level;
-  std::uint32_t Last = 0; // the last result: the next point is often near it
+  std::uint32_t Last = 0; // the last result; the next point is often near it
   std::uint64_t Visits = 0, MostVisits = visitsAtFirst;
   double Most;
-  std::priority_queue<Suspect> Suspects; // of a partition, the farthest first
+  std::priority_queue<Suspect> Suspects; // of one partition, farthest first
 };
 
 }
@@ -592,7 +599,7 @@ Result<std::vector<double>> BoundLevels(const ModelDescription& model, const Rea
         balls[i].emplace(std::move(*piece));
         return {};
       }));
-    // The finest first: they take longest.
+    // The finest levels first, because they take longest.
     KDSTREAM_TRY(forAll(levels.size(),
       [&](std::size_t i) -> Status
       {
@@ -605,7 +612,7 @@ Result<std::vector<double>> BoundLevels(const ModelDescription& model, const Rea
       }));
     KDSTREAM_TRY(execution.Report("encode", 1));
   }
-  // An upper bound of rounding errors in sums of a few products.
+  // For an upper bound of the rounding errors in sums of a few products.
   double scale = 0;
   for (std::size_t k = 0; k < 3; ++k)
   {

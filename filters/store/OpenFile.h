@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A file that is open for reading, and closed when this goes. Internal: not installed.
+// A file opened for reading, which the destructor closes. Internal: not installed.
 #pragma once
 
 #include <fcntl.h>
@@ -13,7 +13,7 @@ namespace kdstream
 struct OpenFile
 {
   int descriptor = -1; // -1: errno says why it is not open
-  // flags: further ones of open(2).
+  // flags: further flags of open(2).
   explicit OpenFile(const std::filesystem::path& path, int flags = 0)
     : descriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC | flags))
   {

@@ -91,7 +91,7 @@ void ScalarStatistics::Add(const Piece& piece)
   }
 }
 
-// Of equal hashes (there are hardly any) the first ones stay.
+// Of equal hashes (there are hardly any) the first are kept.
 void ScalarStatistics::KeepLowest(std::size_t count)
 {
   const std::size_t columns = this->Infos.size();

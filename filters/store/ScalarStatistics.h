@@ -16,24 +16,25 @@
 namespace kdstream
 {
 
-// Minimum and maximum are exact, and so are classes. Percentiles are those of a sample of the
-// vertices: the SampleSize() vertices with the lowest hashes of partition and index, or all if
-// there are not more. So the result does not depend on the order of the pieces. With 65,536
-// vertices the 2nd percentile is exact to within 0.2 percent of all vertices nearly always (three
-// times its standard deviation).
+// Minimum, maximum and classes are exact. Percentiles are those of a sample of the vertices: the
+// SampleSize() vertices with the lowest hashes of partition and index, or all vertices if there are
+// not more. So the result does not depend on the order of the pieces. With 65,536 vertices the 2nd
+// percentile is nearly always exact to within 0.2 percent of all vertices (three times its standard
+// deviation).
 //
-// Memory: at most about 18 MiB, and a map of 256 classes an array.
+// Memory: at most about 18 MiB, and a map of 256 classes for each array.
 class ScalarStatistics
 {
 public:
-  // Which of a model's arrays are looked at: those of ArraysOfLevels that are numbers (IsScalar).
+  // The arrays of a model for which ranges are gathered: those of ArraysOfLevels that are numbers
+  // (IsScalar).
   static std::vector<AttributeInfo> ArraysOf(std::span<const AttributeInfo> attributes);
 
-  // attributes: of the model.
+  // attributes: all of the model.
   explicit ScalarStatistics(std::span<const AttributeInfo> attributes);
 
-  // Adds the own vertices of a piece of the original; call it once for each piece. REQUIRES: it has
-  // the arrays. O(own vertices).
+  // Adds the own vertices of a piece of the original; call it once for each piece. REQUIRES: the
+  // piece has the arrays. O(own vertices).
   void Add(const Piece& piece);
   // O(sample log sample).
   std::vector<ScalarDescription> Describe() const;
@@ -44,7 +45,7 @@ public:
 private:
   struct Column
   {
-    std::uint64_t finite = 0; // values
+    std::uint64_t finite = 0; // number of finite values
     double least = 0, most = 0;
     bool hasClasses = false;
     std::map<double, std::uint64_t> classes;
@@ -54,10 +55,10 @@ private:
 
   std::vector<AttributeInfo> Infos;
   std::vector<Column> Columns;
-  std::vector<std::uint64_t> Hashes; // of the sample
-  // Of the sample: one value for each array, vertex after vertex.
+  std::vector<std::uint64_t> Hashes; // of the vertices in the sample
+  // For each vertex of the sample, one value of each array.
   std::vector<double> Values;
-  std::uint64_t Limit = ~std::uint64_t{ 0 }; // the sample has only hashes up to this
+  std::uint64_t Limit = ~std::uint64_t{ 0 }; // hashes above this do not enter the sample
 };
 
 }

@@ -34,7 +34,7 @@ Result<std::string> UriOf(const std::filesystem::path& file)
   return "file:" + PercentEncoded(absolute.string(), "/._-");
 }
 
-// This thread's processor time: a slow disk and other programs do not count against the file.
+// This thread's processor time. So a slow disk or other programs do not count against the file.
 std::chrono::nanoseconds ThreadTime()
 {
   timespec time = {};
@@ -42,7 +42,8 @@ std::chrono::nanoseconds ThreadTime()
   return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
 }
 
-// What the statement that this thread runs has taken. Null where it may take any time.
+// The work that the current statement of this thread has done. `current` is null if it is not
+// limited.
 struct Work
 {
   std::uint64_t steps = 0;
@@ -52,8 +53,8 @@ thread_local Work* current = nullptr;
 
 constexpr int stepsBetweenLooks = 100;
 
-// SQLite calls this now and then while a statement runs; a result other than 0 ends the statement.
-// The argument points to the size of the file.
+// SQLite calls this now and then while a statement runs. A result other than 0 ends the statement.
+// The argument is the size of the file.
 int HasTakenTooMuch(void* fileBytes)
 {
   if (!current)
@@ -67,7 +68,7 @@ int HasTakenTooMuch(void* fileBytes)
   return current->steps > 1'000'000 + bytes || ThreadTime() - current->begin > most ? 1 : 0;
 }
 
-// While it lives, what this thread runs is counted.
+// While this exists, the work of this thread is counted.
 class Counted
 {
 public:
@@ -94,7 +95,7 @@ private:
   Work* Before;
 };
 
-// See Sqlite.h: what holds for every file.
+// Sets the limits that hold for every file: see Sqlite.h.
 Status Distrust(sqlite3* database)
 {
   for (const auto& [option, value] :
@@ -132,7 +133,7 @@ Result<Database> Open(const std::string& name, int flags, ErrorCode code, const 
   return database;
 }
 
-// How our own file system opens the file; it opens no other file.
+// How our own file system opens the file; it never opens another one.
 enum class OpenMode
 {
   Read,
@@ -161,7 +162,7 @@ Result<Database> OpenDescriptor(int descriptor, OpenMode mode, ErrorCode code)
   KDSTREAM_TRY(database);
   sqlite3_progress_handler(database->get(), stepsBetweenLooks, HasTakenTooMuch,
     reinterpret_cast<void*>(static_cast<std::uintptr_t>(status.st_size)));
-  if (mode == OpenMode::Create) // a journal can be left out only where the file is trusted
+  if (mode == OpenMode::Create) // a journal is left out only if the file is trusted
   {
     sqlite3_db_config(database->get(), SQLITE_DBCONFIG_DEFENSIVE, 0, nullptr);
   }
@@ -241,7 +242,7 @@ Error SqliteError(sqlite3* database, ErrorCode code)
       return { code, "takes too long to read for a store" };
     case SQLITE_TOOBIG:
       return { code, "it contains a value that is too large" };
-    case SQLITE_ERROR: // our own statements, on tables that are not there
+    case SQLITE_ERROR: // our own statements fail if their tables are missing
       return { code, "its tables are not those of a store" };
     default:
       return { code, std::string("SQLite error: ") + sqlite3_errmsg(database) };
@@ -268,7 +269,7 @@ Status UseWriteAheadLog(sqlite3* database, std::chrono::milliseconds patience)
   sqlite3_busy_timeout(database, 0);
   for (;;)
   {
-    // The statement reads and then writes: SQLite does not call a busy handler for this.
+    // The statement reads and then writes. SQLite does not call a busy handler in this case.
     Status done = Execute(database, "PRAGMA journal_mode = WAL");
     const bool isBusy = !done && (sqlite3_errcode(database) & 0xFF) == SQLITE_BUSY;
     if (!isBusy || Clock::now() >= until)

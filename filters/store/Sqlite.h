@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The part of SQLite that a store needs: a connection and a statement that close themselves, and
-// its errors as ours. For filters/store, and a server's quotas.
+// SQLite's errors translated into ours. For filters/store, and the quotas of a server.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -25,45 +25,47 @@ struct CloseDatabase
 };
 using Database = std::unique_ptr<sqlite3, CloseDatabase>;
 
-// No value and no row is larger than this: the largest blob of a store, and what stands beside it.
+// No value and no row is larger than this: the largest blob of a store, and the other columns of
+// its row.
 inline constexpr int mostRowBytes = (64 << 20) + (64 << 10);
 
-// All of these treat the file as hostile. Its views and triggers do not run, and its schema cannot
-// call functions with effects. Cells of pages are checked, and values are at most mostRowBytes. No
-// temporary file is written, and the file is not mapped into memory. A schema may still have
-// expressions, so compare it with the expected one first.
+// All of these functions treat the file as hostile. Its views and triggers do not run, and its
+// schema cannot call functions with side effects. Cells of pages are checked, and values are at
+// most mostRowBytes. No temporary file is written, and the file is not mapped into memory. A schema
+// may still contain expressions, so compare it with the expected one first.
 
-// The file of an open descriptor, which must stay open as long as the database. Read-only and
-// immutable: no journal, no locks, pages that were read stay in memory. A statement is limited
-// until Reset; beyond a limit it ends with an error of code Damaged. The limits: processor time of
-// 2 s and a second for each 50 MB of the file; a million steps and one for each byte of the file.
+// Opens the file of a descriptor, which must stay open as long as the database. Read-only and
+// immutable: no journal and no locks; pages that were read stay in memory. The work of a statement
+// until Reset is limited; beyond a limit it ends with an error of code Damaged. The limits:
+// processor time of 2 s plus a second for each 50 MB of the file; a million steps plus one for each
+// byte of the file.
 Result<Database> OpenForReading(int descriptor);
 // The same, for writing to a file that nobody else has open. There is no journal file.
 Result<Database> OpenForWriting(int descriptor);
 // Opens an empty file of our own for writing. A write that fails may leave it incomplete.
 Result<Database> OpenEmpty(int descriptor);
-// Opens a file that several programs may write to, and makes it if there is none. Its statements
-// may take any time.
+// Opens a file that several programs may write to; makes the file if it does not exist. There is no
+// limit on how long a statement takes.
 Result<Database> OpenForWriting(const std::filesystem::path& file);
-// From now on no value is larger.
+// Limits the size of all values from now on.
 void LimitValues(sqlite3* database, std::size_t bytes);
 
 // The error of the last call on `database`, in our words: SQLite's messages are about databases,
-// but for users a store is a file. Has the code `code`, unless another one fits better.
+// but for users a store is a file. The error has the code `code`, unless another one fits better.
 Error SqliteError(sqlite3* database, ErrorCode code);
 
 Status Execute(sqlite3* database, const std::string& sql);
-// Gives a file that several programs write to a write-ahead log (WAL). Waits at most `patience` for
-// the others; SQLite itself does not wait for all of them here. Sets the busy timeout to 0: set
-// another one afterwards.
+// Makes a file that several programs write to use a write-ahead log (WAL). Waits at most `patience`
+// for the others; SQLite itself does not always wait for them here. Sets the busy timeout to 0; set
+// it again afterwards.
 Status UseWriteAheadLog(sqlite3* database, std::chrono::milliseconds patience);
 Result<std::int64_t> QueryInteger(sqlite3* database, const std::string& sql);
 
-// Whether the tables and indexes are exactly these, each as its CREATE statement made it. Errors:
-// those of a statement.
+// Whether the schema consists of exactly these tables and indexes, each with its CREATE statement
+// to the letter. Errors: those of a statement.
 Result<bool> HasSchema(sqlite3* database, std::span<const std::string_view> creations);
 
-// A prepared statement. Bind from parameter 1, Step, read columns from 0, Reset.
+// A prepared statement. Bind (parameters count from 1), Step, read columns (from 0), Reset.
 class Statement
 {
 public:

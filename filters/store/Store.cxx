@@ -17,14 +17,14 @@ namespace
 
 using protocol::BlobId;
 
-// Readers allocate memory in proportion to the pieces (the tree, lists of pieces). A piece of one
-// vertex takes some 30 bytes, and 12 of the directory.
+// Readers allocate memory in proportion to the pieces (the tree, lists of pieces). So the file must
+// be large enough for them: a piece of one vertex takes some 30 bytes, and 12 in the directory.
 Status CheckCounts(const ModelDescription& info, std::uint64_t fileBytes)
 {
   constexpr std::uint64_t leastRowBytes = 40;
   const std::uint64_t partitions = std::uint64_t{ 1 } << info.depths.partition;
   std::uint64_t pieces =
-    info.HasLevels() ? partitions : partitions / 2 + 1; // of an octree at least
+    info.HasLevels() ? partitions : partitions / 2 + 1; // an octree has at least this number
   for (unsigned depth = 0; depth < info.levels.size(); ++depth)
   {
     pieces += std::uint64_t{ 1 } << PieceDepth(Resolution::Level(depth), info.depths);
@@ -113,7 +113,7 @@ std::string Store::UnusedName(std::uint32_t part)
   return "unused/" + std::to_string(part);
 }
 
-// The place of a blob. Errors: NotFound if the model has no such blob.
+// Where a blob is. Errors: NotFound if the model has no such blob.
 Result<BlobRow> Store::RowOf(const BlobId& blob) const
 {
   const ModelDescription& info = this->Information;
@@ -230,8 +230,9 @@ Result<Piece> Store::Decode(std::span<const std::uint8_t> blob, PieceId id) cons
   return piece;
 }
 
-// The original has all attributes; levels those that viewers use. Of numbers these are the ones
-// whose range is in the metadata: earlier builds kept them only for the original.
+// Whether a piece has the right attributes. The original has all of them; levels have those that
+// viewers use. Of the arrays of numbers, levels have those whose range is in the metadata: earlier
+// builds stored numbers only for the original.
 bool Store::AttributesFit(const Piece& piece) const
 {
   const ModelDescription& model = this->Information;
@@ -264,7 +265,8 @@ Result<std::vector<Box>> Store::ReadBoxes(const Execution& execution) const
 {
   const TreeDepths& depths = this->Information.depths;
   const NodeId first = NodeId{ 1 } << DepthOfPartitionBoxes(depths);
-  for (NodeId node = first; node < 2 * first; ++node) // no memory for what is only claimed
+  for (NodeId node = first; node < 2 * first; ++node) // reserve no memory for a count that is only
+                                                      // claimed
   {
     KDSTREAM_TRY(this->Size(BlobId::PartitionBoxes(node)));
   }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps, from version 13 on:
-// 1. the number of the blob, in the order in which they were written
-// 2. its place, from the row of the directory that describes this number
-// 3. the rows of the content from its beginning to its end
-// 4. its checksum.
+// 1. Find the number of the blob in the order in which blobs were written.
+// 2. Find its place in the row of the directory that describes this number.
+// 3. Read the rows of the content from its beginning to its end.
+// 4. Verify its checksum.
 #include "filters/store/StoreBlobs.h"
 
 #include "filters/codec/PartitionBoxes.h"
@@ -28,9 +28,9 @@ std::uint64_t NodesOfDepth(unsigned depth)
   return std::uint64_t{ 1 } << depth;
 }
 
-// The order of the digest: levels coarse to fine; partitions, each followed by its texture;
-// textures of levels, fine to coarse; boxes; pages of the tree; the parts of the list of unused
-// vertices.
+// The order of blobs, as in the digest: levels coarse to fine; partitions, each followed by its
+// texture; textures of levels, fine to coarse; boxes; pages of the tree; the parts of the list of
+// unused vertices.
 class BlobOrder
 {
 public:
@@ -83,7 +83,7 @@ private:
                                       : this->Levels[id.resolution.Depth()] + place;
   }
 
-  // Behind those of all finer levels.
+  // The textures of all finer levels come first.
   std::uint64_t OfLevelTexture(PieceId id) const
   {
     const unsigned depth = PieceDepth(id.resolution, this->Depths);
@@ -91,7 +91,7 @@ private:
     return this->LevelTextures + this->Original - end + (id.node - NodesOfDepth(depth));
   }
 
-  // How many pages there are of nodes above that depth.
+  // How many pages of the tree begin at nodes above this depth.
   std::uint64_t TreePagesAbove(unsigned depth) const
   {
     std::uint64_t pages = 1;
@@ -104,8 +104,8 @@ private:
   }
 
   TreeDepths Depths;
-  std::uint64_t PerPartition;        // blobs
-  std::vector<std::uint64_t> Levels; // the first piece of each
+  std::uint64_t PerPartition;        // blobs of a partition: a piece, or a piece and its texture
+  std::vector<std::uint64_t> Levels; // the number of the first piece of each level
   std::uint64_t Original = 0, LevelTextures = 0, Boxes = 0, Tree = 0, Unused = 0;
 };
 
@@ -177,7 +177,7 @@ private:
              : DamagedBlob(blob.name, "the directory is damaged");
   }
 
-  // No memory is taken for sizes that are only claimed: rows are read one by one.
+  // Rows are read one by one, so that no memory is allocated for sizes that are only claimed.
   Result<std::vector<std::uint8_t>> Gather(const BlobRow& blob, const BlobPlace& place)
   {
     std::vector<std::uint8_t> data;
@@ -193,7 +193,7 @@ private:
     return data;
   }
 
-  // Appends what the row has from `from` on, at most `most` bytes.
+  // Appends the bytes of a row from offset `from` on, at most `most` bytes.
   Status TakeRow(const BlobRow& blob, std::int64_t part, std::size_t from, std::size_t most,
     std::vector<std::uint8_t>& data)
   {
@@ -225,8 +225,9 @@ private:
 
 // ---- before version 13
 
-// In the order of BlobTable: the number of blobs, and of their bytes. SQLite would accept a text as
-// a blob, and return its number of characters instead of bytes.
+// First the queries of blobs, in the order of BlobTable; then those of their sizes. Without the
+// check of the type, SQLite would accept a text as a blob, and return the number of its characters
+// instead of bytes.
 constexpr std::size_t tableCount = 5;
 constexpr std::array<const char*, 2 * tableCount> rowQueries{
   "SELECT data, checksum, vertices, triangles FROM pieces WHERE id = ? AND typeof(data) = 'blob'",
@@ -240,7 +241,7 @@ constexpr std::array<const char*, 2 * tableCount> rowQueries{
   "SELECT length(data) FROM textures WHERE partition = ? AND typeof(data) = 'blob'",
   "SELECT length(data) FROM unused WHERE part = ? AND typeof(data) = 'blob'",
 };
-// A row's columns are covered by its checksum, except these two, which its id repeats.
+// A row's checksum covers all its columns, except these two, which its id repeats.
 constexpr const char* selectMislabelled =
   "SELECT id, quote(resolution), quote(node) FROM pieces "
   "WHERE resolution IS NOT id >> 32 OR node IS NOT id & 0xFFFFFFFF";
@@ -324,7 +325,7 @@ public:
   }
 
 private:
-  // What `take` makes of the row. first: of the queries of that kind.
+  // Returns what `take` makes of the row. first: the number of the first query of this kind.
   template <class Value, class TakeRow>
   Result<Value> ReadRow(const BlobRow& blob, std::size_t first, const TakeRow& take)
   {

@@ -28,7 +28,7 @@ Result<ModelDescription> ReadStoredModel(int descriptor)
   KDSTREAM_TRY(version);
   const Result<Database> database = OpenForReading(descriptor);
   KDSTREAM_TRY(database);
-  LimitValues(database->get(), mostMetadataBytes + 100); // with its key and its checksum
+  LimitValues(database->get(), mostMetadataBytes + 100); // with its key and checksum
   Result<Statement> statement = Statement::Prepare(database->get(), selectModel);
   if (!statement)
   {
@@ -47,7 +47,7 @@ Result<ModelDescription> ReadStoredModel(int descriptor)
   }
   Result<ModelDescription> model =
     ParseStoredModel(json, HasRowsOfBlobs(*version) ? StoredForm::Earlier : StoredForm::Present);
-  const bool isReported = model && HasRowsOfBlobs(*version); // by the version
+  const bool isReported = model && HasRowsOfBlobs(*version); // such a version reports them
   if (isReported && model->textures.has_value() != HasTextures(*version))
   {
     return DamagedBlob("metadata", "its textures do not fit the store's version");
@@ -87,7 +87,7 @@ Status Store::Connection::CheckUnchanged()
     const Result<std::string> digestNow = this->ReadDigest();
     const Result<FileState> after = this->File->State();
     KDSTREAM_TRY(after);
-    if (*after == *now) // else once more
+    if (*after == *now) // otherwise try again
     {
       KDSTREAM_TRY(digestNow);
       if (*digestNow != this->Model.digest)
@@ -95,7 +95,7 @@ Status Store::Connection::CheckUnchanged()
         break;
       }
       const std::lock_guard lock(this->Mutex);
-      this->LastState = *now; // only its name or permissions have changed, not its content
+      this->LastState = *now; // only the name or permissions changed, not the content
       return this->Changed ? WasChanged() : Status();
     }
   }
@@ -110,7 +110,7 @@ std::optional<bool> Store::Connection::LooksUnchanged()
   return now ? this->Compare(*now) : std::nullopt;
 }
 
-// Whether the file is unchanged, if its state alone shows that.
+// Whether the file is unchanged; nothing if its state alone does not show that.
 std::optional<bool> Store::Connection::Compare(const FileState& now)
 {
   const std::lock_guard lock(this->Mutex);
@@ -128,7 +128,7 @@ FileState Store::Connection::State()
   return this->LastState;
 }
 
-// By a connection that has kept no pages.
+// Reads the digest with a new connection, which has no pages in memory.
 Result<std::string> Store::Connection::ReadDigest() const
 {
   const Result<ModelDescription> info = ReadStoredModel(this->File->Descriptor());
@@ -136,7 +136,7 @@ Result<std::string> Store::Connection::ReadDigest() const
   {
     return info.GetError();
   }
-  return info ? info->digest : std::string(); // another content, damaged or not
+  return info ? info->digest : std::string(); // other content, damaged or not
 }
 
 Result<std::unique_ptr<StoreBlobs>> Store::Connection::Take()
@@ -150,7 +150,7 @@ Result<std::unique_ptr<StoreBlobs>> Store::Connection::Take()
       return blobs;
     }
   }
-  // It may have been written since.
+  // The file may have been written to since.
   const Result<int> version = CheckStoreHead(this->File->Descriptor());
   KDSTREAM_TRY(version);
   Result<kdstream::Database> database = OpenForReading(this->File->Descriptor());
@@ -167,7 +167,7 @@ void Store::Connection::Return(std::unique_ptr<StoreBlobs> blobs)
   }
 }
 
-// The result of `read`, unless the file has been replaced.
+// Returns the result of `read`, unless the file has changed.
 template <class Value, class ReadBlob>
 Result<Value> Store::Connection::ReadUnchanged(const BlobRow& blob, const ReadBlob& read)
 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The connections to one store's file, and the rows that they read. Only for Store.
+// The connections to the file of one store, and the rows that they read. Only for Store.
 #pragma once
 
 #include "filters/model/ModelDescription.h"
@@ -19,40 +19,40 @@
 namespace kdstream
 {
 
-// The description of the model in an open store's file, checked, except its claims about the file.
-// Memory: 32 MiB, and twice what SQLite reads at once. Errors: those of CheckStoreHead; Damaged;
-// InputOutput and LimitExceeded.
+// Reads and checks the description of the model in the file of an open store, except the
+// description's claims about the file. Memory: 32 MiB, and twice what SQLite reads at once. Errors:
+// those of CheckStoreHead; Damaged; InputOutput and LimitExceeded.
 Result<ModelDescription> ReadStoredModel(int descriptor);
 
-// As many connections as threads have read at the same time. Any number of threads may read at
-// once; every read fails when the file is no longer the one that was opened. Errors of all
-// functions: Changed; Damaged, naming the blob; InputOutput and LimitExceeded if the same may
-// succeed later.
+// Holds as many connections as threads have read at the same time. Any number of threads may read;
+// every read fails once the file is no longer the one that was opened. Errors of all functions:
+// Changed; Damaged, naming the blob; InputOutput and LimitExceeded if the same call may succeed
+// later.
 class Store::Connection
 {
 public:
-  // state: of the file when the model was read. The model stays where it is.
+  // state: of the file when the model was read. model: a reference is kept.
   Connection(
     std::unique_ptr<const StoreFile> file, const FileState& state, const ModelDescription& model);
   ~Connection();
 
   // Checks that the data just read belong to the model that was opened: a program that writes to
-  // the file changes its state first. Errors: Changed; InputOutput and LimitExceeded if this cannot
-  // be found out.
+  // the file changes its state first. Errors: Changed; InputOutput and LimitExceeded if the check
+  // fails.
   Status CheckUnchanged();
-  // The same by the file's state only, as far as the kernel knows it; nothing if it does not. Does
-  // not wait for a disk.
+  // Checks only the file's state, as far as the kernel knows it; nothing if it does not. Does not
+  // wait for a disk.
   std::optional<bool> LooksUnchanged();
   FileState State();
   // The bytes of all blobs read so far, damaged ones too.
   std::uint64_t BytesRead() const { return this->Bytes; }
 
-  // The blob of a row, whose checksum holds.
+  // Returns the blob of a row; its checksum is verified.
   Result<std::vector<std::uint8_t>> Read(const BlobRow& blob);
-  // How many bytes it has; they are neither read nor checked.
+  // The size of a blob in bytes; the blob is neither read nor checked.
   Result<std::uint64_t> Size(const BlobRow& blob);
-  // Calls note(id, error) for each row of a piece whose other columns do not agree with its id, as
-  // long as it returns true.
+  // Calls note(id, error) for each row of a piece whose other columns contradict its id. Stops when
+  // note returns false.
   Status VisitMislabelled(const std::function<bool(std::int64_t id, const Error& error)>& note);
 
 private:
@@ -66,7 +66,7 @@ private:
   const std::unique_ptr<const StoreFile> File;
   const ModelDescription& Model;
   std::atomic<std::uint64_t> Bytes{ 0 };
-  std::mutex Mutex; // for what follows
+  std::mutex Mutex; // for the members below
   FileState LastState;
   bool Changed = false;
   std::vector<std::unique_ptr<StoreBlobs>> Idle;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. a copy beside the store  2. its row of metadata is replaced  3. it becomes the store.
+// Steps: 1. Copy the store beside it.  2. Replace the copy's row of metadata.  3. Rename the copy
+// to the store.
 #include "filters/store/StoreEdit.h"
 
 #include "filters/core/SystemReason.h"
@@ -21,10 +22,11 @@ namespace kdstream
 namespace
 {
 
-// Copies on from where both files stand, at most `bytes`; returns how many, as read does.
+// Copies at most `bytes` from the current positions of both files; returns how many, or -1.
 ssize_t CopySome(int from, int to, std::size_t bytes)
 {
-  // Shares the blocks of both files where the file system can do that; some cannot do it at all.
+  // Shares blocks between both files if the file system can do that; some file systems do not
+  // support the call at all.
   const ssize_t shared = ::copy_file_range(from, nullptr, to, nullptr, bytes, 0);
   const bool cannot =
     shared < 0 && (errno == EXDEV || errno == EINVAL || errno == ENOSYS || errno == EOPNOTSUPP);
@@ -65,8 +67,8 @@ void Change(const std::optional<std::string>& to, std::string& text)
   text = to.value_or(text);
 }
 
-// Values that are not given stay. For a new up direction without a view, the model is seen from its
-// front.
+// Values that are not given stay. If there is a new up direction but no view, the first view is
+// from the front.
 void ChangeHomeView(const StoreTexts& texts, ModelDescription& info)
 {
   if (!texts.up && !texts.view)
@@ -79,7 +81,7 @@ void ChangeHomeView(const StoreTexts& texts, ModelDescription& info)
   info.homeView = { up, texts.view.value_or(turned ? FrontOf(up) : before.view), false };
 }
 
-// The copy is thrown away unless all goes well: it needs no journal.
+// The copy is discarded unless everything succeeds, so it needs no journal.
 Status ReplaceMetadata(int copy, const std::string& json)
 {
   KDSTREAM_TRY(CheckStoreHead(copy)); // somebody may have written to the store meanwhile

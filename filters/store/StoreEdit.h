@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Changing what a store says of its model, without building it again.
+// Changes the texts and directions in a store's description of its model, without a new build.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -13,9 +13,9 @@
 namespace kdstream
 {
 
-// Texts and directions that replace those of a store, if they are given; an empty text removes the
-// old one. Up direction and first view then count as known, not guessed. REQUIRES: `up` and `view`
-// are directions (DirectionOf).
+// Texts and directions that replace those of a store. What is not given stays; an empty text
+// removes the old one. If a direction is given, up direction and first view count as known, not
+// guessed. REQUIRES: `up` and `view` are directions (DirectionOf).
 struct StoreTexts
 {
   std::optional<std::string> title{};
@@ -26,12 +26,13 @@ struct StoreTexts
   std::optional<Vec3> up{}, view{};
 };
 
-// Tree, levels, partitions and digest stay. A changed copy replaces the store, with the same
-// permissions. The old file is never changed, because a server that has it open treats it as
-// immutable. Whatever interrupts this function, either the old or the new store is there. Needs
-// disk space for the copy. O(bytes of the store); almost nothing if the file system shares blocks
-// between files. Errors: those of Store::Open; Unsupported for a store of an earlier version;
-// InputOutput, also if another process has replaced the store meanwhile; Cancelled.
+// Replaces texts and directions; tree, levels, partitions and digest stay. A changed copy replaces
+// the store, with the same permissions. The old file is never changed, because a server that has it
+// open treats it as immutable. Whatever interrupts this function, the store is either the old or
+// the new one. Needs disk space for the copy. O(bytes of the store); almost nothing if the file
+// system shares blocks between files. Errors: those of Store::Open; Unsupported for a store of an
+// earlier version; InputOutput, also if another process has replaced the store meanwhile;
+// Cancelled.
 Result<ModelDescription> EditStore(
   const std::filesystem::path& store, const StoreTexts& texts, const Execution& execution = {});
 

@@ -16,7 +16,7 @@ namespace kdstream
 namespace
 {
 
-// File systems stamp a file with the time of the kernel's last tick: 10 ms at the slowest.
+// File systems stamp a change with the time of the kernel's last tick: at most 10 ms ago.
 constexpr std::chrono::milliseconds clockStep{ 20 };
 constexpr int mostWaits = 10;
 
@@ -30,7 +30,7 @@ FileState StateOf(const struct stat& status)
   return { status.st_dev, status.st_ino, status.st_size, status.st_mtim, status.st_ctim };
 }
 
-// Whether another change of a file that was changed at `time` would get a later time.
+// Whether another change now would get a later time than `time`, that of the last change.
 bool IsPast(const timespec& time)
 {
   timespec now = {};
@@ -61,7 +61,7 @@ FileState FileState::Of(const std::filesystem::path& file)
 
 Result<std::unique_ptr<const StoreFile>> StoreFile::Open(const std::filesystem::path& file)
 {
-  // Without blocking, in case the file is a pipe.
+  // Does not block if the file is a pipe.
   const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (descriptor < 0)
   {
@@ -84,7 +84,7 @@ Result<std::unique_ptr<const StoreFile>> StoreFile::Open(const std::filesystem::
     KDSTREAM_TRY(after);
     if (*after == *before)
     {
-      return opened; // also where the file system's clock is ahead of ours
+      return opened; // also if the file system's clock is ahead of ours
     }
     before = std::move(after);
   }

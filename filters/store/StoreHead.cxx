@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps:
-// 1. the header of the file
-// 2. each row of the schema, which must be a table of a store
-// 3. no table is missing
-// 4. the page of the metadata has one row. The meaning of the bytes:
-//    https://sqlite.org/fileformat2.html, sections 1.3, 1.6, 2.1 and 2.6.
+// 1. Check the header of the file.
+// 2. Check each row of the schema, which must be a table of a store.
+// 3. Check that no table is missing.
+// 4. Check that the page of the metadata has one row.
+// The meaning of the bytes: https://sqlite.org/fileformat2.html, sections 1.3, 1.6, 2.1 and 2.6.
 #include "filters/store/StoreHead.h"
 
 #include "filters/core/SystemReason.h"
@@ -51,7 +51,7 @@ std::string InQuotes(std::string_view name)
   return quoted;
 }
 
-// How many of the bytes from `begin` on the file has, at most as many as the largest page.
+// Reads the bytes from `begin` on: at most those of the largest page, fewer at the end of the file.
 Result<Bytes> ReadBytes(int descriptor, std::uint64_t begin, PageBytes& page)
 {
   std::size_t end = 0;
@@ -72,7 +72,7 @@ Result<Bytes> ReadBytes(int descriptor, std::uint64_t begin, PageBytes& page)
   return Bytes(page).first(end);
 }
 
-// REQUIRES: bytes that are there. The highest comes first.
+// A number of `size` bytes, the highest byte first. REQUIRES: the bytes exist.
 std::uint32_t NumberAt(Bytes bytes, std::size_t at, std::size_t size)
 {
   std::uint32_t number = 0;
@@ -83,7 +83,7 @@ std::uint32_t NumberAt(Bytes bytes, std::size_t at, std::size_t size)
   return number;
 }
 
-// The version.
+// Returns the version.
 Result<int> CheckHeader(Bytes page)
 {
   constexpr std::string_view magic{ "SQLite format 3\0", 16 };
@@ -125,7 +125,7 @@ Result<int> CheckHeader(Bytes page)
   return static_cast<int>(version);
 }
 
-// Takes numbers and texts from the begin of some bytes, until there are too few.
+// Takes numbers and bytes from the beginning of a span, as long as there are enough.
 class Taker
 {
 public:
@@ -133,7 +133,7 @@ public:
     : Left(bytes)
   {
   }
-  // Seven bits a byte, the highest first; all eight of a ninth.
+  // Seven bits of each byte, the highest first; all eight bits of a ninth byte.
   std::optional<std::uint64_t> Varint()
   {
     std::uint64_t number = 0;
@@ -174,7 +174,7 @@ struct SchemaRow
 
 constexpr std::size_t schemaColumns = 5; // type, name, tbl_name, rootpage, sql
 
-// How many bytes a value takes; nothing for a type that no value has.
+// How many bytes a value of a type takes; nothing if there is no such type.
 std::optional<std::uint64_t> SizeOfSerial(std::uint64_t type)
 {
   constexpr std::array<std::uint64_t, 10> ofNumbers{ 0, 1, 2, 3, 4, 6, 8, 8, 0, 0 };
@@ -192,18 +192,19 @@ std::string_view TextOf(std::uint64_t type, Bytes value)
                 : std::string_view();
 }
 
-// A number of a row that is not negative; else 0.
+// The number in a value; 0 if it is negative or not a number.
 std::uint32_t NumberOf(std::uint64_t type, Bytes value)
 {
   const bool isSmall = type >= 1 && type <= 4 && value[0] < 0x80;
   return isSmall ? NumberAt(value, 0, value.size()) : type == 9 ? 1 : 0;
 }
 
-// Nothing if the bytes do not begin with the type and the name of a row of a schema. The other
-// columns are set only if the row is completely in the page, and SQLite reads it in the same way.
+// Returns nothing if the bytes do not begin with the type and the name of a row of a schema. The
+// other columns are set only if the row is completely in the page, and SQLite reads it in the same
+// way.
 std::optional<SchemaRow> RowOfCell(Bytes cell, std::size_t pageBytes)
 {
-  const std::uint64_t mostInPage = pageBytes - 35; // more goes to other pages
+  const std::uint64_t mostInPage = pageBytes - 35; // the rest of a longer row is in other pages
   Taker taker(cell);
   const auto payload = taker.Varint();
   const auto rowid = taker.Varint();
@@ -251,7 +252,7 @@ std::optional<SchemaRow> RowOfCell(Bytes cell, std::size_t pageBytes)
   return row;
 }
 
-// Names what a store's schema does not have.
+// An error that names a part of the schema that a store does not have.
 Error StrangeRow(const SchemaRow& row, bool isExpected)
 {
   const std::string name = InQuotes(row.name);
@@ -293,13 +294,13 @@ Result<std::vector<SchemaRow>> ReadRows(Bytes page)
     }
     rows.push_back(*row);
   }
-  // An entry that is not a table says best what the file is.
+  // Rows that are not tables come first, because they tell best what the file is.
   std::stable_partition(
     rows.begin(), rows.end(), [](const SchemaRow& row) { return row.type != "table"; });
   return rows;
 }
 
-// The page where the metadata begin.
+// Returns the page where the metadata begin.
 Result<std::uint32_t> CheckSchema(Bytes page, int version)
 {
   const Result<std::vector<SchemaRow>> rows = ReadRows(page);
@@ -349,7 +350,8 @@ Result<int> CheckStoreHead(int descriptor)
   }
   const Result<std::uint32_t> metadata = CheckSchema(page->first(pageBytes), *version);
   KDSTREAM_TRY(metadata);
-  // Their keys are texts, which SQLite reads whole to compare them.
+  // Keys of metadata are texts, which SQLite reads completely to compare them; so check the page
+  // first.
   page = ReadBytes(descriptor, std::uint64_t{ *metadata - 1 } * pageBytes, bytes);
   KDSTREAM_TRY(page);
   const std::uint8_t leaf = HasRowsOfBlobs(*version) ? indexLeaf : tableLeaf;

@@ -11,8 +11,8 @@ namespace kdstream
 // Checks that the file is a store of a readable version: the header is that of a store; the schema
 // has exactly the tables of StoreSchema.h, all in the first page; the table of metadata has at most
 // one row. Reads two pages, whatever the file claims. Returns the version. Errors: InvalidInput if
-// it is not a store, naming what it has; Unsupported for another version; Damaged if a table is
-// missing, or a page is malformed; InputOutput if it cannot be read.
+// it is not a store, naming what it contains instead; Unsupported for another version; Damaged if a
+// table is missing or a page is malformed; InputOutput if it cannot be read.
 Result<int> CheckStoreHead(int descriptor);
 
 }

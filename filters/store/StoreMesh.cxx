@@ -13,7 +13,7 @@ namespace kdstream
 namespace
 {
 
-// Pieces of a store that have been read.
+// The pieces of a store that were read so far.
 class LoadedPieces
 {
 public:

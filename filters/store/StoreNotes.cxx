@@ -19,7 +19,7 @@ namespace kdstream
 namespace
 {
 
-// At most maximumNotesBytes, and one more where there are more.
+// Reads at most maximumNotesBytes + 1, so that a longer file is noticed.
 Result<std::vector<std::uint8_t>> ReadNotesBytes(int file)
 {
   std::vector<std::uint8_t> bytes(maximumNotesBytes + 1);
@@ -59,7 +59,7 @@ std::filesystem::path NotesFileIn(
 
 Result<NotesText> ReadNotes(const std::filesystem::path& path)
 {
-  const OpenFile file(path, O_NONBLOCK); // what has the name may be a pipe that nobody writes to
+  const OpenFile file(path, O_NONBLOCK); // a pipe may have this name, and nobody may write to it
   struct stat found
   {
   };

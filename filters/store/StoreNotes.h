@@ -16,20 +16,21 @@ namespace kdstream
 
 struct NotesText
 {
-  std::vector<std::uint8_t> bytes; // as the file has them
-  std::vector<Note> notes;         // what they say
+  std::vector<std::uint8_t> bytes; // as in the file
+  std::vector<Note> notes;         // the parsed notes
 };
 
 std::filesystem::path NotesFileOf(const std::filesystem::path& store);
-// The notes' file of a model in what was opened: its store, or a folder of stores.
+// The file of notes of a model. The path that was opened is either its store or a folder of stores.
 std::filesystem::path NotesFileIn(
   const std::filesystem::path& storeOrFolder, const std::string& model);
 
 // Reads at most maximumNotesBytes, and does not wait if the file is a pipe. Errors: NotFound if
-// there is no such file; those of ParseNotes; InvalidInput for anything except a file; InputOutput.
+// there is no such file; those of ParseNotes; InvalidInput if it is not a regular file;
+// InputOutput.
 Result<NotesText> ReadNotes(const std::filesystem::path& file);
 
-// Writes the notes. Afterwards the file has either all of them or its old content. Errors:
+// Writes the notes. Whatever happens, the file has either all of them or its old content. Errors:
 // LimitExceeded for more than maximumNotesBytes; InputOutput.
 Status WriteNotes(const std::filesystem::path& file, const std::vector<Note>& notes);
 

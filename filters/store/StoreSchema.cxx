@@ -13,7 +13,7 @@ namespace kdstream
 namespace
 {
 
-// Throws std::bad_alloc where there is no memory.
+// Throws std::bad_alloc if there is no memory.
 XXH3_state_t* MakeHashState()
 {
   XXH3_state_t* const state = XXH3_createState();
@@ -143,7 +143,7 @@ T Take(std::span<const std::uint8_t>& bytes)
 }
 
 constexpr std::size_t placeBytes = 12;
-constexpr std::size_t aroundPlaces = 16; // where the first blob begins, and the checksum
+constexpr std::size_t aroundPlaces = 16; // where the first blob begins, and the checksum of the row
 
 }
 

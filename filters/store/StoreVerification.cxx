@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whether a store is whole: Store::Verify.
+// Checks whether a store is whole: Store::Verify.
 #include "filters/codec/PartitionBoxes.h"
 #include "filters/codec/TextureTile.h"
 #include "filters/codec/TreePage.h"
@@ -19,7 +19,7 @@ namespace kdstream
 
 using protocol::BlobId;
 
-// Reads all that a store has, in the order of its digest, and notes what is wrong.
+// Reads everything in a store, in the order of its digest, and notes the errors.
 class Store::Verification
 {
 public:
@@ -47,7 +47,7 @@ public:
     ended = ended ? this->CheckUnused() : ended;
     if (!ended)
     {
-      this->Found.push_back(ended.GetError()); // cancelled, or too much is wrong
+      this->Found.push_back(ended.GetError()); // cancelled, or too many errors
       return std::move(this->Found);
     }
     if (this->Found.empty() && this->Digest.Hexadecimal() != this->Whole.Information.digest)
@@ -70,7 +70,7 @@ private:
     }
   }
 
-  // No memory is taken for the number of pieces that the store claims.
+  // Allocates no memory in proportion to the number of pieces that the store claims.
   Status CheckPieces()
   {
     const double all = this->CountPieces();
@@ -94,7 +94,7 @@ private:
       });
   }
 
-  // Fine to coarse, as they were made.
+  // Fine to coarse, in the order in which textures were made.
   Status CheckLevelTextures()
   {
     const ModelDescription& info = this->Whole.Information;
@@ -116,7 +116,7 @@ private:
         const auto bytes = this->Whole.Read(BlobOfPiece(id, info.depths));
         this->ReadAgain += bytes ? bytes->size() : 0;
         const auto piece = bytes ? this->Whole.Decode(*bytes, id) : Result<Piece>(bytes.GetError());
-        if (blob && piece) // what is wrong with the piece was noted
+        if (blob && piece) // errors of the piece have been noted already
         {
           this->Note(BlobName(texture), OnlyStatus(DecodeTextureTile(*blob, piece->triangles)));
         }
@@ -126,7 +126,7 @@ private:
     return {};
   }
 
-  // The texture of a partition. piece: null where it is damaged.
+  // Checks the texture of a partition. piece: null if it is damaged.
   void CheckTexture(PieceId id, const Piece* piece)
   {
     const ModelDescription& info = this->Whole.Information;
@@ -159,8 +159,9 @@ private:
     return count;
   }
 
-  // Each blob is read once, except blobs that are counted separately: more bytes than the file has
-  // are some of them again and again.
+  // Ends the check if there are too many errors, or if blobs overlap. Each blob is read once,
+  // except those that are counted in ReadAgain. So if more bytes were read than the file has, blobs
+  // overlap.
   Status EndWhereMuchIsWrong() const
   {
     Connection& database = *this->Whole.Database;
@@ -182,7 +183,7 @@ private:
     for (const NodeId page : TreePages(this->Whole.Information.depths))
     {
       const auto blob = this->Whole.Read(BlobId::TreePage(page));
-      const bool isDecoded = blob && !boxes->empty(); // relative to the boxes
+      const bool isDecoded = blob && !boxes->empty(); // pages are relative to the boxes
       this->Note(BlobName(BlobId::TreePage(page)),
         isDecoded ? this->CheckPage(*blob, page, *boxes) : OnlyStatus(blob));
       if (blob)
@@ -207,7 +208,7 @@ private:
                  BlobName(BlobId::TreePage(page)), "its boxes differ from those of the partitions");
   }
 
-  // Parts as many as Store::Open found room for.
+  // Store::Open has checked that the file is large enough for this number of parts.
   Status CheckUnused()
   {
     const std::uint64_t parts = UnusedPartCount(this->Whole.Information);
@@ -225,13 +226,13 @@ private:
     return {};
   }
 
-  // The tree's boxes; none where any is damaged.
+  // The boxes of the tree; empty if any is damaged.
   Result<std::vector<Box>> CheckBoxes()
   {
     const TreeDepths& depths = this->Whole.Information.depths;
     const std::size_t before = this->Found.size();
     const NodeId first = NodeId{ 1 } << DepthOfPartitionBoxes(depths);
-    // Whether all blobs exist: no memory is taken for blobs that are only claimed.
+    // Whether all blobs exist: no memory is allocated for blobs that are only claimed.
     bool isThere = true;
     for (NodeId node = first; isThere && node < 2 * first; ++node)
     {
@@ -270,7 +271,8 @@ private:
 
   const Store& Whole;
   const std::uint64_t ReadBefore;
-  std::uint64_t ReadAgain = 0; // bytes of pieces of levels, for their textures
+  std::uint64_t ReadAgain = 0; // bytes of pieces of levels that were read again to check their
+                               // textures
   const Execution& Progress;
   ContentDigest Digest;
   std::vector<Error> Found;

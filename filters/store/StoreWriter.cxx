@@ -22,7 +22,7 @@ namespace kdstream
 namespace
 {
 
-// geometricErrors: of a level's piece, one or more; none of the original's.
+// geometricErrors: one or more for a piece of a level; empty for a piece of the original.
 PieceFacts FactsOf(std::vector<float> geometricErrors, std::size_t bytes)
 {
   if (geometricErrors.empty())
@@ -36,8 +36,8 @@ PieceFacts FactsOf(std::vector<float> geometricErrors, std::size_t bytes)
     static_cast<std::uint32_t>(bytes) };
 }
 
-// The distance of a point from a box, along the axis where it is largest: squares of the largest
-// doubles would overflow.
+// The distance of a point from a box along the axis where it is largest. Not the Euclidean
+// distance: squares of the largest doubles would overflow.
 double DistanceFrom(const Box& box, const Vec3& point)
 {
   double most = 0;
@@ -66,7 +66,7 @@ struct StoreWriter::State
   NewFile file;
   ModelDescription info;
   ScalarStatistics scalars{ info.attributes };
-  Database database{}; // closed before the file goes
+  Database database{}; // closed before the file is removed
   Statement directory{}, content{};
   std::vector<std::uint8_t> contentRow{};          // the row being filled
   std::vector<BlobPlace> directoryRow{};           // the same
@@ -80,40 +80,40 @@ struct StoreWriter::State
     std::uint64_t begin = 0;
     std::size_t bytes = 0;
   };
-  // In the order of PieceIds: pieces, textures of the original, textures of levels, if there are
-  // any.
+  // Pieces, textures of the original and textures of levels, each in the order of adding.
   std::vector<Extent> pieceExtents{}, textureExtents{}, levelTextureExtents{};
   Statement contentRead{};
   std::mutex reading{};
   std::vector<std::uint8_t> preview{};
   std::uint32_t unusedParts = 0;
-  double farthest = -1; // of the unused vertices: from the box, in the largest of the three axes
+  double farthest = -1; // distance of the unused vertex farthest from the box, along one axis
 
   static Result<std::unique_ptr<State>> Begin(
     const std::filesystem::path& store, ModelDescription info);
 
-  // Appends after the blobs before. Errors: with the store's name.
+  // Appends a blob after those already added. Errors include the name of the store.
   Status AddBlob(std::span<const std::uint8_t> data);
-  // The last rows. Errors: the same.
+  // Writes the last rows. Errors: as AddBlob.
   Status FinishBlobs();
   Status WriteContentRow();
   Status WriteDirectoryRow();
   Status Insert(Statement& insert, std::int64_t part, std::span<const std::uint8_t> data) const;
-  // Among the pieces of its resolution.
+  // The number of a piece within its resolution.
   static std::size_t PlaceOf(PieceId id) { return id.node - (NodeId{ 1 } << DepthOfNode(id.node)); }
   std::size_t PiecesOfLevels(unsigned end) const; // number of pieces of levels coarser than `end`
-  // The blob of a piece that was added, or its texture. Any number of threads. Errors: with the
-  // store's name.
+  // Returns the blob of a piece that was added. Any number of threads may call it and ReadTexture.
+  // Errors include the name of the store.
   Result<std::vector<std::uint8_t>> ReadPiece(PieceId id);
   Result<std::vector<std::uint8_t>> ReadTexture(PieceId id);
   Result<std::vector<std::uint8_t>> Read(const Extent& extent);
-  // Raises the levels' geometric errors to how far the original is from them at most.
+  // Raises the geometric errors of levels to the upper bounds of their distance from the original.
   Status BoundGeometricErrors(const Execution& execution);
 
-  // Why something could not be written, with the store's name: of a full disk, how much it lacks.
+  // Why something could not be written, with the name of the store. For a full disk, also how much
+  // space is missing.
   Error Explain(const Error& error) const;
 
-  // The number of bytes that the store will take, estimated from what is written.
+  // The number of bytes that the store will take, estimated from the bytes written so far.
   std::uint64_t BytesInAll(std::uint64_t written) const;
 };
 
@@ -150,12 +150,13 @@ Error StoreWriter::State::Explain(const Error& error) const
     store };
 }
 
-// Estimates the bytes of all pieces from those so far: a vertex takes the same; for the original,
-// as its own vertices so far, if there are any, because they have more attributes. A level that is
-// still to come has at least one vertex for each cell.
+// Estimates the bytes of all pieces from those written so far, assuming that each further vertex
+// takes the same. If some vertices of the original have been written, only their size counts,
+// because they have more attributes. A level that is still to come has at least one vertex in each
+// cell.
 std::uint64_t StoreWriter::State::BytesInAll(std::uint64_t written) const
 {
-  constexpr double expected = 16; // bytes of a vertex with its triangles, until any are written
+  constexpr double expected = 16; // bytes of a vertex with its triangles, before any are written
   std::uint64_t made = 0, left = 0;
   for (unsigned depth = 0; depth < this->info.levels.size(); ++depth)
   {
@@ -192,7 +193,7 @@ Result<std::unique_ptr<StoreWriter::State>> StoreWriter::State::Begin(
   Result<Database> database = OpenEmpty(state->file.Descriptor());
   KDSTREAM_TRY(database);
   state->database = std::move(*database);
-  // The file is thrown away unless it is finished: no journal, and one fsync at the end.
+  // The file is discarded unless it is finished. So it has no journal, and one fsync at the end.
   const int version = VersionOfStore(state->info);
   const std::string setUp = "PRAGMA page_size = " + std::to_string(storePageBytes) +
                             "; PRAGMA application_id = " + std::to_string(storeApplicationId) +
@@ -296,7 +297,7 @@ std::size_t StoreWriter::State::PiecesOfLevels(unsigned end) const
   return count;
 }
 
-// Levels lie coarse to fine before the original, which may have fewer pieces than its depth.
+// Levels come first, coarse to fine, then the original, which may have fewer pieces than 2^P.
 Result<std::vector<std::uint8_t>> StoreWriter::State::ReadPiece(PieceId id)
 {
   const auto levels = static_cast<unsigned>(this->info.levels.size());
@@ -326,7 +327,7 @@ Result<std::vector<std::uint8_t>> StoreWriter::State::Read(const Extent& extent)
   {
     const auto row = static_cast<std::int64_t>(begin / contentRowBytes);
     const auto offset = static_cast<std::size_t>(begin % contentRowBytes);
-    std::span<const std::uint8_t> part = this->contentRow; // not written yet
+    std::span<const std::uint8_t> part = this->contentRow; // if the row has not been written yet
     if (row < this->contentRows)
     {
       this->contentRead.Bind(1, row);

@@ -49,7 +49,8 @@ bool MayHaveDecimalCommas(const std::string& text)
          ParseGlobePlace(text);
 }
 
-// By the ellipsoid of WGS 84: the frame of east, north and up at the place, turned by the heading.
+// Computed with the ellipsoid of WGS 84: the frame of east, north and up at the place, rotated by
+// the heading.
 GlobeMatrix MatrixOfPlace(const GlobePlace& place)
 {
   constexpr double equator = 6378137, flattening = 1 / 298.257223563;

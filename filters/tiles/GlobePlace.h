@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where a tileset stands on the globe.
+// The place of a tileset on the globe.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -15,17 +15,19 @@ struct GlobePlace
 {
   double longitude = 0, latitude = 0; // degrees, WGS 84
   double height = 0;                  // metres above the ellipsoid
-  double heading = 0;                 // degrees from north to east: where the model's back looks
+  double heading = 0;                 // degrees from north towards east: the direction of the
+                                      // model's back
 };
 
-// "LON,LAT,HEIGHT" or "LON,LAT,HEIGHT,HEADING": finite numbers, the first two of the globe.
+// Parses "LON,LAT,HEIGHT" or "LON,LAT,HEIGHT,HEADING": finite numbers; longitude and latitude must
+// be valid.
 std::optional<GlobePlace> ParseGlobePlace(const std::string& text);
 
-// Whether that is four whole numbers: "13,05,47,8" may be 13.05 and 47.8.
+// Whether the text is four whole numbers: then "13,05,47,8" may mean 13.05 and 47.8.
 bool MayHaveDecimalCommas(const std::string& text);
 
-// Column by column, as 3D Tiles has it: from coordinates in metres whose x is right, y back and z
-// up to geocentric ones.
+// A matrix, column by column as in 3D Tiles. It maps coordinates in metres (x right, y back, z up)
+// to geocentric ones.
 using GlobeMatrix = std::array<double, 16>;
 GlobeMatrix MatrixOfPlace(const GlobePlace& place);
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. triangles in an order that compresses well, vertices in the order of their use
-// 2. vertices as numbers of few bits  3. each array compressed  4. the JSON that tells where all
-// that lies.
+// Steps:
+// 1. Put triangles into an order that compresses well, and vertices into the order of their use.
+// 2. Store vertices as numbers of few bits.
+// 3. Compress each array.
+// 4. Write the JSON that says where everything is.
 #include "filters/tiles/TileGlb.h"
 
 #include "filters/core/Light.h"
@@ -32,8 +34,9 @@ namespace
 
 constexpr std::uint64_t mostGlbBytes = std::numeric_limits<std::uint32_t>::max();
 constexpr double mostShort = 65535;
-constexpr double mostWide = (1U << 22U) - 1; // of floats that hold whole numbers, of either sign
-// The largest 16-bit number is not an index.
+// The largest whole number, of either sign, in the float format for wide meshes.
+constexpr double mostWide = (1U << 22U) - 1;
+// The largest 16-bit number is reserved, and must not be an index.
 constexpr std::size_t mostShortVertices = 65535;
 
 enum TileComponent
@@ -48,7 +51,7 @@ constexpr const char* meshoptName = "EXT_meshopt_compression";
 constexpr const char* dracoName = "KHR_draco_mesh_compression";
 constexpr const char* metadataName = "EXT_structural_metadata";
 
-// Little-endian, whatever the machine.
+// Appends a number in little-endian order on any machine.
 template <class T>
 void AppendNumber(std::string& bytes, T value)
 {
@@ -61,7 +64,7 @@ void AppendNumber(std::string& bytes, T value)
   bytes.append(raw, sizeof(T));
 }
 
-// The nearest number of 24 bits: multiples of it are exact.
+// The nearest number of 24 bits. Its multiples by small whole numbers are exact.
 double RoundedToFewBits(double value)
 {
   constexpr int bits = 24;
@@ -75,8 +78,8 @@ std::uint16_t ShortOf(double part)
   return static_cast<std::uint16_t>(std::lround(std::clamp(part, 0.0, 1.0) * mostShort));
 }
 
-// Whether an encoded picture has alpha, by its head: of a PNG the kind of its colours, of a WebP
-// the flag of its first chunk.
+// Whether an encoded picture has alpha, judging by its header: the colour type of a PNG, the flag
+// in the first chunk of a WebP.
 bool MayHaveAlpha(std::span<const std::uint8_t> picture, TileImage format)
 {
   const auto bit = [&](std::size_t at, unsigned mask)
@@ -105,7 +108,8 @@ std::string InCapitals(std::string text)
   return text;
 }
 
-// Identifiers for the names of arrays: letters, digits and _; they also differ if case is ignored.
+// Identifiers for the names of arrays. They consist of letters, digits and _, and differ even if
+// case is ignored.
 std::vector<std::string> IdentifiersOf(const std::vector<TileArray>& arrays)
 {
   std::vector<std::string> identifiers;
@@ -157,21 +161,23 @@ public:
 private:
   using Indices = std::vector<unsigned>;
 
-  // A mesh of the file.
+  // A mesh primitive of the file.
   struct Primitive
   {
     std::optional<std::size_t> indices;
-    std::vector<std::pair<std::string, std::size_t>> attributes; // and their accessors
+    std::vector<std::pair<std::string, std::size_t>> attributes; // with the numbers of their
+                                                                 // accessors
     bool isSkirt = false;
-    std::optional<std::size_t> packed = {};                // the view of what Draco compressed
+    std::optional<std::size_t> packed = {};                // the view of the data that Draco
+                                                           // compressed
     std::vector<std::pair<std::string, int>> numbers = {}; // ids of the compressed attributes
   };
 
   struct View
   {
-    std::size_t begin = 0, size = 0;   // of what is in the file
-    std::size_t count = 0, stride = 0; // of the decompressed elements
-    std::size_t fallback = 0;          // place of the uncompressed data in the fallback buffer
+    std::size_t begin = 0, size = 0;   // in the file
+    std::size_t count = 0, stride = 0; // decompressed elements
+    std::size_t fallback = 0;          // offset of the uncompressed data in the fallback buffer
     int target = 0;
     const char* mode = nullptr; // null: not compressed
     const char* filter = nullptr;
@@ -234,7 +240,7 @@ private:
     }
   }
 
-  // Orders the points of a cloud: near ones follow each other.
+  // Orders the points of a cloud, so that points near each other are consecutive.
   void OrderPoints()
   {
     const std::size_t count = this->From.points.size();
@@ -266,7 +272,7 @@ private:
 #endif
   }
 
-  // Of the first ones; those that are shown come before those of skirts.
+  // The bounds of the first `count` used vertices; displayed ones come before those of skirts.
   Box BoundsOfUsed(std::size_t count) const
   {
     Box box;
@@ -292,7 +298,7 @@ private:
     return this->Views.size() - 1;
   }
 
-  // Adds a compressed bufferView; bytes: as they are once decompressed.
+  // Adds a compressed bufferView; bytes: the decompressed data.
   std::size_t AddCompressed(std::string_view bytes, std::size_t count, std::size_t stride,
     int target, const char* mode, const char* filter)
   {
@@ -306,7 +312,7 @@ private:
     return number;
   }
 
-  // values: of all vertices. filter: what decoders do afterwards; null: nothing.
+  // values: for all vertices. filter: what decoders apply after decompression; null: nothing.
   std::size_t AddAttribute(
     const std::string& values, Accessor accessor, const char* filter = nullptr)
   {
@@ -367,7 +373,7 @@ private:
   struct Packing
   {
     draco::Mesh mesh;
-    std::vector<unsigned> used; // used vertices, by their numbers in From
+    std::vector<unsigned> used; // numbers in From of the used vertices
     Primitive made;
   };
 
@@ -489,7 +495,7 @@ private:
     const int positionBits = this->IsWide ? 23 : 16;
     const auto begin = float(this->IsWide ? -mostWide : 0);
     const float origin[] = { begin, begin, begin };
-    const double range = this->IsWide ? (1U << 23U) - 1 : mostShort; // a step of it is 1
+    const double range = this->IsWide ? (1U << 23U) - 1 : mostShort; // with steps of 1
     encoder.SetSpeedOptions(speed, speed);
     encoder.SetTrackEncodedProperties(true);
     encoder.SetAttributeExplicitQuantization(
@@ -504,7 +510,7 @@ private:
       return encoder.EncodeMeshToBuffer(packing.mesh, &buffer).ok() &&
              encoder.num_encoded_faces() == corners.size() / 3;
     };
-    // The first one loses triangles that name a vertex twice.
+    // The first method loses triangles that use a vertex twice.
     if (!encode(draco::MESH_EDGEBREAKER_ENCODING) && !encode(draco::MESH_SEQUENTIAL_ENCODING))
     {
       return Error{ ErrorCode::Unsupported,
@@ -579,7 +585,7 @@ private:
     return this->Small || this->IsDraco;
   }
 
-  // Chooses origin and step of the lattice of positions.
+  // Chooses origin and step of the lattice for positions.
   void ChooseLattice()
   {
     const Box box = this->BoundsOfUsed(this->Used.size());
@@ -598,7 +604,7 @@ private:
     {
       return;
     }
-    const double finest = side / (mostShort - 1); // it begins below the box
+    const double finest = side / (mostShort - 1); // the lattice begins below the box
     this->IsWide = this->SharesLattice() && this->Frame.latticeStep < finest;
     for (this->Step = this->Frame.latticeStep; !this->IsWide && this->Step < finest;)
     {
@@ -615,19 +621,19 @@ private:
     }
   }
 
-  // Whether the lattice is that of meshes beside this one, too.
+  // Whether adjacent meshes use the same lattice.
   bool SharesLattice() const
   {
     return this->IsRounded() && this->Frame.latticeStep > 0 && this->Frame.finestStep > 0;
   }
 
-  // The point as the file has it: whole numbers of steps, or floats.
+  // The point as stored in the file: whole numbers of steps, or floats.
   Vec3 OnLattice(const Vec3& point) const
   {
     Vec3 place = Minus(point, this->Begin);
     for (std::size_t k = 0; k < 3; ++k)
     {
-      // Of a common lattice: counted from its origin, so that all meshes round a point alike.
+      // On a shared lattice steps are counted from its origin, so that all meshes round alike.
       place[k] = this->SharesLattice()
                    ? std::floor((point[k] - this->Frame.latticeOrigin[k]) / this->Step + 0.5) -
                        this->First[k]
@@ -637,13 +643,13 @@ private:
       {
         place[k] =
           std::clamp(place[k], this->IsWide ? -mostWide : 0, this->IsWide ? mostWide : mostShort) +
-          0.0; // no -0
+          0.0; // avoids -0
       }
     }
     return place;
   }
 
-  // A whole number as the filter EXPONENTIAL has a float: the lower three bytes, times 2^0.
+  // A whole number in the format of the filter EXPONENTIAL: the lower three bytes, times 2^0.
   static std::uint32_t WithoutExponent(double whole)
   {
     return static_cast<std::uint32_t>(static_cast<std::int32_t>(whole)) & 0xFFFFFFU;
@@ -665,7 +671,7 @@ private:
       }
       if (isShort)
       {
-        AppendNumber(bytes, std::uint16_t{ 0 }); // vertices begin at multiples of four bytes
+        AppendNumber(bytes, std::uint16_t{ 0 }); // each vertex takes a multiple of four bytes
       }
       stored.Add(place);
     }
@@ -809,7 +815,7 @@ private:
     json.Member("generator", "KdStream");
     if (!this->Frame.copyright.empty())
     {
-      json.Member("copyright", this->Frame.copyright); // viewers show it
+      json.Member("copyright", this->Frame.copyright); // viewers display it
     }
     json.EndObject();
     this->PutExtensions(json);
@@ -861,7 +867,7 @@ private:
     }
   }
 
-  // Writes the names and types of arrays' attributes.
+  // Writes the names and types of the properties for arrays.
   void PutMetadata(JsonWriter& json) const
   {
     static constexpr const char* types[] = { "SCALAR", "VEC2", "VEC3", "VEC4" };
@@ -909,7 +915,7 @@ private:
     {
       for (const Vec3& axis : this->Frame.axes)
       {
-        json.Put((column < 3 ? axis[column] * step : Dot(axis, place)) + 0.0); // no -0
+        json.Put((column < 3 ? axis[column] * step : Dot(axis, place)) + 0.0); // avoids -0
       }
       json.Put(column < 3 ? 0 : 1);
     }
@@ -998,8 +1004,8 @@ private:
     json.Member("doubleSided", doubleSided).EndObject();
   }
 
-  // Skirts have one side. Clients turn the normals of a back, so that of a skirt would be a dark
-  // point in each pixel of a border that neither tile covers.
+  // Skirts are one-sided. If they were two-sided, clients would reverse the normals of the back of
+  // a skirt, which would show as a dark point in each pixel of a border that neither tile covers.
   void PutMaterials(JsonWriter& json) const
   {
     json.Key("materials").BeginArray();
@@ -1105,18 +1111,20 @@ private:
   const TileFrame& Frame;
   const bool Small, IsDraco;
   const std::vector<std::string> Identifiers; // of arrays
-  Indices Shown, Under;          // the triangles', and the skirts', numbers among the used vertices
-  std::vector<unsigned> Used;    // vertices of the mesh
-  std::size_t ShownVertices = 0; // the first of them: not only of skirts
-  Vec3 Begin{};                  // where the numbers of positions are 0
-  Vec3 First{};                  // its number on the lattice
-  double Step = 1;               // between two of them
+  Indices Shown, Under;          // of triangles and of skirts, as numbers of used vertices
+  std::vector<unsigned> Used;    // their numbers in the mesh
+  std::size_t ShownVertices = 0; // how many used vertices are displayed; the others are only in
+                                 // skirts
+  Vec3 Begin{};                  // the point whose stored position is 0
+  Vec3 First{};                  // number of Begin on the lattice
+  double Step = 1;               // distance of lattice points
   bool IsWide = false;           // positions need more than 16 bits
   std::string Bytes;             // of the binary chunk
   std::size_t FallbackBytes = 0;
   std::vector<View> Views;
   std::vector<Accessor> Accessors;
-  std::vector<std::pair<std::string, std::size_t>> Attributes; // of all primitives but Draco's
+  std::vector<std::pair<std::string, std::size_t>> Attributes; // of all primitives except those of
+                                                               // Draco
   std::vector<Primitive> Primitives;
   std::optional<std::size_t> Picture;
 };
@@ -1157,7 +1165,7 @@ Result<std::string> EncodeTileGlb(
       Remedy::InMessage };
   }
 #ifdef KDSTREAM_HAS_MESHOPTIMIZER
-  // Sets the encoder's versions to the extension's, for all threads.
+  // Sets the versions of the encoder to those of the extension, for all threads.
   static const bool isSet = (meshopt_encodeVertexVersion(0), meshopt_encodeIndexVersion(1), true);
   static_cast<void>(isSet);
 #endif

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. whose triangles are whose  2. those that are shown  3. skirts: lowered copies of the
-// neighbours' triangles, and bands from outer edges  4. what the vertices carry.
+// Steps:
+// 1. Divide the triangles into those that this piece shows and those of its neighbours.
+// 2. Add those that it shows.
+// 3. Add skirts: lowered copies of the neighbours' triangles, and bands from outer edges.
+// 4. Add the vertices with their attributes.
 #include "filters/tiles/TileMesh.h"
 
 #include "filters/core/BitCast.h"
@@ -21,17 +24,17 @@ namespace
 
 using Corners = std::array<PicturePlace, 3>;
 
-// The vector of length 1; 0 for a zero vector.
+// The vector scaled to length 1; 0 for a zero vector.
 Vec3 UnitOrZero(const Vec3& vector)
 {
   const double length = std::hypot(vector[0], vector[1], vector[2]);
   return length > 0 && std::isfinite(length) ? Times(vector, 1 / length) : Vec3{};
 }
 
-// What a vertex of the tile is made of.
+// A vertex of the tile: the vertex of the piece, lowered or not, and its place in the picture.
 struct TileCorner
 {
-  std::uint32_t vertex = 0; // of the piece
+  std::uint32_t vertex = 0; // index in the piece
   bool lowered = false;
   PicturePlace place{};
 };
@@ -55,7 +58,7 @@ struct SameTileCorner
   }
 };
 
-// Vertices that carry what the arrays of a mesh or piece have.
+// Makes vertices that have the attributes of a mesh or piece.
 class TileVertices
 {
 public:
@@ -117,10 +120,10 @@ public:
 private:
   TileMesh& Out;
   const std::span<const Vec3> Points;
-  const std::vector<Vec3> Sums; // of the areas around each point; empty of a cloud
+  const std::vector<Vec3> Sums; // of the area vectors around each point; empty for a cloud
   const Attribute* const Normals;
   const Attribute* const Colors;
-  std::vector<const Attribute*> Arrays; // the arrays of Out
+  std::vector<const Attribute*> Arrays; // the attributes for the arrays of Out
   const bool WithNormals;
   const double Depth;
 };
@@ -145,7 +148,7 @@ std::vector<Vec3> SumsOf(const Piece& piece, std::span<const BorderNormal> borde
   return sums;
 }
 
-// Keys ascend from piece to piece: the lowest owner has the lowest key.
+// Keys ascend from piece to piece, so the lowest owner has the lowest key.
 bool ShowsTriangle(const Piece& piece, const Triangle& triangle)
 {
   return *std::min_element(triangle.begin(), triangle.end(),
@@ -264,9 +267,9 @@ private:
     return edges;
   }
 
-  // From each outer edge of what is shown to the same edge with its ghosts lowered. An edge with an
-  // own vertex that no other piece's triangle continues is the surface's own border: nothing is
-  // behind it.
+  // Adds a band from each outer edge of the displayed triangles down to the same edge with its
+  // ghosts lowered. Some edges have an own vertex but no adjacent triangle of another piece. These
+  // are the border of the surface itself, with nothing behind, and get no band.
   void AddBands(const std::vector<std::size_t>& shown, const std::vector<std::size_t>& others)
   {
     const auto inner = this->EdgesOf(shown), outer = this->EdgesOf(others);

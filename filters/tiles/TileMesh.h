@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a tile of other viewers' formats shows of one piece: for tilesets of 3D Tiles, exported and
-// served, and for single .glb files.
+// The mesh that a tile in another viewer's format shows of one piece: for tilesets of 3D Tiles,
+// exported or served, and for single .glb files.
 #pragma once
 
 #include "filters/codec/TextureTile.h"
@@ -18,30 +18,32 @@
 namespace kdstream
 {
 
-// What else each vertex has.
+// An additional attribute of each vertex.
 struct TileArray
 {
-  std::string name; // in the store
+  std::string name; // as in the store
   std::size_t components = 1;
   std::vector<float> values;
 };
 
-// Arrays that tiles carry: of points, with one to four components, neither normals nor colours.
+// Whether tiles carry this array: a point array with one to four components, neither normals nor
+// colours.
 bool IsTileArray(const AttributeInfo& array);
-// Whether floats hold all of its values.
+// Whether floats hold all values of the array exactly.
 bool IsExactInTiles(const AttributeInfo& array);
 
 using PicturePlace = std::array<float, 2>;
 
-// A mesh that carries everything in its vertices, as graphics cards take them.
+// A mesh that stores all attributes in its vertices, as graphics cards require.
 struct TileMesh
 {
   std::vector<Vec3> points;
-  std::vector<Vec3> normals;                       // of length 1; empty: none
-  std::vector<std::array<std::uint8_t, 4>> colors; // sRGB; empty: none
-  std::vector<PicturePlace> places; // in the picture, 0-1, from its upper left; empty: none
+  std::vector<Vec3> normals;                       // of length 1; empty: no normals
+  std::vector<std::array<std::uint8_t, 4>> colors; // sRGB; empty: no colours
+  // Places in the picture, 0-1, from its upper left corner; empty: no texture.
+  std::vector<PicturePlace> places;
   std::vector<TileArray> arrays;
-  std::vector<Triangle> triangles;   // none: a cloud
+  std::vector<Triangle> triangles;   // empty: a cloud
   std::vector<Triangle> skirts;      // close gaps to neighbours of another level
   std::vector<std::uint8_t> picture; // encoded; empty: none
   TileImage pictureFormat = TileImage::Webp;
@@ -50,7 +52,7 @@ struct TileMesh
 };
 
 // The normal of a vertex that is a ghost in other pieces, which have only some of the triangles
-// around it. Lists of them have ascending keys.
+// around it. Lists of them are in ascending order of keys.
 struct BorderNormal
 {
   VertexKey key = 0;
@@ -62,28 +64,27 @@ std::vector<BorderNormal> BorderNormalsOf(const Piece& piece);
 struct TileMeshOptions
 {
   bool normals = true;
-  double skirtDepth = 0;                      // model units
+  double skirtDepth = 0;                      // in model units
   std::span<const BorderNormal> borders = {}; // of the whole resolution; empty: not known
 };
 
-// The part of its resolution that a piece shows: the triangles of which it is the lowest owner of a
-// corner. So each triangle of a level is in exactly one piece. Of a cloud the own points. Empty
-// where there are none.
+// The part of its resolution that a piece shows: the triangles for which it is the lowest owner of
+// a corner. So each triangle of a level is in exactly one piece. For a cloud, its own points. Empty
+// if there are none.
 //
-// Skirts: a neighbour may show another level, whose triangles end elsewhere. So the triangles on
-// the border that other pieces show are here once more, their outer corners lowered by the skirt's
-// depth; and bands hang from the outer edges of the triangles that are shown.
+// Skirts: a neighbour may show another level, whose triangles end elsewhere. So triangles on the
+// border that other pieces show are repeated here, with their outer corners lowered by the skirt's
+// depth. In addition, bands hang from the outer edges of the displayed triangles.
 //
-// texture: of the piece, or null. Normals: the array of that role, else the sum of the areas of
-// the triangles around a vertex. REQUIRES: a checked piece, and its texture.
+// texture: of the piece, or null. Normals: the array with this role; if there is none, the sum of
+// the area vectors of the triangles around a vertex. REQUIRES: a checked piece, and its texture.
 TileMesh CutTileMesh(
   const Piece& piece, const TextureTile* texture, const TileMeshOptions& options);
 
-// Whether CutTileMesh makes triangles of a piece. O(size).
+// Whether CutTileMesh makes triangles from a piece. O(size).
 bool ShowsTriangles(const Piece& piece);
 
-// The whole mesh as a tile, without skirts. REQUIRES: as many tuples as points; triangles of its
-// points.
+// The whole mesh as a tile, without skirts. REQUIRES: as many tuples as points; corners are valid.
 TileMesh WholeTileMesh(const Mesh& mesh, bool normals);
 
 }

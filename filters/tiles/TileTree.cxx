@@ -20,13 +20,13 @@ namespace kdstream
 namespace
 {
 
-// How many depths of nodes are at most between a tile and its children: together they leave room in
-// a tileset for others.
+// The maximum number of depths of nodes between a tile and its children. With this, all children
+// together leave room for other tiles in a tileset.
 constexpr unsigned mostDepthsOfStep = 7;
 
-// How far light and colours of a piece may be wrong, since they are interpolated between its
-// vertices: of clouds and coloured surfaces all of the distance between these. Textures of levels
-// show colours between vertices.
+// How wrong the lighting and colours of a piece may be, because they are interpolated between its
+// vertices; as a part of the distance between vertices. For clouds and coloured surfaces it is the
+// whole distance. Textures of levels show colours between vertices.
 double TilePartOfSpacing(const ModelDescription& model)
 {
   const bool colored = std::any_of(model.attributes.begin(), model.attributes.end(),
@@ -35,7 +35,7 @@ double TilePartOfSpacing(const ModelDescription& model)
   return colored || texturedOriginal || model.primitive == PrimitiveType::Points ? 1 : 1.0 / 3;
 }
 
-// With the places that vertices may be rounded to: skirts hang beside the lattice.
+// Includes the places that vertices may be rounded to, because skirts are not on the lattice.
 Box BoundsOfTile(const std::vector<Vec3>& points, double latticeStep)
 {
   Box box;
@@ -55,7 +55,7 @@ double LongestSideOf(const Box& box)
   return *std::max_element(sides.begin(), sides.end());
 }
 
-// The largest power of two that is not above a value.
+// The largest power of two that does not exceed a value.
 double PowerOfTwoBelow(double value)
 {
   int exponent = 0;
@@ -63,7 +63,7 @@ double PowerOfTwoBelow(double value)
   return std::ldexp(1, exponent - 1);
 }
 
-// Groups of partitions, if a piece of the finest level has many below it.
+// Adds groups of partitions, if a piece of the finest level has many partitions below it.
 void AddGroupsOfTiles(std::vector<TileStepShape>& all, unsigned partitionDepth)
 {
   const unsigned from = all.back().depth, gap = partitionDepth - from;
@@ -75,15 +75,15 @@ void AddGroupsOfTiles(std::vector<TileStepShape>& all, unsigned partitionDepth)
   }
 }
 
-// Cuts the tree into tilesets: a tile begins one where another step would be too much for the one
-// that it is in.
+// Divides the tree into tilesets. A tile begins a new tileset if another step would make the
+// current one too large.
 void ChooseTilesets(std::vector<TileStepShape>& all)
 {
   const auto tilesBelow = [&](std::size_t root, std::size_t s)
   { return std::uint64_t{ 1 } << (all[s].depth - all[root].depth); };
   all[0].begins = true;
   std::size_t root = 0;
-  std::uint64_t tiles = 1; // of the tileset, to this step
+  std::uint64_t tiles = 1; // in the tileset, up to this step
   for (std::size_t s = 1; s < all.size(); ++s)
   {
     if (tiles + tilesBelow(root, s) > TileTree::mostTilesOfTileset || all[s - 1].isGroup)
@@ -130,7 +130,7 @@ TileTree::TileTree(const ModelDescription& model, ModelDetail detail)
         ? middle
         : grid.origin[k] + std::round((middle - grid.origin[k]) / grid.step) * grid.step;
   }
-  // Contents of tiles have y up; clients turn them so that y becomes z.
+  // In glTF content y is up; clients rotate it so that y becomes z.
   this->Frame.axes = { Vec3{ 1, 0, 0 }, Vec3{ 0, 0, 1 }, Vec3{ 0, -1, 0 } };
   this->Frame.scale = MetresOfUnit(this->Info.unit).value_or(1);
   this->Frame.copyright = this->Info.credit;
@@ -154,7 +154,7 @@ std::uint64_t TileTree::CountTiles(const ModelDescription& model, ModelDetail de
   return count;
 }
 
-// The tiles of the next step that are below one: first and last but one, by number.
+// The tiles of the next step below a tile: the number of the first one, and the end.
 std::pair<std::size_t, std::size_t> TileTree::ChildrenOf(std::size_t step, std::size_t tile) const
 {
   if (step + 1 == this->All.size())
@@ -166,7 +166,7 @@ std::pair<std::size_t, std::size_t> TileTree::ChildrenOf(std::size_t step, std::
   return { std::min(tile << below, all), std::min((tile + 1) << below, all) };
 }
 
-// Calls visit(piece, its facts, its node's box) for the pieces of all pages.
+// Calls visit(piece, its facts, the box of its node) for the pieces of all pages.
 template <class Visit>
 Status TileTree::VisitFacts(const TileInput& source, const Visit& visit) const
 {
@@ -245,14 +245,14 @@ Status TileTree::FindErrors(const TileInput& source)
   return {};
 }
 
-// One lattice for all tiles of a step, so that these meet in the same points: the store's grid
-// where coordinates are on it. leastSides: of the boxes of each step's pieces, the longest side of
-// the smallest.
+// Chooses one lattice for all tiles of a step, so that they meet in the same points: the store's
+// grid if coordinates are on it. leastSides: for each step, the longest side of the box of its
+// smallest piece.
 void TileTree::ChooseLattices(const std::vector<double>& leastSides)
 {
   constexpr double finestPart = 1.0 / 65536;
-  constexpr double smallest = 1e-290; // what is smaller has no lattice
-  // Vertices of levels that are on no grid may lie a little outside.
+  constexpr double smallest = 1e-290; // models smaller than this have no lattice
+  // If there is no grid, vertices of levels may be slightly outside.
   const double longest = LongestSideOf(this->Info.box) * (this->Info.grid.Lossless() ? 2 : 1);
   for (std::size_t s = 0; s < this->All.size(); ++s)
   {
@@ -285,7 +285,7 @@ TileFrame TileTree::FrameOf(const TileStep& step) const
   return frame;
 }
 
-// The tile, or above a group the one that is shown instead of it.
+// The tile itself; for a group, the tile above it, which is shown instead.
 const TileFacts& TileTree::ShownBy(std::size_t s, std::size_t t) const
 {
   while (this->All[s].isGroup)
@@ -296,8 +296,8 @@ const TileFacts& TileTree::ShownBy(std::size_t s, std::size_t t) const
   return this->All[s].tiles[t];
 }
 
-// As deep as the tile is wrong that stands here where its children are not loaded: a neighbour is
-// mostly of this level, or of the one above.
+// The depth of the skirt: the error of the tile that is shown here while its children are not
+// loaded. A neighbour is mostly of this level, or of the next coarser one.
 double TileTree::SkirtDepth(std::size_t s, std::size_t t) const
 {
   const unsigned below = s == 0 ? 0 : this->All[s].depth - this->All[s - 1].depth;
@@ -346,7 +346,7 @@ Box TileTree::ReachOf(const Piece& piece, std::size_t s, std::size_t t) const
   }
   std::vector<Vec3> reached(piece.positions.begin(),
     isCloud ? piece.positions.begin() + std::ptrdiff_t(piece.ownVertices) : piece.positions.end());
-  // Skirts hang below ghosts, whichever way that is.
+  // Skirts hang below ghosts, in any direction.
   const double depth = this->SkirtDepth(s, t);
   for (std::size_t v = piece.ownVertices; !isCloud && v < piece.positions.size(); ++v)
   {
@@ -408,17 +408,19 @@ std::string TileTree::TilesetOf(
   return json.Text();
 }
 
-// Of the whole, in metres: what is wrong where nothing is shown, at least what the root tells.
+// The diagonal of the whole model, in metres: the error if nothing is shown. It is at least the
+// error of the root.
 double TileTree::Diagonal() const
 {
   const TileFacts& root = this->All[0].tiles[0];
   return std::max(Length(Minus(root.box.hi, root.box.lo)) * this->Frame.scale, this->ErrorOf(root));
 }
 
-// A group has the box and the error of the tile above it, which shows the same: so clients look
-// below it whenever they look below that tile, and never stop where nothing is shown.
+// A group has the box and the error of the tile above it, which is shown instead. So clients that
+// look below that tile also look below the group, and never stop where nothing is shown.
 //
-// root: the step of the tileset's root. up: from the tileset's folder to that of all.
+// root: the step of the tileset's root. up: the path from the tileset's folder to the folder of all
+// tiles.
 void TileTree::PutTile(JsonWriter& json, std::size_t s, std::size_t t, std::size_t root,
   const TilesOptions& options, const std::string& up) const
 {
@@ -460,16 +462,16 @@ void TileTree::PutTile(JsonWriter& json, std::size_t s, std::size_t t, std::size
   json.EndObject();
 }
 
-// Outward to decimal numbers of few digits, of a box that is a little larger: so no side has no
-// length, nothing that is rounded lies outside, and tilesets are short.
+// Enlarges the box a little, and rounds it outward to decimal numbers with few digits. So no side
+// has length 0, nothing that is rounded is outside, and tilesets are short.
 void TileTree::PutBox(JsonWriter& json, const Box& box) const
 {
-  constexpr double least = 1e6; // units along the whole
+  constexpr double least = 1e6; // units along the whole model
   constexpr double mostOfMetre = 1e20;
   const double whole = this->Info.box.Empty()
                          ? 0
                          : Length(Minus(this->Info.box.hi, this->Info.box.lo)) * this->Frame.scale;
-  double units = 1; // of a metre
+  double units = 1; // per metre
   while (units * whole < least && units < mostOfMetre)
   {
     units *= 10;
@@ -485,7 +487,7 @@ void TileTree::PutBox(JsonWriter& json, const Box& box) const
     const double toUnits = this->Frame.scale * units, origin = this->Frame.origin[k];
     const double low = std::floor((box.lo[k] - origin) * toUnits - 0.5);
     const double high = std::ceil((box.hi[k] - origin) * toUnits + 0.5);
-    numbers.push_back((low + high) / 2 / units + 0.0); // no -0
+    numbers.push_back((low + high) / 2 / units + 0.0); // avoids -0
     half[k] = (high - low) / 2 / units;
   }
   for (std::size_t k = 0; k < 3; ++k)
@@ -497,7 +499,7 @@ void TileTree::PutBox(JsonWriter& json, const Box& box) const
   json.Key("boundingVolume").BeginObject().Member("box", numbers).EndObject();
 }
 
-// From metres around the middle of the model to where it stands: z up, its front to -y.
+// Maps metres around the middle of the model to its place: z up, its front towards -y.
 void TileTree::PutTransform(JsonWriter& json, const TilesOptions& options) const
 {
   const Vec3 up = this->Info.homeView.value_or(HomeView{}).up, front = FrontOf(up);

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The tiles of a model: which there are, how wrong each is, where it lies, what it shows, and the
-// tilesets that name them. Layout: doc/3dtiles.md. kdstream-store exports all of them, a server
-// makes those that are asked for: the same bytes of each .glb.
+// The tiles of a model: which tiles there are, the error, place and content of each, and the
+// tilesets that refer to them. Layout: doc/3dtiles.md. kdstream-store exports all tiles; a server
+// makes those that are requested. Both make the same bytes of each .glb.
 //
-// The tree of tiles is that of the nodes: a piece's children are the pieces of the next resolution
-// in its node. So each piece is in one tile, and its children show the same part of the surface.
+// The tree of tiles follows the tree of nodes: the children of a piece are the pieces of the next
+// resolution in its node. So each piece is in one tile, and its children show the same part of the
+// surface.
 //
-// It is cut into tilesets of at most mostTilesOfTileset tiles. Where partitions are so small that a
-// piece of the finest level has more of them below it, tiles without a content group them.
+// The tree is divided into tilesets of at most mostTilesOfTileset tiles. If partitions are so small
+// that a piece of the finest level has more than this below it, tiles without content group them.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -37,34 +38,34 @@ struct TilesOptions
 {
   TileCompression compression = TileCompression::Meshopt;
   bool normals = true;
-  // The place of the model's (0, 0, 0) on the globe; nothing: no globe.
+  // The place of the model's (0, 0, 0) on the globe; nothing: not on the globe.
   std::optional<GlobePlace> origin;
 };
 
-// What tiles are made of. Both functions may be called from any thread.
+// The source of the data for tiles. Both functions may be called from any thread.
 struct TileInput
 {
-  std::function<Result<Piece>(PieceId)> readPiece; // checked
+  std::function<Result<Piece>(PieceId)> readPiece; // returns a checked piece
   // Reads a page of the tree, or a texture.
   std::function<Result<std::vector<std::uint8_t>>(const protocol::BlobId&)> readBlob;
 };
 
 struct TileFacts
 {
-  double error = 0; // model units
-  Box box;          // of the tile's content and of all tiles below; model units
+  double error = 0; // in model units
+  Box box;          // of the content of the tile and of all tiles below; model units
   bool shows = false;
-  bool stays = false; // the tile or one below it has content
+  bool stays = false; // whether the tile or one below it has content
 };
 
-// Which tiles a step of the tree has: those of one resolution, or groups of the original's.
+// The tiles of one step of the tree: those of one resolution, or groups for the original.
 struct TileStepShape
 {
   Resolution resolution;
-  unsigned depth = 0;      // of its nodes
-  std::uint64_t count = 0; // of its tiles
-  bool isGroup = false;    // they show nothing
-  bool begins = false;     // they are the roots of tilesets of their own
+  unsigned depth = 0;      // of the nodes of its tiles
+  std::uint64_t count = 0; // number of its tiles
+  bool isGroup = false;    // whether they only group other tiles
+  bool begins = false;     // whether they are the roots of tilesets of their own
 
   NodeId NodeOf(std::size_t tile) const
   {
@@ -77,10 +78,10 @@ struct TileStep : TileStepShape
 {
   std::string folder; // its name
   std::vector<TileFacts> tiles;
-  double latticeStep = 0; // of the coordinates of all its tiles, model units; 0: not known yet
+  double latticeStep = 0; // of the coordinates of all its tiles, in model units; 0: not known yet
 };
 
-// The .glb of a tile. One that shows nothing has no bytes.
+// The .glb of a tile; no bytes if the tile shows nothing.
 struct EncodedTile
 {
   std::string bytes;
@@ -90,42 +91,44 @@ struct EncodedTile
 class TileTree
 {
 public:
-  // Inner tilesets that a tileset names count, too.
+  // Inner tilesets to which a tileset refers count, too.
   static constexpr std::uint64_t mostTilesOfTileset = 256;
 
   // Makes the tree for resolutions from the preview's level to the finest one that `detail`
-  // includes. O(tiles), of which the tree keeps one TileFacts each. REQUIRES: a model with levels.
+  // includes. O(tiles); the tree stores one TileFacts for each. REQUIRES: a model with levels.
   explicit TileTree(const ModelDescription& model, ModelDetail detail = ModelDetail::Regions);
 
   const std::vector<TileStep>& Steps() const { return this->All; } // coarse to fine
-  // The steps of a model, coarse to fine. What begins a tileset is the same for each detail.
+  // The steps of a model, coarse to fine. Tilesets begin at the same tiles for each `detail`.
   // O(levels).
   static std::vector<TileStepShape> ShapesOf(const ModelDescription& model, ModelDetail detail);
-  // How many tiles there would be, without groups.
+  // How many tiles there would be, not counting groups.
   static std::uint64_t CountTiles(const ModelDescription& model, ModelDetail detail);
 
-  // Finds how wrong each tile is, fine to coarse, and the lattices of lossless stores, from the
-  // pages of the tree. Errors: of the source; Damaged.
+  // Finds the error of each tile, fine to coarse, and the lattices of lossless stores, from the
+  // pages of the tree. Errors: those of the source; Damaged.
   Status FindErrors(const TileInput& source);
 
-  // Whether tiles beside each other would be lit differently along their border.
+  // Whether adjacent tiles would be lit differently along their border.
   bool NeedsBorders(std::size_t step, const TilesOptions& options) const;
-  // borders: of the step, at least of the owners of the piece's ghosts; ascending. Errors: of the
-  // source; Damaged; those of EncodeTileGlb. REQUIRES: FindErrors; not of a group.
+  // borders: of the step, ascending; at least those of the owners of the piece's ghosts. Errors:
+  // those of the source; Damaged; those of EncodeTileGlb. REQUIRES: FindErrors was called; not a
+  // group.
   Result<EncodedTile> MakeTile(const TileInput& source, std::size_t step, std::size_t tile,
     const TilesOptions& options, std::span<const BorderNormal> borders) const;
-  // Encloses what the tile of a piece shows, without making it; empty if it shows nothing.
+  // A box that encloses what the tile of a piece shows, without making the tile; empty if it shows
+  // nothing.
   Box ReachOf(const Piece& piece, std::size_t step, std::size_t tile) const;
 
-  // Places the content of a tile; `box`: empty if it has none. REQUIRES: all tiles below it are
-  // placed.
+  // Sets the box of a tile's content; `box` is empty if it has none. REQUIRES: Place was called for
+  // all tiles below.
   void Place(std::size_t step, std::size_t tile, const Box& box);
 
-  // The tileset of a tile that begins one. up: from its place to the folder of all tiles: "",
-  // "../". REQUIRES: all tiles are placed.
+  // The tileset of a tile that begins one. up: the path from the tileset to the folder of all
+  // tiles: "", "../". REQUIRES: Place was called for all tiles.
   std::string TilesetOf(
     std::size_t step, std::size_t tile, const TilesOptions& options, const std::string& up) const;
-  // "17/12.glb"; of a group by its node: "original/131.json".
+  // The file of a tile, such as "17/12.glb"; of a group by its node: "original/131.json".
   static std::string FileOf(const TileStep& step, std::size_t tile, const char* ending)
   {
     return step.folder + "/" + std::to_string(step.isGroup ? step.NodeOf(tile) : tile) + ending;

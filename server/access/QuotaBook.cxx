@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Four tables:
-// - which partitions of a model (its digest) a subject has had, and when;
-// - how many these are, so that nothing must be counted;
-// - paces (the generic cell rate algorithm): the time at which the allowed rate would have given
-//   everything that was taken. A request is allowed while that time is not too far ahead;
-// - which models have one original.
+// - had: which partitions of a model (its digest) a subject has had, and when;
+// - counts: how many partitions these are, so that they need not be counted again;
+// - paces: the generic cell rate algorithm. A pace is the time at which the allowed rate would have
+//   delivered everything that was taken. A request is allowed while that time is not too far ahead;
+// - originals: which models have the same original.
 //
 // Rows of a model stay under its digest, and all models of one original are looked up together. So
-// entries also count if they were made before it was known which models have one original.
+// entries also count if they were made before it was known which models have the same original.
 //
-// A connection that has failed is closed, and the next call opens the file anew. So the file is
-// used again when the cause (a full disk, an absent folder, a read-only file system) is gone.
+// A connection that has failed is closed, and the next call opens the file again. So the file is
+// used again as soon as the cause (a full disk, an absent folder, a read-only file system) is gone.
 //
-// Servers share the file, its log and its index, and each keeps the files open that had these names
-// at first. So each transaction checks whether the open files still have these names. A server that
-// leaves a file writes the log into it, and removes the log while no other server may write. So no
-// server writes to a log that nobody reads.
+// Servers share the file, its log and its index. Each server keeps open the files that had these
+// names when it opened them. So each transaction checks whether the open files still have these
+// names. A server that abandons such a file writes the log into it, and removes the log while no
+// other server may write. So no server writes to a log that nobody reads.
 #include "server/access/QuotaBook.h"
 
 #include "filters/core/Texts.h"
@@ -45,11 +45,12 @@ namespace
 
 constexpr const char* lockedFile = "the file is locked";
 
-constexpr std::int64_t second = 1'000'000;                      // in microseconds
-constexpr std::chrono::milliseconds patienceWithOthers{ 2000 }; // that have the file locked
+constexpr std::int64_t second = 1'000'000; // in microseconds
+// How long to wait while others have the file locked.
+constexpr std::chrono::milliseconds patienceWithOthers{ 2000 };
 constexpr std::int64_t byteBurst = 10 * second, regionBurst = 60 * second;
 constexpr std::uint64_t largestBlob = protocol::maximumBlobBytes;
-// How much a server's clock may be wrong, or differ from that of another.
+// How much a server's clock may be wrong, or differ from another server's clock.
 constexpr std::int64_t clocksDiffer = 600 * second;
 
 constexpr const char* schema =
@@ -62,15 +63,17 @@ constexpr const char* schema =
   " PRIMARY KEY (subject, model)) WITHOUT ROWID;"
   "CREATE TABLE IF NOT EXISTS paces (subject TEXT, model TEXT, what TEXT, due INTEGER,"
   " PRIMARY KEY (subject, model, what)) WITHOUT ROWID;"
-  // Original of models, by digest, and of inputs, whose names begin with "input ". Names with equal
-  // `original` (the name of one of them) have one original. partitions: 0 for inputs.
+  // The originals of models, and of inputs. Models are named by digest; names of inputs begin with
+  // "input ". Names with the same `original` (which is the name of one of them) have the same
+  // original. partitions: 0 for inputs.
   "CREATE TABLE IF NOT EXISTS originals (name TEXT PRIMARY KEY, original TEXT, division TEXT,"
   " partitions INTEGER) WITHOUT ROWID;"
   "CREATE INDEX IF NOT EXISTS originals_by_original ON originals (original);"
   "COMMIT;";
 
-// Partitions that were entered for two models before it was known that they have one original, and
-// that have the same division: each counts once, from its first delivery.
+// Two models may have had entries before it was known that they have the same original. If they
+// have the same division, a partition that was entered for both counts only once, from its first
+// delivery.
 constexpr const char* merge[] = {
   "DELETE FROM had WHERE EXISTS (SELECT 1 FROM originals AS here, originals AS there, had AS other"
   " WHERE here.name = had.model AND here.original = ?1 AND there.original = ?1"
@@ -83,7 +86,7 @@ constexpr const char* merge[] = {
   " WHERE model IN (SELECT name FROM originals WHERE original = ?1)"
 };
 
-// Removes expired entries of subjects that do not come any more.
+// Removes expired entries of subjects that send no more requests.
 constexpr const char* tidy =
   "BEGIN IMMEDIATE;"
   "DELETE FROM had WHERE time <= @;"
@@ -99,10 +102,10 @@ std::int64_t SystemMicroseconds()
     .count();
 }
 
-// From when on a pace continues: from `due`, as stored, or from now. A pace beyond `latest` means
-// that a clock was ahead, of this server or of another one with the same file. If it is only a
-// little beyond, it still counts, because otherwise each step back of the clock would give a whole
-// new quota. If it is far beyond, it begins anew, because otherwise nobody would be served until
+// The time from which a pace continues: the stored `due`, or now. A pace beyond `latest` means that
+// a clock was ahead, of this server or of another one with the same file. If the pace is only a
+// little beyond `latest`, it still counts; otherwise each step back of the clock would give a whole
+// new quota. If it is far beyond, it begins again from now; otherwise nobody would be served until
 // the clock has caught up.
 std::int64_t DueFrom(std::optional<std::int64_t> due, std::int64_t now, std::int64_t latest)
 {
@@ -132,8 +135,8 @@ std::filesystem::path FolderOf(const std::filesystem::path& file)
   return file.has_parent_path() ? file.parent_path() : ".";
 }
 
-// The devices of the folders above one, without its own: if its file system is not mounted, the
-// folder is on one of them.
+// The devices that hold the folders above this folder, without the device of the folder itself. If
+// the folder's file system is not mounted, the folder is on one of them.
 std::set<dev_t> DevicesAbove(const std::filesystem::path& folder)
 {
   std::error_code failed;
@@ -155,7 +158,8 @@ std::set<dev_t> DevicesAbove(const std::filesystem::path& folder)
   return devices;
 }
 
-// Makes the file, if it does not exist, only for its owner: it says who viewed what.
+// Creates the file, if it does not exist, readable only by its owner, because it says who viewed
+// what.
 void MakePrivate(const std::filesystem::path& file)
 {
   const int made = ::open(file.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
@@ -170,7 +174,7 @@ Error QuotaError(const std::string& why, const std::filesystem::path& file)
   return { ErrorCode::InputOutput, "the quotas cannot be recorded: " + why, file.string() };
 }
 
-// A statement that is ready for its next use, however this one ends.
+// Resets a statement at the end of a scope, so that it can be used again however this use ends.
 class ResetAtEnd
 {
 public:
@@ -186,7 +190,7 @@ private:
   Statement& Of;
 };
 
-// An entry of the table of originals.
+// A row of the table of originals.
 struct CountedName
 {
   std::string name, division;
@@ -195,7 +199,7 @@ struct CountedName
 
 }
 
-// The open file.
+// The open file and its prepared statements.
 struct QuotaBook::Connection
 {
   explicit Connection(std::filesystem::path file)
@@ -209,9 +213,9 @@ struct QuotaBook::Connection
   ~Connection();
 
   const std::filesystem::path path, log, index;
-  // The open file's, its log's, and that of the log's index.
+  // Of the open file, of its log, and of the log's index.
   std::optional<FileIdentity> identity, logIdentity, indexIdentity;
-  std::set<dev_t> devicesAbove; // the folder
+  std::set<dev_t> devicesAbove; // devices of the folders above it
   Database database;
   Statement begin, commit, date, expire, lower, has, count, oldest, add, raise, due, pace,
     originalOf, named, enter, join, removeTwice, countAnew;
@@ -221,8 +225,8 @@ struct QuotaBook::Connection
   {
     return this->logIdentity && IdentityOf(this->log) == this->logIdentity;
   }
-  // Whether the paths still lead to the open file, its log and its index: other servers do not see
-  // entries made elsewhere.
+  // Whether the paths still lead to the open file, its log and its index; entries made in other
+  // files would be invisible to other servers.
   bool IsThere() const
   {
     return this->IsFileThere() && IdentityOf(this->log) == this->logIdentity &&
@@ -231,17 +235,17 @@ struct QuotaBook::Connection
   Status Open();
   Status MakeTables();
   Status Prepare();
-  // Removes entries that expired before now.
+  // Removes entries older than `before`.
   Status Tidy(std::int64_t before);
-  // Rolls back what is not committed. Whether nothing is open then.
+  // Rolls back an uncommitted transaction. Returns whether no transaction is open any more.
   bool RollBack();
-  // Closes a file that was removed or replaced, or whose log was. Errors: the file is locked; then
-  // it stays open.
+  // Abandons a file that was removed or replaced, or whose log was. Errors: the file is locked;
+  // then it stays open.
   Status Leave();
 
   bool IsLocked() const { return (sqlite3_errcode(this->database.get()) & 0xff) == SQLITE_BUSY; }
-  Error Failure() const; // of the database
-  // Goes through the rows that a statement answers.
+  Error Failure() const; // the database's last error
+  // Calls onRow for each row that a statement returns.
   template <class OnRow, class... Values>
   Status ForEach(Statement& statement, const OnRow& onRow, const Values&... values);
   // The number that a statement returns; nothing if it has no row.
@@ -250,8 +254,8 @@ struct QuotaBook::Connection
   template <class... Values>
   Result<std::optional<std::string>> AskText(Statement& statement, const Values&... values);
 
-  // All models that have the original of this one, including itself. It is entered first, if it is
-  // missing: hasEntered.
+  // All models that have the same original as this one, including itself. This model is entered
+  // first, if it is missing; then hasEntered is set.
   Result<std::vector<CountedName>> ModelsLike(const CountedModel& model);
   Result<std::string> OriginalOf(const CountedModel& model);
   bool hasEntered = false;
@@ -261,16 +265,16 @@ struct QuotaBook::File
 {
   std::filesystem::path path;
   std::chrono::seconds window{};
-  std::mutex mutex;                         // for what follows
-  std::atomic<std::uint64_t> failures{ 0 }; // to begin, for a lock
+  std::mutex mutex;                         // for the members below
+  std::atomic<std::uint64_t> failures{ 0 }; // failed attempts to begin, because of a lock
   std::chrono::steady_clock::time_point lastFailure;
   std::unique_ptr<Connection> open;     // null: opening failed, or was never tried
   std::optional<FileIdentity> lastOpen; // the file of the last connection
-  std::set<dev_t> devicesAbove;         // its folder then
+  std::set<dev_t> devicesAbove;         // above the folder at that time
 
   Status Open(std::int64_t now);
-  // Opens the file that has the name now, if the open file was removed or replaced. A different
-  // file is an error.
+  // If the open file was removed or replaced, opens the file that has its name now. If that is a
+  // different file, this is an error.
   Status Follow(std::int64_t now);
   Status Begin();
   Error WasReplaced() const
@@ -286,7 +290,8 @@ struct QuotaBook::File
   }
 };
 
-// Whose partitions are entered, and all models that count with this one.
+// The subject that takes a partition or a region, the model, and all models that count together
+// with it.
 struct QuotaBook::Holder
 {
   std::string_view subject;
@@ -379,7 +384,7 @@ Result<std::optional<std::string>> QuotaBook::Connection::AskText(
   return answer;
 }
 
-// Waits for other servers once, not for each of the steps.
+// Waits for other servers once, not again in each step.
 Status QuotaBook::Connection::MakeTables()
 {
   using Steady = std::chrono::steady_clock;
@@ -403,12 +408,13 @@ Status QuotaBook::Connection::Open()
     return QuotaError(opened.GetError().message, this->path);
   }
   this->database = std::move(*opened);
-  // Checked before SQLite makes a log and an index with these permissions: they would stay.
+  // Check this before SQLite creates a log and an index with the same permissions, because these
+  // would remain.
   if (sqlite3_db_readonly(this->database.get(), "main") == 1)
   {
     return QuotaError("the file is read-only", this->path);
   }
-  // Somebody may have replaced the file: triggers and views in it must not run.
+  // Somebody may have replaced the file, so triggers and views in it must not run.
   for (const int off :
     { SQLITE_DBCONFIG_ENABLE_TRIGGER, SQLITE_DBCONFIG_ENABLE_VIEW, SQLITE_DBCONFIG_TRUSTED_SCHEMA })
   {
@@ -454,10 +460,10 @@ bool QuotaBook::Connection::RollBack()
   return sqlite3_get_autocommit(this->database.get()) != 0;
 }
 
-// Entries of the log go into the file, wherever it is now. Its log may be beside another file that
-// has replaced it: SQLite would take it for that file's log. Another server may have the same log
-// open and add entries: so the log is removed only while nobody can write, and after it has been
-// emptied.
+// Writes the entries of the log into the file, wherever the file is now. The log may be beside
+// another file, which has replaced the open one: SQLite would take it for that file's log. Another
+// server may have the same log open and add entries. So the log is removed only after it has been
+// emptied, and only while nobody can write.
 Status QuotaBook::Connection::Leave()
 {
   const auto isLogEmpty = [this]
@@ -499,8 +505,8 @@ Status QuotaBook::Connection::Leave()
   return {};
 }
 
-// When the last server closes the file, SQLite removes the file with the name of the log, which may
-// be another one.
+// When the last server closes the file, SQLite removes the file that has the log's name. This may
+// be the log of another file, so it is only allowed while the names still lead to the open files.
 QuotaBook::Connection::~Connection()
 {
   if (!this->identity)
@@ -516,12 +522,13 @@ QuotaBook::Connection::~Connection()
   {
     (void)this->Leave();
   }
-  catch (...) // for want of memory: what has its names stays
+  catch (...) // lack of memory: the files with its names remain
   {
   }
 }
 
-// Names are joined where this model is the first to say that they are of one original.
+// Records the original of the model. If this model is the first to show that two names have the
+// same original, the names are joined.
 Result<std::string> QuotaBook::Connection::OriginalOf(const CountedModel& model)
 {
   const auto ofModel = this->AskText(this->originalOf, model.digest);
@@ -575,7 +582,7 @@ Result<std::vector<CountedName>> QuotaBook::Connection::ModelsLike(const Counted
   return models;
 }
 
-// Opens a file if none is open. Errors: InputOutput; then none is open.
+// Opens the file if it is not open. Errors: InputOutput; then it is still not open.
 Status QuotaBook::File::Open(std::int64_t now)
 {
   const auto folder = IdentityOf(FolderOf(this->path));
@@ -614,12 +621,13 @@ Status QuotaBook::File::Follow(std::int64_t now)
   }
   this->open.reset();
   KDSTREAM_TRY(this->Open(now));
-  // If only its log (-wal) was removed, all entries are in the file.
+  // If only the file's log (-wal) was removed, all entries are in the file.
   const bool isSame = isThere && this->open->identity.value() == was;
   return isSame ? Status() : this->WasReplaced();
 }
 
-// From here on no other server writes or removes the log: committed entries are in the file's log.
+// After this no other server writes or removes the log, so committed entries are in the file's own
+// log.
 Status QuotaBook::File::Begin()
 {
   const auto begun = this->open->Ask(this->open->begin);
@@ -657,15 +665,16 @@ Result<std::unique_ptr<QuotaBook>> QuotaBook::Open(
   return book;
 }
 
-// Nothing is entered if the work is refused or fails.
+// Records nothing if the work is refused or fails.
 template <class Work>
 QuotaBook::Taken QuotaBook::InTransaction(const CountedModel& model, const Work& work)
 {
   auto& file = *this->Kept;
   const auto failures = file.failures.load();
   const std::lock_guard lock(file.mutex);
-  // The file was tried in the meantime, or just now: each request waits at most once, not for all
-  // requests before it in the queue.
+  // Another request has failed to lock the file in the meantime, or a moment ago. So this request
+  // does not wait again: each request waits at most once, not for all requests before it in the
+  // queue.
   if (file.failures != failures ||
       std::chrono::steady_clock::now() < file.lastFailure + pauseOfLocked)
   {
@@ -682,7 +691,7 @@ QuotaBook::Taken QuotaBook::InTransaction(const CountedModel& model, const Work&
   return this->TryTransaction(model, work);
 }
 
-// However it ends: nothing stays open of the transaction, and no connection that has failed.
+// However this ends, the transaction is closed, and so is a connection that has failed.
 template <class Work>
 QuotaBook::Taken QuotaBook::TryTransaction(const CountedModel& model, const Work& work)
 {
@@ -703,7 +712,8 @@ QuotaBook::Taken QuotaBook::TryTransaction(const CountedModel& model, const Work
   } const atEnd{ file, fails };
   const auto failed = [&](Error error) -> Taken
   {
-    // Otherwise the next call opens the new file.
+    // If the names lead to other files, the connection stays open, and the next call follows the
+    // names.
     fails = !connection.IsLocked() && connection.IsThere();
     return error;
   };
@@ -716,7 +726,7 @@ QuotaBook::Taken QuotaBook::TryTransaction(const CountedModel& model, const Work
   {
     return failed(models.GetError());
   }
-  if (connection.hasEntered) // models of one input stay known even if this request is refused
+  if (connection.hasEntered) // keep what is known about inputs even if this request is refused
   {
     if (const auto committed = connection.Ask(connection.commit); !committed)
     {
@@ -742,8 +752,8 @@ QuotaBook::Taken QuotaBook::TryTransaction(const CountedModel& model, const Work
   return taken;
 }
 
-// A partition that the subject has had within the window may be sent again. What it had of models
-// with another division counts by its share of the original.
+// A partition that the subject has had within the window may be sent again. Partitions of models
+// with another division count by their share of the original.
 QuotaBook::Taken QuotaBook::EnterPartition(
   const Holder& holder, std::uint32_t partition, std::int64_t now) const
 {
@@ -757,7 +767,7 @@ QuotaBook::Taken QuotaBook::EnterPartition(
   {
     const std::string_view model = each.name;
     // Entries in the future were made while the clock was ahead. They are not removed, because
-    // otherwise setting back the clock would give a new quota; but they do not count until then.
+    // otherwise setting back the clock would give a new quota; they are dated now instead.
     KDSTREAM_TRY(file.Ask(file.date, now, subject, model, now + clocksDiffer));
     KDSTREAM_TRY(file.Ask(file.expire, subject, model, now - window));
     if (const int gone = sqlite3_changes(file.database.get()); gone > 0)
@@ -803,7 +813,7 @@ QuotaBook::Taken QuotaBook::EnterPartition(
   return std::optional<QuotaRefusal>();
 }
 
-// The time from which the pace of all models of the original is counted.
+// The time from which the common pace of all models of the original continues.
 Result<std::int64_t> QuotaBook::DueOf(
   const Holder& holder, std::string_view what, std::int64_t now, std::int64_t latest)
 {
@@ -818,8 +828,8 @@ Result<std::int64_t> QuotaBook::DueOf(
   return from;
 }
 
-// One more partition is always allowed while the pace is kept, so that a partition of any size
-// passes.
+// While the pace is kept, one more partition is always allowed, so that a partition of any size can
+// be delivered.
 QuotaBook::Taken QuotaBook::EnterBytes(
   const Holder& holder, std::uint64_t bytes, std::int64_t now) const
 {

@@ -31,20 +31,22 @@ namespace
 constexpr std::string_view tokenCharacters =
   "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_.";
 
-// Reserve memory for cjose, which does not check for null pointers: if the system refuses memory,
-// cjose gets it from here, and our function that called cjose throws. Nothing of it outlives a
-// call.
+// Reserve memory for cjose, which does not check for null pointers. If the system refuses memory,
+// cjose gets it from here, and our function that called cjose throws. Memory from the reserve is
+// not used after a call.
 class Reserve
 {
 public:
-  // While one lives, nothing of the reserve is in use yet. From then on cjose asks here.
+  // Empties the reserve at the start of a call. From now on cjose gets its memory through this
+  // class.
   Reserve()
   {
     static const bool isSet = (cjose_set_alloc_funcs(&Take, &TakeAgain, &Give), true);
     static_cast<void>(isSet);
     used = 0;
   }
-  // Throws std::bad_alloc if memory was refused: what cjose says then is not true.
+  // Throws std::bad_alloc if the system refused memory, because then cjose's results are not
+  // reliable.
   static void Check()
   {
     if (used > 0)
@@ -61,7 +63,7 @@ public:
   }
 
 private:
-  // Several times what the longest token takes.
+  // Several times the memory that the longest token needs.
   static constexpr std::size_t size = std::size_t{ 1 } << 17, step = alignof(std::max_align_t);
   alignas(std::max_align_t) static inline thread_local std::array<char, size> bytes{};
   static inline thread_local std::size_t used = 0;
@@ -77,7 +79,7 @@ private:
       return nullptr;
     }
     void* const memory = bytes.data() + used;
-    used += (wanted + step) / step * step; // also of 0
+    used += (wanted + step) / step * step; // takes memory even if `wanted` is 0
     used = std::min(used, size);
     return memory;
   }
@@ -126,8 +128,8 @@ Error NotSigned()
   return { ErrorCode::LimitExceeded, "a signature cannot be computed" };
 }
 
-// The object in the text, in which no name occurs twice: otherwise parsers could disagree on which
-// one counts.
+// The object in the text. No name may occur twice in it: otherwise parsers could disagree on which
+// value counts.
 std::optional<JsonDocument> ParseObject(const std::string& text)
 {
   auto json = ParseJson(text);
@@ -158,7 +160,8 @@ bool IsTypeOfToken(const JsonValue& type)
     [](char a, char b) { return std::toupper(static_cast<unsigned char>(a)) == b; });
 }
 
-// The header, up to the token's first dot. Because no name occurs twice, all parsers find the same.
+// The header, up to the token's first dot. Because no name occurs twice, all parsers read the same
+// values.
 std::optional<JsonDocument> ParseHeader(std::string_view token)
 {
   std::uint8_t* bytes = nullptr;
@@ -187,7 +190,7 @@ Result<const TokenKeys::Key*> FindKey(std::string_view token, const TokenKeys& k
   {
     return WrongToken("is not of type JWT");
   }
-  if (FindMember(*header, "crit")) // what must be understood, and is not
+  if (FindMember(*header, "crit")) // extensions that must be understood; we know none
   {
     return WrongToken("requires an extension (\"crit\"), which is not supported");
   }
@@ -208,7 +211,7 @@ Jwk KeyOf(const std::string& secret)
     reinterpret_cast<const std::uint8_t*>(secret.data()), secret.size(), nullptr));
 }
 
-// The claims of a token with a valid signature, as text.
+// Checks the signature, and returns the token's claims as text.
 Result<std::string> ReadSigned(std::string_view token, const TokenKeys& keys)
 {
   const Reserve reserve;
@@ -256,7 +259,7 @@ Result<std::string> Sign(const std::string& text, const TokenKeys::Key& key)
   return std::string(token);
 }
 
-// Seconds since 1970 that a double holds exactly.
+// A time in seconds since 1970, small enough for a double to hold it exactly.
 Result<std::int64_t> ParseTime(const JsonValue& value, const char* name)
 {
   constexpr std::int64_t most = std::int64_t{ 1 } << 53;
@@ -267,7 +270,7 @@ Result<std::int64_t> ParseTime(const JsonValue& value, const char* name)
   return value.GetInt64();
 }
 
-// For texts that are shown and logged.
+// Whether the text may be a name, which is shown and logged.
 bool IsName(std::string_view text)
 {
   return !text.empty() && text.size() <= maximumSubjectBytes &&

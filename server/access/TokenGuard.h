@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Admits clients with a valid token, and knows how long it is valid. All functions from any thread.
+// Admits clients with a valid token, and knows how long each token is valid. All functions may be
+// called from any thread.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -16,7 +17,7 @@
 namespace kdstream
 {
 
-// A token that was valid when its bearer came.
+// A token that was valid when its bearer was admitted.
 struct Pass
 {
   TokenClaims claims;
@@ -29,16 +30,18 @@ class TokenGuard
 public:
   using Clock = std::function<std::int64_t()>; // seconds since 1970
 
-  // Without a clock, the system's.
+  // Without a clock, the system's clock is used.
   explicit TokenGuard(TokenKeys keys, Clock clock = {});
 
-  // From now on these keys, and what they revoke, count.
+  // From now on tokens are checked with these keys, and with the tokens and subjects that they
+  // revoke.
   void Replace(TokenKeys keys);
 
-  // Errors: InvalidInput, with a message for the bearer, if there is no token ("") or no valid one.
+  // Admits the bearer of a token. Errors: InvalidInput, with a message for the bearer, if there is
+  // no token ("") or if it is not valid.
   Result<std::shared_ptr<const Pass>> Admit(std::string_view token) const;
 
-  // Checks that it is still valid. Errors: InvalidInput, with a message.
+  // Checks that the pass is still valid. Errors: InvalidInput, with a message for the bearer.
   Status Check(const Pass& pass) const;
 
 private:
@@ -49,8 +52,9 @@ private:
   Clock Now;
 };
 
-// The token in an Authorization field ("Bearer TOKEN"), else the one among the subprotocols that a
-// browser offers for its WebSocket: the one with two dots. "" if there is none.
+// The token in an Authorization field ("Bearer TOKEN"). Without one, the token among the
+// subprotocols that a browser offers for its WebSocket: the one with two dots. "" if there is no
+// token.
 std::string_view FindToken(std::string_view authorization, std::string_view subprotocols = {});
 
 }

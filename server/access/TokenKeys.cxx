@@ -164,7 +164,7 @@ Result<TokenKeys> ReadTokenKeys(const std::filesystem::path& file)
   }
   if (std::filesystem::exists(file, error) && kind != std::filesystem::file_type::regular)
   {
-    return Error{ ErrorCode::InputOutput, "is not a file" }; // reading a pipe could block for ever
+    return Error{ ErrorCode::InputOutput, "is not a file" }; // reading a pipe could block forever
   }
   errno = 0;
   std::ifstream input(file, std::ios::binary);
@@ -173,7 +173,7 @@ Result<TokenKeys> ReadTokenKeys(const std::filesystem::path& file)
     return Error{ errno == ENOENT ? ErrorCode::NotFound : ErrorCode::InputOutput,
       "cannot be read: " + SystemReason(errno) };
   }
-  // Does not read to the end: the beginning of a file that is too long is enough.
+  // Reads no further than the limit: if the file is longer, its beginning is enough to refuse it.
   std::string text(maximumKeysBytes + 1, '\0');
   input.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (input.bad())

@@ -15,8 +15,8 @@ namespace kdstream
 namespace
 {
 
-// The first 1,000 characters, with quotes and everything except printable ASCII as \xHH, so that a
-// client cannot break the line.
+// The first 1,000 characters, with quotes, and everything except printable ASCII, written as \xHH,
+// so that a client cannot break the line.
 std::string Escaped(const std::string& text)
 {
   std::string safe;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Does something again and again on a thread of its own: what may wait for a disk. The program
-// continues to serve, and to handle its signals, while a disk blocks it.
+// Repeats work that may wait for a disk, on a thread of its own. While a disk blocks this work, the
+// program continues to serve and to handle its signals.
 #pragma once
 
 #include <chrono>
@@ -16,19 +16,20 @@ namespace kdstream
 class BackgroundJob
 {
 public:
-  // isAsked: by Ask, not by the interval. Must not throw.
+  // isAsked: whether Ask was called; false if only the interval has passed. Must not throw.
   using Work = std::function<void(bool isAsked)>;
 
-  // Does it whenever it is asked for and, with an interval, whenever that has passed.
+  // Does the work whenever Ask is called and, with an interval, whenever the interval has passed.
   explicit BackgroundJob(Work work, std::optional<std::chrono::milliseconds> interval = {});
-  // Waits for the disk.
+  // Waits until the work is done, also for a disk that blocks it.
   ~BackgroundJob();
   BackgroundJob(const BackgroundJob&) = delete;
   BackgroundJob& operator=(const BackgroundJob&) = delete;
 
-  // Does it once more, soon. From any thread; never waits.
+  // Has the work done once more, soon. From any thread; never waits.
   void Ask();
-  // Ends, after what it was asked for. False where a disk holds it for longer than `time`.
+  // Does the work that Ask has requested, and then ends. False if the work has not ended within
+  // `time`, as when a disk blocks it.
   bool End(std::chrono::milliseconds time);
 
 private:
@@ -36,7 +37,7 @@ private:
 
   const Work Does;
   const std::optional<std::chrono::milliseconds> Interval;
-  std::mutex Mutex; // for what follows
+  std::mutex Mutex; // for the members below
   std::condition_variable Changed;
   bool Asked = false, Ending = false, Ended = false;
   std::thread Thread;

@@ -14,7 +14,8 @@ namespace kdstream
 namespace
 {
 
-// The number of open descriptors. If no descriptor is left for listing them, each number is tried.
+// The number of open descriptors. If no descriptor is left for listing them, each possible number
+// is tried.
 std::uint64_t OpenDescriptors(std::uint64_t limit)
 {
   std::uint64_t count = 0;
@@ -35,7 +36,7 @@ std::uint64_t OpenDescriptors(std::uint64_t limit)
   return count;
 }
 
-constexpr std::uint64_t leastLeft = 10; // for clients, the administrator and stores that come
+constexpr std::uint64_t leastLeft = 10; // for clients, the administrator and later stores
 
 Error TooFew(std::uint64_t limit, std::uint64_t least)
 {
@@ -45,7 +46,7 @@ Error TooFew(std::uint64_t limit, std::uint64_t least)
       " for its threads and readers: raise the limit (ulimit -n, LimitNOFILE=)" };
 }
 
-// What the program opens while it serves, besides connections and stores.
+// How many descriptors the program opens while it serves, besides connections and stores.
 std::uint64_t DescriptorsOfItself(const HttpServerOptions& server)
 {
   constexpr std::uint64_t ofLoop = 3;      // Asio's epoll, timer and event
@@ -61,7 +62,7 @@ std::uint64_t DescriptorsOfItself(const HttpServerOptions& server)
 Result<std::size_t> FitOpenStores(
   std::uint64_t limit, std::size_t wanted, const HttpServerOptions& server)
 {
-  constexpr std::uint64_t ofFiles = 6; // logs, quotas, keys, certificates, that are not open yet
+  constexpr std::uint64_t ofFiles = 6; // logs, quotas, keys, certificates: not open yet
   const auto least = OpenDescriptors(limit) + DescriptorsOfItself(server) + ofFiles + 1 + leastLeft;
   if (limit < least)
   {
@@ -84,8 +85,8 @@ std::optional<std::uint64_t> TakeDescriptors()
   return limit.rlim_cur == RLIM_INFINITY ? std::nullopt : std::optional(limit.rlim_cur);
 }
 
-// With few descriptors: half of the rest is for clients, an eighth for clients that are refused for
-// lack of a slot, an eighth for the administrator, the rest for further stores.
+// If descriptors are short, half of the rest is for clients, an eighth for clients that are refused
+// for lack of a slot, an eighth for the administrator, and the rest for further stores.
 Result<bool> FitConnections(std::uint64_t limit, HttpServerOptions& server)
 {
   constexpr std::uint64_t mostForOthers = 448;

@@ -71,7 +71,7 @@ void FolderFollower::Wake() const
   (void)!::write(this->Bell, &one, sizeof one);
 }
 
-// Waits until something has happened, or a second is over.
+// Waits until something has happened, or a second has passed.
 void FolderFollower::Wait(int watched) const
 {
   std::array<pollfd, 2> sources{ { { this->Bell, POLLIN, 0 }, { watched, POLLIN, 0 } } };
@@ -81,7 +81,8 @@ void FolderFollower::Wait(int watched) const
   (void)!::read(this->Bell, &rung, sizeof rung);
 }
 
-// If memory runs out, something is left undone, and reported: it continues.
+// Does the work. If memory runs out, the work is left unfinished, which is reported, and the
+// follower continues.
 void FolderFollower::Guarded(const std::function<void()>& work) const
 {
   try

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Reads the folder of stores on a thread of its own, first at the start and then whenever it may
-// have changed. A disk that hangs blocks only this thread: the program continues to serve and to
-// handle its signals.
+// Reads the folder of stores on a thread of its own: first at the start, and then whenever the
+// folder may have changed. A disk that hangs blocks only this thread; the program continues to
+// serve and to handle its signals.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -22,25 +22,26 @@ namespace kdstream
 class FolderFollower
 {
 public:
-  // Called with errors, from its thread.
+  // Called with errors, from the follower's thread.
   using Warn = std::function<void(const std::string& what)>;
 
-  // Begins to read the folder. REQUIRES: the catalog outlives it.
+  // Begins to read the folder. REQUIRES: the catalog outlives this object.
   FolderFollower(StoreCatalog& catalog, std::filesystem::path folder, Warn warn);
-  // Waits for the disk.
+  // Waits for its thread, also for a disk that blocks it.
   ~FolderFollower();
   FolderFollower(const FolderFollower&) = delete;
   FolderFollower& operator=(const FolderFollower&) = delete;
 
-  // The result of the first reading. Waits for it, at most this time.
+  // The result of the first reading. Waits for it, at most for this time; nothing if it has not
+  // ended by then.
   std::optional<Status> AwaitFirst(std::chrono::milliseconds time);
 
-  // From now on reads what changes.
+  // From now on notices changes of the folder, and reads it again.
   void Follow();
-  // Reads all again; done: called after that, from its thread.
+  // Reads the whole folder again. done: called after that, from the follower's thread.
   void ReadAnew(std::function<void()> done);
 
-  // Ends it. False where a disk holds it for longer than `time`.
+  // Ends the thread. False if it has not ended within `time`, as when a disk blocks it.
   bool End(std::chrono::milliseconds time);
 
 private:
@@ -52,13 +53,13 @@ private:
   StoreCatalog& Catalog;
   const std::filesystem::path Folder;
   const Warn Tell;
-  int Bell = -1;    // an event: there is something to do
-  std::mutex Mutex; // for what follows
+  int Bell = -1;    // an eventfd: there is something to do
+  std::mutex Mutex; // for the members below
   std::condition_variable Changed;
   std::optional<Status> First;
   bool Follows = false, Ending = false, Ended = false;
   bool Anew = false;
-  std::function<void()> Done; // after that
+  std::function<void()> Done; // called after reading the whole folder again
   std::thread Thread;
 };
 

@@ -46,7 +46,8 @@ FolderWatch::FolderWatch(FolderWatch&& other) noexcept
 {
 }
 
-// Watches the folder that has the name now, if it is not watched. Whether that has begun.
+// Watches the folder that has the name now, unless it is watched already. Returns whether a new
+// watch has begun.
 bool FolderWatch::Watch()
 {
   struct stat found

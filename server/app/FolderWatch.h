@@ -15,7 +15,7 @@ namespace kdstream
 class FolderWatch
 {
 public:
-  // Errors: InputOutput where the system watches no more folders, or not this one.
+  // Errors: InputOutput if the system watches no more folders, or cannot watch this one.
   static Result<FolderWatch> Open(const std::filesystem::path& folder);
   ~FolderWatch();
   FolderWatch(FolderWatch&& other) noexcept;
@@ -24,12 +24,12 @@ public:
   // Becomes readable when something has happened in the folder.
   int Descriptor() const { return this->File; }
 
-  // Whether, since the last call, a writer has closed a NAME.kds, or a file (or link) has got or
-  // lost such a name; or the folder is another one.
+  // Whether one of these has happened since the last call: a writer has closed a file NAME.kds; a
+  // file or link was given such a name, or lost it; or the folder has been replaced by another one.
   bool HasChanged();
 
 private:
-  using Identity = std::pair<std::uint64_t, std::uint64_t>; // device and number; 0, 0: none
+  using Identity = std::pair<std::uint64_t, std::uint64_t>; // device and inode; 0, 0: none
 
   FolderWatch(int file, std::filesystem::path folder)
     : File(file)
@@ -43,7 +43,7 @@ private:
   int File;
   std::filesystem::path Folder;
   Identity Watched;
-  int Number = -1; // of the watch
+  int Number = -1; // the watch's descriptor
 };
 
 }

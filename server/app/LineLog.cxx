@@ -21,8 +21,8 @@ namespace kdstream
 namespace
 {
 
-// Does not wait for a pipe's reader: without one it fails. A new file is private, because it says
-// who viewed what.
+// Opens the file. Does not wait for a pipe's reader: without one it fails. A new file is private,
+// because it says who viewed what.
 int OpenFile(const std::string& file)
 {
   if (file == "-")
@@ -46,7 +46,8 @@ void CloseFile(int file)
   }
 }
 
-// How many bytes of the text were written: all, or as many as a disk took before it was full.
+// Writes the text. Returns how many bytes were written: all, or as many as the disk took before it
+// was full.
 std::size_t WriteAll(int file, std::string_view text)
 {
   std::size_t done = 0;
@@ -62,20 +63,20 @@ std::size_t WriteAll(int file, std::string_view text)
   return done;
 }
 
-// Removes the last bytes, which were just written, if the file ends with them. This is not possible
-// in a pipe, or if somebody else has appended to the file.
+// Removes the last bytes, which have just been written, if the file ends with them. This is not
+// possible in a pipe, or if somebody else has appended to the file.
 bool TakeBack(int file, std::size_t bytes)
 {
   struct stat found
   {
   };
-  const off_t end = ::lseek(file, 0, SEEK_CUR); // of what was appended
+  const off_t end = ::lseek(file, 0, SEEK_CUR); // the end of the bytes that were appended
   return ::fstat(file, &found) == 0 && S_ISREG(found.st_mode) && found.st_size == end &&
          ::ftruncate(file, end - static_cast<off_t>(bytes)) == 0;
 }
 
-// Writes whole lines of the text, as many as fit on the disk. Returns the bytes written; they end
-// within a line only if the rest of that line could not be removed.
+// Writes as many whole lines of the text as fit on the disk. Returns the number of bytes written.
+// They end within a line only if the beginning of that line could not be removed again.
 std::size_t WriteLines(int file, std::string_view text)
 {
   const auto written = WriteAll(file, text);
@@ -91,8 +92,8 @@ std::uint64_t LinesIn(std::string_view text)
 
 }
 
-// Shared by the writing thread and the threads that have lines for it. It may outlive the log, if
-// it is blocked by a pipe.
+// Shared by the writing thread and the threads that add lines. It may outlive the log, if a pipe
+// blocks the writing thread.
 struct LineLog::Writer
 {
   std::mutex mutex;
@@ -101,11 +102,11 @@ struct LineLog::Writer
   std::string before; // text that still goes to the old file
   std::uint64_t lost = 0;
   std::uint64_t unreported = 0; // lost lines not yet reported
-  int failure = 0;              // errno of the last line that was not written
+  int failure = 0;              // errno of the last failure to write
   TellLost tellLost = LostAsText;
   int file = -1;
-  int next = -1;     // takes the place of `file`
-  bool torn = false; // the file ends amid a line
+  int next = -1;     // will replace `file`
+  bool torn = false; // the file ends in the middle of a line
   bool ending = false, ended = false;
 
   void Run()
@@ -116,7 +117,7 @@ struct LineLog::Writer
       this->changed.wait(
         lock, [this] { return this->ending || this->next >= 0 || !this->waiting.empty(); });
       const int then = std::exchange(this->next, -1);
-      last = then < 0 && this->waiting.empty(); // is ending
+      last = then < 0 && this->waiting.empty(); // the log is ending
       std::string text;
       text.swap(then < 0 ? this->waiting : this->before);
       this->Write(lock, text);
@@ -131,8 +132,8 @@ struct LineLog::Writer
     this->changed.notify_all();
   }
 
-  // Writes the text, and the number of lines missing before or after it. Releases the lock while it
-  // writes.
+  // Writes the text, and the number of lines that are missing before or after it. Releases the lock
+  // while writing.
   void Write(std::unique_lock<std::mutex>& lock, const std::string& text)
   {
     std::string note;

@@ -20,7 +20,7 @@ void Messages::Fail(const std::string& what)
 
 void Messages::Say(const std::string& what)
 {
-  // A name of a file is a stranger's text, too: it makes no line of its own.
+  // The name of a file may come from a stranger: it must not start a line of its own.
   const auto line = this->Program + ": " + WithoutControls(what) + "\n";
   const std::lock_guard lock(this->Mutex);
   if (this->Later)

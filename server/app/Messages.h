@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The messages of kdstream-serve on stderr.
 //
-// During the start each line is written before the work continues. Later a thread of its own writes
-// them, like the logs: if nobody reads stderr, lines are lost, but no client waits.
+// While the program starts, each line is written before the work continues. Later a thread of its
+// own writes the lines, as for the logs: if nobody reads stderr, lines are lost, but no client
+// waits.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -25,19 +26,19 @@ public:
   {
   }
 
-  // "kdstream-serve: warning: FILE: what": an error after which the server continues. The file may
-  // be "".
+  // Writes "kdstream-serve: warning: FILE: what", for an error after which the server continues.
+  // The file may be "".
   void Warn(const std::string& file, const std::string& what);
-  // "kdstream-serve: error: what"
+  // Writes "kdstream-serve: error: what".
   void Fail(const std::string& what);
-  // "kdstream-serve: what"
+  // Writes "kdstream-serve: what".
   void Say(const std::string& what);
 
-  // From now on nobody waits for stderr. Errors: InputOutput.
+  // From now on no caller waits for stderr. Errors: InputOutput.
   Status WaitForNobody();
-  // Writes what has been said, for at most a second.
+  // Writes the lines that still wait, for at most a second.
   void End();
-  // Lines that could not be written since then.
+  // The number of lines lost since WaitForNobody.
   std::uint64_t Lost() const;
 
 private:

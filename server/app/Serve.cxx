@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-serve: streams the stores of a folder. doc/cli.md#kdstream-serve describes it,
+// kdstream-serve: streams the stores of a folder. doc/cli.md#kdstream-serve describes the program,
 // doc/protocol.md the protocol.
 #include "filters/core/CaughtError.h"
 #include "filters/page/PagePlace.h"
@@ -67,7 +67,7 @@ sigset_t BlockSignals()
   sigaddset(&signals, SIGHUP);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   std::signal(SIGPIPE, SIG_IGN);
-  std::signal(SIGXFSZ, SIG_IGN); // a log that has reached a limit of files is a full disk
+  std::signal(SIGXFSZ, SIG_IGN); // so a log beyond the file size limit fails like a full disk
   return signals;
 }
 
@@ -87,7 +87,7 @@ void Reopen(Messages& messages, const std::string& file, const std::shared_ptr<A
   }
 }
 
-// The access log and the audit log; null where none is wanted.
+// The access log and the audit log; null if not requested.
 struct Logs
 {
   std::shared_ptr<AccessLog> access, audit;
@@ -103,7 +103,7 @@ std::uint64_t LostLines(const Messages& messages, const Logs& logs)
   return lost;
 }
 
-// Says which log loses lines, and why: at once, then once a minute.
+// Reports which log loses lines, and why: at once, then once a minute.
 class LossTeller
 {
 public:
@@ -128,7 +128,7 @@ private:
   std::chrono::steady_clock::time_point Since;
 };
 
-// What runs beside the server.
+// The parts of the program that run beside the server.
 struct Environment
 {
   const ServeOptions& line;
@@ -136,7 +136,7 @@ struct Environment
   StoreCatalog& catalog;
   FolderFollower& folder;
   const Logs& logs;
-  std::deque<BackgroundJob>& jobs; // each reads a file that SIGHUP names, and may wait for its disk
+  std::deque<BackgroundJob>& jobs; // each reads a file that SIGHUP reloads, and may block
   HttpServer& server;
 };
 
@@ -154,7 +154,8 @@ void Reload(const Environment& around)
   }
 }
 
-// If memory runs out, something is left undone, and reported: the server continues.
+// Does the work. If memory runs out, the work is left unfinished, which is reported, and the server
+// continues.
 template <class Work>
 void Try(Messages& messages, std::string_view what, const Work& work)
 {
@@ -176,8 +177,8 @@ void Try(Messages& messages, std::string_view what, const Work& work)
 
 constexpr const char* notAllRead = "SIGHUP: not everything could be read again";
 
-// Looks whether the keys have changed, often: a revoked token must stop working within a second,
-// even while the rest of the server reads stores or ends. Streams check their tokens as often.
+// Checks often whether the keys have changed: a revoked token must stop working within a second,
+// even while the rest of the server reads stores or ends. Streams check their tokens equally often.
 void FollowKeys(std::deque<BackgroundJob>& jobs, Messages& messages, const std::string& name,
   const std::optional<TokensFile>& tokens)
 {
@@ -199,14 +200,15 @@ void FollowKeys(std::deque<BackgroundJob>& jobs, Messages& messages, const std::
     {
       isAsked ? Try(messages, notAllRead, read) : read();
     }
-    catch (...) // for want of memory: the next look is soon
+    catch (...) // lack of memory: the next check follows soon
     {
     }
   };
   jobs.emplace_back(work, interval);
 }
 
-// Each on a thread of its own: where one disk hangs, the others are read.
+// Creates the jobs. Each has a thread of its own: if one disk hangs, files on other disks are still
+// read.
 void MakeJobs(std::deque<BackgroundJob>& jobs, const ServeOptions& line, Messages& messages,
   const Logs& logs, const std::optional<TokensFile>& tokens, HttpServer& server)
 {
@@ -233,7 +235,7 @@ void MakeJobs(std::deque<BackgroundJob>& jobs, const ServeOptions& line, Message
   }
 }
 
-// Whether a signal to end has come. REQUIRES: the signals are blocked.
+// Whether a signal to end has arrived. REQUIRES: the signals are blocked.
 bool IsToEnd(const sigset_t& signals)
 {
   constexpr timespec now{ 0, 0 };
@@ -272,7 +274,7 @@ void WaitForEnd(const sigset_t& signals, const Environment& around)
   ::close(signalFile);
 }
 
-// Finishes what is in flight, for as long as it may take; a further signal ends that.
+// Finishes the answers in flight, for at most drainTimeout; a further signal ends this.
 void Drain(const sigset_t& signals, const Environment& around)
 {
   const auto until = std::chrono::steady_clock::now() + around.line.server.drainTimeout;
@@ -288,8 +290,8 @@ void Drain(const sigset_t& signals, const Environment& around)
   }
 }
 
-// Ends what a disk may hold, which is waited for no longer. False where one holds it: what it holds
-// is used still.
+// Ends everything that a disk may block, waiting for at most `time`. Returns false if a disk still
+// blocks something; then the objects that this thread uses must not be destroyed.
 bool EndWithin(std::chrono::milliseconds time, const Environment& around)
 {
   using Clock = std::chrono::steady_clock;
@@ -316,7 +318,8 @@ bool EndWithin(std::chrono::milliseconds time, const Environment& around)
   return isFree;
 }
 
-// Ends the process at once, though threads wait for a disk. What the logs have is written.
+// Ends the process at once, although threads wait for a disk. The logs' waiting lines are written
+// first.
 [[noreturn]] void EndAtOnce(Messages& messages, const Logs& logs)
 {
   messages.Warn("", "the server stops although a disk does not respond");
@@ -332,7 +335,7 @@ bool EndWithin(std::chrono::milliseconds time, const Environment& around)
   std::_Exit(exitDone);
 }
 
-// Limits the clients to the available descriptors.
+// Limits the number of clients to what the available descriptors allow.
 Status FitDescriptors(
   Messages& messages, std::optional<std::uint64_t> limit, HttpServerOptions& server)
 {
@@ -349,7 +352,7 @@ Status FitDescriptors(
   return {};
 }
 
-// null where none is wanted.
+// Opens the log; null if none is requested.
 Result<std::shared_ptr<AccessLog>> OpenLog(
   const std::string& file, AccessLog::Form form, const ServeOptions& line)
 {
@@ -378,7 +381,7 @@ void SayWhoMay(Messages& messages, const std::string& file, const std::optional<
   }
 }
 
-// What `/` serves.
+// Finds the files that `/` serves.
 Status OpenPages(Messages& messages, ServeOptions& line)
 {
   if (line.web.empty())
@@ -424,7 +427,8 @@ Result<Logs> OpenLogs(ServeOptions& line)
   return logs;
 }
 
-// Who may have what, and how much; without a file of keys everybody may have everything.
+// Opens the keys and the quotas: who may have what, and how much. Without a file of keys everybody
+// may have everything.
 Result<std::optional<TokensFile>> OpenAccess(ServeOptions& line)
 {
   if (!line.quotaFile.empty())
@@ -471,7 +475,7 @@ void Run(const sigset_t& signals, const ServeOptions& line, Messages& messages,
   }
 }
 
-// Reads the folder for the first time. Nothing where a signal to end came before the disk answered.
+// Reads the folder for the first time. Nothing if a signal to end came before the disk answered.
 std::optional<Status> ReadFirst(const sigset_t& signals, FolderFollower& folder)
 {
   constexpr std::chrono::milliseconds step{ 50 };
@@ -488,7 +492,7 @@ std::optional<Status> ReadFirst(const sigset_t& signals, FolderFollower& folder)
   }
 }
 
-// What `work` gives. It may wait for a disk: a signal to end ends the program then.
+// The result of `work`, which may wait for a disk. A signal to end then ends the program.
 template <class Work>
 auto AwaitDisk(const sigset_t& signals, Messages& messages, const Work& work)
 {
@@ -571,7 +575,7 @@ int Serve(const std::string& program, ServeOptions& line)
   if (!server)
   {
     PrintError(program, "", server.GetError());
-    return exitFailed; // also of a --host that no name server knows today
+    return exitFailed; // for example, a --host that no name server knows today
   }
   Run(signals, line, messages, catalog, folder, *logs, *tokens, **server);
   return exitDone; // requests in flight end with the server

@@ -17,7 +17,7 @@ namespace kdstream
 namespace
 {
 
-// "HOST:PORT", with [brackets] around an address of IPv6. Throws what CLI11 reports.
+// Parses "HOST:PORT", with [brackets] around an IPv6 address. Throws the error that CLI11 reports.
 ListenAddress ParseAddress(const std::string& text)
 {
   const auto colon = text.rfind(':');
@@ -45,7 +45,8 @@ CLI::Validator Must(const std::string& be, const Holds& holds)
     "" };
 }
 
-// CLI::Range takes what is not a number at all ("nan") for one within any range.
+// Used instead of CLI::Range, which accepts a text that is not a number at all ("nan") for any
+// range.
 CLI::Validator NumberFrom(double least, double most)
 {
   char words[80], range[80];
@@ -62,7 +63,7 @@ CLI::Validator NumberFrom(double least, double most)
 
 CLI::Validator SizeFromOne()
 {
-  return Must("a size of at least 1", // the option itself reports what is not a size
+  return Must("a size of at least 1", // other errors are reported by the option itself
     [](const std::string& text)
     {
       const auto size = ParseSize(text);
@@ -83,7 +84,8 @@ bool IsAddressOf6(const std::string& text)
 
 constexpr std::string_view smallAndDigits = "abcdefghijklmnopqrstuvwxyz0123456789";
 
-// As in the field Host, without the port: a name, or an address (IPv6 in brackets).
+// Whether the text is a host as in the field Host, without the port: a name, or an address (IPv6 in
+// brackets).
 bool IsHost(const std::string& text)
 {
   if (text.size() > 2 && text.front() == '[' && text.back() == ']')
@@ -96,8 +98,8 @@ bool IsHost(const std::string& text)
   return IsOf(small, std::string(smallAndDigits) + ".-_") && small.front() != '.';
 }
 
-// An origin as browsers send it: SCHEME://HOST or SCHEME://HOST:PORT, in lower case, without the
-// scheme's default port.
+// Whether the text is an origin as browsers send it: SCHEME://HOST or SCHEME://HOST:PORT, in lower
+// case, without the scheme's default port.
 bool IsOrigin(const std::string& text)
 {
   const auto colon = text.find("://");
@@ -222,7 +224,7 @@ void AddPages(CLI::App& app, ServeOptions& line)
     ->group(pages);
 }
 
-// "5%" is 5 of a number in percent.
+// Removes the percent sign from a number in percent: "5%" means 5.
 std::string WithoutPercent(std::string text)
 {
   if (text.size() > 1 && text.back() == '%')
@@ -232,7 +234,7 @@ std::string WithoutPercent(std::string text)
   return text;
 }
 
-// How much of the original the bearers of tokens may have.
+// The options that limit how much of the original the bearers of tokens may have.
 void AddQuotas(CLI::App& app, ServeOptions& line, CLI::Option* tokens)
 {
   const char* const access = "Access";
@@ -290,7 +292,7 @@ void AddAccess(CLI::App& app, ServeOptions& line)
     ->group("Access");
 }
 
-// Limits for each client, and for all clients.
+// The options that limit each client, and all clients together.
 void AddLimits(CLI::App& app, HttpServerOptions& server)
 {
   const char* const limits = "Limits";
@@ -321,7 +323,7 @@ void AddLimits(CLI::App& app, HttpServerOptions& server)
     ->group(limits);
 }
 
-// Limits of the requests of one stream.
+// The options that limit the requests of one stream.
 void AddStreamLimits(CLI::App& app, ConversationLimits& stream)
 {
   const char* const limits = "Limits";
@@ -366,7 +368,7 @@ CLI::Option* AddSeconds(CLI::App& app, const std::string& name, std::chrono::mil
     ->default_str(std::to_string(time.count() / 1000));
 }
 
-// How long a client may take.
+// The options for how long a client may take.
 void AddPatience(CLI::App& app, ServeOptions& line)
 {
   const char* const patience = "Timeouts";
@@ -395,7 +397,7 @@ void AddPatience(CLI::App& app, ServeOptions& line)
     ->group(patience);
 }
 
-// Threads, memory and the like.
+// The options for threads, memory and similar resources.
 void AddWork(CLI::App& app, ServeOptions& line)
 {
   const char* const work = "Work";

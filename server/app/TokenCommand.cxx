@@ -25,9 +25,9 @@ constexpr const char* examples =
   "Example:\n"
   "  kdstream-serve token --tokens tokens.json --sub ann --models dragon,vase --detail levels";
 
-constexpr std::int64_t longest = std::int64_t{ 3660 } * 86400; // ten years
+constexpr std::int64_t longest = std::int64_t{ 3660 } * 86400; // about ten years
 
-// "90s", "30m", "12h", "7d" or "4w" in seconds, at most `longest`; 0 for other texts.
+// Converts "90s", "30m", "12h", "7d" or "4w" to seconds, at most `longest`; 0 for any other text.
 std::int64_t SecondsIn(const std::string& text)
 {
   std::int64_t count = 0;

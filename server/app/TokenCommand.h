@@ -17,10 +17,10 @@ struct TokenOptions
   std::vector<std::string> models;
 };
 
-// Adds the command to the program.
+// Adds the command `token` to the program's command line.
 CLI::App* AddTokenCommand(CLI::App& app, TokenOptions& line);
 
-// Does it. Returns the program's exit code.
+// Prints the token. Returns the program's exit code.
 int PrintToken(const std::string& program, const TokenOptions& line);
 
 }

@@ -55,7 +55,7 @@ TokensFile::TokensFile(std::filesystem::path file, Stamp seen, TokenKeys keys)
 
 Result<TokensFile> TokensFile::Open(std::filesystem::path file)
 {
-  const auto seen = StampOf(file); // before reading: a write during the read counts as a change
+  const auto seen = StampOf(file); // before reading: a write meanwhile counts as a change
   auto keys = ReadTokenKeys(file);
   KDSTREAM_TRY(keys);
   return TokensFile(std::move(file), seen, std::move(*keys));

@@ -18,7 +18,7 @@ namespace
 
 namespace ip = boost::asio::ip;
 
-// An IPv4 address that came through a socket of IPv6 is one of IPv4.
+// Parses an address. An IPv4 address that came through an IPv6 socket becomes a plain IPv4 address.
 std::optional<ip::address> ParseAddress(std::string_view text)
 {
   boost::system::error_code error;
@@ -40,7 +40,8 @@ bool IsWithin(const Network& network, const Address& address, unsigned bits)
   return network.canonical() == Network(address, static_cast<unsigned short>(bits)).canonical();
 }
 
-// Whether the address is of the network, "ADDRESS" or "ADDRESS/BITS"; nothing if that is neither.
+// Whether the address is in the network, "ADDRESS" or "ADDRESS/BITS"; nothing if that text is
+// neither.
 std::optional<bool> IsOf(std::string_view network, const ip::address& address)
 {
   const auto slash = network.find('/');
@@ -68,8 +69,8 @@ std::optional<bool> IsOf(std::string_view network, const ip::address& address)
            : std::optional(address.is_v6() && IsWithin(of, address.to_v6(), of.prefix_length()));
 }
 
-// For an entry of X-Forwarded-For: some proxies add the client's port, as in "1.2.3.4:567" and
-// "[::1]:567".
+// An entry of X-Forwarded-For without its port: some proxies add the client's port, as in
+// "1.2.3.4:567" and "[::1]:567".
 std::string_view WithoutPort(std::string_view entry)
 {
   const bool inBrackets = entry.starts_with('[') && entry.find(']') != std::string_view::npos;
@@ -80,7 +81,7 @@ std::string_view WithoutPort(std::string_view entry)
                       rest.find_first_not_of("0123456789", 1) == std::string_view::npos);
   if (!isPort)
   {
-    return entry; // an address of IPv6, or nothing that is known
+    return entry; // an IPv6 address, or something unknown
   }
   return inBrackets ? entry.substr(1, end - 2) : entry.substr(0, end);
 }
@@ -123,7 +124,8 @@ std::shared_ptr<void> ClientLimits::TakeSlot(std::string_view address)
     }
     ++client.slots;
   }
-  // If there is no memory for the shared_ptr, the deleter is called at once.
+  // If there is no memory for the shared_ptr, the deleter is called at once; so the slot is given
+  // back.
   return std::shared_ptr<void>(this,
     [key = std::move(key)](void* limits) { static_cast<ClientLimits*>(limits)->GiveBack(key); });
 }
@@ -164,7 +166,8 @@ std::chrono::seconds ClientLimits::TakeRequest(std::string_view address, Clock::
   return none;
 }
 
-// Forgets addresses without connections whose rate limit has recovered: as if they were new.
+// Forgets addresses that have no connections and whose rate limit has recovered: they are the same
+// as new ones.
 void ClientLimits::Sweep(Clock::time_point now, double most)
 {
   if (this->Clients.size() < this->SweepAt)

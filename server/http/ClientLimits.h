@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Rate limits: how many connections at a time, and requests a minute, each address may have.
-// Internal to the server.
+// Rate limits: how many connections each address may have at a time, and how many requests a
+// minute. Internal to the server.
 #pragma once
 
 #include <chrono>
@@ -16,19 +16,19 @@
 namespace kdstream
 {
 
-// An IPv4 address that came through a socket of IPv6 ("::ffff:1.2.3.4") in IPv4 form; all other
-// texts unchanged.
+// Returns an IPv4 address that came through an IPv6 socket ("::ffff:1.2.3.4") in IPv4 form, and any
+// other text unchanged.
 std::string PlainAddress(const std::string& address);
 
-// All functions may be called from any thread. An address is an IPv4 address, or the first 64 bits
-// of an IPv6 address, which usually belong to one subscriber.
+// All functions may be called from any thread. Here an address is an IPv4 address, or the first 64
+// bits of an IPv6 address, which usually belong to one subscriber.
 class ClientLimits
 {
 public:
   using Clock = std::chrono::steady_clock;
 
-  // Without a number: the default, which does not apply to this machine itself (loopback), because
-  // a proxy may be there. 0: no limit.
+  // Without a number, the default is the limit, except for this machine itself (loopback), because
+  // a proxy may run there. 0: no limit.
   ClientLimits(std::optional<std::size_t> connections, std::optional<std::size_t> requestsAMinute)
     : Connections(connections)
     , Requests(requestsAMinute)
@@ -38,14 +38,15 @@ public:
   static constexpr std::size_t defaultRequests = 6000; // a minute
 
   // A connection slot of this address, held while its client is connected; null if the address
-  // already has all that it may have.
+  // already has as many as it may have.
   std::shared_ptr<void> TakeSlot(std::string_view address);
 
-  // Takes a request of this address. It may make all requests of a minute at once; they are
-  // restored evenly. If none is left, returns the seconds until there is one; else 0.
+  // Counts a request of this address. An address may make all requests of a minute at once; then
+  // they become available again evenly over time. If none is left, returns the seconds until there
+  // is one, else 0.
   std::chrono::seconds TakeRequest(std::string_view address, Clock::time_point now = Clock::now());
 
-  // Addresses that are remembered.
+  // The number of addresses that are remembered.
   std::size_t Size() const;
 
 private:
@@ -65,18 +66,18 @@ private:
   std::size_t SweepAt = 1000;
 };
 
-// Which peers are trusted proxies, whose client addresses are believed.
+// The peers that are trusted proxies: the client addresses that they report are believed.
 class TrustedProxies
 {
 public:
-  // Each an address or a network (10.0.0.0/8). Nothing if one is neither.
+  // Each text is an address or a network (10.0.0.0/8). Returns nothing if one of them is neither.
   static std::optional<TrustedProxies> Parse(const std::vector<std::string>& networks);
 
   bool Holds(std::string_view address) const;
 
-  // The address of the client behind `peer`, from the X-Forwarded-For fields that the peer has
-  // sent, joined by commas: the last address that is not a trusted proxy. The peer itself if it is
-  // not trusted, or names none.
+  // The address of the client that `peer` forwards for. It is found in the X-Forwarded-For fields
+  // that the peer has sent, joined by commas: the last address that is not a trusted proxy. It is
+  // the peer's own address if the peer is not trusted, or names no client.
   std::string ClientOf(const std::string& peer, std::string_view forwardedFor) const;
 
 private:

@@ -77,7 +77,7 @@ void ClientSocket::ExpireNever()
 
 void ClientSocket::Close()
 {
-  if (this->Below) // not moved away
+  if (this->Below) // if this socket was not moved away
   {
     this->Below->Lowest().close();
   }

@@ -25,15 +25,15 @@ namespace kdstream
 namespace asio = boost::asio;
 namespace beast = boost::beast;
 
-// The executor of a connection's handlers: the event loop of one thread, so that they run one at a
-// time without a strand. A strand, or an executor of any type (any_io_executor), would make Asio
-// and Beast allocate memory in places where they may not fail; lack of memory would then end the
+// The executor of a connection's handlers: the event loop of one thread, so that the handlers run
+// one at a time without a strand. With a strand, or with any_io_executor, Asio and Beast would
+// allocate memory in places where an allocation must not fail; lack of memory would then end the
 // server.
 using EventLoop = asio::io_context::executor_type;
 using TcpSocket = asio::basic_stream_socket<asio::ip::tcp, EventLoop>;
 
 // A handler of any type, called at most once. It has no executor of its own, so Asio calls it on
-// the socket's.
+// the socket's executor.
 template <class... Arguments>
 class AnyHandler
 {
@@ -71,7 +71,7 @@ private:
 };
 
 // A connected socket as Boost's AsyncReadStream and AsyncWriteStream, with or without TLS. Handlers
-// run on the socket's executor. Functions: one at a time.
+// run on the socket's executor. Call one function at a time.
 class ClientSocket
 {
 public:
@@ -80,9 +80,9 @@ public:
   using BytesHandler = AnyHandler<beast::error_code, std::size_t>;
 
   explicit ClientSocket(TcpSocket socket);
-  // Runs work in another thread that the socket's own thread must not wait for.
+  // Runs work on another thread, because the socket's own thread must not wait for it.
   using Offload = std::function<void(std::function<void()>)>;
-  // Through TLS. What a handshake computes is done by `elsewhere`.
+  // A socket with TLS. The computations of a handshake run on `elsewhere`.
   ClientSocket(TcpSocket socket, ssl_ctx_st& tls, Offload elsewhere);
   ClientSocket(ClientSocket&&) noexcept;
   ~ClientSocket();
@@ -90,16 +90,16 @@ public:
   executor_type get_executor() const noexcept;
   TcpSocket& Tcp();
 
-  // Operations in flight, and those that begin before the next call of these, fail after `time`, or
-  // never.
+  // Sets a deadline, or none: operations in flight, and those begun before the next call of either
+  // function, fail after `time`, or never.
   void ExpireAfter(std::chrono::milliseconds time);
   void ExpireNever();
-  // Ends the connection at once: what is in flight fails.
+  // Ends the connection at once: operations in flight fail.
   void Close();
 
-  // Before the handshake: reads just what fills the buffer, without TLS.
+  // Before the handshake, without TLS: reads exactly as many bytes as the buffer holds.
   void ReadPlain(asio::mutable_buffer buffer, BytesHandler handler);
-  // TLS's handshake; a plain socket is ready at once.
+  // The TLS handshake; a plain socket is ready at once.
   void Handshake(ErrorHandler handler);
   // Informs the client that nothing more will be sent.
   void EndOutput(ErrorHandler handler);
@@ -135,7 +135,7 @@ public:
     const_iterator end() const { return this->Parts.data() + this->Count; }
 
   private:
-    std::array<asio::const_buffer, 16> Parts; // what follows is left to the next call
+    std::array<asio::const_buffer, 16> Parts; // later buffers are left to the next call
     std::size_t Count = 0;
   };
 

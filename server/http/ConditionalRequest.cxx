@@ -13,7 +13,7 @@ namespace kdstream
 namespace
 {
 
-// Digits only. A number that is too large for 64 bits becomes the largest one.
+// Parses a number of digits only. A number that is too large for 64 bits becomes the largest one.
 std::optional<std::uint64_t> ParsePosition(std::string_view text)
 {
   if (text.empty())
@@ -40,7 +40,8 @@ bool SameWord(std::string_view text, std::string_view lowerCase)
     [](char a, char b) { return (a >= 'A' && a <= 'Z' ? a - 'A' + 'a' : a) == b; });
 }
 
-// A quality ("0", "1", "0.5", "1.000") in thousandths; nothing if the text is not a quality.
+// Parses a quality ("0", "1", "0.5", "1.000"), in thousandths; nothing if the text is not a
+// quality.
 std::optional<unsigned> ParseQuality(std::string_view text)
 {
   if (text.empty() || (text[0] != '0' && text[0] != '1') || text.size() > 5 ||
@@ -68,10 +69,10 @@ std::optional<unsigned> ParseQuality(std::string_view text)
 struct WeightedCoding
 {
   std::string_view name;
-  unsigned quality = 1000; // thousandths
+  unsigned quality = 1000; // in thousandths
 };
 
-// "gzip;q=0.5"
+// Parses an element such as "gzip;q=0.5".
 std::optional<WeightedCoding> ParseCoding(std::string_view element)
 {
   const auto semicolon = element.find(';');
@@ -140,7 +141,7 @@ RangeAnswer ParseRange(std::string_view range, std::size_t size)
   }
   const auto first = spec.substr(0, dash);
   const auto last = spec.substr(dash + 1);
-  if (first.empty()) // the last n bytes
+  if (first.empty()) // "-n" asks for the last n bytes
   {
     const auto count = ParsePosition(last);
     if (!count)

@@ -12,8 +12,8 @@
 namespace kdstream
 {
 
-// Whether an If-None-Match field (a list of tags, or "*") names `tag`, which is quoted. Weak
-// comparison.
+// Whether an If-None-Match field (a list of tags, or "*") names `tag`, which includes its quotes.
+// Tags are compared weakly.
 bool NamesTag(std::string_view ifNoneMatch, std::string_view tag);
 
 struct WholeRange

@@ -37,14 +37,14 @@ namespace
 //
 //   a proxy's header, TLS handshake      --request-timeout for both together
 //   the request's header                 --request-timeout
-//   a reader (of disks) has the request  --answer-timeout: 503 then. A client that has left (its
-//                                        socket is reset) is not waited for.
-//   the answer is sent                   --answer-timeout for 64 KiB, and for all of it, each plus
-//                                        the time that --slowest allows for these bytes
-//   the end: what comes is dropped       closePatience
+//   a reader (of disks) has the request  --answer-timeout, then 503 is answered. If the client has
+//                                        left (its socket is reset), nothing is waited for.
+//   the answer is sent                   --answer-timeout for 64 KiB, and for the whole answer,
+//                                        each plus the time that --slowest allows for these bytes
+//   the end: further bytes are dropped   closePatience
 //
-// The socket's timer ends all states but the third. The server's reaper ends any state if that
-// fails. What the socket waits for keeps the connection alive; a reader never does.
+// The socket's timer ends all states but the third. If that fails, the server's reaper ends the
+// state. Operations of the socket keep the connection alive; a reader never does.
 constexpr const char* otherHost = "this server does not serve that host: --allow-host adds it";
 
 constexpr const char* noHost =
@@ -90,8 +90,8 @@ public:
     asio::post(this->Executor,
       [self = this->shared_from_this()]
       {
-        // The connection has not become a WebSocket. A client that came too late for a slot is
-        // still answered.
+        // Close the connection, unless it has become a WebSocket. A client that came too late for a
+        // slot is still answered.
         if (!self->Answering && self->Admitted.slot.ofAll)
         {
           self->Socket.Close();
@@ -128,29 +128,29 @@ public:
   }
 
 private:
-  static constexpr std::size_t bytesAtOnce = 65536; // of an answer's body
+  static constexpr std::size_t bytesAtOnce = 65536; // of an answer's body, for each write
   static constexpr std::chrono::milliseconds closePatience{ 2000 };
-  // How long a client may take for its first request if its slot is needed.
+  // How long a client may take for its first request before its slot may be taken back.
   static constexpr std::chrono::seconds patienceWithNew{ 5 };
-  // How long it may wait for a disk then.
+  // How long a client may wait for a disk before its slot may be taken back.
   static constexpr std::chrono::seconds patienceWithDisk{ 2 };
 
-  // What each handler does.
+  // Runs the work of a handler. An exception ends this connection.
   template <class Work>
   void Guard(const Work& work) noexcept
   {
     this->State.Guard(work, [this] { this->Socket.Close(); });
   }
 
-  // The state that begins ends by then.
+  // Sets the time by which the state that begins now must end.
   void Expire(std::chrono::milliseconds time)
   {
     this->Socket.ExpireAfter(time);
     this->EndBy(Clock::now() + time);
   }
 
-  // Reads what a proxy says of its client, byte by byte while the header's length is unknown: the
-  // bytes after it belong to TLS or HTTP.
+  // Reads the header in which a proxy names its client. While the header's length is unknown, it is
+  // read byte by byte, because the bytes after it belong to TLS or HTTP.
   void ReadIntroduction(const std::shared_ptr<ProxyHeader>& header)
   {
     const auto space = header->Space();
@@ -181,7 +181,7 @@ private:
     this->ShakeHands();
   }
 
-  // The client that the proxy has named; "": the proxy itself, if it names no client.
+  // Sets the client that the proxy has named; "": the proxy itself, because it names no client.
   void Meet(const std::string& address)
   {
     auto& client = this->Admitted.client;
@@ -222,7 +222,7 @@ private:
     this->Parse();
   }
 
-  // Continues with the request in what has arrived so far.
+  // Continues with the request in the bytes that have arrived so far.
   void Parse()
   {
     if (const auto ended = this->Input.Parse())
@@ -270,7 +270,7 @@ private:
     {
       this->OnRequest();
     }
-    // The client has left, or took too long: no answer can be sent.
+    // The client has left, or has taken too long: no answer can be sent.
     else if (isBegun && !this->Admitted.isAdmin)
     {
       this->Answer = {};
@@ -341,7 +341,7 @@ private:
     return SplitTarget({ target.data(), target.size() });
   }
 
-  // The time after which the client may ask; 0: now. Identifies the client.
+  // Identifies the client, and returns the time after which it may ask; 0: now.
   std::chrono::seconds TakeRequest()
   {
     auto& client = this->Admitted.client;
@@ -358,7 +358,8 @@ private:
     return { field.data(), field.size() };
   }
 
-  // In a form without another interpretation (RFC 9112, 3.2). HTTP/1.0 has no field for it.
+  // Whether the request names its host in a form that allows only one interpretation (RFC 9112,
+  // 3.2). HTTP/1.0 has no field for the host.
   bool NamesOneHost(const RequestTarget& target) const
   {
     const auto& request = this->Input.Request();
@@ -380,8 +381,9 @@ private:
       });
   }
 
-  // The address under which the client has come, which pages of models name; "" unless the host is
-  // listed: nobody else may choose what they say. REQUIRES: NamesOneHost(target).
+  // The address under which the client has come, which pages of models name. "" unless the host is
+  // listed, because nobody else may choose the address on these pages. REQUIRES:
+  // NamesOneHost(target).
   std::string PublicAddress(const RequestTarget& target) const
   {
     const auto& state = this->State;
@@ -395,10 +397,10 @@ private:
     return (isSecure ? "https://" : "http://") + std::string(field) + "/";
   }
 
-  // In DNS rebinding, a page's own name resolves to this address, and the page's requests name its
-  // own host. A server that listens only for this machine is addressed by IP addresses, names of
-  // localhost, and names that strangers cannot have. With TLS browsers compare the name with the
-  // certificate's. REQUIRES: NamesOneHost(target).
+  // Whether the client may name this host. In DNS rebinding, a page's own name resolves to this
+  // address, and the page's requests name the page's host. A server that listens only for this
+  // machine is addressed by IP addresses, names of localhost, and names that strangers cannot have.
+  // With TLS, browsers compare the name with the certificate's. REQUIRES: NamesOneHost(target).
   bool MayNameHost(const RequestTarget& target) const
   {
     const auto& state = this->State;
@@ -413,7 +415,7 @@ private:
            ((isAdmin || allowed.empty()) && (namesNone || CannotBeRebound(named)));
   }
 
-  // Answers at once what needs no disk, and leaves the rest to the readers.
+  // Answers at once if no disk is needed, and passes other requests to the readers.
   void Respond()
   {
     std::optional<Routes::Reading> reading;
@@ -432,12 +434,13 @@ private:
       this->Send(std::move(*response), this->Input.Request().keep_alive());
       return;
     }
-    this->SetIdle(patienceWithDisk); // other clients need the slot more
+    this->SetIdle(patienceWithDisk); // other clients need the slot more than this one
     this->AwaitReader();
     this->AskReader(std::make_shared<const Routes::Reading>(std::move(*reading)));
   }
 
-  // If perhaps nothing counts against a quota, first asks a reader that does not wait for quotas.
+  // If the answer might not count against a quota, first asks a reader that does not wait for
+  // quotas.
   void AskReader(std::shared_ptr<const Routes::Reading> reading, bool isTried = false)
   {
     auto& state = this->State;
@@ -460,7 +463,7 @@ private:
       [weak = this->weak_from_this(), found, isTrial, reading](bool isDone)
       {
         const auto self = weak.lock();
-        if (!self || !self->StopWaiting) // its client has gone
+        if (!self || !self->StopWaiting) // the client has left
         {
           return;
         }
@@ -479,7 +482,8 @@ private:
       });
   }
 
-  // While a reader has the request, only this keeps the connection: that its client may go.
+  // Waits for the client to leave. While a reader has the request, only this wait keeps the
+  // connection alive.
   void AwaitReader()
   {
     this->Socket.ExpireNever();
@@ -516,7 +520,7 @@ private:
     {
       this->Send(std::move(*answer), this->Input.Request().keep_alive());
     }
-    else // there was no memory to say so either
+    else // no memory even for the error's answer
     {
       this->Socket.Close();
     }
@@ -624,8 +628,8 @@ private:
     this->SendPart(asio::const_buffer(this->Head.data(), this->Head.size()));
   }
 
-  // Sends the next part of the body, with `before`. Each part has a timeout of its own: a client
-  // that reads nothing at all is dropped earlier than a large answer may take.
+  // Sends `before` and the next part of the body. Each part has a timeout of its own: a client that
+  // reads nothing at all is dropped earlier than a large answer may take.
   void SendPart(asio::const_buffer before)
   {
     const auto bytes = std::min(this->BodyBytes - this->BodySent, bytesAtOnce);
@@ -636,7 +640,7 @@ private:
     this->Expire(std::clamp(left, {}, this->State.PatienceFor(bytes)));
     asio::async_write(
       this->Socket, std::array{ before, asio::const_buffer(part, bytes) },
-      [](beast::error_code error, std::size_t) // how much to write at once
+      [](beast::error_code error, std::size_t) // decides how much to write at once
       { return error ? 0 : std::numeric_limits<std::size_t>::max(); },
       [self = this->shared_from_this()](beast::error_code error, std::size_t written)
       {
@@ -651,7 +655,7 @@ private:
     const bool goesOn = !error && this->KeepAlive && !this->State.Draining();
     if (goesOn)
     {
-      this->MarkIdle({}); // before counting it: who sees the count must find the connection idle
+      this->MarkIdle({}); // before counting: who sees the count must find it idle
     }
     if (!this->Admitted.isAdmin)
     {
@@ -668,7 +672,7 @@ private:
     }
   }
 
-  // Records the answer for the metrics and the log.
+  // Records the answer in the metrics and in the log.
   void Record(beast::error_code error)
   {
     const auto& request = this->Input.Request();
@@ -686,14 +690,14 @@ private:
     {
       return;
     }
-    const auto known = [](beast::string_view text) // as far as known of an incomplete request
+    const auto known = [](beast::string_view text) // an incomplete request may lack it
     { return text.empty() ? std::string("-") : std::string(text.data(), text.size()); };
     this->State.Log(
       { this->Admitted.client.address, known(request.method_string()), known(request.target()),
         this->Answer.status, sent, std::chrono::duration<double>(time).count() });
   }
 
-  // Where it has a connection slot, that may be taken back `before` long from now.
+  // If the connection has a slot, the slot may be taken back after `before`.
   void MarkIdle(Clock::duration before)
   {
     if (this->Admitted.slot.ofAll)
@@ -702,8 +706,8 @@ private:
     }
   }
 
-  // Sends nothing more, and for a moment reads what the client still sends: if the socket were
-  // closed with unread bytes, the kernel would discard an answer that is still on its way.
+  // Sends nothing more, and for a moment reads the bytes that the client still sends: if the socket
+  // were closed with unread bytes, the kernel would discard an answer that is still in flight.
   void Close()
   {
     this->Expire(std::min(closePatience, this->State.PatienceFor(0)));
@@ -731,17 +735,18 @@ private:
       });
   }
 
-  // A copy, because Socket is moved away when it becomes a WebSocket.
+  // A copy of the socket's executor, because Socket is moved away when the connection becomes a
+  // WebSocket.
   ClientSocket::executor_type Executor;
   ClientSocket Socket;
   ServerState& State;
   Admission Admitted;
   RequestInput Input{ this->State.Options.headerBytes };
   HttpResponse Answer;
-  std::string Head;                        // what is sent before the body
-  std::size_t BodyBytes = 0, BodySent = 0; // BodySent: or on its way
-  std::size_t Written = 0;                 // of the answer, its head too
-  Clock::time_point TakenBy;               // all of the answer
+  std::string Head;                        // the answer's bytes before the body
+  std::size_t BodyBytes = 0, BodySent = 0; // BodySent: sent, or being sent
+  std::size_t Written = 0;                 // bytes of the answer, including its head
+  Clock::time_point TakenBy;               // by then the client must have taken the whole answer
   bool KeepAlive = false;
   std::array<char, 4096> Discarded{};
   Clock::time_point Began;

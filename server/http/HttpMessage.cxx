@@ -13,7 +13,7 @@ namespace kdstream
 namespace
 {
 
-// A time in the format of the Date field, whatever the locale.
+// The time in the format of the Date field, in any locale.
 std::string HttpDate(std::time_t time)
 {
   constexpr const char* days[] = { "Sun", "Mon", "Tue", "Wed", "Thu", "Fri", "Sat" };
@@ -27,7 +27,7 @@ std::string HttpDate(std::time_t time)
   return text;
 }
 
-// The date of now, formatted once a second.
+// The present date, formatted once a second.
 const std::string& DateNow()
 {
   thread_local std::time_t written = -1;
@@ -77,7 +77,7 @@ std::string WriteResponseHead(
   {
     field("Strict-Transport-Security", "max-age=" + std::to_string(strictTransport.count()));
   }
-  if (keepAlive == isOld) // differs from the default of this version
+  if (keepAlive == isOld) // differs from the version's default
   {
     field("Connection", isOld ? "keep-alive" : "close");
   }

@@ -25,14 +25,15 @@ bool IsNetwork(const std::string& text)
   return TrustedProxies::Parse({ text }).has_value();
 }
 
-// One listener, or two, on the first of a few event loops, each with its own thread. Connections
-// are distributed over the loops in turn.
+// Has one listener, or two, on the first of a few event loops. Each loop has its own thread.
+// Connections are distributed over the loops in turn.
 struct HttpServer::Implementation
 {
   struct Loop
   {
     asio::io_context context{ 1 };
-    // Its thread waits for work until it is stopped, even if there are no connections.
+    // Keeps the loop's thread waiting for work, even if there are no connections, until it is
+    // stopped.
     asio::executor_work_guard<EventLoop> working{ context.get_executor() };
   };
 
@@ -65,7 +66,7 @@ struct HttpServer::Implementation
   void StopLoops(std::chrono::milliseconds drainTimeout);
   bool StopPools(std::optional<std::chrono::milliseconds> patience);
 
-  // Whether there may be one more connection beside those that have a connection slot.
+  // Whether another connection may join those that are served without a connection slot.
   bool MayJoin(const std::shared_ptr<int>& others) const
   {
     return static_cast<std::size_t>(others.use_count()) <= this->State.Options.extraConnections;
@@ -74,15 +75,15 @@ struct HttpServer::Implementation
   ServerState State;
   std::atomic<std::size_t> Turn{ 0 };
   std::vector<Loop> Others;
-  Loop First; // ends first, because it may be accepting a connection for another loop
+  Loop First; // destroyed first: it may be accepting for another loop
   Listener Public, Admin;
-  std::shared_ptr<int> Refusals = std::make_shared<int>(0); // their copies count
+  std::shared_ptr<int> Refusals = std::make_shared<int>(0); // the number of copies counts
   std::shared_ptr<int> Administrators = std::make_shared<int>(0);
   std::vector<std::thread> Threads;
   std::thread Reaper; // not on an event loop, so that lack of memory there cannot stop it
   std::mutex ReaperMutex;
   std::condition_variable ReaperIsDone;
-  bool Stopping = false; // under ReaperMutex
+  bool Stopping = false; // guarded by ReaperMutex
 };
 
 Status HttpServer::Implementation::Prepare()
@@ -124,8 +125,8 @@ void HttpServer::Implementation::StartThreads()
   }
   if (this->State.IsTls())
   {
-    // Fewer than those that answer: with any number of new connections, some processors are left
-    // for existing ones.
+    // Fewer threads than those that answer: however many new connections there are, some processors
+    // are left for existing ones.
     this->State.Handshakes.Start(std::max(1u, threads / 2));
   }
   this->Public.Accept();
@@ -138,7 +139,7 @@ void HttpServer::Implementation::StartThreads()
   }
 }
 
-// A request that fails (out of memory, mostly) ends its own connection, not the server.
+// A request that fails (mostly out of memory) ends its own connection, not the server.
 void HttpServer::Implementation::Run(Loop& loop) noexcept
 {
   for (bool done = false; !done;)
@@ -152,13 +153,13 @@ void HttpServer::Implementation::Run(Loop& loop) noexcept
     {
       this->State.Counters.CountFailure(Metrics::Failure::Connection);
       this->State.LogCaught("a connection was closed after an error");
-      this->Public.Accept(); // if an accept failed, its handler is lost
+      this->Public.Accept(); // if an accept failed, its handler was lost
       this->Admin.Accept();
     }
   }
 }
 
-// Once a second, ends what should have ended by its own timers.
+// Once a second, ends connections whose own timers should have ended them.
 void HttpServer::Implementation::Reap() noexcept
 {
   constexpr std::chrono::seconds interval{ 1 };
@@ -169,7 +170,7 @@ void HttpServer::Implementation::Reap() noexcept
     {
       this->State.EndOverdue();
     }
-    catch (...) // no memory: the next time
+    catch (...) // no memory: tried again the next time
     {
     }
   }
@@ -210,8 +211,8 @@ void HttpServer::Implementation::ServeAdmin(TcpSocket socket)
   }
 }
 
-// Takes a connection slot of the address first, so that one address cannot take back the slots of
-// others.
+// Takes the address's connection slot before one of all slots, so that one address cannot take back
+// the slots of others.
 Admission HttpServer::Implementation::Admit(const TcpSocket& socket)
 {
   Admission admission;
@@ -275,8 +276,8 @@ void HttpServer::Implementation::StopLoops(std::chrono::milliseconds drainTimeou
   this->Threads.clear();
 }
 
-// While the sockets of what they hold still have their context. False if a disk blocks one of their
-// threads for longer than `patience`.
+// Stops the pools. Call this while the event loops exist, because sockets that the pools hold need
+// them. False if a disk blocks one of the pools' threads for longer than `patience`.
 bool HttpServer::Implementation::StopPools(std::optional<std::chrono::milliseconds> patience)
 {
   const auto until = WorkerPool::Clock::now() + patience.value_or(std::chrono::milliseconds(0));

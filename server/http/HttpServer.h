@@ -27,10 +27,10 @@ namespace kdstream
 struct AccessRecord
 {
   std::string client; // address
-  std::string method; // "GET"; "STREAM" for a stream's end
+  std::string method; // "GET"; "STREAM" at the end of a stream
   std::string target; // as the client sent it: any bytes
   unsigned status = 0;
-  std::uint64_t bytes = 0; // of the body, or of the stream's messages
+  std::uint64_t bytes = 0; // bytes of the body, or of the stream's messages
   double seconds = 0;
 };
 
@@ -43,69 +43,71 @@ struct ListenAddress
 struct HttpServerOptions
 {
   ListenAddress address;
-  // The address for metrics, in plain HTTP, without connection slots or limits; they are then not
-  // at `address`.
+  // The address for metrics. It is served in plain HTTP, without connection slots or limits. With
+  // it, metrics are not served at `address`.
   std::optional<ListenAddress> admin;
   unsigned threads = 2; // of the event loop, at least 1
-  unsigned readers = 8; // threads that wait for disks, at least 1
-  // Threads that make tiles and pictures, and may wait for disks.
+  unsigned readers = 8; // threads that read from disks, at least 1
+  // Threads that make tiles and pictures, and may wait for disks, too.
   unsigned Makers() const { return std::max(2u, this->readers / 2); }
   std::size_t maximumConnections = 1000;
-  // Connections in addition to the maximum, which are answered that no slot is free; and
-  // the same number for the admin address. Further ones are closed without an answer.
+  // Connections beyond maximumConnections: they are answered that no slot is free. The same number
+  // applies to the admin address. Connections beyond these are closed without an answer.
   std::size_t extraConnections = 64;
-  // Limits of one address: connections at a time, and requests a minute, including messages of
-  // streams. 0: no limit. Without a number: the defaults of ClientLimits, which do not apply to
-  // this machine itself.
+  // Limits of one address: connections at a time, and requests a minute, which include the messages
+  // of streams. 0: no limit. Without a number, the defaults of ClientLimits are used; they do not
+  // apply to this machine itself.
   std::optional<std::size_t> connectionsOfAddress, requestsOfAddress;
-  // Addresses and networks of proxies, whose X-Forwarded-For is taken for the client's address.
+  // Addresses and networks of proxies: the X-Forwarded-For field that they send gives the client's
+  // address.
   std::vector<std::string> trustedProxies;
-  // Their connections begin with a header of the PROXY protocol, which names the client instead.
+  // The proxies' connections begin with a header of the PROXY protocol, which names the client
+  // instead.
   bool proxyProtocol = false;
-  // The hosts that requests may name (except requests for /healthz and /readyz). None: any host;
-  // but if the server listens only at loopback without TLS, only hosts that CannotBeRebound
-  // (RequestForm.h), as at `admin`.
+  // The hosts that requests may name (except requests for /healthz and /readyz). If the list is
+  // empty, any host is allowed; but if the server listens only at loopback without TLS, only hosts
+  // that CannotBeRebound accepts (RequestForm.h). Those hosts are always allowed at `admin`.
   std::vector<std::string> allowedHosts;
   // The public address of "/" ("https://museum.example/3d/", IsPageRoot, with a slash at its end),
-  // which pages of models name. Empty: that of a request whose host is one of allowedHosts, else
-  // none.
+  // which pages of models name. If it is empty, the address of the request is used if its host is
+  // one of allowedHosts; otherwise pages name no address.
   std::string publicAddress;
-  std::size_t headerBytes = 8192; // most bytes of a request's header; bodies are not allowed
-  ConversationLimits stream;      // what the client of each may ask for at once
+  std::size_t headerBytes = 8192; // the most bytes of a request's header; bodies are not allowed
+  ConversationLimits stream;      // what the client of each stream may ask for at once
   std::string allowOrigin;        // RouteOptions::allowOrigin
   std::string contact;            // RouteOptions::contact
-  // Whose tokens clients need to have models; null: everybody may have all.
+  // Checks the tokens that clients need to get models; null: everybody may get all models.
   std::shared_ptr<const TokenGuard> guard;
-  // Quotas for the original; null: no quotas.
+  // Quotas for the original; null: there are none.
   std::shared_ptr<QuotaBook> quotas;
   std::optional<StaticFiles> web;
   std::string version;
 
-  // PEM files. If both are given, the server speaks TLS and nothing else.
+  // PEM files. If both are given, the server speaks only TLS.
   std::filesystem::path tlsCertificate, tlsKey;
   // The time for which browsers are to use only HTTPS with this host, once they have used TLS
   // (HSTS); 0: the header is not sent.
   std::chrono::seconds strictTransport{ 365 * 24 * 3600 };
 
-  // The time that a client has for the TLS handshake and for sending a request's header, from the
-  // connection or the last answer on.
+  // The time that a client has for the TLS handshake and for sending a request's header. It begins
+  // with the connection, or with the last answer.
   std::chrono::milliseconds requestTimeout{ 30'000 };
-  // The time that a client has to receive an answer, 64 KiB of it, or a message of a stream (which
-  // is not larger), each plus a second for each `slowestBytes`. An answer waits for a disk at most
-  // this time; then the client is asked to try again (503).
+  // The time that a client has to receive an answer, or 64 KiB of a larger one, or a message of a
+  // stream (which is no larger). One second for each `slowestBytes` bytes is added. An answer waits
+  // for a disk at most for answerTimeout; then the client is asked to try again (503).
   std::chrono::milliseconds answerTimeout{ 30'000 };
   std::size_t slowestBytes = 16384; // at least 1
-  // A stream is closed when its client has sent nothing for this time, pongs included.
+  // A stream is closed when its client has sent nothing for this time, not even a pong.
   std::chrono::milliseconds streamTimeout{ 60'000 };
-  // When connection slots are short, streams whose clients have been idle for this time lose
-  // theirs; idle HTTP connections lose theirs at once.
+  // When connection slots are short, a stream whose client has been idle for this time loses its
+  // slot; an idle HTTP connection loses its slot at once.
   std::chrono::milliseconds idleTimeout{ 60'000 };
   // How long Stop waits for the answers that are in flight.
   std::chrono::milliseconds drainTimeout{ 10'000 };
 
-  // Called from any thread, but never from two at once.
+  // Called from any thread, but never from two at the same time.
   std::function<void(const AccessRecord&)> onAccess;
-  std::function<void(const PartitionRecord&)> onPartition; // a partition that a client gets
+  std::function<void(const PartitionRecord&)> onPartition; // for each partition that a client gets
   std::function<void(const std::string&)> onError;
   // How many lines of logs have been lost so far, for the metrics. From any thread.
   std::function<std::uint64_t()> lostLines;
@@ -118,32 +120,34 @@ bool IsNetwork(const std::string& text);
 class HttpServer
 {
 public:
-  // Listens and serves from threads of its own. Errors: InvalidArgument for invalid addresses, also
-  // of proxies; InvalidInput for the TLS files; InputOutput if a port is taken or not allowed.
-  // REQUIRES: the catalog outlives the server.
+  // Listens, and serves from threads of its own. Errors: InvalidArgument for invalid addresses,
+  // including those of proxies; InvalidInput for the TLS files; InputOutput if a port is taken or
+  // not allowed. REQUIRES: the catalog outlives the server.
   static Result<std::unique_ptr<HttpServer>> Start(
     const Catalog& catalog, HttpServerOptions options);
 
-  // Stops at once; but a disk that hangs is waited for.
+  // Stops at once; but waits for a disk that hangs.
   ~HttpServer();
 
   std::uint16_t Port() const;
   std::string Url() const;      // "http://127.0.0.1:8700"
-  std::string AdminUrl() const; // "" without one
+  std::string AdminUrl() const; // "" without an admin address
 
-  // Reads certificate and key again, for new connections. Without TLS it does nothing. Errors:
-  // those of Start for these files; then the old ones stay.
+  // Reads the certificate and the key again, for new connections. Does nothing without TLS. Errors:
+  // those of Start for these files; then the old certificate and key stay in use.
   Status ReloadTls();
 
-  // From now on only finishes what is in flight: new requests are refused (503). Must not be called
-  // from a callback; the next two neither.
+  // From now on only answers that are in flight are finished; new requests are refused (503).
+  // BeginDrain, WaitUntilDrained and Stop must not be called from a callback.
   void BeginDrain();
-  // Waits until that is finished, at most this time. Whether it is.
+  // Waits until the answers in flight are finished, at most for this time. Returns whether they
+  // are.
   bool WaitUntilDrained(std::chrono::milliseconds time);
-  // Graceful shutdown: drains for at most drainTimeout, then closes connections, ends the threads.
+  // Graceful shutdown: drains for at most drainTimeout, then closes the connections and ends the
+  // threads.
   void Stop();
-  // Stops at once, and waits for disks at most this time. False if a disk still holds a thread: to
-  // end without waiting for it, the process must use _exit.
+  // Stops at once, and waits for disks at most for this time. False if a disk still holds a thread;
+  // then the process must use _exit to end without waiting for that disk.
   bool StopWithin(std::chrono::milliseconds patience);
 
 private:

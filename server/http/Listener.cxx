@@ -87,7 +87,7 @@ void Listener::Accept() noexcept
       this->State.Counters.CountFailure(Metrics::Failure::Accept);
       this->State.LogCaught("a connection cannot be accepted");
     }
-    std::this_thread::sleep_for(pauseOfAccept); // there is no memory for a timer either
+    std::this_thread::sleep_for(pauseOfAccept); // no memory for a timer either
   }
 }
 
@@ -97,7 +97,7 @@ void Listener::OnAccept(beast::error_code error, TcpSocket socket) noexcept
   {
     if (error && error != asio::error::operation_aborted)
     {
-      // Out of file descriptors, mostly: wait for some to be given back.
+      // Mostly the process is out of file descriptors: waits until some are released.
       this->State.Counters.CountFailure(Metrics::Failure::Accept);
       this->State.LogError("a connection cannot be accepted: " + error.message());
       if (error.value() == EMFILE || error.value() == ENFILE)
@@ -127,8 +127,8 @@ void Listener::AcceptAfterPause()
   this->Pause.async_wait([this](beast::error_code) { this->Accept(); });
 }
 
-// The process is out of descriptors: uses the descriptor reserved for this to close new connections
-// at once, instead of letting them wait.
+// The process is out of descriptors. Uses the descriptor that is reserved for this case to
+// disconnect new clients at once, instead of letting them wait.
 void Listener::TurnAway()
 {
   const std::lock_guard lock(this->Mutex);

@@ -20,22 +20,24 @@
 namespace kdstream
 {
 
-// Whatever fails (memory, descriptors, the connection), the next accept follows: a server that
-// stopped accepting would never be woken again. Functions: from any thread, except Listen.
+// Whatever fails (memory, descriptors, the connection), the listener begins the next accept: if it
+// ever stopped accepting, nothing would wake it again. All functions except Listen may be called
+// from any thread.
 class Listener
 {
 public:
-  // The event loop of the next connection.
+  // Chooses the event loop of the next connection.
   using Choose = std::function<EventLoop()>;
-  // Takes a connection, whose handlers run on that. What it throws ends that connection.
+  // Serves a connection; its handlers run on the chosen event loop. An exception that this function
+  // throws ends the connection.
   using Serve = std::function<void(TcpSocket)>;
 
-  // REQUIRES: context and state outlive the listener, which outlives the context's threads.
+  // REQUIRES: context and state outlive the listener; the listener outlives the context's threads.
   Listener(asio::io_context& context, ServerState& state, Choose choose, Serve serve);
 
-  // Errors: InvalidArgument for the host; InputOutput where the port is taken or not allowed.
+  // Errors: InvalidArgument for the host; InputOutput if the port is taken or not allowed.
   Status Listen(const ListenAddress& address);
-  // "127.0.0.1:8700": where it listens.
+  // The address where it listens: "127.0.0.1:8700".
   const std::string& Address() const { return this->BoundAddress; }
   // Whether it listens only for this machine.
   bool IsLocal() const { return this->Local; }
@@ -46,7 +48,7 @@ public:
   void Close();
 
 private:
-  static constexpr int mostTurnedAway = 64; // at once
+  static constexpr int mostTurnedAway = 64; // clients that are being refused at a time
   static constexpr std::chrono::milliseconds pauseOfAccept{ 100 };
 
   void OnAccept(boost::system::error_code error, TcpSocket socket) noexcept;
@@ -58,7 +60,7 @@ private:
   ServerState& State;
   Choose Loop;
   Serve Take;
-  std::mutex Mutex; // for the next three
+  std::mutex Mutex; // for the next three members
   asio::ip::tcp::acceptor Acceptor;
   asio::steady_timer Pause;
   std::weak_ptr<int> Accepting; // lives as long as the handler of the accept that is in progress

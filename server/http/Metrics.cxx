@@ -23,7 +23,7 @@ void Put(
   text += std::string(name) + " " + std::to_string(value) + "\n";
 }
 
-// A line for each label.
+// Writes a line for each label.
 template <class Labels, class Counters>
 void PutEach(std::string& text, const char* start, const Labels& labels, const Counters& counters)
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Counters of a server, and their text for /metrics (Prometheus text format). All functions may be
-// called from any thread.
+// Counters of a server, and their values as text for /metrics (Prometheus text format). All
+// functions may be called from any thread.
 #pragma once
 
 #include "server/session/Catalog.h"
@@ -15,7 +15,7 @@
 namespace kdstream
 {
 
-// A histogram: how often a value had which size.
+// A histogram: counts how often a value fell into each range.
 class Histogram
 {
 public:
@@ -24,7 +24,7 @@ public:
     0.25, 0.5, 1, 5, 30 };
   static constexpr std::array<double, 9> lengths{ 0, 1, 2, 4, 8, 16, 64, 256, 1024 };
 
-  // Ascending, at most mostBounds of them. REQUIRES: they outlive the histogram.
+  // The bounds ascend; there are at most mostBounds of them. REQUIRES: they outlive the histogram.
   explicit Histogram(std::span<const double> bounds)
     : Bounds(bounds)
   {
@@ -53,13 +53,13 @@ public:
   // Why a client was refused or dropped.
   enum class Reason
   {
-    Address,     // too many connections of its address
+    Address,     // its address has too many connections
     Requests,    // too many requests a minute
     Host,        // the request named another host
     Slow,        // the client received too slowly
-    Idle,        // its slot was needed
-    Descriptors, // the process has no more files
-    Stopping,    // the server is
+    Idle,        // another client needed its slot
+    Descriptors, // the process may open no more files
+    Stopping,    // the server is stopping
     Handshake,   // no TLS handshake, or a late one
     Proxy,       // a proxy's header could not be read
     Token,       // no token, or one that does not allow the request
@@ -73,7 +73,7 @@ public:
   {
     Accept,     // a connection could not be accepted
     Connection, // a connection was ended by this failure
-    Answer,     // of HTTP: 503
+    Answer,     // HTTP: answered with 503
     Quota,      // quotas could not be kept
     Disk,       // a disk did not respond in time
     Count
@@ -86,7 +86,7 @@ public:
   }
   void StreamClosed() { --this->OpenStreams; }
   void CountFailedBlob() { ++this->FailedBlobs; }
-  // A request waits for a reader, `waiting` now in all; one has got a reader, after this time.
+  // A request waits for a reader; `waiting` requests wait now, including this one.
   void CountWaiting(std::size_t waiting)
   {
     ++this->Queued;
@@ -97,13 +97,13 @@ public:
     ++this->Begun;
     this->Waits.Count(time);
   }
-  // The time from a request's arrival until its answer was sent; for a stream, until its first and
-  // its last blob were sent.
+  // The time from a request's arrival until its answer was sent. For a stream: the times until the
+  // first and the last blob of a request were sent.
   void CountAnswer(std::chrono::steady_clock::duration time) { this->Answers.Count(time); }
   void CountFirstBlob(std::chrono::steady_clock::duration time) { this->FirstBlobs.Count(time); }
   void CountLastBlob(std::chrono::steady_clock::duration time) { this->LastBlobs.Count(time); }
 
-  // lostLines: of the server's logs. tiles: of 3D Tiles.
+  // lostLines: lines that the server's logs have lost. tiles: counts about 3D Tiles.
   std::string Text(
     const CacheUse& memory, std::uint64_t lostLines = 0, const CacheUse& tiles = {}) const;
 

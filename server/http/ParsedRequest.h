@@ -21,7 +21,8 @@ namespace kdstream
 using RequestParser = boost::beast::http::request_parser<boost::beast::http::empty_body>;
 using ParsedRequest = RequestParser::value_type;
 
-// Limits: no header (its line and its fields) beyond this number of bytes, and no body.
+// Sets the parser's limits: the header (the request line and the fields) has at most `headerBytes`
+// bytes, and there is no body.
 inline void SetLimits(RequestParser& parser, std::size_t headerBytes)
 {
   parser.header_limit(static_cast<std::uint32_t>(headerBytes));
@@ -29,7 +30,8 @@ inline void SetLimits(RequestParser& parser, std::size_t headerBytes)
   parser.eager(true);
 }
 
-// Whether a body is announced, even an empty chunked one: what follows the header is not a request.
+// Whether the request announces a body, even an empty chunked one. Then the bytes after the header
+// are not another request.
 inline bool AnnouncesBody(const RequestParser& parser)
 {
   return parser.is_header_done() &&
@@ -37,7 +39,7 @@ inline bool AnnouncesBody(const RequestParser& parser)
            parser.get().count(boost::beast::http::field::transfer_encoding) != 0);
 }
 
-// The fields of a name, joined by commas.
+// The values of all fields with this name, joined by commas.
 inline std::string JoinedFields(const ParsedRequest& request, boost::beast::string_view name)
 {
   std::string values;
@@ -50,7 +52,7 @@ inline std::string JoinedFields(const ParsedRequest& request, boost::beast::stri
   return values;
 }
 
-// client: its address.
+// client: the client's address.
 inline HttpRequest PlainRequest(const ParsedRequest& request, const std::string& client)
 {
   namespace http = boost::beast::http;

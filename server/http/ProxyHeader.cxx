@@ -20,7 +20,7 @@ using namespace std::string_view_literals;
 
 constexpr auto binarySignature = "\r\n\r\n\0\r\nQUIT\n"sv;
 constexpr auto textSignature = "PROXY "sv;
-constexpr std::size_t mostText = 107;   // with its end of line
+constexpr std::size_t mostText = 107;   // including the end of the line
 constexpr std::size_t binaryHead = 16;  // signature, command, family, length
 constexpr std::size_t bytesOfBoth = 12; // enough bytes to distinguish the versions
 
@@ -49,7 +49,7 @@ bool IsPort(std::string_view text)
   return error == std::errc() && end == text.data() + text.size();
 }
 
-// Whether the text is an address of the family, "TCP4" or "TCP6".
+// Whether the text is an address of this family, "TCP4" or "TCP6".
 bool IsAddress(std::string_view text, std::string_view family)
 {
   boost::system::error_code error;
@@ -71,7 +71,7 @@ std::size_t ProxyHeader::Wanted() const
     const auto whole = bytes.size() < binaryHead ? binaryHead : binaryHead + LengthOf(bytes);
     return whole - bytes.size();
   }
-  return bytes.ends_with("\r\n") ? 0 : 1; // a text tells its length only by its end
+  return bytes.ends_with("\r\n") ? 0 : 1; // only the end of the text shows its length
 }
 
 std::span<char> ProxyHeader::Space()
@@ -108,13 +108,13 @@ void ProxyHeader::Take()
   }
 }
 
-// "PROXY TCP4 192.0.2.1 192.0.2.2 50000 443", or "PROXY UNKNOWN" and anything.
+// Reads "PROXY TCP4 192.0.2.1 192.0.2.2 50000 443", or "PROXY UNKNOWN" and any text.
 void ProxyHeader::ReadText()
 {
   std::string_view rest = this->Bytes;
   rest.remove_prefix(textSignature.size());
   rest.remove_suffix(2);
-  // Family, two addresses, a port, and all the rest, which is the other port.
+  // The family, two addresses, one port, and the rest, which is the other port.
   std::array<std::string_view, 5> words;
   for (std::size_t i = 0; i + 1 < words.size(); ++i)
   {

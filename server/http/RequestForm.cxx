@@ -12,7 +12,7 @@ namespace kdstream
 namespace
 {
 
-// Whether the text begins so, in whatever case; `start` is in lower case.
+// Whether the text begins with `start`, which is in lower case; the text may be in any case.
 bool BeginsWith(std::string_view text, std::string_view start)
 {
   return text.size() >= start.size() &&
@@ -92,7 +92,8 @@ bool CannotBeRebound(std::string_view host)
   {
     return true;
   }
-  // Browsers take a host whose last part is a number for an address of IPv4, or for none at all.
+  // If the last part of a host is a number, browsers take the host for an IPv4 address, or refuse
+  // it.
   const auto last = host.substr(dot + 1);
   return (!last.empty() && last.find_first_not_of(digits) == last.npos) || host.front() == '[' ||
          IsSame(last, "localhost") || IsSame(host, "localhost.localdomain");

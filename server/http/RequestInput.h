@@ -20,7 +20,7 @@ namespace kdstream
 class RequestInput
 {
 public:
-  // headerBytes: most of a request's header.
+  // headerBytes: the most bytes of a request's header.
   explicit RequestInput(std::size_t headerBytes)
     : HeaderBytes(headerBytes)
     , Bytes(headerBytes + 1024)
@@ -35,7 +35,8 @@ public:
     SetLimits(this->Parser.emplace(), this->HeaderBytes);
   }
 
-  // Goes on in what has come: nothing where more is to come, an error, or none for a whole request.
+  // Parses the bytes received so far. Returns nothing if more bytes are needed, otherwise an error
+  // code; it holds no error if the request is complete.
   std::optional<boost::beast::error_code> Parse()
   {
     namespace http = boost::beast::http;
@@ -48,7 +49,7 @@ public:
     {
       return error;
     }
-    if (AnnouncesBody(*this->Parser)) // the body is not waited for
+    if (AnnouncesBody(*this->Parser)) // the body is not awaited
     {
       return make_error_code(http::error::body_limit);
     }
@@ -61,7 +62,7 @@ public:
              : std::optional(make_error_code(http::error::buffer_overflow));
   }
 
-  // Room for the next bytes; and reports how much of it has been filled.
+  // Prepare returns room for the next bytes; Commit says how many bytes have been put there.
   auto Prepare()
   {
     return this->Bytes.prepare(boost::beast::read_size(this->Bytes, this->Bytes.max_size()));
@@ -70,10 +71,11 @@ public:
 
   const ParsedRequest& Request() const { return this->Parser->get(); } // the part received so far
   bool IsBegun() const { return this->Parser->got_some() || this->HasMore(); }
-  bool HasMore() const { return this->Bytes.size() != 0; } // that is not yet parsed
+  bool HasMore() const { return this->Bytes.size() != 0; } // bytes that are not parsed yet
 
 private:
-  // Skips an empty line before the request. Whether it is certain that there is none.
+  // Skips an empty line before the request. Returns whether it is certain that no such line is
+  // left.
   bool SkipEmptyLine()
   {
     if (this->Parser->got_some() || this->IsLineSkipped)
@@ -88,7 +90,7 @@ private:
 
   boost::beast::error_code Take()
   {
-    // The parser leaves a line as long as the next one may go on with it, so none is missed.
+    // The parser keeps a line back while the next one may continue it, so no folded line is missed.
     if (HasFoldedLine(this->Unparsed()))
     {
       return make_error_code(boost::beast::http::error::bad_obs_fold);
@@ -110,7 +112,7 @@ private:
   const std::size_t HeaderBytes;
   boost::beast::flat_buffer Bytes;
   std::optional<RequestParser> Parser;
-  bool IsLineSkipped = false; // before this request
+  bool IsLineSkipped = false; // an empty line was skipped before this request
 };
 
 }

@@ -25,7 +25,7 @@ struct HandlerPlace
   alignas(std::max_align_t) std::array<std::byte, 128> memory;
 };
 
-// An allocator that gives this place to one object at a time.
+// An allocator that gives the memory of a HandlerPlace to one object at a time.
 template <class Type>
 class ReservedMemory
 {
@@ -59,17 +59,18 @@ private:
   HandlerPlace* Reserved;
 };
 
-// Sends `there` to another thread, and `here` back to the event loop. `begin` gets two functions.
+// Runs `there` on another thread, and then `here` on the event loop. `begin` gets two functions.
 // The other thread calls the first, which runs `there`, and then makes the loop run here(true). Any
-// thread may call the second, which gives up: the loop runs here(false), even if `there` still
-// waits for a disk. `here` runs once.
+// thread may call the second, which gives up waiting: the loop runs here(false), even if `there`
+// still waits for a disk. `here` runs once.
 // - Only `begin` may fail, for lack of memory. The way back needs no memory, because an error on
 //   the other thread could not be handled: a connection may be used and ended only on its loop. So
 //   the loop frees what `here` holds.
-// - If the trip may be given up, `there` must not hold a connection: it may be freed at any time.
+// - If waiting may be given up, `there` must not hold a connection, because `there` may be freed at
+//   any time.
 //
-// Returns a function that gives up. It may outlive the trip, and keeps nothing of it alive.
-// REQUIRES: `there` does not throw.
+// Returns a function that gives up waiting. It may outlive the round trip, and keeps nothing of it
+// alive. REQUIRES: `there` does not throw.
 template <class Begin, class There, class Here>
 auto MakeRoundTrip(EventLoop loop, const Begin& begin, There there, Here here)
 {

@@ -27,7 +27,7 @@ constexpr const char* revalidate = "no-cache";
 constexpr const char* revalidatePrivate = "private, no-cache";
 constexpr const char* immutable = "public, max-age=31536000, immutable";
 constexpr const char* immutablePrivate = "private, max-age=31536000, immutable";
-// Raised when tiles of the same model become other bytes.
+// Must be increased when tiles of the same model get different bytes.
 constexpr std::uint64_t tilesFormat = 2;
 
 BlobBytes Bytes(std::string_view text)
@@ -35,7 +35,7 @@ BlobBytes Bytes(std::string_view text)
   return std::make_shared<const std::vector<std::uint8_t>>(text.begin(), text.end());
 }
 
-// 32 hexadecimal digits of the content.
+// A hash of the content: 32 hexadecimal digits.
 std::string HashOf(const std::vector<std::uint8_t>& bytes, std::uint64_t seed = 0)
 {
   const XXH128_hash_t hash = XXH3_128bits_withSeed(bytes.data(), bytes.size(), seed);
@@ -45,7 +45,7 @@ std::string HashOf(const std::vector<std::uint8_t>& bytes, std::uint64_t seed = 
   return text;
 }
 
-// A strong ETag from the content itself.
+// A strong ETag: a hash of the content.
 std::string TagOf(const std::vector<std::uint8_t>& bytes)
 {
   return "\"" + HashOf(bytes) + "\"";
@@ -61,7 +61,7 @@ HttpResponse Whole(unsigned status, std::string_view contentType, BlobBytes body
   return response;
 }
 
-// An answer that holds only for the moment.
+// An answer that nobody may keep.
 HttpResponse NoStore(unsigned status, std::string_view contentType, std::string_view text)
 {
   auto response = Whole(status, contentType, Bytes(text));
@@ -69,7 +69,7 @@ HttpResponse NoStore(unsigned status, std::string_view contentType, std::string_
   return response;
 }
 
-// The digest covers the content, so digest and name identify the bytes.
+// The ETag of a blob. The digest covers the model's content, so digest and name identify the bytes.
 std::string TagOfBlob(std::string_view digest, const std::string& name)
 {
   return "\"" + std::string(digest) + "/" + name + "\"";
@@ -98,7 +98,7 @@ void DropBody(HttpResponse& response)
   response.length = 0;
 }
 
-// 200, or 304 if the client has it already.
+// Answers 200, or 304 if the client already has these bytes.
 HttpResponse Cacheable(const HttpRequest& request, std::string_view contentType, BlobBytes body,
   std::string tag, const char* cacheControl)
 {
@@ -152,7 +152,7 @@ Routes::Routes(const Catalog& catalog, Metrics& metrics, RouteOptions options)
 {
 }
 
-// A blob that a client may have, with all that its answer depends on.
+// A blob that a client may have, with everything that the answer depends on.
 struct Routes::AskedBlob
 {
   std::shared_ptr<const ServedModel> model;
@@ -167,15 +167,15 @@ struct Routes::AskedBlob
 struct Routes::AskedTile
 {
   std::shared_ptr<const ServedModel> model;
-  protocol::BlobId piece; // the piece in the tile; for a tileset its root
+  protocol::BlobId piece; // the piece in the tile, or in the root of a tileset
   Permission permission;
   TileKeeper::Wanted wanted;
   std::string name, tag;
   bool isCounted = false;
-  bool isKnown = false; // the client has it
+  bool isKnown = false; // the client already has it
 };
 
-// Changes the answer, after reading if it must be read.
+// Applies a change to the answer: now, or after reading if the answer must be read first.
 template <class Change>
 Routes::Found Routes::Changed(Found found, Change change)
 {
@@ -219,7 +219,7 @@ Routes::Found Routes::Find(const HttpRequest& request) const
     { return this->Finished(request, std::move(response)); });
 }
 
-// Requests that are not a GET of a path.
+// Refuses requests that are not a GET or HEAD of a path.
 std::optional<HttpResponse> Routes::RefuseMisuse(const HttpRequest& request) const
 {
   if (request.method != "GET" && request.method != "HEAD")
@@ -343,7 +343,7 @@ Routes::Found Routes::Route(const HttpRequest& request, std::string_view path) c
   return this->FindFile(request, path);
 }
 
-// The health of the server.
+// The server's own pages: its health and its metrics.
 std::optional<HttpResponse> Routes::AnswerOwn(std::string_view path, bool metrics) const
 {
   if (path == "/healthz")
@@ -363,7 +363,8 @@ std::optional<HttpResponse> Routes::AnswerOwn(std::string_view path, bool metric
   return std::nullopt;
 }
 
-// Whether clients should be sent here: not while it stops, and not if no model can be served.
+// Whether clients should be sent to this server: not while it stops, and not if it can serve no
+// model.
 HttpResponse Routes::AnswerReady() const
 {
   if (this->Options.isDraining && this->Options.isDraining())
@@ -398,14 +399,14 @@ Routes::Found Routes::FindApi(const HttpRequest& request, std::string_view path)
     return found;
   }
   return Changed(std::move(found),
-    [](HttpResponse response) // caches must not give it to other clients
+    [](HttpResponse response) // so caches do not give it to other clients
     {
       response.fields.emplace_back("Vary", "Authorization");
       return response;
     });
 }
 
-// Models and what they have, which may take a token.
+// Models and their parts, for which the client may need a token.
 Routes::Found Routes::FindOfModels(
   const HttpRequest& request, const protocol::ResourcePath& resource) const
 {
@@ -473,7 +474,7 @@ Routes::Found Routes::FindModel(
   };
   if (const auto unchanged = model->LooksUnchanged())
   {
-    // Where it looks changed, the error is known without the disk.
+    // If the model seems to have changed, the error is known without the disk.
     return answer(*model, *unchanged ? Status{} : model->CheckUnchanged());
   }
   Reading reading;
@@ -483,7 +484,7 @@ Routes::Found Routes::FindModel(
   return reading;
 }
 
-// Notes change while the model does not: the file is read each time.
+// Notes may change while the model does not, so their file is read each time.
 HttpResponse Routes::AnswerNotes(const HttpRequest& request, const std::string& model) const
 {
   auto notes = this->Models.ReadNotes(model);
@@ -497,8 +498,8 @@ HttpResponse Routes::AnswerNotes(const HttpRequest& request, const std::string& 
   return Cacheable(request, "application/json", std::move(*notes), std::move(tag), revalidate);
 }
 
-// A client that has exactly these bytes gets none, and neither does a client whose range is beyond
-// them: both do not count.
+// A client that already has exactly these bytes gets none, nor does a client whose range lies
+// beyond them. Neither counts against a quota.
 Routes::Found Routes::FindBlob(const HttpRequest& request, AskedBlob asked) const
 {
   asked.tag = TagOfBlob(asked.model->Description().digest, asked.name);
@@ -518,7 +519,8 @@ Routes::Found Routes::FindBlob(const HttpRequest& request, AskedBlob asked) cons
   return reading;
 }
 
-// Nothing if the answer would count against a quota, and mayCount is false.
+// Reads a blob and answers with it. Nothing if the answer would count against a quota and mayCount
+// is false.
 std::optional<HttpResponse> Routes::ReadBlob(
   const HttpRequest& request, const AskedBlob& asked, bool mayCount) const
 {
@@ -532,11 +534,12 @@ std::optional<HttpResponse> Routes::ReadBlob(
     }
     return this->Failure(refusal.status, refusal.message);
   };
-  if (const auto ended = asked.permission.RefuseAll()) // since it was found
+  if (const auto ended = asked.permission.RefuseAll()) // the token may have ended meanwhile
   {
     return this->Forbidden(*ended);
   }
-  // Nothing is read for an answer without bytes. A range is read as a whole blob, for its checksum.
+  // Nothing is read for an answer without bytes. For a range the whole blob is read, because the
+  // checksum covers all of it.
   if (asked.isKnown || !request.range.empty())
   {
     const auto size = asked.model->BlobSize(asked.id);
@@ -570,7 +573,7 @@ std::optional<HttpResponse> Routes::ReadBlob(
   return this->AnswerWhole(request, asked, *blob, (*blob)->size());
 }
 
-// bytes: null if none are sent; `size`: their number.
+// bytes: null if none are sent; `length`: their number.
 HttpResponse Routes::AnswerWhole(const HttpRequest& request, const AskedBlob& asked,
   const BlobBytes& bytes, std::size_t length) const
 {
@@ -580,12 +583,13 @@ HttpResponse Routes::AnswerWhole(const HttpRequest& request, const AskedBlob& as
   return Ranged(request, std::move(response));
 }
 
-// A tile counts as its piece: the original's tiles as its partitions.
+// A tile counts as its piece does: a tile of the original counts as its partition.
 Routes::Found Routes::FindTile(const HttpRequest& request, const protocol::ResourcePath& resource,
   std::shared_ptr<const ServedModel> model, Permission permission) const
 {
   const auto& description = model->Description();
-  // A hash of the whole description: for example, a unit changes the tiles but not the digest.
+  // A hash of the whole description, because, for example, another unit changes the tiles but not
+  // the digest.
   const std::string version = model->JsonHash(
     [](const std::vector<std::uint8_t>& json) { return HashOf(json, tilesFormat); });
   if (!resource.tile.isRoot && resource.digest != version)
@@ -628,9 +632,10 @@ Routes::Found Routes::FindTile(const HttpRequest& request, const protocol::Resou
     }
   }
   Reading reading;
-  // A counted answer is first made by readers, and only then subtracted from the quota.
+  // An answer that counts is made by readers first; only then does it count against the quota.
   reading.counts = mayCount ? Counts::Perhaps : Counts::No;
-  // One thread makes the tilesets of a detail, the first of which takes long.
+  // Only one thread makes the tilesets of one level of detail, because the first of them takes
+  // long.
   reading.isMade = true;
   reading.source = asked.model.get();
   reading.part = version + "/" +
@@ -641,7 +646,8 @@ Routes::Found Routes::FindTile(const HttpRequest& request, const protocol::Resou
   return reading;
 }
 
-// Nothing if it counts against a quota and must not; but the tile has been made then.
+// Makes a tile and answers with it. Nothing if the answer would count against a quota and mayCount
+// is false; but then the tile has been made.
 std::optional<HttpResponse> Routes::ReadTile(
   const HttpRequest& request, const AskedTile& asked, bool mayCount) const
 {
@@ -656,7 +662,7 @@ std::optional<HttpResponse> Routes::ReadTile(
     return this->Failure(
       refusal.status, refusal.status == 410 ? AnotherTileset(description.id) : refusal.message);
   };
-  if (const auto ended = asked.permission.RefuseAll()) // since it was found
+  if (const auto ended = asked.permission.RefuseAll()) // the token may have ended meanwhile
   {
     return this->Forbidden(*ended);
   }
@@ -711,7 +717,7 @@ HttpResponse Routes::AnswerTile(
     request, tile.isTileset ? "application/json" : "model/gltf-binary", bytes, asked.tag, keep);
 }
 
-// What search engines ask for, unless the web folder has files of these names.
+// Files that search engines request, unless the web folder has files of these names.
 Routes::Found Routes::FindForRobots(const HttpRequest& request, std::string_view path) const
 {
   Reading reading;
@@ -730,7 +736,7 @@ Routes::Found Routes::FindForRobots(const HttpRequest& request, std::string_view
       return this->AnswerText(request, "text/plain; charset=utf-8",
         "User-agent: *\nAllow: /\n\nSitemap: " + request.root + "sitemap.xml\n");
     }
-    constexpr std::size_t most = 49'999; // of a sitemap
+    constexpr std::size_t most = 49'999; // addresses in a sitemap
     const auto permission = this->Admit(request.client, {});
     return this->AnswerText(request, "application/xml",
       WriteSitemap(permission ? this->SummariesFor(*permission, most) : std::vector<ModelSummary>(),
@@ -752,7 +758,7 @@ std::vector<ModelSummary> Routes::SummariesFor(const Permission& permission, std
   return summaries;
 }
 
-// The models that the client may have.
+// Lists the models that the client may have.
 HttpResponse Routes::AnswerModelList(const HttpRequest& request, const Permission& permission) const
 {
   BlobBytes body;
@@ -804,8 +810,8 @@ HttpResponse Routes::ReadFile(const HttpRequest& request, const std::string& pat
   if (!file)
   {
     const auto code = file.GetError().code;
-    // A file that is too large cannot be a file of this site: asking again would not help, and the
-    // server is not faulty.
+    // A file that is too large cannot be a file of this site. Asking again would not help, and the
+    // server has not failed.
     const bool isMissing = code == ErrorCode::NotFound || code == ErrorCode::LimitExceeded;
     const unsigned status = isMissing                            ? 404
                             : code == ErrorCode::InvalidArgument ? 400
@@ -833,8 +839,8 @@ HttpResponse Routes::AnswerFile(const HttpRequest& request, const StaticFile& fi
   return response;
 }
 
-// A model's page is an answer in any case: people follow links. Where it is not known, or not for
-// this client (which of the two, only clients with a token learn), the page says so.
+// A model's page is answered in any case, because people follow links. If the model is unknown, or
+// not for this client, the page says so; only clients with a token are told which of the two it is.
 Routes::Found Routes::FindPage(const HttpRequest& request, PagePath asked) const
 {
   const bool isEmbed = asked.kind == PagePath::Kind::Embed;
@@ -863,9 +869,9 @@ Routes::Found Routes::FindPage(const HttpRequest& request, PagePath asked) const
   Reading reading;
   if (asked.kind == PagePath::Kind::Page || isList)
   {
-    reading.source = this; // the folder of the page
+    reading.source = this; // the folder of the web pages
     reading.part = "page";
-    constexpr std::size_t most = 1000; // links, for whoever runs no scripts
+    constexpr std::size_t most = 1000; // links, for visitors without scripts
     auto listed =
       isList && !refused ? this->SummariesFor(*permission, most) : std::vector<ModelSummary>();
     reading.Read = [this, request, asked, model, listed = std::move(listed),
@@ -916,8 +922,8 @@ Routes::Found Routes::FindPage(const HttpRequest& request, PagePath asked) const
   return reading;
 }
 
-// listed: of the page of all models. model: null where there is none to show. lacking: what the
-// client's token lacks, or nothing.
+// listed: the models on the page of all models. model: null if there is none to show. lacking: what
+// the client's token lacks, or "".
 HttpResponse Routes::AnswerPage(const HttpRequest& request, const PagePath& asked,
   const ServedModel* model, const std::vector<ModelSummary>& listed,
   const std::string& lacking) const
@@ -990,7 +996,7 @@ HttpResponse Routes::AnswerDrawn(const HttpRequest& request, const ServedModel& 
   return response;
 }
 
-// A text that is made for each request, and sent compressed where that is taken.
+// A text that is made for each request, and compressed if the client accepts that.
 HttpResponse Routes::AnswerText(
   const HttpRequest& request, const std::string& type, const std::string& text) const
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Which answer a request gets: the GET routes of doc/protocol.md. Step "serve" of the pipeline
-// picture. No sockets: a function of the request, the catalog and the web folder.
+// picture. No sockets: an answer depends only on the request, the catalog and the web folder.
 #pragma once
 
 #include "filters/protocol/ResourcePath.h"
@@ -26,15 +26,16 @@ namespace kdstream
 
 struct RouteOptions
 {
-  std::string allowOrigin;        // Access-Control-Allow-Origin; empty: none is sent
-  std::optional<StaticFiles> web; // what "/" serves; else a page of text
+  std::string allowOrigin;        // Access-Control-Allow-Origin; empty: not sent
+  std::optional<StaticFiles> web; // the files below "/"; without them, a page of text
   std::string version;
   bool metrics = true; // whether "/metrics" is answered here, or only by AnswerAdmin
-  std::function<bool()> isDraining = {}; // whether the server is stopping; empty: never
+  std::function<bool()> isDraining = {}; // whether the server is stopping; empty: it never is
   // Checks the tokens for models; null: no tokens are needed.
   std::shared_ptr<const TokenGuard> guard = {};
-  std::shared_ptr<const PartitionLedger> ledger = {}; // where partitions are entered; null: nowhere
-  // Lost lines of the server's logs; empty: no logs.
+  // Records the partitions that clients get; null: nothing is recorded.
+  std::shared_ptr<const PartitionLedger> ledger = {};
+  // The number of lines that the server's logs have lost; empty: there are no logs.
   std::function<std::uint64_t()> lostLines = {};
   std::string contact = {}; // sent to clients without a valid token, unless empty
 };
@@ -51,26 +52,26 @@ public:
     Perhaps, // decided by Reading::Uncounted
     Yes
   };
-  // Reads an answer that is not given at once. All objects that the request names have been found,
-  // and its client's permission has been checked. The functions may wait for a disk; errors are
-  // responses too. REQUIRES: the routes outlive it.
+  // Makes an answer that is not given at once. All objects that the request names have been found,
+  // and the client's permission has been checked. The functions may wait for a disk; an error also
+  // becomes an answer. REQUIRES: the routes outlive this object.
   class Reading
   {
   public:
     Counts counts = Counts::No;   // against a quota
-    const void* source = nullptr; // the model or the folder of files that is read, by address
+    const void* source = nullptr; // the model or folder that is read, by its address
     std::string part = {};        // the part of the model, if several readers may share the read
-    bool isMade = false;          // it takes a processor for long: blobs do not wait for it
+    bool isMade = false;          // takes much computing: reads of blobs do not wait for it
 
     HttpResponse Answer() const { return *this->Read(true); }
-    // The same where it counts against no quota, else nothing.
+    // The answer if it counts against no quota; else nothing.
     std::optional<HttpResponse> Uncounted() const { return this->Read(false); }
 
   private:
     friend class Routes;
     std::function<std::optional<HttpResponse>(bool mayCount)> Read;
   };
-  // The answer, if it needs no waiting; else the Reading that makes it. From any thread.
+  // The answer, if it needs no waiting; else the Reading that makes the answer. From any thread.
   std::variant<HttpResponse, Reading> Find(const HttpRequest& request) const;
 
   // Answers the administrator: /metrics, /healthz, /readyz. Never waits.
@@ -79,20 +80,21 @@ public:
   // Whether the target asks how the server is: /healthz or /readyz.
   static bool IsProbe(std::string_view target);
 
-  // The permission of a client (its address) with these fields of its request. Errors:
+  // The permission of a client with this address, if its request has these fields. Errors:
   // InvalidInput, with a message for the client, if it needs a valid token and has none: 401.
   Result<Permission> Admit(const std::string& client, std::string_view authorization,
     std::string_view subprotocols = {}) const;
-  // The answer to a client that may not have what it asks for, which is counted.
+  // Counts the refusal, and returns the answer for it: the client may not have what it asks for.
   HttpResponse Forbidden(const Refusal& refusal) const;
 
-  // {"error":"…"}, and "contact" unless it is empty, with the fields that every answer has.
+  // The answer {"error":"…"}, with "contact" unless it is empty, and with the fields that every
+  // answer has.
   HttpResponse Failure(unsigned status, std::string_view message,
     std::chrono::seconds retryAfter = std::chrono::seconds(0), std::string_view contact = {}) const;
 
   // Whether a page from `origin` (the header field; "" = not a browser) may open a stream at
-  // `host`: pages of this server may, and those that allowOrigin names. The server must check this,
-  // because browsers open WebSockets to any host.
+  // `host`. Pages of this server may, and pages of the origins that allowOrigin names. The server
+  // must check this, because browsers open WebSockets to any host.
   bool MayStream(std::string_view origin, std::string_view host) const;
 
 private:
@@ -128,7 +130,7 @@ private:
   HttpResponse AnswerPage(const HttpRequest& request, const PagePath& asked,
     const ServedModel* model, const std::vector<ModelSummary>& listed,
     const std::string& lacking) const;
-  // Of the first models that it allows, at most this number.
+  // Summaries of the first models that the permission allows, at most `most` of them.
   std::vector<ModelSummary> SummariesFor(const Permission& permission, std::size_t most) const;
   Found FindForRobots(const HttpRequest& request, std::string_view path) const;
   HttpResponse AnswerDrawn(const HttpRequest& request, const ServedModel& model,

@@ -27,12 +27,12 @@
 namespace kdstream
 {
 
-// A connection that can be asked to end when it has answered what is in flight. Functions: from any
-// thread, except protected ones.
+// A connection that can be asked to end after the answers in flight. All functions may be called
+// from any thread, except protected ones.
 //
-// Timers end each of a connection's states. If a timer is lost or was never set, the server's
-// reaper (EndOverdue), which checks all connections every second, closes the connection; so no slot
-// is lost forever.
+// Timers end each of a connection's states. A timer might be lost, or never set. So the server's
+// reaper (EndOverdue) checks all connections every second, and closes those whose state has lasted
+// too long; no slot is lost forever.
 class Drainable
 {
 public:
@@ -40,16 +40,18 @@ public:
 
   virtual ~Drainable() = default;
   virtual void Drain() = 0;
-  // Its slot is needed: it ends if its client still waits for nothing.
+  // The connection's slot is needed: it ends if its client is still waiting for nothing.
   virtual void GiveUp() = 0;
-  // Its state should have ended by now: it is closed, unless it has gone on meanwhile.
+  // The connection's state should have ended by now: the connection is closed, unless its state has
+  // changed meanwhile.
   virtual void EndIfOverdue() = 0;
 
-  // When its slot may be taken back; the end of time while its client waits for something.
+  // When the connection's slot may be taken back; the end of time while its client waits for
+  // something.
   Clock::time_point FreeFrom() const { return Clock::time_point(this->Free.load()); }
-  // Its slot is about to be taken back: it is not chosen again.
+  // The connection's slot is about to be taken back: this connection is not chosen again.
   void SetChosen() { this->SetBusy(); }
-  // When its state ends at the latest.
+  // When the connection's state must have ended.
   Clock::time_point End() const { return Clock::time_point(this->EndOfState.load()); }
 
 protected:
@@ -60,21 +62,22 @@ protected:
 
 private:
   std::atomic<Clock::duration> Free{ Clock::time_point::max().time_since_epoch() };
-  // At first, the time that any connection may take to set it.
+  // Until a connection sets this time itself, it has 60 s.
   std::atomic<Clock::duration> EndOfState{
     (Clock::now() + std::chrono::seconds(60)).time_since_epoch()
   };
 };
 
-// The address that is served: the socket's other end, or the client of a trusted proxy.
+// The client that is served: at the socket's other end, or behind a trusted proxy.
 struct Client
 {
   std::string peer;    // address of the other end
-  std::string address; // of the client
+  std::string address; // address of the client
   bool proxied = false;
 };
 
-// A client's place among all, and among those of its address; either may be missing.
+// A client's slot among all connections, and its slot among those of its address; either may be
+// missing.
 struct ConnectionSlot
 {
   std::shared_ptr<void> ofAll, ofAddress;
@@ -102,18 +105,20 @@ public:
   Metrics Counters;
   const Routes Answers;
   TlsCertificate Certificate;
-  // Whether they listen only for this machine; set before anybody connects.
+  // Whether the server, and its admin address, listen only for this machine; set before anybody
+  // connects.
   bool isLocal = false, isAdminLocal = false;
   WorkerPool Readers{ [this](WorkerPool::Clock::duration waited)
     { this->Counters.CountWait(waited); } };
-  // Threads for what takes long to make of blobs: tiles, pictures.
+  // Threads that make tiles and pictures, which takes longer than reading blobs.
   WorkerPool Makers{ [this](WorkerPool::Clock::duration waited)
     { this->Counters.CountWait(waited); } };
-  // Threads for what counts against quotas. Not the readers: if another process holds the quotas'
-  // file, only requests that take of a quota wait.
+  // Threads for requests that count against quotas. The readers do not do this: if another process
+  // holds the file of the quotas, only requests that count against a quota wait.
   WorkerPool Takers{ [this](WorkerPool::Clock::duration waited)
     { this->Counters.CountWait(waited); } };
-  // Threads for TLS handshakes, not the readers: a hanging disk does not stop new connections.
+  // Threads for TLS handshakes. The readers do not do this: so a hanging disk does not stop new
+  // connections.
   WorkerPool Handshakes;
 
   bool IsTls() const { return !this->Options.tlsCertificate.empty(); }
@@ -133,7 +138,7 @@ public:
       this->WriteLog([&] { this->Options.onAccess(record); });
     }
   }
-  // The same error is reported once a minute at most, with how often it has come.
+  // Reports the same error at most once a minute, together with how often it has occurred.
   void LogError(std::string_view message) noexcept
   {
     if (this->Options.onError)
@@ -149,7 +154,7 @@ public:
     }
   }
 
-  // The exception that is being handled, which has ended what `what` says.
+  // Logs the exception that is being handled; `what` says what it has ended.
   void LogCaught(const char* what) noexcept
   {
     std::string text;
@@ -180,8 +185,8 @@ public:
     }
   }
 
-  // Runs the task on one of the readers, or, if it takes of a quota or takes long to make, on a
-  // thread for that. The task must not throw.
+  // Runs the task on a reader. If the task counts against a quota, or takes much computing
+  // (isMade), it runs on one of the threads for that. The task must not throw.
   void Read(bool takes, WorkerPool::Task task, bool isMade = false)
   {
     auto& pool = takes && this->Options.quotas ? this->Takers
@@ -195,13 +200,13 @@ public:
     this->Counters.CountFailure(Metrics::Failure::Disk);
     this->LogError("a disk does not respond: clients that wait for it are asked to try again");
   }
-  // Has one of the threads for handshakes do it.
+  // Runs the work on one of the threads for handshakes.
   void ShakeHands(WorkerPool::Work work)
   {
     this->Handshakes.Add({ [this, work = std::move(work)] { this->Guard(work, [] {}); } });
   }
 
-  // An answer, or an error for lack of memory.
+  // Returns the answer; if making it throws (lack of memory), an error as the answer.
   template <class Work>
   std::optional<HttpResponse> Caught(const Work& answer)
   {
@@ -219,14 +224,15 @@ public:
 
   bool Draining() const { return this->Drains; }
 
-  // Drains every connection that there is, and every one that is still to come.
+  // Asks every open connection, and every later one, to end after the answers in flight.
   void Drain()
   {
     this->Drains = true;
     std::vector<std::shared_ptr<Drainable>> connections;
     {
       const std::lock_guard lock(this->Mutex);
-      // So that nothing throws below: the end of a connection takes the lock.
+      // Reserved, so that nothing throws below, where connections are held: the end of a connection
+      // takes the lock.
       connections.reserve(this->Connections.size());
       for (const auto& entry : this->Connections)
       {
@@ -241,17 +247,18 @@ public:
       connection->Drain();
     }
   }
-  // Closes the connections that are in a state for longer than it may last: their own timers should
-  // have done this. Throws std::bad_alloc, before anything has changed.
+  // Closes the connections whose state has lasted too long; their own timers should have done this.
+  // Throws std::bad_alloc, before anything has changed.
   void EndOverdue()
   {
     std::vector<std::shared_ptr<Drainable>> overdue;
-    // Their timers come first.
+    // The connections' own timers get half a second first.
     const auto now = Drainable::Clock::now() - std::chrono::milliseconds(500);
     {
       const std::lock_guard lock(this->Mutex);
       const auto isOverdue = [now](const auto& entry) { return entry.first->End() <= now; };
-      // So that nothing throws below: the end of a connection takes the lock.
+      // Reserved, so that nothing throws below, where connections are held: the end of a connection
+      // takes the lock.
       overdue.reserve(static_cast<std::size_t>(
         std::count_if(this->Connections.begin(), this->Connections.end(), isOverdue)));
       for (const auto& entry : this->Connections)
@@ -275,8 +282,8 @@ public:
     return this->Changed.wait_for(lock, timeout, [this] { return this->Count == 0; });
   }
 
-  // A connection slot among maximumConnections, held while a client is connected; null if all are
-  // taken, and no idle connection can give one back.
+  // A connection slot among maximumConnections, held while a client is connected. Null if all slots
+  // are taken, and no idle connection can give one back.
   std::shared_ptr<void> TakeSlot()
   {
     std::shared_ptr<Drainable> idle;
@@ -298,8 +305,8 @@ public:
       idle->GiveUp();
     }
     this->Counters.ConnectionOpened();
-    // Not under the lock, because the deleter takes it: if there is no memory for the shared_ptr,
-    // the deleter is called at once.
+    // The lock is released first, because the deleter takes it: if there is no memory for the
+    // shared_ptr, the deleter is called at once.
     return std::shared_ptr<void>(
       this, [](void* state) { static_cast<ServerState*>(state)->GiveSlotBack(); });
   }
@@ -322,7 +329,8 @@ public:
   }
 
 private:
-  // null if nobody asks for the log of partitions.
+  // The ledger of partitions that clients get; null if there are neither quotas nor a log of
+  // partitions.
   std::shared_ptr<const PartitionLedger> MakeLedger()
   {
     if (!this->Options.quotas && !this->Options.onPartition)
@@ -348,7 +356,8 @@ private:
       });
   }
 
-  // The connection that has been idle for longest; null if none may be ended yet. The lock is held.
+  // The connection that has been idle for longest; null if none may be ended yet. The caller holds
+  // the lock.
   std::shared_ptr<Drainable> TakeIdle()
   {
     auto first = Drainable::Clock::now();
@@ -394,7 +403,7 @@ private:
   }
 
   std::mutex Mutex;
-  std::mutex LogMutex; // for Errors too
+  std::mutex LogMutex; // for Errors, and for writing logs
   RareMessages Errors;
   std::condition_variable Changed;
   std::unordered_map<const Drainable*, std::weak_ptr<Drainable>> Connections;

@@ -11,8 +11,8 @@ namespace kdstream
 
 using TcpStream = beast::basic_stream<asio::ip::tcp, EventLoop>;
 
-// Functions: on the socket's executor. Handlers are called there, too, but never inside the
-// function that takes them, except those of Handshake and EndOutput.
+// Functions must be called on the socket's executor. Handlers run there, too, but never inside the
+// function that they were passed to, except those of Handshake and EndOutput.
 class ClientSocket::Layers
 {
 public:

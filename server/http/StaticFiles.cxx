@@ -22,7 +22,7 @@ namespace
 
 namespace fs = std::filesystem;
 
-// The path below the root; nothing if a part of it is hidden, empty, "." or "..".
+// The path below the root. Nothing if one of its parts is hidden, empty, "." or "..".
 std::optional<fs::path> RelativePath(std::string_view path)
 {
   fs::path relative;
@@ -101,7 +101,7 @@ Result<BlobBytes> ReadWhole(const fs::path& file)
   return std::make_shared<const std::vector<std::uint8_t>>(std::move(bytes));
 }
 
-// Whether a path names nothing that may be served.
+// Whether the error means that the path leads to nothing that may be served.
 bool SaysAbsent(const std::error_code& error)
 {
   return error == std::errc::no_such_file_or_directory || error == std::errc::not_a_directory ||
@@ -111,16 +111,16 @@ bool SaysAbsent(const std::error_code& error)
 
 }
 
-// Files in memory, by the path in the folder and whether gzip is accepted.
+// Files in memory, by their path in the folder and by whether gzip is accepted.
 struct StaticFiles::Kept
 {
   using Key = std::pair<std::string, bool>;
   Report report;
-  std::mutex mutex;                            // for what follows
-  std::map<std::string, std::string> reported; // by the path in the folder: the last report
+  std::mutex mutex;                            // for the members below
+  std::map<std::string, std::string> reported; // the last report, by path in the folder
   std::map<Key, std::shared_ptr<const StaticFile>> files;
   std::uintmax_t bytes = 0;
-  std::uint64_t forgotten = 0; // times
+  std::uint64_t forgotten = 0; // how often Forget was called
 };
 
 StaticFiles::StaticFiles(std::filesystem::path root, Report report)
@@ -191,7 +191,7 @@ Result<std::shared_ptr<const StaticFile>> StaticFiles::Read(
   auto file = std::make_shared<const StaticFile>(std::move(*read));
   const std::lock_guard lock(this->Memory->mutex);
   this->Memory->reported.erase(relative->string());
-  // A read that began before Forget may have read the earlier file.
+  // A read that began before Forget may have read the earlier file, so its result is not kept.
   if (this->Memory->forgotten == forgotten &&
       this->Memory->bytes + file->bytes->size() <= keptBytes &&
       this->Memory->files.emplace(Kept::Key{ relative->string(), acceptGzip }, file).second)
@@ -201,7 +201,7 @@ Result<std::shared_ptr<const StaticFile>> StaticFiles::Read(
   return file;
 }
 
-// Reports an error of an existing file.
+// Reports an error of a file that exists.
 void StaticFiles::Tell(const std::string& relative, const Error& error) const
 {
   if (error.file.empty() || !this->Memory->report)
@@ -229,7 +229,7 @@ Result<StaticFile> StaticFiles::ReadFile(const fs::path& relative, bool acceptGz
   {
     file = fs::canonical(file / "index.html", error);
   }
-  if (error && !SaysAbsent(error)) // no memory, a disk that fails: the file may well be there
+  if (error && !SaysAbsent(error)) // no memory, a failing disk: the file may exist
   {
     return SystemError("the file cannot be read", error.value(), (this->Root / relative).string());
   }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The files of a folder, for the web viewer: a URL's path to bytes. Path traversal (..) is refused.
+// Serves the files of a folder, for the web viewer: finds the bytes for a URL's path. Path
+// traversal (..) is refused.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -19,7 +20,7 @@ struct StaticFile
   BlobBytes bytes;
   std::string contentType;
   std::string encoding; // "gzip", or empty
-  bool varies = false;  // whether there are both, plain and gzip
+  bool varies = false;  // whether there are both a plain and a gzip version
 };
 
 // All functions may be called from any thread.
@@ -29,26 +30,26 @@ public:
   static constexpr std::uintmax_t maximumBytes = std::uintmax_t{ 64 } << 20;
   static constexpr std::uintmax_t keptBytes = std::uintmax_t{ 64 } << 20;
 
-  // Called for a file that cannot be served, with the reason: once, until it can be served, or
-  // Forget. From any thread.
+  // Called with the reason for a file that cannot be served. It is called once, and again only
+  // after the file could be served, or after Forget. From any thread.
   using Report = std::function<void(const std::string& file, const std::string& what)>;
 
-  // Errors: NotFound where `folder` is not a folder.
+  // Errors: NotFound if `folder` is not a folder.
   static Result<StaticFiles> Open(const std::filesystem::path& folder, Report report = {});
 
   // The file at the path of a URL; for a folder, its index.html. Escapes (%20) are decoded once.
-  // With `acceptGzip`, the bytes of FILE.gz if there is such a file; whether it is FILE compressed
-  // is not checked. Errors: InvalidArgument for malformed escapes; NotFound for everything except
-  // regular files below the folder, so for hidden files, "..", and links that lead outside;
-  // LimitExceeded for a file that is too large; InputOutput. Copies share the files read, which
-  // stay in memory, up to keptBytes, until Forget.
+  // With `acceptGzip`, the bytes of FILE.gz if there is such a file; it is not checked that FILE.gz
+  // is FILE compressed. Errors: InvalidArgument for malformed escapes; NotFound for everything
+  // except regular files below the folder, which excludes hidden files, "..", and links that lead
+  // outside; LimitExceeded for a file that is too large; InputOutput. Copies of this object share
+  // the files that were read; these stay in memory, up to keptBytes, until Forget.
   Result<std::shared_ptr<const StaticFile>> Read(
     std::string_view urlPath, bool acceptGzip = false) const;
 
-  // The same if it is in memory, else null.
+  // The file, if it is in memory, else null.
   std::shared_ptr<const StaticFile> Find(std::string_view urlPath, bool acceptGzip = false) const;
 
-  // The files may have changed.
+  // Call this when the files may have changed.
   void Forget() const;
 
 private:

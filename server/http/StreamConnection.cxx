@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // At most one message is being written; the next one is made only when it has been sent. So a
-// client that does not read costs the memory of one frame, and a cancel takes effect at the next
-// frame. The pool of readers reads what the conversation needs, one blob at a time.
+// client that does not read costs only the memory of one frame, and a cancel takes effect at the
+// next frame. The pool of readers reads blobs for the conversation, one at a time.
 //
 // A stream goes through these phases. No client can postpone the end of a phase:
 //
-//   Opening   the answer to the upgrade is being written     until it takes too long to send
+//   Opening   the answer to the upgrade is being written     until sending takes too long
 //   Open      messages go both ways                          until the client is silent for
 //                                                            --stream-timeout, or does not take a
 //                                                            message in --answer-timeout
-//   Closing   a Close frame is sent or outstanding, and the  \ closePatience after the Close frame
-//             client's is waited for; messages are skipped    | was made, whatever else comes or
-//   Ending    nothing more is sent; what comes is dropped,   / does not: Deadline() does not move
-//             so that the last answer gets through             any more
+//   Closing   a Close frame is sent or waits to be sent,     \ closePatience after our Close frame,
+//             and the client's is awaited; messages are       | whatever the client does: from then
+//             skipped                                         | on Deadline() does not change
+//   Ending    nothing more is sent; incoming bytes are       /
+//             dropped, so that the last answer arrives
 //
 // Then the socket is closed. This ends the read and the write in flight, and only these keep the
 // stream alive. Neither waits for the other, and a reader (of disks) that works for the stream does
@@ -56,8 +57,8 @@ public:
     , Slot(std::move(slot))
     , Record(std::move(record))
     , Stream(state.Models, state.Options.stream, std::move(permission))
-    // More than a conversation accepts, so that the conversation can refuse it with a message; but
-    // not unlimited.
+    // More than a conversation accepts, so that the conversation can refuse the message with an
+    // answer; but not unlimited.
     , Frames(16 * state.Options.stream.message.bytes)
     , Arrived(bytesAtOnce)
     , Alarm(this->Socket.get_executor())
@@ -125,7 +126,7 @@ public:
   }
 
 private:
-  static constexpr std::size_t bytesAtOnce = 4096; // that are read
+  static constexpr std::size_t bytesAtOnce = 4096; // for each read
   static constexpr std::chrono::milliseconds closePatience{ 2000 };
 
   using Timer = asio::basic_waitable_timer<Clock, asio::wait_traits<Clock>, EventLoop>;
@@ -138,15 +139,15 @@ private:
     Ending
   };
 
-  // What each handler does.
+  // Runs the work of a handler. An exception ends this stream.
   template <class Work>
   void Guard(const Work& work) noexcept
   {
     this->State.Guard(work, [this] { this->Socket.Close(); });
   }
 
-  // Without this the kernel would buffer megabytes for a slow client, and a cancel would have to
-  // wait until they are sent.
+  // Limits the bytes that the kernel buffers. Otherwise it would buffer megabytes for a slow
+  // client, and a cancel would have to wait until they are sent.
   void LimitUnsentBytes()
   {
 #ifdef TCP_NOTSENT_LOWAT
@@ -163,14 +164,14 @@ private:
     this->GoOn();
   }
 
-  // Reads and writes what can be read and written now.
+  // Reads and writes as much as is possible now.
   void GoOn()
   {
     this->Write();
     this->Read();
   }
 
-  // ---- what the client says
+  // ---- messages from the client
 
   bool Listens() const
   {
@@ -206,8 +207,8 @@ private:
       [self = this->shared_from_this()](beast::error_code error, std::size_t bytes)
       {
         self->Reading = false;
-        // A client that has left without a Close frame, or continues to send after the end, is not
-        // waited for.
+        // The client has left without a Close frame, or continues to send after the end: do not
+        // wait for it.
         if (error || Clock::now() >= self->Deadline())
         {
           self->Socket.Close();
@@ -223,7 +224,7 @@ private:
       });
   }
 
-  // The client is there.
+  // Notes that the client is still there.
   void Hear()
   {
     this->HeardAt = Clock::now();
@@ -250,14 +251,14 @@ private:
         this->Stream.ReceiveBinary();
         this->Write();
         break;
-      case Event::Ping: // only the latest is answered, as the standard allows (section 5.5.3)
+      case Event::Ping: // only the latest is answered, as allowed (section 5.5.3)
         if (this->Now == Phase::Open)
         {
           this->Pong = std::string(this->Frames.Control());
           this->Write();
         }
         break;
-      case Event::Close: // is answered with its own status
+      case Event::Close: // answered with the client's status
         this->IsOver = true;
         this->Close(this->Frames.Status() == 0 ? normalClosure : this->Frames.Status());
         break;
@@ -280,7 +281,7 @@ private:
     this->Write();
   }
 
-  // ---- what the server says
+  // ---- messages to the client
 
   // Sends head and body, then continues with `then`.
   void Send(std::string_view head, asio::const_buffer body, void (StreamConnection::*then)())
@@ -290,7 +291,7 @@ private:
     this->Watch();
     asio::async_write(
       this->Socket, std::array{ asio::const_buffer(head.data(), head.size()), body },
-      [](beast::error_code error, std::size_t) // how much to write at once
+      [](beast::error_code error, std::size_t) // decides how much to write at once
       { return error ? 0 : std::numeric_limits<std::size_t>::max(); },
       [self = this->shared_from_this(), then](beast::error_code error, std::size_t sent)
       {
@@ -311,7 +312,7 @@ private:
     this->Send(this->FrameHead.Bytes(), asio::const_buffer(payload.data(), payload.size()), then);
   }
 
-  // The next frame that is outstanding, if none is being written.
+  // Writes the next frame that waits to be sent, if none is being written.
   void Write()
   {
     if (this->Writing || this->Now == Phase::Opening || this->Now == Phase::Ending)
@@ -328,8 +329,8 @@ private:
     }
   }
 
-  // A pong or a ping, but not two in a row: a client that sends many pings does not delay its
-  // answers.
+  // Sends a pong or a ping, but not two in a row, so that a client that sends many pings does not
+  // delay its answers.
   bool WriteControl()
   {
     const bool may = !std::exchange(this->WasControl, false);
@@ -363,7 +364,7 @@ private:
       {
         this->WriteControl();
       }
-      else if (this->Stream.IsIdle() && this->IsBusy()) // pings make nobody less idle
+      else if (this->Stream.IsIdle() && this->IsBusy()) // pings do not end idleness
       {
         this->SetIdle(this->State.Options.idleTimeout);
       }
@@ -385,7 +386,7 @@ private:
       this->Output);
   }
 
-  // bytes: with the frame's head.
+  // bytes: including the frame's head.
   void CountSent(std::size_t bytes)
   {
     if (std::exchange(this->SendsMessage, false))
@@ -420,7 +421,7 @@ private:
     }
   }
 
-  // Measures the time if the sent blob is the first or the last one of its request.
+  // Measures the time, if the blob that was sent is the first or the last one of its request.
   void CountBlob()
   {
     const auto time = Clock::now() - this->Sending.received;
@@ -434,8 +435,8 @@ private:
     }
   }
 
-  // Passes the conversation's task to the readers. They do not keep the stream alive: its slot is
-  // free when its client has left, even if a disk hangs.
+  // Passes the conversation's task to the readers. They do not keep the stream alive: its slot
+  // becomes free when its client has left, even if a disk hangs.
   void RunTask()
   {
     const auto task = this->Stream.TakeTask();
@@ -473,19 +474,19 @@ private:
       });
   }
 
-  // ---- the end
+  // ---- the end of the stream
 
   // Begins the closing handshake: a Close frame after the current message, and no message after it.
   // IsOver: the client's Close frame has arrived, or its input is malformed.
   void Close(std::uint16_t status)
   {
-    if (this->Now == Phase::Closing) // ours is on its way
+    if (this->Now == Phase::Closing) // our Close frame is in flight, or will be sent
     {
       this->Write();
       return;
     }
     this->Now = Phase::Closing;
-    this->SetBusy(); // its slot is about to be free
+    this->SetBusy(); // its slot will soon be free anyway
     this->Frames.SkipMessages();
     this->Status = WriteCloseStatus(status);
     this->Write();
@@ -495,8 +496,8 @@ private:
   {
     if (!this->ClosedBy)
     {
-      // Everything outstanding has been given to the kernel. A client that does not answer has
-      // left, or sleeps: nothing waits for it, in particular not the end of the server.
+      // All frames have been passed to the kernel. A client that does not answer has left, or
+      // sleeps. Nothing waits for it, least of all the end of the server.
       this->ClosedBy = Clock::now() + std::min(closePatience, this->State.PatienceFor(0));
       this->SendFrame(WebSocketOpcode::Close, this->Status, &StreamConnection::GoOn);
     }
@@ -506,8 +507,8 @@ private:
     }
   }
 
-  // Reads for a moment what the client still sends: if the socket were closed with unread bytes,
-  // the kernel would discard the Close frame that is on its way.
+  // For a moment reads the bytes that the client still sends: if the socket were closed with unread
+  // bytes, the kernel would discard the Close frame that is in flight.
   void EndOutput()
   {
     this->Now = Phase::Ending;
@@ -522,9 +523,9 @@ private:
     this->Read();
   }
 
-  // ---- the time
+  // ---- deadlines
 
-  // When the stream ends unless something happens before.
+  // The time at which the stream ends, unless something happens before.
   Clock::time_point Deadline() const
   {
     if (this->ClosedBy)
@@ -540,12 +541,12 @@ private:
     return this->HeardAt + this->State.Options.streamTimeout / 2;
   }
 
-  // The conversation checks its token before each message; a client that waits for no message is
-  // informed within this time.
+  // The conversation checks its token before each message. If the client waits for no message, the
+  // token is checked at this interval.
   static constexpr std::chrono::milliseconds tokenInterval{ 250 };
 
-  // One timer for all deadlines: it checks again when it expires, and is set anew only if it would
-  // expire too late.
+  // Sets the timer. There is one timer for all deadlines: when it expires, it checks them again; it
+  // is set again only if it would expire too late.
   void Watch()
   {
     auto next = this->Deadline();
@@ -611,28 +612,28 @@ private:
   Conversation::Tally Counted; // counts that the metrics already have
   Clock::time_point Opened = Clock::now();
   Phase Now = Phase::Opening;
-  // What comes.
+  // Input.
   WebSocketReader Frames;
   std::vector<char> Arrived;
-  std::string_view Unread; // bytes that were not read yet
+  std::string_view Unread; // received, but not parsed yet
   bool Reading = false;
   Clock::time_point HeardAt = Clock::now();
-  // What goes.
+  // Output.
   std::string Head; // of the answer to the upgrade
   WebSocketHead FrameHead;
-  Conversation::Message Output;    // that is being sent
-  Conversation::Milestone Sending; // for its request
-  std::optional<std::string> Pong; // that is outstanding
-  std::string Controlled;          // the payload of a control frame that is being sent
+  Conversation::Message Output;    // being sent
+  Conversation::Milestone Sending; // of the request that Output answers
+  std::optional<std::string> Pong; // waits to be sent
+  std::string Controlled;          // the payload of the control frame that is being sent
   std::string Status;              // of our Close frame
   bool Writing = false;
   bool SendsMessage = false;
   bool WasControl = false;
   bool PingIsDue = false;
-  bool Pinged = false; // a ping was sent since the client was last heard
-  bool IsOver = false; // nothing that the client sends matters any more
-  // When the current message must be sent, and when everything must have ended after our Close
-  // frame.
+  bool Pinged = false; // we have sent a ping since we last heard from the client
+  bool IsOver = false; // from now on nothing that the client sends matters
+  // TakenBy: the time by which the current message must be sent. ClosedBy: the time by which
+  // everything must have ended after our Close frame.
   Clock::time_point TakenBy;
   std::optional<Clock::time_point> ClosedBy;
   Timer Alarm;

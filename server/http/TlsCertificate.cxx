@@ -24,7 +24,7 @@ Status CheckPem(const std::string& file)
   std::error_code error;
   if (std::filesystem::exists(file, error) && !std::filesystem::is_regular_file(file, error))
   {
-    // Reading a pipe might wait for ever.
+    // Reading a pipe might wait forever.
     return Error{ ErrorCode::InputOutput, file + ": is not a file" };
   }
   errno = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A server's certificate and its key: read from files, and read again while the server runs.
+// A server's certificate and its key: loaded from files, and loaded again while the server runs.
 // Internal to the server.
 #pragma once
 
@@ -14,13 +14,14 @@ struct ssl_ctx_st;
 namespace kdstream
 {
 
-// Functions: from any thread.
+// All functions may be called from any thread.
 class TlsCertificate
 {
 public:
-  // Loads PEM files. From now on new connections use these; earlier ones keep theirs. Errors:
-  // InputOutput if a file cannot be read; InvalidInput if it holds something else, or the key of
-  // another certificate. After an error nothing changes.
+  // Loads PEM files. From now on new connections use these; earlier connections keep the
+  // certificate that they have. Errors: InputOutput if a file cannot be read; InvalidInput if it
+  // holds something else, or if the key belongs to another certificate. After an error nothing
+  // changes.
   Status Load(const std::filesystem::path& certificate, const std::filesystem::path& key);
 
   // The certificate that was loaded last; null if there is none.

@@ -42,7 +42,7 @@ TlsEngine::Outcome TlsEngine::Read(void* place, std::size_t bytes, std::size_t& 
 TlsEngine::Outcome TlsEngine::Write(const void* place, std::size_t bytes)
 {
   ERR_clear_error();
-  std::size_t written = 0; // writing to memory takes all bytes at once
+  std::size_t written = 0; // writing to memory takes all bytes
   return this->Explain(
     SSL_write_ex(this->Connection.get(), place, std::min(bytes, mostWritten), &written));
 }

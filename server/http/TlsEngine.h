@@ -13,12 +13,12 @@ struct bio_st;
 namespace kdstream
 {
 
-// Functions: one at a time, from any thread. They do not wait; the handshake computes for a
-// millisecond or more.
+// Call one function at a time, from any thread. The functions never wait, but the handshake
+// computes for a millisecond or more.
 class TlsEngine
 {
 public:
-  // The server's side. Throws std::bad_alloc.
+  // The engine of the server's side. Throws std::bad_alloc.
   explicit TlsEngine(ssl_ctx_st& context);
 
   enum class Outcome
@@ -30,26 +30,27 @@ public:
   };
 
   Outcome Handshake();
-  // Reads up to `bytes` bytes from the other side; got: their number, if Done.
+  // Reads up to `bytes` bytes that the other side has sent. got: their number, if the outcome is
+  // Done.
   Outcome Read(void* place, std::size_t bytes, std::size_t& got);
-  // At most mostWritten bytes.
+  // Writes at most mostWritten bytes.
   Outcome Write(const void* place, std::size_t bytes);
   static constexpr std::size_t mostWritten = 16384; // what one record holds
   // Informs the other side that nothing more will be written.
   void EndOutput();
 
-  // What the socket has brought. Throws std::bad_alloc.
+  // Passes bytes from the socket to the engine. Throws std::bad_alloc.
   void PutInput(const void* place, std::size_t bytes);
-  // Whether any of the calls has made something to send.
+  // Whether any of the calls has produced bytes to send.
   bool HasOutput() const;
-  // Takes it, in place of what `bytes` held.
+  // Takes the bytes to send; they replace the content of `bytes`.
   void TakeOutput(std::vector<char>& bytes);
 
 private:
   Outcome Explain(int result);
 
   std::unique_ptr<ssl_st, void (*)(ssl_st*)> Connection;
-  bio_st* Input = nullptr; // the connection's
+  bio_st* Input = nullptr; // belongs to the connection
   bio_st* Output = nullptr;
 };
 

@@ -17,10 +17,10 @@ namespace kdstream
 namespace
 {
 
-// As if the client had left: no answer can be sent.
+// The same error as if the client had left: no answer can be sent.
 const beast::error_code noTls = asio::error::connection_aborted;
 
-// The beginning of what must be written, in one buffer.
+// The first bytes to write, in one buffer.
 class FirstRecord
 {
 public:
@@ -50,7 +50,8 @@ public:
   std::size_t Size() const { return this->Bytes; }
 
 private:
-  std::array<char, TlsEngine::mostWritten> Gathered; // bytes gathered from the first buffers
+  // Bytes of the first buffers, if there are several.
+  std::array<char, TlsEngine::mostWritten> Gathered;
   const char* Begin = Gathered.data();
   std::size_t Bytes = 0;
 };
@@ -64,7 +65,8 @@ TlsLayers::TlsLayers(TcpSocket socket, ssl_ctx_st& context, ClientSocket::Offloa
 {
 }
 
-// A handshake in progress. Its computation runs elsewhere, while nothing else touches the engine.
+// A handshake in progress. Its computation runs on another thread, while nothing else uses the
+// engine.
 struct TlsLayers::ShakingHands
 {
   ClientSocket::ErrorHandler handler;
@@ -105,7 +107,7 @@ void TlsLayers::Shake(const std::shared_ptr<ShakingHands>& hands)
     });
 }
 
-// Sends the engine's answer, even if the handshake failed.
+// Sends the engine's output, even if the handshake failed.
 void TlsLayers::GoOnShaking(const std::shared_ptr<ShakingHands>& hands)
 {
   this->Flush(
@@ -172,7 +174,7 @@ void TlsLayers::WriteSome(const ClientSocket::Output& buffers, ClientSocket::Byt
     { handler(error, error ? 0 : bytes); });
 }
 
-// Receives more from the client, after sending what reading has caused (new keys).
+// Receives more from the client. First sends the output that reading has caused (new keys).
 void TlsLayers::Receive(ClientSocket::ErrorHandler handler)
 {
   if (this->Engine.HasOutput())
@@ -200,7 +202,7 @@ void TlsLayers::Receive(ClientSocket::ErrorHandler handler)
     });
 }
 
-// Calls the handler once there is nothing more to send.
+// Calls the handler when there is nothing more to send.
 void TlsLayers::Flush(ClientSocket::ErrorHandler handler)
 {
   if (const auto inFlight = this->UntilAllIsSent.lock())
@@ -226,7 +228,7 @@ void TlsLayers::SendNext(std::shared_ptr<Handlers> untilAllIsSent)
         return;
       }
       this->UntilAllIsSent.reset();
-      // The last of them to be called may end the connection: nothing of it is touched then.
+      // The last handler may end the connection, so no member is used after this.
       for (auto& handler : *untilAllIsSent)
       {
         handler(error);

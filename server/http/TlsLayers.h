@@ -13,7 +13,7 @@
 namespace kdstream
 {
 
-// A reading and a writing operation may run at the same time, as in a WebSocket. Both may have
+// A read and a write may be in progress at the same time, as in a WebSocket. Both may have
 // something to send, but the socket sends one thing at a time. Every handler waits until everything
 // has been sent, so that nothing accumulates for a client that does not read.
 class TlsLayers final : public ClientSocket::Layers
@@ -42,8 +42,8 @@ private:
   ClientSocket::Offload Elsewhere;
   std::array<char, 16384> Arrived{};
   std::vector<char> Leaving; // what is being sent, if anything
-  // Called then. Only the send operation owns the handlers: they own the connection, which owns
-  // this.
+  // Called when everything has been sent. Only the send operation owns these handlers: they own the
+  // connection, which owns this object.
   std::weak_ptr<Handlers> UntilAllIsSent;
 };
 

@@ -12,9 +12,9 @@ namespace kdstream
 namespace
 {
 
-constexpr std::size_t mostKeptBytes = 8192; // of the message buffer, kept for the next message
+constexpr std::size_t mostKeptBytes = 8192; // most bytes of the message buffer that stay allocated
 
-// Section 7.4, and IANA's registry. Those from 1004 to 1006 and 1015 must not be sent.
+// Section 7.4, and IANA's registry: 1004 to 1006, and 1015, must not be sent.
 bool MayBeSent(std::uint16_t status)
 {
   return (status >= 1000 && status <= 1003) || (status >= 1007 && status <= 1014) ||
@@ -55,8 +55,8 @@ bool Utf8Check::Take(std::string_view text)
         return false;
       }
       this->Missing = byte < 0xe0 ? 1 : byte < 0xf0 ? 2 : 3;
-      // The first byte says what the second may be: no overlong forms, no surrogates, no more than
-      // U+10FFFF.
+      // The first byte determines which second bytes are allowed: no overlong forms, no surrogates,
+      // nothing above U+10FFFF.
       this->Least = byte == 0xe0 ? 0xa0 : byte == 0xf0 ? 0x90 : 0x80;
       this->Greatest = byte == 0xed ? 0x9f : byte == 0xf4 ? 0x8f : 0xbf;
     }
@@ -72,7 +72,7 @@ WebSocketReader::Event WebSocketReader::Take(std::string_view& bytes)
     {
       return this->Failed ? Event::Error : Event::None;
     }
-    if (!this->InPayload) // the head has just become whole
+    if (!this->InPayload) // the head has just been completed
     {
       this->InPayload = true;
       if (this->Opcode == WebSocketOpcode::Binary && !this->Skips)
@@ -106,7 +106,7 @@ bool WebSocketReader::Fail(WebSocketError error)
   return false;
 }
 
-// Whether the frame's head is whole.
+// Takes bytes of the frame's head. Returns whether the head is complete.
 bool WebSocketReader::TakeHead(std::string_view& bytes)
 {
   while (this->HeadFilled < this->HeadSize)
@@ -143,7 +143,7 @@ bool WebSocketReader::TakeHead(std::string_view& bytes)
   return true;
 }
 
-// The first two bytes, one after the other.
+// Checks the first two bytes, each as soon as it has arrived.
 bool WebSocketReader::CheckStart()
 {
   constexpr unsigned last = 0x80, reserved = 0x70, opcode = 0x0f, masked = 0x80, length = 0x7f;
@@ -157,7 +157,7 @@ bool WebSocketReader::CheckStart()
     {
       case WebSocketOpcode::Text:
       case WebSocketOpcode::Binary:
-        // Within a message only continuations of it may come.
+        // Within a message only its continuations may come.
         isRight = !this->InMessage;
         break;
       case WebSocketOpcode::Continuation:
@@ -176,11 +176,11 @@ bool WebSocketReader::CheckStart()
   {
     return this->Fail(WebSocketError::Protocol);
   }
-  this->HeadSize = 2 + (bytes == 126 ? 2u : bytes == 127 ? 8u : 0u) + 4; // with the mask
+  this->HeadSize = 2 + (bytes == 126 ? 2u : bytes == 127 ? 8u : 0u) + 4; // including the mask
   return true;
 }
 
-// The payload's length must have its shortest form, and fit into a message.
+// Checks that the payload's length has its shortest form, and that the payload fits into a message.
 bool WebSocketReader::CheckLength()
 {
   const auto extended = this->HeadSize - 6;
@@ -206,7 +206,7 @@ bool WebSocketReader::CheckLength()
   return this->Left <= this->MostBytes - this->Text.size() || this->Fail(WebSocketError::TooLarge);
 }
 
-// Whether the frame's payload is whole.
+// Takes bytes of the frame's payload. Returns whether the payload is complete.
 bool WebSocketReader::TakePayload(std::string_view& bytes)
 {
   const auto* mask = this->Head.data() + this->HeadSize - 4;
@@ -337,7 +337,7 @@ bool IsWebSocketKey(std::string_view text)
          text.find_first_not_of(digits) == text.size() - 2;
 }
 
-// Section 4.2.2: the key and a text that the standard names, hashed.
+// Section 4.2.2: the hash of the key and a text that the standard specifies.
 std::string WebSocketAccept(std::string_view key)
 {
   const auto text = std::string(key) + "258EAFA5-E914-47DA-95CA-C5AB0DC85B11";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The frames of a WebSocket (RFC 6455, sections 4 to 8), as a server reads and writes them. No
-// sockets, no timers, no extensions. Internal to the server.
+// Reads and writes the frames of a WebSocket (RFC 6455, sections 4 to 8) for a server. No sockets,
+// no timers, no extensions. Internal to the server.
 #pragma once
 
 #include <array>
@@ -23,7 +23,7 @@ enum class WebSocketOpcode : std::uint8_t
   Pong = 10
 };
 
-// The status of a Close frame (section 7.4) for what a client does wrong.
+// The status of a Close frame (section 7.4) after an error of the client.
 enum class WebSocketError : std::uint16_t
 {
   Protocol = 1002,
@@ -31,18 +31,19 @@ enum class WebSocketError : std::uint16_t
   TooLarge = 1009
 };
 
-// Whether the bytes received so far may begin a UTF-8 text (RFC 3629): without surrogates and
-// overlong forms, up to U+10FFFF.
+// Checks whether the bytes received so far may begin a UTF-8 text (RFC 3629): without surrogates
+// and overlong forms, up to U+10FFFF.
 class Utf8Check
 {
 public:
-  // Whether the text may still go on. After the first false the check is of no use.
+  // Takes the next bytes. Returns whether the text is correct so far. After the first false, do not
+  // use this object any more.
   bool Take(std::string_view text);
-  // Whether the text may end here: not amid a character.
+  // Whether the text may end here: not in the middle of a character.
   bool IsWhole() const { return this->Missing == 0; }
 
 private:
-  int Missing = 0;                            // bytes of the character
+  int Missing = 0;                            // bytes that the character still lacks
   std::uint8_t Least = 0x80, Greatest = 0xbf; // range of the next continuation byte
 };
 
@@ -51,7 +52,7 @@ private:
 class WebSocketReader
 {
 public:
-  // mostBytes: of a message.
+  // mostBytes: the largest message.
   explicit WebSocketReader(std::size_t mostBytes)
     : MostBytes(mostBytes)
   {
@@ -61,17 +62,16 @@ public:
   {
     None,   // more bytes are needed
     Text,   // Message() is whole
-    Binary, // a binary message has begun; its bytes are not kept
+    Binary, // a binary message has begun; its bytes are dropped
     Ping,   // its payload is Control()
     Pong,
-    Close, // Status() and Control(), the reason
-    Error  // Status() says what is wrong. There is nothing after a Close or an error.
+    Close, // Status(), and the reason in Control()
+    Error  // Status() says what is wrong. No event follows a Close or an error.
   };
-  // The next event; takes the bytes up to it.
+  // Takes bytes up to the next event, and returns the event.
   Event Take(std::string_view& bytes);
 
-  // Messages are no longer wanted: they are neither kept nor checked. Only control frames are
-  // events.
+  // From now on messages are neither kept nor checked, and only control frames are events.
   void SkipMessages();
 
   const std::string& Message() const { return this->Text; }
@@ -80,7 +80,7 @@ public:
     return std::string_view(this->ControlBytes.data(), this->ControlSize)
       .substr(this->ControlBegin);
   }
-  // 0 for a Close frame without a status.
+  // The status of a Close frame, 0 if it has none; or the status for the error.
   std::uint16_t Status() const { return this->Code; }
 
 private:
@@ -98,22 +98,22 @@ private:
   bool IsControl() const { return (static_cast<unsigned>(this->Opcode) & 8u) != 0; }
 
   const std::size_t MostBytes;
-  // The frame: of its head what has come so far.
+  // The current frame. Head: the part of its head that has come so far.
   std::array<std::uint8_t, 14> Head{};
   std::size_t HeadFilled = 0, HeadSize = 2;
   bool InPayload = false;
   WebSocketOpcode Opcode = WebSocketOpcode::Continuation;
-  bool IsLast = false; // of its message
+  bool IsLast = false; // the frame is the last one of its message
   std::uint64_t Left = 0;
-  std::size_t MaskAt = 0; // of the next byte
-  // The message.
+  std::size_t MaskAt = 0; // where in the mask the next byte's is
+  // The current message.
   bool InMessage = false;
   bool IsText = false;
   bool Skips = false;
-  bool IsDone = false; // the text was reported: the next message begins with an empty text
+  bool IsDone = false; // the text was reported: the next message starts empty
   std::string Text;
   Utf8Check Utf8;
-  // The control frame.
+  // The current control frame.
   std::array<char, mostControlBytes> ControlBytes{};
   std::size_t ControlSize = 0, ControlBegin = 0;
   std::uint16_t Code = 0;
@@ -121,7 +121,7 @@ private:
   bool Ended = false;
 };
 
-// The head of a whole frame that a server sends: unmasked.
+// The head of a frame that a server sends: unmasked, with a whole message in the frame.
 class WebSocketHead
 {
 public:
@@ -134,12 +134,12 @@ private:
   std::size_t Size = 0;
 };
 
-// The payload of a Close frame.
+// Writes the payload of a Close frame with this status.
 std::string WriteCloseStatus(std::uint16_t status);
 
 // Whether the text is the base64 of 16 bytes, as a Sec-WebSocket-Key must be.
 bool IsWebSocketKey(std::string_view text);
-// Sec-WebSocket-Accept for this key.
+// The value of Sec-WebSocket-Accept for this key.
 std::string WebSocketAccept(std::string_view key);
 
 }

@@ -11,7 +11,7 @@ namespace kdstream
 namespace
 {
 
-// How often tasks that take too long are searched for, while there are tasks.
+// The interval of the search for tasks that take too long, while there are tasks.
 constexpr std::chrono::milliseconds betweenLooks{ 100 };
 
 }
@@ -28,7 +28,7 @@ void WorkerPool::Start(unsigned threads, const Limits& limits)
   this->Watcher = std::thread([this] { this->Watch(); });
 }
 
-// The lock is held.
+// The caller holds the lock.
 void WorkerPool::StartThread()
 {
   const auto place = this->Threads.emplace(this->Threads.end());
@@ -128,11 +128,12 @@ std::size_t WorkerPool::Add(Task task)
 // How many threads a source may have.
 unsigned WorkerPool::MostOf(const void* source) const
 {
-  // Where as many hang as there are threads, each source has to show first that it does not.
+  // If as many threads hang as there are, each source gets one thread until it has shown that it
+  // does not hang.
   return !source ? this->Wanted : this->Stalled < this->Wanted ? (this->Wanted + 1) / 2 : 1;
 }
 
-// Whether the task would wait for a task that was given up.
+// Whether the task would wait for a task that has been given up.
 bool WorkerPool::IsHopeless(const Task& task) const
 {
   const auto source = this->Sources.find(task.source);
@@ -149,7 +150,7 @@ bool WorkerPool::IsHopeless(const Task& task) const
            });
 }
 
-// The task that reads the same.
+// The running task that reads the same part; null if there is none.
 WorkerPool::Entry* WorkerPool::FindRunning(const Task& task)
 {
   if (!task.source || task.part.empty())
@@ -162,8 +163,8 @@ WorkerPool::Entry* WorkerPool::FindRunning(const Task& task)
   return found == this->Running.end() ? nullptr : &*found;
 }
 
-// Begins the task that has waited longest of those that may begin; returns the end of Running if
-// there is none. The lock is held.
+// Begins the task that has waited longest among those that may begin. Returns it, or the end of
+// Running if there is none. The caller holds the lock.
 WorkerPool::Entries::iterator WorkerPool::Pick()
 {
   for (;;)
@@ -195,8 +196,8 @@ WorkerPool::Entries::iterator WorkerPool::Pick()
   }
 }
 
-// Moves the task to `done`. Tasks that wait for the same part continue, each by itself: mostly they
-// find it in memory. The lock is held.
+// Moves the task to `done`. Tasks that wait for the same part continue one by one; mostly they find
+// the part in memory. The caller holds the lock.
 void WorkerPool::Finish(Entries::iterator entry, Entries& done)
 {
   const auto found = this->Sources.find(entry->task.source);
@@ -227,7 +228,7 @@ void WorkerPool::Finish(Entries::iterator entry, Entries& done)
   }
 }
 
-// Threads that a disk holds.
+// The number of threads that a disk has blocked for too long.
 std::size_t WorkerPool::CountStalled() const
 {
   const auto before = Clock::now() - this->Times.stalledAfter;
@@ -243,7 +244,7 @@ void WorkerPool::Run(Thread self)
     if (this->Threads.size() > this->Wanted + this->Stalled)
     {
       this->Surplus.splice(this->Surplus.end(), this->Threads, self);
-      this->Added.notify_one(); // the wake-up may have been meant for a task
+      this->Added.notify_one(); // this thread may have been woken for a task
       return;
     }
     const auto entry = this->Pick();
@@ -276,7 +277,7 @@ void WorkerPool::Watch()
   std::unique_lock lock(this->Mutex);
   while (!this->Stopping)
   {
-    if (this->Running.empty()) // then nothing waits either
+    if (this->Running.empty()) // then no task waits either
     {
       this->Idle = true;
       this->Watched.wait(lock, [this] { return this->Stopping || !this->Idle; });
@@ -284,7 +285,7 @@ void WorkerPool::Watch()
     }
     this->Watched.wait_for(lock, betweenLooks, [this] { return this->Stopping; });
     Entries late;
-    std::vector<Work> lost; // not a deque, which allocates even if empty
+    std::vector<Work> lost; // not a deque, which allocates even when empty
     std::list<std::thread> surplus;
     this->Look(late, lost);
     surplus.swap(this->Surplus);
@@ -311,7 +312,8 @@ void WorkerPool::Watch()
   }
 }
 
-// Takes out what has waited for too long, and replaces threads that are held. The lock is held.
+// Removes the tasks that have waited for too long, and replaces blocked threads. The caller holds
+// the lock.
 void WorkerPool::Look(Entries& late, std::vector<Work>& lost)
 {
   const auto before = Clock::now() - this->Times.patience;
@@ -341,12 +343,13 @@ void WorkerPool::Look(Entries& late, std::vector<Work>& lost)
       this->StartThread();
     }
   }
-  catch (...) // for want of memory or threads: at the next look
+  catch (...) // lack of memory or threads: tried at the next look
   {
   }
 }
 
-// Takes out of the queue those that have waited for too long, or all that can be given up.
+// Removes from the queue the tasks that have waited for too long, or (`all`) every task that can be
+// given up.
 void WorkerPool::TakeLate(Entries& queue, bool all, Entries& late)
 {
   const auto before = Clock::now() - this->Times.patience;

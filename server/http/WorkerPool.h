@@ -3,13 +3,14 @@
 // handshakes. Internal to the server.
 //
 // A disk that hangs delays only the requests that need it:
-//   - a source (a store, say) has at most half of the threads at a time; further tasks wait in a
+//   - a source (such as a store) occupies at most half of the threads; its further tasks wait in a
 //     queue of the source, which needs no thread;
-//   - a request for something that is being read waits for that read, without a thread;
-//   - a thread that is blocked for longer than `stalledAfter` is replaced by another, up to
-//     mostReplaced of them; when it returns there is one thread too many, which ends;
-//   - a task that is not done within `patience` is given up: its giveUp is called. If such tasks
-//     block all threads that a source may have, further tasks of it are given up at once.
+//   - a request for something that is already being read waits for that read, without a thread;
+//   - a thread that is blocked for longer than `stalledAfter` is replaced by another, for up to
+//     mostReplaced threads; when it returns, there is one thread too many, which ends;
+//   - a task that is not done within `patience` is given up: its giveUp is called. If tasks that
+//     were given up block all threads that a source may have, its further tasks are given up at
+//     once.
 #pragma once
 
 #include <chrono>
@@ -27,23 +28,24 @@
 namespace kdstream
 {
 
-// All functions may be called from any thread, but Start and Stop from one.
+// All functions may be called from any thread, but Start and Stop from only one.
 class WorkerPool
 {
 public:
   using Clock = std::chrono::steady_clock;
-  // Throws nothing.
+  // Work must not throw.
   using Work = std::function<void()>;
 
   struct Task
   {
     Work work;
-    // Called once, from any thread, if the task has waited or run for too long: nobody waits for it
-    // any more. A task that has not begun is dropped. Empty: the task is never given up.
+    // Called once, from any thread, if the task has waited or run for too long: from then on nobody
+    // waits for it. A task that has not begun is dropped. Empty: the task is never given up.
     Work giveUp = {};
-    // The source that it waits for, by address; null: nothing that may hang.
+    // The source that the task waits for, by its address; null: the task waits for nothing that may
+    // hang.
     const void* source = nullptr;
-    // The part of the source that it reads; "": nothing that another task might also read.
+    // The part of the source that the task reads; "": no other task might read the same.
     std::string part = {};
   };
 
@@ -54,8 +56,8 @@ public:
   };
   static constexpr std::size_t mostReplaced = 256;
 
-  // onBegin: called for each task with the time that it waited until it began or was given up; from
-  // any thread.
+  // onBegin: called for each task when it begins or is given up, with the time that it has waited;
+  // from any thread.
   explicit WorkerPool(std::function<void(Clock::duration waited)> onBegin = {})
     : OnBegin(std::move(onBegin))
   {
@@ -64,14 +66,15 @@ public:
 
   void Start(unsigned threads, const Limits& limits);
   void Start(unsigned threads) { this->Start(threads, Limits()); }
-  // Finishes the work that is in progress; what has not begun is dropped.
+  // Finishes the tasks that are running; drops those that have not begun.
   void Stop();
-  // The same, but waits at most this time. False if a thread is still blocked: then Stop, and the
-  // destructor, wait for it.
+  // Does the same, but waits at most for this time. False if a thread is still blocked; then Stop()
+  // and the destructor wait for it.
   bool Stop(Clock::duration time);
 
-  // First come, first served, among tasks whose source may have a thread. Callers must limit how
-  // many tasks wait: a connection adds one at a time. Returns the number that wait now.
+  // Adds a task. Tasks run in the order in which they were added, if their source may have a
+  // thread. Callers must limit the number of waiting tasks: a connection adds one at a time.
+  // Returns the number of tasks that wait now.
   std::size_t Add(Task task);
 
 private:
@@ -81,9 +84,9 @@ private:
     Clock::time_point added;
     Clock::time_point begun = {};
     bool lost = false;             // started, then given up
-    std::list<Entry> waiting = {}; // for the same part
+    std::list<Entry> waiting = {}; // tasks for the same part, waiting for this one
   };
-  // Entries go from one list to another without memory, which may be short.
+  // Entries move from list to list without allocating memory, which may be short.
   using Entries = std::list<Entry>;
   struct Source
   {
@@ -107,15 +110,15 @@ private:
 
   std::function<void(Clock::duration)> OnBegin;
   Limits Times;
-  std::mutex Mutex; // for what follows
+  std::mutex Mutex; // for the members below
   std::condition_variable Added, Watched, Ended;
   unsigned Wanted = 0; // threads that are not stalled
   std::size_t Waiting = 0;
-  std::map<const void*, Source> Sources; // that have tasks
+  std::map<const void*, Source> Sources; // the sources that have tasks
   Entries Running;
-  std::size_t Stalled = 0; // number of Running that were stalled at the last check
+  std::size_t Stalled = 0; // how many of Running were stalled at the last check
   bool Stopping = false, Idle = false;
-  std::list<std::thread> Threads, Surplus; // Surplus: that have ended
+  std::list<std::thread> Threads, Surplus; // Surplus: threads that have ended
   std::thread Watcher;
 };
 

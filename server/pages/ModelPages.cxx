@@ -18,7 +18,7 @@ namespace kdstream
 namespace
 {
 
-// /api/models/{id}/{digest}/preview.glb
+// Parses /api/models/{id}/{digest}/preview.glb.
 std::optional<PagePath> ParsePreviewPath(std::string_view path)
 {
   constexpr std::string_view begin = "/api/models/", end = "/preview.glb";
@@ -147,7 +147,8 @@ Result<BlobBytes> PictureKeeper::Get(const ServedModel& model) const
   {
     return kept;
   }
-  // Before it has a place: where a disk hangs, others draw.
+  // Read before taking a place in the queue, so that a disk that hangs does not keep others from
+  // drawing.
   const auto blob = model.ReadBlob(BlobOfPiece(PreviewPiece(description), description.depths));
   KDSTREAM_TRY(blob);
   struct Place

@@ -34,7 +34,7 @@ BlobBytes BlobCache::Find(Model model, const protocol::BlobId& blob)
   return entry == this->Entries.end() ? nullptr : this->Touch(entry);
 }
 
-// The blob; null if the caller is to read it.
+// The blob; null if the caller must read it.
 BlobBytes BlobCache::FindOrMiss(Model model, const protocol::BlobId& blob)
 {
   auto bytes = this->Find(model, blob);
@@ -46,7 +46,7 @@ BlobBytes BlobCache::FindOrMiss(Model model, const protocol::BlobId& blob)
   return bytes;
 }
 
-// The entry's bytes; the entry becomes the most recently used one.
+// The entry's bytes. The entry becomes the most recently used one.
 BlobBytes BlobCache::Touch(EntryMap::iterator entry)
 {
   if (entry->second.kept)
@@ -58,7 +58,7 @@ BlobBytes BlobCache::Touch(EntryMap::iterator entry)
   return bytes;
 }
 
-// The bytes that every request for the blob gets.
+// Keeps the bytes. Returns the bytes that all requests for the blob get.
 BlobBytes BlobCache::Keep(const Key& key, const BlobBytes& bytes)
 {
   const std::lock_guard lock(this->Mutex);
@@ -93,7 +93,7 @@ void BlobCache::LetGo(EntryMap::iterator entry)
   }
 }
 
-// Released blobs that nobody uses any more leave an entry: removes these entries when there are
+// A released blob that nobody uses any more leaves an entry. Removes these entries when there are
 // more of them than of others.
 void BlobCache::Sweep()
 {

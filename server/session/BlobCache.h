@@ -23,26 +23,27 @@ class BlobCache
 public:
   static constexpr std::size_t defaultBytes = std::size_t{ 256 } << 20;
 
-  // A model, which is not its id: another build of the same name is another one.
+  // Identifies one build of a model. The model's id does not, because another build may have the
+  // same id.
   using Model = std::uint64_t;
 
-  // Keeps at most this number of bytes of blobs that nobody else uses. 0: none.
+  // Keeps at most this number of bytes of blobs that nobody uses at present. 0: keeps none.
   explicit BlobCache(std::size_t mostBytes)
     : Most(mostBytes)
   {
   }
 
   Model AddModel();
-  // Forgets its blobs. REQUIRES: no Get of them is in progress.
+  // Forgets the model's blobs. REQUIRES: no Get of them is in progress.
   void RemoveModel(Model model);
 
   // The blob, if it is in memory; else null.
   BlobBytes Find(Model model, const protocol::BlobId& blob);
 
   // The blob: from the cache, or what read() returns, a Result<BlobBytes>. Threads do not wait for
-  // each other, because a disk may block one: if two read the same blob at the same time, both
-  // return the bytes of the first. (In a server WorkerPool makes such reads follow each other.)
-  // Errors: those of read(); they are not kept.
+  // each other, because a disk may block one of them: if two threads read the same blob at the same
+  // time, both return the bytes that were read first. (In a server, WorkerPool makes such reads
+  // follow each other.) Errors: those of read(); they are not kept.
   template <class Read>
   Result<BlobBytes> Get(Model model, const protocol::BlobId& blob, const Read& read)
   {
@@ -55,15 +56,15 @@ public:
     return this->Keep({ model, blob }, *result);
   }
 
-  // How many blobs were found and how many were read so far, and the bytes kept, including those in
-  // use.
+  // How many blobs were found and how many were read so far, and the number of bytes kept,
+  // including those in use.
   CacheUse Use() const;
 
 private:
   using Key = std::pair<Model, protocol::BlobId>;
   struct Entry
   {
-    // Found as long as somebody holds the bytes.
+    // The bytes, which can be found as long as somebody holds them.
     std::weak_ptr<const std::vector<std::uint8_t>> bytes;
     BlobBytes kept;                 // null if the blob is not in Recent
     std::list<Key>::iterator place; // in Recent, if kept

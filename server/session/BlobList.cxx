@@ -20,9 +20,9 @@ namespace
 using protocol::BlobId;
 using protocol::BlobKind;
 
-constexpr std::uint64_t mostBytes = 9'000'000'000'000'000; // what JSON carries exactly
+constexpr std::uint64_t mostBytes = 9'000'000'000'000'000; // JSON holds numbers up to this exactly
 
-// About the bytes of `count` pieces of a resolution.
+// An estimate of the bytes of `count` pieces of a resolution.
 std::uint64_t Estimate(const ResolutionDescription& resolution, std::uint64_t count)
 {
   if (resolution.pieces == 0)
@@ -35,7 +35,7 @@ std::uint64_t Estimate(const ResolutionDescription& resolution, std::uint64_t co
     std::min(mean * static_cast<double>(count), static_cast<double>(mostBytes)));
 }
 
-// About the bytes of a blob. Errors: NotFound where the model does not have it.
+// An estimate of the bytes of a blob. Errors: NotFound if the model does not have the blob.
 Result<std::uint64_t> BytesOf(const ModelDescription& model, const BlobId& blob)
 {
   const TreeDepths& depths = model.depths;
@@ -68,7 +68,7 @@ Result<std::uint64_t> BytesOf(const ModelDescription& model, const BlobId& blob)
         return level.tileBytes / std::max<std::uint64_t>(level.pieces, 1);
       }
       break;
-    // As measured: 4 bytes a node, 16 a partition.
+    // As measured: 4 bytes for each node, 16 for each partition.
     case BlobKind::Tree:
       if (IsTreePage(blob.number, depths))
       {

@@ -56,7 +56,7 @@ void Task::Run() noexcept
     {
       this->Failure = CaughtError();
     }
-    catch (...) // there is no memory for a message either
+    catch (...) // no memory for a message either
     {
       this->Failure = Error{ ErrorCode::LimitExceeded, "" };
     }
@@ -135,7 +135,7 @@ struct Conversation::Job
   bool begun = false;
   std::size_t next = 0;     // index in the list of the blob after `bytes`
   BlobBytes bytes;          // the blob that is being sent, or null
-  std::uint32_t offset = 0; // of its next frame
+  std::uint32_t offset = 0; // of the next frame in `bytes`
   std::uint64_t sentBlobs = 0, sentBytes = 0, failedBlobs = 0, reportedBytes = 0;
 
   ServerMessage End(bool cancelled) const
@@ -225,7 +225,7 @@ void Conversation::Drain()
   this->Waiting.clear();
 }
 
-// The client is informed why each request ends; without an id of its own, under the id 0.
+// Tells the client why each request ends. If there is no request, the message has the id 0.
 void Conversation::EndUnlessPermitted()
 {
   const auto refused = this->Close ? std::nullopt : this->May.RefuseAll();
@@ -254,8 +254,8 @@ void Conversation::EndUnlessPermitted()
   this->Close = CloseReason::NotPermitted;
 }
 
-// Whether the client may not have what it asks for. REQUIRES: a model is open, or the message opens
-// one.
+// Why the client may not have what the message asks for; nothing if it may. REQUIRES: a model is
+// open, or the message opens one.
 Permission::Refused Conversation::RefusalOf(const protocol::ClientMessage& message) const
 {
   const auto* open = std::get_if<protocol::OpenRequest>(&message.body);
@@ -346,7 +346,7 @@ void Conversation::GiveUp(const std::shared_ptr<Task>& task)
   {
     return;
   }
-  // While a task runs, only its constant members are read.
+  // While a task runs, only members that do not change are read.
   auto failed = std::make_shared<Task>(this->Models, this->Limits.partitions, this->May);
   failed->Request = task->Request;
   failed->Blob = task->Blob;
@@ -423,7 +423,7 @@ void Conversation::Start(Received received)
   }
 }
 
-// The current request cannot be answered.
+// Ends the current request, which cannot be answered.
 void Conversation::Refuse(const Error& error)
 {
   const bool missing = error.code == ErrorCode::NotFound; // the error says which blob
@@ -466,8 +466,8 @@ void Conversation::FinishOpening(Task& task)
   }
 }
 
-// Finishes the blob that was next, or reports to the client why it cannot be sent. If none of the
-// others can be read either, the request has ended.
+// Finishes reading the next blob, or tells the client why it cannot be sent. If none of the other
+// blobs can be read either, the request ends.
 void Conversation::FinishBlob(Task& task)
 {
   Job& job = *this->Current;
@@ -491,8 +491,8 @@ void Conversation::FinishBlob(Task& task)
     { job.request, protocol::ErrorAnswer{ refusal.status, refusal.message, task.Blob } });
 }
 
-// The next message of the current request; nothing if it has been added to Answers instead, or
-// waits for a task.
+// The next message of the current request. Nothing if the message was added to Answers instead, or
+// if a task must be done first.
 std::optional<Conversation::Message> Conversation::Continue()
 {
   Job& job = *this->Current;
@@ -525,7 +525,7 @@ bool Conversation::HasBlob()
   Job& job = *this->Current;
   const auto id = job.list.blobs[job.next++];
   job.offset = 0;
-  // Otherwise the task reads it.
+  // A blob that counts, or is not in memory, is read by the task.
   job.bytes = this->May.IsCounted(id) ? nullptr : job.model->FindBlob(id);
   if (job.bytes && IsSendable(*job.bytes))
   {

@@ -3,9 +3,9 @@
 // the pipeline picture. No sockets, no threads.
 //
 // Answers are pulled one at a time. So nothing is read from a store before the client has taken the
-// answer before, and a cancel takes effect at the next pull. Long work (a disk, a large region) is
-// a task, which may run elsewhere while the conversation takes messages. Requests are answered in
-// the order of their arrival. The messages: doc/protocol.md.
+// previous answer, and a cancel takes effect at the next pull. Long work (reading from a disk,
+// finding a large region) is a task, which may run elsewhere while the conversation takes messages.
+// Requests are answered in the order of their arrival. The messages: doc/protocol.md.
 #pragma once
 
 #include "filters/protocol/BinaryFrame.h"
@@ -29,7 +29,7 @@
 namespace kdstream
 {
 
-// Why a conversation ends; the values are those of a WebSocket's close.
+// Why a conversation ends; the values are the status codes of a WebSocket's Close frame.
 enum class CloseReason : std::uint16_t
 {
   GoingAway = 1001,
@@ -39,8 +39,8 @@ enum class CloseReason : std::uint16_t
   TooLarge = 1009
 };
 
-// The work that a conversation's next message waits for: to find a model, a region or a blob. It
-// holds everything that it needs except the catalog, so it may outlive its conversation.
+// The work that a conversation's next message waits for: to find a model, a region or a blob. A
+// task holds everything that it needs except the catalog, so it may outlive its conversation.
 class Task
 {
 public:
@@ -51,13 +51,13 @@ public:
   {
   }
 
-  // Whether it counts against a quota.
+  // Whether the task counts against a quota.
   bool Takes() const;
-  // The address of the model that the task reads, and the name of what it reads, if other tasks may
-  // read the same; call these before it runs. null, "": none.
+  // The address of the model that the task reads, and the name of what it reads if other tasks may
+  // read the same; else null and "". Call these before the task runs.
   const void* Source() const;
   std::string Part() const;
-  // Does it, on any thread, once. What fails is kept for the conversation.
+  // Does the work, once, on any thread. An error is kept for the conversation.
   void Run() noexcept;
 
 private:
@@ -69,7 +69,7 @@ private:
   const Catalog& Models;
   std::size_t MostPartitions;
   Permission May;
-  std::shared_ptr<const ServedModel> Model;       // null: to be found, and opened
+  std::shared_ptr<const ServedModel> Model;       // null: to be found and opened first
   std::optional<protocol::ClientMessage> Request; // what to open or to list
   protocol::BlobId Blob;                          // what to read otherwise
   BlobList List;
@@ -83,7 +83,7 @@ private:
 struct ConversationLimits
 {
   std::size_t partitions = 65536; // in a region
-  std::size_t requests = 16;      // that are not finished
+  std::size_t requests = 16;      // unfinished requests
   protocol::MessageLimits message;
 };
 
@@ -96,37 +96,38 @@ public:
   static constexpr std::size_t maximumPendingAnswers =
     64; // answers to messages that are not accepted requests
 
-  // Requests beyond the limits (400, 413, 429), and those that `permission` does not allow (403),
-  // are refused. REQUIRES: the catalog outlives the conversation.
+  // Refuses requests beyond the limits (400, 413, 429), and those that `permission` does not allow
+  // (403). REQUIRES: the catalog outlives the conversation.
   explicit Conversation(
     const Catalog& catalog, const ConversationLimits& limits = {}, Permission permission = {});
   ~Conversation();
 
-  // Takes a text message of any content and length. wait: set if the client has asked too often; it
-  // may ask again after this time, and requests except cancels are refused (429).
+  // Takes a text message of any content and length. wait: not 0 if the client has asked too often:
+  // requests, except cancels, are refused (429), and the client may ask again after this time.
   void Receive(std::string_view text, std::chrono::seconds wait = std::chrono::seconds(0));
   // Takes a binary message, which a client must not send.
   void ReceiveBinary();
   // The server is stopping: the current request is finished, waiting and later requests are refused
-  // (503), then the conversation closes.
+  // (503), and then the conversation closes.
   void Drain();
 
   // Whether the client's token is still valid. If not, the next message says so (401), and the
   // conversation closes; nothing else is sent.
   bool IsPermitted() const { return !this->May.RefuseAll(); }
 
-  // Whether the next message may be received now. False after the end, and while many answers are
-  // pending for a client that does not read.
+  // Whether the next message may be received now. False after the end, and while too many answers
+  // wait for a client that does not read.
   bool AcceptsMessages() const;
 
-  // The next message to send; nothing if more must be received, or a task must be done first. Never
-  // waits.
+  // The next message to send. Nothing if more must be received first, or a task must be done first.
+  // Never waits.
   std::optional<Message> NextMessage();
-  // The task that the next message waits for; null if there is none, or if it was taken before.
+  // The task that the next message waits for. Null if there is none, or if it was taken before.
   std::shared_ptr<Task> TakeTask();
-  // Takes back what has been run. Without effect where its request has been cancelled meanwhile.
+  // Takes back a task that has run. Has no effect if its request has been cancelled meanwhile.
   void Finish(const std::shared_ptr<Task>& task);
-  // Goes on without it, as if its disk could not be read: it may still be running.
+  // Continues without the task's result, as if its disk could not be read. The task may still be
+  // running.
   void GiveUp(const std::shared_ptr<Task>& task);
 
   // About the message that was pulled last: whether it ends the first or the last blob of its
@@ -138,7 +139,7 @@ public:
   };
   const Milestone& Reached() const { return this->Latest; }
 
-  // Counts of its requests so far.
+  // Counts about this conversation's requests so far.
   struct Tally
   {
     std::uint64_t failedBlobs = 0; // blobs that could not be read
@@ -151,11 +152,11 @@ public:
   // Whether the client has nothing to wait for.
   bool IsIdle() const { return !this->Current && this->Waiting.empty() && this->Answers.empty(); }
 
-  // Set once the conversation has to end: send what NextMessage still returns, then close.
+  // Set when the conversation has to end: send what NextMessage still returns, then close.
   std::optional<CloseReason> Closing() const { return this->Close; }
 
 private:
-  // A request that has to wait for those before it.
+  // A request that has to wait for earlier requests.
   struct Received
   {
     protocol::ClientMessage message;
@@ -185,8 +186,8 @@ private:
   std::shared_ptr<const ServedModel> Model; // the open model
   std::deque<Received> Waiting;
   std::unique_ptr<Job> Current;
-  std::shared_ptr<Task> Pending;               // of the current request
-  std::deque<protocol::ServerMessage> Answers; // before anything else
+  std::shared_ptr<Task> Pending;               // for the current request
+  std::deque<protocol::ServerMessage> Answers; // sent before anything else
   Milestone Latest;
   Tally Counts;
   bool Draining = false;

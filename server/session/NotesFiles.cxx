@@ -30,7 +30,7 @@ std::filesystem::path NotesFiles::FileOf(std::string_view id) const
   return this->Folder / (std::string(id) + ".notes.json");
 }
 
-// Zeros for no file.
+// All zeros if there is no file.
 NotesFiles::Stamp NotesFiles::StampOf(const std::filesystem::path& file) const
 {
   struct stat found
@@ -43,7 +43,7 @@ NotesFiles::Stamp NotesFiles::StampOf(const std::filesystem::path& file) const
   return { found.st_ino, found.st_size, found.st_mtim.tv_sec, found.st_mtim.tv_nsec };
 }
 
-// Whether the file is another one.
+// Notes what is known of the file. Returns whether this has changed.
 bool NotesFiles::Remember(const std::string& id, const Known& known)
 {
   const std::lock_guard lock(this->Mutex);
@@ -68,7 +68,7 @@ bool NotesFiles::Remember(const std::string& id, const Known& known)
 Result<BlobBytes> NotesFiles::Read(const std::string& id)
 {
   const auto path = this->FileOf(id);
-  const Stamp stamp = this->StampOf(path); // before reading: a write during the read counts as new
+  const Stamp stamp = this->StampOf(path); // before reading: a write meanwhile counts as new
   if (stamp == Stamp{})
   {
     this->Remember(id, {});

@@ -22,24 +22,24 @@ namespace kdstream
 class NotesFiles
 {
 public:
-  // Called for an invalid file, once for each change of it.
+  // Called for an invalid file, once after each change of the file.
   using Report = std::function<void(const std::filesystem::path& file, const std::string& what)>;
 
   NotesFiles(std::filesystem::path folder, Report report);
 
   // The current content of the file, if ParseNotes accepts it. Waits for a disk; reads at most
-  // maximumNotesBytes. Errors: NotFound if there is no file, or none that is accepted (which is
-  // reported); InputOutput if the disk cannot read it.
+  // maximumNotesBytes. Errors: NotFound if there is no file, or if its content is not accepted
+  // (which is reported); InputOutput if the disk cannot read the file.
   Result<BlobBytes> Read(const std::string& id);
 
-  // How many notes the model has, as it was read last. Waits for no disk.
+  // How many notes the model had when its file was last read. Never waits for a disk.
   std::size_t Count(std::string_view id) const;
 
-  // Whether the file is another one than was read last, or was removed. A file that has not changed
-  // is not read.
+  // Whether the file was replaced, changed or removed since it was last read. The file itself is
+  // not read for this.
   bool HasChanged(const std::string& id) const;
 
-  // Another number whenever a file has been found to be another, or gone.
+  // A number that changes whenever a file is found to have changed or to be gone.
   std::uint64_t Version() const;
 
 private:

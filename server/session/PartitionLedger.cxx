@@ -8,8 +8,8 @@ namespace kdstream
 namespace
 {
 
-// Partitions depend only on these: not on precision, levels or texts. With welding, or with texture
-// coordinates, the numbers are different.
+// The numbers of partitions depend only on these values: not on precision, levels or texts. Welding
+// and texture coordinates change the numbers.
 std::string DivisionOf(const ModelDescription& model)
 {
   return model.partitioner + " " + std::to_string(model.partitions) + " of " +
@@ -64,7 +64,7 @@ std::optional<Refusal> PartitionLedger::TakeRegion(
            : std::nullopt;
 }
 
-// Where quotas cannot be kept nothing is given.
+// If the quotas cannot be kept, nothing is sent.
 std::optional<Refusal> PartitionLedger::RefusalOf(const QuotaBook::Taken& taken) const
 {
   const bool failedBefore = this->Fails.exchange(!taken);

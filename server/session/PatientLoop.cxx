@@ -14,7 +14,7 @@ namespace kdstream
 namespace
 {
 
-// What the threads share: each may outlive the loop.
+// Shared by the threads, each of which may outlive the loop.
 struct Loop
 {
   std::size_t count = 0;
@@ -43,7 +43,7 @@ struct Loop
         caught = std::current_exception();
       }
       lock.lock();
-      if (this->thread != self) // another thread goes on in its place
+      if (this->thread != self) // another thread continues in place of this one
       {
         return;
       }
@@ -75,7 +75,7 @@ void ForEachPatiently(std::size_t count, std::chrono::milliseconds patience,
     const auto before = loop->next;
     const bool goesOn =
       loop->changed.wait_for(lock, patience, [&] { return loop->done || loop->next > before; });
-    if (goesOn || loop->next == 0) // else the machine is slow to start a thread
+    if (goesOn || loop->next == 0) // no call has begun yet: the thread starts slowly
     {
       continue;
     }

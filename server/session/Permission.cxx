@@ -14,7 +14,7 @@ namespace
 using protocol::BlobId;
 using protocol::BlobKind;
 
-// The least detail that a blob takes.
+// The least detail that the token must allow for a blob.
 ModelDetail DetailOf(const ModelDescription& model, const BlobId& blob)
 {
   const unsigned preview = PreviewLevel(model);
@@ -23,7 +23,7 @@ ModelDetail DetailOf(const ModelDescription& model, const BlobId& blob)
     case BlobKind::Level:
     case BlobKind::LevelTexture:
       return blob.level <= preview ? ModelDetail::Preview : ModelDetail::Levels;
-    case BlobKind::Tree: // the first page already describes pieces of finer levels
+    case BlobKind::Tree: // even the first page describes pieces of finer levels
       return ModelDetail::Levels;
     case BlobKind::Partition:
     case BlobKind::Texture:

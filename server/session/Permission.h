@@ -6,9 +6,9 @@
 //   levels    all levels, and the pages of the tree
 //   regions   the original too, and the boxes of its partitions
 //
-// The description has nothing about what is finer (WithDetail).
+// The description says nothing about finer data than the token allows (WithDetail).
 //
-// All functions from any thread.
+// All functions may be called from any thread.
 #pragma once
 
 #include "filters/model/ModelDescription.h"
@@ -29,43 +29,44 @@ namespace kdstream
 class Permission
 {
 public:
-  using Refused = std::optional<Refusal>; // nothing: allowed
+  using Refused = std::optional<Refusal>; // empty: allowed
 
-  // For everything: the server has no tokens, and keeps no ledger.
+  // Allows everything: the server has no tokens, and keeps no ledger.
   Permission() = default;
-  // The permission of the token of `pass`, as long as the guard accepts it; both null: everything
-  // is allowed. What `client` (its address) gets of the original is entered into the ledger, if
-  // there is one.
+  // The permission of the token of `pass`, as long as the guard accepts it; if both are null,
+  // everything is allowed. What `client` (its address) gets of the original is recorded in the
+  // ledger, if there is one.
   Permission(std::shared_ptr<const TokenGuard> guard, std::shared_ptr<const Pass> pass,
     std::shared_ptr<const PartitionLedger> ledger = {}, std::string client = {});
 
-  // 401 where the token is valid no more.
+  // 401 if the token is no longer valid.
   Refused RefuseAll() const;
-  // 403 if the token is for other models. Does not reveal whether there is such a model.
+  // 403 if the token is for other models. The refusal does not reveal whether this model exists.
   Refused RefuseModel(std::string_view model) const;
-  // 403 where it does not allow as much of the model.
+  // 403 if the token does not allow this part of the model.
   Refused RefuseBlob(const ModelDescription& model, const protocol::BlobId& blob) const;
-  // The same for everything that a message asks for. REQUIRES: it is not an open.
+  // Does the same for everything that a message asks for. REQUIRES: the message does not open a
+  // model.
   Refused RefuseRequest(
     const ModelDescription& model, const protocol::ClientMessage& message) const;
 
-  // How much of the models that it is for.
+  // How much the token allows of the models that it is for.
   ModelDetail Detail() const;
   bool AllowsAllModels() const;
 
-  // Whether a blob has to be taken by TakePartition before it is sent.
+  // Whether TakePartition must be called before the blob is sent.
   bool IsCounted(const protocol::BlobId& blob) const
   {
     return this->Ledger && protocol::IsOfOriginal(blob);
   }
-  // Enters that the client gets a partition, or its texture: both count once. 403 or 429 beyond a
-  // quota, 503. Waits for a disk.
+  // Records that the client gets a partition, or its texture; both together count once. 403 or 429
+  // beyond a quota; 503 if the quotas cannot be kept. Waits for a disk.
   Refused TakePartition(
     const ModelDescription& model, std::uint32_t partition, std::uint64_t bytes) const;
   Refused TakeRegion(const ModelDescription& model) const;
 
 private:
-  std::shared_ptr<const TokenGuard> Guard; // null: for everything
+  std::shared_ptr<const TokenGuard> Guard; // null: everything is allowed
   std::shared_ptr<const Pass> Held;
   std::shared_ptr<const PartitionLedger> Ledger; // null: nothing is counted
   std::string Client;

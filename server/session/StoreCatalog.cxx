@@ -19,7 +19,7 @@
 namespace kdstream
 {
 
-// Calls the report function from one thread at a time. Models keep it alive.
+// Calls the report function from one thread at a time. Models hold a pointer to this object.
 class StoreCatalog::Reporter
 {
 public:
@@ -32,7 +32,7 @@ public:
     const std::lock_guard lock(this->Mutex);
     this->Function(file, what);
   }
-  // Unless it is what was reported of the file last.
+  // Reports the error, unless it was the last one reported for this file.
   void TellOnce(const std::filesystem::path& file, const std::string& what)
   {
     const std::lock_guard lock(this->Mutex);
@@ -43,13 +43,13 @@ public:
       this->Function(file, what);
     }
   }
-  // The file has no error now: later errors are reported again.
+  // The file has no error now: a later error is reported again.
   void Forget(const std::filesystem::path& file)
   {
     const std::lock_guard lock(this->Mutex);
     this->Last.erase(file);
   }
-  // As if nothing had been reported.
+  // Forgets all reports.
   void Forget()
   {
     const std::lock_guard lock(this->Mutex);
@@ -65,13 +65,13 @@ private:
 namespace
 {
 
-// To look whether a file has changed takes no time, but where its disk hangs.
+// Looking whether a file has changed takes no time, unless its disk hangs.
 constexpr std::chrono::seconds patienceWithLook{ 1 };
-// Replaced versions of one model; each keeps a file and a tree open.
+// The most replaced versions of one model; each keeps a file and a tree open.
 constexpr std::size_t mostReplaced = 4;
 
-// The file may be a copy in progress. A file that was a store before is waited for less, because
-// clients ask again and again in the meantime.
+// The file may be an unfinished copy. If it was a store before, it is awaited for less time,
+// because clients meanwhile ask again and again.
 constexpr std::chrono::seconds patienceWithNew{ 10 }, patienceWithChanged{ 3 };
 
 bool WasWrittenJustNow(const std::filesystem::path& file, std::chrono::seconds patience)
@@ -79,11 +79,12 @@ bool WasWrittenJustNow(const std::filesystem::path& file, std::chrono::seconds p
   std::error_code error;
   const auto age =
     std::filesystem::file_time_type::clock::now() - std::filesystem::last_write_time(file, error);
-  // The absolute value, in case the clock was set back.
+  // The absolute value is compared, in case the clock was set back.
   return !error && std::chrono::abs(age) < patience;
 }
 
-// Removed since the folder was read; a link that leads nowhere is not.
+// Whether the file was removed since the folder was read. A link that leads nowhere does not count
+// as removed.
 bool IsGone(const std::filesystem::path& file)
 {
   std::error_code error;
@@ -106,7 +107,7 @@ std::vector<std::shared_ptr<const ServedModel>> ListOf(const ModelMap& byId)
   return models;
 }
 
-// Says that something has ended, be it by an exception.
+// Notes that something has ended, even if by an exception.
 struct AtEnd
 {
   std::atomic<bool>& ended;
@@ -127,8 +128,8 @@ Error UnreadableFolder(int number)
   }
 }
 
-// The stores of a folder, by name. By readdir: std::filesystem's iterator ends the program if it
-// has no memory.
+// The stores of a folder, by name. Uses readdir, because the iterator of std::filesystem ends the
+// program if it has no memory.
 Result<std::vector<std::filesystem::path>> FindStores(const std::filesystem::path& folder)
 {
   const std::unique_ptr<DIR, int (*)(DIR*)> opened(::opendir(folder.c_str()), &::closedir);
@@ -155,8 +156,9 @@ Result<std::vector<std::filesystem::path>> FindStores(const std::filesystem::pat
   return files;
 }
 
-// For a file that cannot be opened for that reason, when a model `old` of its name was served
-// before: what clients get. A model whose file cannot be a store any more is marked.
+// The end of the message about a file that cannot be opened: what clients get instead. old: the
+// model that was served by this name before, or null; it is marked as damaged if its file cannot be
+// a store any more.
 std::string WhatIsServed(const StoreModel* old, const Error& error)
 {
   if (!old)
@@ -208,7 +210,7 @@ void StoreCatalog::Look()
   }
 }
 
-// If it does not finish, it must be done again.
+// If this does not finish, it must be done again, which Again says.
 Status StoreCatalog::Try(Patience patience)
 {
   const std::lock_guard reloading(this->ReloadMutex);
@@ -217,7 +219,7 @@ Status StoreCatalog::Try(Patience patience)
   {
     return this->ReadFolder(patience);
   }
-  catch (...) // for want of memory mostly
+  catch (...) // mostly lack of memory
   {
     return CaughtError();
   }
@@ -231,8 +233,8 @@ struct StoreCatalog::Opening
   bool isGone = false, isNew = false;
 };
 
-// The stores of the folder with valid ids, and the result of each. Shared by the threads that open
-// them.
+// The stores of the folder whose names are valid ids, with the result of opening each. Shared by
+// the threads that open them.
 struct StoreCatalog::Files
 {
   struct File
@@ -251,7 +253,7 @@ struct StoreCatalog::Files
   void Open(const File& file, Patience patience) const;
 };
 
-// May wait for a disk.
+// Opens one file. May wait for a disk.
 void StoreCatalog::Files::Open(const File& file, Patience patience) const
 {
   auto& found = *file.opening;
@@ -279,8 +281,8 @@ void StoreCatalog::Files::Open(const File& file, Patience patience) const
       this->reports->TellOnce(file.path, error.message + WhatIsServed(file.old.get(), error));
     }
   }
-  // A reading of everything also tries what could not be read before. Counts these stores for the
-  // list.
+  // When the whole folder is read, notes that could not be read before are tried again. This counts
+  // the notes for the list.
   const bool isServed = found.isSame || found.model || (file.old && !found.isGone);
   if (isServed && (patience == Patience::None || this->notes->HasChanged(file.id)))
   {
@@ -288,7 +290,7 @@ void StoreCatalog::Files::Open(const File& file, Patience patience) const
   }
 }
 
-// Opens those that may have changed. Files blocked by a disk are tried again next time.
+// Opens stores that may have changed. Files that a disk blocks are tried again next time.
 void StoreCatalog::OpenAll(Files& files, Patience patience)
 {
   auto shared = std::make_shared<Files>(files);
@@ -314,10 +316,11 @@ bool StoreCatalog::IsHeld(const std::filesystem::path& file) const
 Status StoreCatalog::ReadFolder(Patience patience)
 {
   const auto paths = FindStores(this->Folder);
-  KDSTREAM_TRY(paths); // a disk that is not there for the moment, or no descriptors
+  KDSTREAM_TRY(paths); // the disk may be absent, or no descriptor left
   const auto before = this->Current();
   this->Reports->Forget(this->Folder);
-  // Files that were only examined are opened again. An opening that ended in the meantime is used.
+  // Files that were only examined are opened again. If opening a file has ended in the meantime,
+  // its result is used.
   std::erase_if(this->HeldByDisk,
     [](const auto& entry) { return *entry.second.ended && !entry.second.opening; });
   Files files{ {}, this->Cache, this->Reports, this->Notes, this->Stores };
@@ -354,7 +357,7 @@ Status StoreCatalog::ReadFolder(Patience patience)
       this->Add(state, file.path, file.id, file.old, nullptr);
     }
   }
-  // Files whose examination has just ended are opened again.
+  // Files whose examination has just ended will be opened next time.
   std::erase_if(this->HeldByDisk, [](const auto& entry) { return entry.second.ended->load(); });
   this->KeepReplaced(state, *before);
   const bool passing = state.passing;
@@ -371,8 +374,8 @@ void StoreCatalog::Publish(State state)
   this->Present = std::make_shared<const State>(std::move(state));
 }
 
-// The model of `file`: the old one, if the file is unchanged or there is no new one. found: null
-// while a disk blocks it.
+// Adds the model of `file`: the new one, or the old one if the file is unchanged or there is no new
+// one. found: null while a disk blocks the file.
 void StoreCatalog::Add(State& state, const std::filesystem::path& file, const std::string& id,
   const std::shared_ptr<const StoreModel>& old, const Opening* found) const
 {
@@ -402,7 +405,8 @@ void StoreCatalog::Add(State& state, const std::filesystem::path& file, const st
   }
 }
 
-// Models that have given their place to another digest, now or earlier, within their grace.
+// Keeps the models that were replaced by another digest, now or earlier, until their `grace` has
+// passed.
 void StoreCatalog::KeepReplaced(State& state, const State& before) const
 {
   const auto now = Clock::now();
@@ -436,14 +440,14 @@ void StoreCatalog::Refresh()
   const auto now = Clock::now();
   const bool outlived = std::any_of(present->replaced.begin(), present->replaced.end(),
     [now](const Replaced& replaced) { return replaced.until <= now; });
-  const bool otherNotes = present->notes != this->Notes->Version(); // the notes were read since
+  const bool otherNotes = present->notes != this->Notes->Version(); // the notes were read meanwhile
   if (this->Again || this->HasChanged(*present) || outlived || otherNotes)
   {
     this->Look();
   }
 }
 
-// Also detects a link that leads to another file now, which no folder reports.
+// Also detects a link that now leads to another file, which no watch of the folder reports.
 bool StoreCatalog::HasChanged(const State& present)
 {
   struct Looking

@@ -32,8 +32,8 @@ auto Caught(const Read& read) -> decltype(read())
   }
 }
 
-// A model whose store may be closed while nobody reads it. Its metadata and digest are known: by
-// these it is recognized when it is opened again.
+// A model whose store may be closed while nobody reads it. Its metadata and digest are remembered,
+// so that the store is recognized when it is opened again.
 class ModelOfStore : public StoreModel
 {
 public:
@@ -119,7 +119,7 @@ public:
     return Caught(
       [this, &blob]() -> Result<BlobBytes>
       {
-        bool isRead = false; // and so checked
+        bool isRead = false; // and therefore checked
         auto bytes = this->Cache->Get(this->Number, blob,
           [&]
           {
@@ -128,7 +128,7 @@ public:
           });
         if (bytes && !isRead)
         {
-          KDSTREAM_TRY(this->Opened()); // afterwards the blob is found without the disk
+          KDSTREAM_TRY(this->Opened()); // from now on FindBlob finds it without the disk
           KDSTREAM_TRY(this->CheckFile());
         }
         return bytes;
@@ -161,7 +161,7 @@ public:
   }
 
 private:
-  // The store, where it is open.
+  // The store, if it is open; else null.
   std::shared_ptr<Store> FindOpen() const
   {
     auto kept = this->FindKept();
@@ -173,7 +173,7 @@ private:
     return this->Kept;
   }
 
-  // Whether the file is unchanged; opens it only if its state does not show that.
+  // Whether the file is unchanged. Opens the store only if the file's state does not show this.
   Status CheckFile() const
   {
     if (!this->FindOpen() && FileState::Of(this->File) == this->State())
@@ -185,7 +185,8 @@ private:
     return (*store)->CheckUnchanged();
   }
 
-  // The store, opened again where it was let go. Errors: Changed where another file is there.
+  // The store, which is opened again if it was released. Errors: Changed if another file is there
+  // now.
   Result<std::shared_ptr<Store>> Opened() const
   {
     if (auto store = this->FindOpen())
@@ -222,7 +223,7 @@ private:
     return this->LastState;
   }
 
-  // Clients refuse blobs of another size.
+  // Checks the size of a blob, because clients refuse blobs of other sizes.
   static Status CheckSize(const protocol::BlobId& blob, std::uint64_t bytes)
   {
     return bytes != 0 && bytes <= protocol::maximumBlobBytes
@@ -260,7 +261,7 @@ private:
     this->ReportPassing(error);
   }
 
-  // A temporary error is reported once until something can be read again.
+  // Reports a temporary error once, until something can be read again.
   void ReportPassing(const Error& error) const
   {
     const bool passes =
@@ -304,11 +305,12 @@ private:
   mutable FileState LastState;         // state of the file when it was last opened
   mutable std::shared_ptr<Store> Kept; // the store that another file has replaced; else null
   mutable std::mutex TreeMutex;
-  // As it was read last; not yet at first. Once it has been read it stays in its place.
+  // The result of the last reading; at first an error. Once the tree has been read, it is never
+  // moved.
   mutable Result<std::vector<Box>> Tree = Error{ ErrorCode::InputOutput, "has not been read yet" };
   mutable std::mutex Mutex;
   mutable std::set<protocol::BlobId> Reported;
-  mutable std::atomic<bool> Fails{ false }; // for a reason that may pass
+  mutable std::atomic<bool> Fails{ false }; // for a temporary reason
 };
 
 }
@@ -326,7 +328,7 @@ std::shared_ptr<Store> OpenStores::Find(const StoreModel* model)
 
 void OpenStores::Keep(const StoreModel* model, std::shared_ptr<Store> store)
 {
-  std::list<Entry> added, gone; // is closed when nobody waits for the mutex
+  std::list<Entry> added, gone; // closed after the mutex is released
   added.push_back({ model, std::move(store) });
   const std::lock_guard lock(this->Mutex);
   const auto [place, isNew] = this->Places.try_emplace(model, added.begin());

@@ -55,7 +55,8 @@ TileInput SourceOf(const ServedModel& model)
   return source;
 }
 
-// What the neighbours of a piece need of it: which keys it owns, and the normals on its border.
+// What neighbouring pieces need to know of a piece: which keys it owns, and the normals on its
+// border.
 struct PieceBorder
 {
   VertexKey first = 0;
@@ -76,7 +77,7 @@ struct PieceBorder
     }
     return std::make_shared<const std::vector<std::uint8_t>>(std::move(bytes));
   }
-  // REQUIRES: bytes of BytesOf.
+  // REQUIRES: BytesOf has written the bytes.
   static PieceBorder Of(const std::vector<std::uint8_t>& bytes)
   {
     PieceBorder border;
@@ -92,13 +93,13 @@ struct PieceBorder
   }
 };
 
-// The place of a name among the tiles of a model: the step, and the number in it.
+// Where a name's tile is among the tiles of a model: the step, and the index in the step.
 struct TilePlace
 {
   std::size_t step = 0, tile = 0;
 };
 
-// Where the model has no such tile: none.
+// Nothing if the model has no such tile.
 std::optional<TilePlace> PlaceOfTile(
   const std::vector<TileStepShape>& shapes, const protocol::TileName& tile)
 {
@@ -112,7 +113,7 @@ std::optional<TilePlace> PlaceOfTile(
     const bool isWanted = tile.isOriginal
                             ? shape.resolution.IsOriginal() && shape.isGroup == tile.isTileset
                             : shape.resolution == Resolution::Level(tile.level);
-    const std::uint64_t first = shape.isGroup ? shape.NodeOf(0) : 0; // groups have a node's number
+    const std::uint64_t first = shape.isGroup ? shape.NodeOf(0) : 0; // groups are numbered by node
     if (isWanted && tile.number >= first && tile.number - first < shape.count &&
         (!tile.isTileset || (s > 0 && shape.begins)))
     {
@@ -146,12 +147,12 @@ Result<protocol::BlobId> PieceOfTile(const ModelDescription& model, const protoc
   const TileStepShape& shape = shapes[place->step];
   return shape.resolution.IsOriginal()
            ? protocol::BlobId::Partition(static_cast<std::uint32_t>(
-               place->tile << (depths.partition - shape.depth))) // of a group the first
+               place->tile << (depths.partition - shape.depth))) // the first partition of a group
            : protocol::BlobId::LevelPiece(
                static_cast<std::uint8_t>(shape.resolution.Depth()), shape.NodeOf(place->tile));
 }
 
-// The known tiles of one version of a model. Requests that use them keep them alive.
+// What is known about the tiles of one version of a model. Requests that use it keep it alive.
 class TileKeeper::ModelTiles
 {
 public:
@@ -182,7 +183,7 @@ public:
 
   const std::string Version;
 
-  // Of the trees.
+  // The bytes that the trees take.
   std::size_t Bytes() const
   {
     const std::lock_guard lock(this->Mutex);
@@ -225,14 +226,14 @@ private:
   {
     return wanted.tile.isTileset ? this->Tilesets[std::size_t(wanted.detail)] : this->Glbs;
   }
-  // The cache's key: no blob's name.
+  // The file's key in the cache of files, which holds no blobs under these ids.
   static protocol::BlobId KeyOf(const protocol::TileName& tile)
   {
     return tile.isRoot       ? protocol::BlobId::TreePage(0)
            : tile.isOriginal ? protocol::BlobId::Partition(tile.number)
                              : protocol::BlobId::LevelPiece(tile.level, tile.number);
   }
-  // REQUIRES: PieceOfTile has found it.
+  // REQUIRES: PieceOfTile has found the tile.
   static TilePlace PlaceOf(const ServedModel& model, const protocol::TileName& tile)
   {
     return *PlaceOfTile(TileTree::ShapesOf(model.Description(), ModelDetail::Regions), tile);
@@ -259,7 +260,7 @@ private:
     TileInput source = SourceOf(model);
     const auto piece = source.readPiece((*tree)->Steps()[step].PieceOf(number));
     KDSTREAM_TRY(piece);
-    source.readPiece = [&piece](PieceId) { return piece; }; // which is read once
+    source.readPiece = [&piece](PieceId) { return piece; }; // so it is read only once
     const TilesOptions options = OptionsOfServedTiles();
     std::vector<BorderNormal> borders;
     if ((*tree)->NeedsBorders(step, options))
@@ -277,9 +278,9 @@ private:
     return BytesOfTile(made->bytes);
   }
 
-  // ---- trees: who makes one twice at the same time wastes only time
+  // ---- trees: if two threads make the same tree at the same time, only time is wasted
 
-  // Errors of all tiles.
+  // The tree with the errors of all tiles.
   Result<std::shared_ptr<const TileTree>> ErringTree(const ServedModel& model)
   {
     {
@@ -296,7 +297,7 @@ private:
     return this->Erring;
   }
 
-  // Boxes too, of what this detail includes.
+  // The tree with the boxes, too, of all tiles that this detail includes.
   Result<std::shared_ptr<const TileTree>> PlacedTree(const ServedModel& model, ModelDetail detail)
   {
     auto& place = this->Placed[std::size_t(detail)];
@@ -352,7 +353,7 @@ private:
     return PieceBorder::Of(**bytes);
   }
 
-  // The normals of a piece's ghosts, which their owners have.
+  // The normals of a piece's ghosts, which come from the pieces that own these vertices.
   Result<std::vector<BorderNormal>> BordersOf(
     const ServedModel& model, const TileStep& step, const Piece& piece)
   {
@@ -383,7 +384,7 @@ private:
       }
       if (*tile >= step.tiles.size())
       {
-        continue; // a damaged piece: there is no such owner
+        continue; // the piece is damaged: no tile owns this key
       }
       if (tile != ownerTile)
       {
@@ -402,15 +403,15 @@ private:
     return found;
   }
 
-  // The piece that owns a rank, which ascend from piece to piece: the last one that begins at or
-  // before it.
+  // The piece that owns a rank. Ranks ascend from piece to piece, so it is the last piece that
+  // begins at the rank or before it.
   Result<std::size_t> OwnerOf(const ServedModel& model, const TileStep& step, VertexKey key)
   {
     std::size_t low = 0, high = step.tiles.size();
     while (high - low > 1)
     {
       const std::size_t middle = low + (high - low) / 2;
-      bool isBefore = false; // the next piece that owns any begins before
+      bool isBefore = false; // whether the next piece that owns a vertex begins before it
       std::size_t probe = middle;
       for (bool isFound = false; !isFound && probe < high; probe += isFound ? 0 : 1)
       {
@@ -426,10 +427,10 @@ private:
 
   const std::shared_ptr<BlobCache> Files, Borders;
   const BlobCache::Model Glbs, OfPieces;
-  std::array<BlobCache::Model, 3> Tilesets{};            // by detail
+  std::array<BlobCache::Model, 3> Tilesets{};            // by ModelDetail
   mutable std::mutex Mutex;                              // for what follows
-  std::shared_ptr<const TileTree> Erring;                // with errors; null at first
-  std::array<std::shared_ptr<const TileTree>, 3> Placed; // by detail, with boxes too
+  std::shared_ptr<const TileTree> Erring;                // the tree with errors; null at first
+  std::array<std::shared_ptr<const TileTree>, 3> Placed; // by ModelDetail: trees with boxes, too
 };
 
 TileKeeper::TileKeeper()
@@ -473,11 +474,11 @@ std::shared_ptr<TileKeeper::ModelTiles> TileKeeper::Of(
   return nullptr;
 }
 
-// Forgets models while all trees together take too much memory: the least recently requested models
-// first, but not `last`.
+// While all trees together take too much memory, forgets models: the least recently requested
+// first, but never `last`.
 void TileKeeper::Trim(const std::shared_ptr<ModelTiles>& last) const
 {
-  std::list<std::shared_ptr<ModelTiles>> gone; // go when nobody waits for the mutex
+  std::list<std::shared_ptr<ModelTiles>> gone; // destroyed after the mutex is released
   const std::lock_guard lock(this->Mutex);
   std::size_t bytes = 0;
   for (auto each = this->Recent.begin(); each != this->Recent.end();)

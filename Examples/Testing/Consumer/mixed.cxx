@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A program that uses a static library of KdStream, and a VTK module that uses libkdstream: each
-// must call its own. Writes a store by the module and reads it by the library:
+// A program that uses a static library of KdStream, and a VTK module that uses libkdstream. Each
+// must call its own code. The program writes a store with the module and reads it with the library.
+// Usage:
 //   mixed STORE.kds
 #include "filters/store/Store.h"
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Who is measured: how each is opened, and when it has settled. All are measured alike.
+// The viewers that are compared: how each is opened, and when it has settled. All are measured in the same way.
 
 import { readFileSync } from "node:fs";
 import { Visit, launchBrowser } from "../../Browser/harness.mjs";
 import { turn, watch, watchTap } from "./watch.mjs";
 
-// Ours first: ratios are ours over theirs.
+// Ours comes first: ratios are ours divided by theirs.
 export const contestants = [
   { name: "KdStream", ours: true },
   { name: "three.js, PLY", page: "three.html", ending: "ply" },
@@ -13,13 +13,14 @@ export const contestants = [
   { name: "vtk.js, PLY", page: "vtk.html", ending: "ply" },
 ];
 
-const steps = 93; // frames of a turn; the first three do not count
-const points = 8; // that a finger moves in each
-const mostSeconds = 15; // of a turn, where frames take long
+const steps = 93; // frames while turning; the first three do not count
+const points = 8; // how far a finger moves in each
+const mostSeconds = 15; // of turning, if frames take long
 
 const addressOf = ({ ours, page, ending }, size, url) => (ours ? `${url}/#model=${size}` : `${url}/${page}?mesh=${size}.${ending}`);
 
-// One contestant in a browser of its own, over `line`. turns: whether it is turned, too. Times in ms, memory in bytes.
+// Measures one viewer in a browser of its own, over `line`. turns: whether it is turned, too. Times are in ms, memory
+// in bytes.
 export async function measure(contestant, size, line, { turns, picture }) {
   const browser = await launchBrowser("--enable-precise-memory-info");
   try {
@@ -61,7 +62,7 @@ async function settle({ ours }, { page, ...visit }, patience = 180_000) {
       });
     }));
     if (found && found.first !== null) {
-      // What is settled at once is so when it is seen.
+      // The other viewers have settled with their first picture.
       return { first: found.first, settled: ours ? found.now : found.first, triangles: found.triangles, pixels: found.pixels,
         ...(ours && { level: `${found.level} of ${found.finest}` }) };
     }
@@ -71,7 +72,8 @@ async function settle({ ours }, { page, ...visit }, patience = 180_000) {
   }
 }
 
-// Of JavaScript after a collection, of WebAssembly, and of the processes that draw: page and graphics, which is software.
+// The memory of JavaScript after a garbage collection, of WebAssembly, and of the processes that draw: the page's, and
+// that of graphics, which are software.
 async function memoryOf(browser, { page }) {
   const session = await page.context().newCDPSession(page);
   await session.send("HeapProfiler.collectGarbage");
@@ -96,7 +98,7 @@ async function tap(visit, figures) {
   Object.assign(figures, { tapFirst: first, tapWhole: whole });
 }
 
-// With the widest region of the original, which shows more triangles than the screen needs.
+// Turns with the widest region of the original, which shows more triangles than the screen needs.
 async function turnMore(visit, figures) {
   await visit.page.evaluate(() => {
     const choice = document.querySelector("[name=rings][value='3']");

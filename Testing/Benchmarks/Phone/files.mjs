@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The content of the other viewers, as a good static host would serve it: their page, one script, and the mesh as a binary PLY or
-// GLB, all compressed by gzip, from memory.
+// Serves the other viewers' content as a good static host would: their page, one script, and the mesh as a binary PLY
+// or GLB. Everything is compressed by gzip, and served from memory.
 
 import { once } from "node:events";
 import { readFileSync } from "node:fs";
@@ -50,7 +50,7 @@ export function pageOf(script) {
 #view { width: 100%; height: 743px }</style></head><body><div id="view"></div><script type="module" src="${script}"></script></body></html>`;
 }
 
-// A mesh of kdstream-generate relief: vertices of three floats, faces of a byte and three indices.
+// Reads a mesh of kdstream-generate relief: vertices of three floats, faces of a byte and three indices.
 export function readRelief(file) {
   const bytes = readFileSync(file);
   const begin = bytes.indexOf("end_header\n") + 11;
@@ -71,14 +71,14 @@ export function readRelief(file) {
   return { bytes, positions, indices, triangles };
 }
 
-// The same as a binary glTF: positions and indices.
+// Writes the mesh as a binary glTF: positions and indices.
 export function makeGlb({ positions, indices }) {
   const least = [Infinity, Infinity, Infinity], most = [-Infinity, -Infinity, -Infinity];
   positions.forEach((value, i) => {
     least[i % 3] = Math.min(least[i % 3], value);
     most[i % 3] = Math.max(most[i % 3], value);
   });
-  const [floats, unsigned, arrays, elements] = [5126, 5125, 34962, 34963]; // as OpenGL names them
+  const [floats, unsigned, arrays, elements] = [5126, 5125, 34962, 34963]; // OpenGL's numbers for these
   const text = JSON.stringify({
     asset: { version: "2.0" }, scene: 0, scenes: [{ nodes: [0] }], nodes: [{ mesh: 0 }],
     meshes: [{ primitives: [{ attributes: { POSITION: 0 }, indices: 1 }] }],

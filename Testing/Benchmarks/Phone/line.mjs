@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A line between a browser and a server on this machine, with any speed and delay: as ShapedProxy.h, but for programs in Node.
-// Counts the bytes received.
+// A line between a browser and a server on this machine, with any speed and delay; like ShapedProxy.h, but for programs
+// in Node. Counts the received bytes.
 
 import { once } from "node:events";
 import { connect, createServer } from "node:net";
 
-const longestQueue = 256 * 1024; // bytes that wait for their turn, of each connection; then the server is read no more
+const longestQueue = 256 * 1024; // bytes that may wait in each connection; with more, the server is not read
 
 export class Line {
   #server;
   #sockets = new Set();
-  #free = 0; // ms: when the last byte that waits has left
+  #free = 0; // ms: when the last waiting byte will have left
   bytes = 0; // from the server
   url;
 
@@ -44,7 +44,7 @@ export class Line {
       });
     }
     const [there, back] = [new Schedule(), new Schedule()];
-    const opened = performance.now() + roundTrip; // a handshake
+    const opened = performance.now() + roundTrip; // after a handshake
     near.on("data", (part) => {
       there.add(Math.max(opened, performance.now()) + roundTrip / 2, () => far.write(part));
     });
@@ -67,7 +67,8 @@ export class Line {
   }
 }
 
-// Runs each task at its time, in the order in which they were added; at once if the time has come.
+// Runs each task at its time, in the order in which the tasks were added. If the time has passed, the task runs at
+// once.
 class Schedule {
   #actions = []; // { time, act }
   #timer = null;

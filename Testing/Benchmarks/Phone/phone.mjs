@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The page on a phone's screen compared with three.js and vtk.js, which show the same mesh from a file (./dev bench phone):
+// Compares the page on a phone's screen with three.js and vtk.js, which show the same mesh from a file (./dev bench
+// phone):
 //   node phone.mjs OUT [--rounds N] [--sizes 100000,300000,1000000] [--lines loopback,mobile]
-// Each opens in a browser of its own, one after the other, on the same processors: compare ratios. Graphics are software
-// (SwiftShader), which a phone's are not. Needs the environment of Testing/Browser/harness.mjs, and npm ci in both folders.
+// Each viewer opens in a browser of its own, one after the other, on the same processors, so compare ratios. Graphics
+// are software (SwiftShader), which they are not on a phone. Needs the environment of Testing/Browser/harness.mjs, and
+// npm ci in both folders.
 //
 // 1. Meshes: kdstream-generate relief, as a store, a PLY and a GLB.
-// 2. For each round, line, size and contestant: measure (contestants.mjs), over a line (line.mjs).
+// 2. For each round, line, size and viewer: measure (contestants.mjs), over a line (line.mjs).
 // 3. Medians of the rounds, as Markdown and CSV, into OUT (tables.mjs).
 
 import { spawnSync } from "node:child_process";
@@ -48,7 +50,7 @@ function readOptions([out, ...rest]) {
 
 const nameOf = (triangles) => (triangles < 1e6 ? `${triangles / 1e3}k` : `${triangles / 1e6}M`);
 
-// The stores' folder, and the other viewers' files at their server.
+// Makes the folder of stores, and the server with the other viewers' files.
 async function makeModels(sizes) {
   const [stores, meshes] = [temporaryFolder(), temporaryFolder()];
   const files = await FileServer.start();
@@ -75,13 +77,13 @@ async function makeModels(sizes) {
   return { stores, files };
 }
 
-// A turn's frames as two figures.
+// Replaces the frames of turning by two figures.
 function condense({ frames, moreFrames, ...figures }) {
   return { ...figures, ...(frames && { frame: median(frames), frame95: quantile(frames, 0.95) }),
     ...(moreFrames && { moreFrame: median(moreFrames), moreFrame95: quantile(moreFrames, 0.95) }) };
 }
 
-// Each round begins with another, so that what else the machine does strikes none of them always.
+// Each round begins with another viewer, so that other work on the machine does not always affect the same one.
 const rotated = (all, by) => [...all.slice(by % all.length), ...all.slice(0, by % all.length)];
 
 const { out, rounds, sizes, lines: chosen } = readOptions(process.argv.slice(2));
@@ -102,7 +104,7 @@ for (let round = 0; round < rounds; ++round) {
       }
     }
   }
-  // After each, for who does not wait for the last.
+  // Written after each round, so that nobody has to wait for the last one.
   writeFileSync(join(out, "phone.md"), toMarkdown(summarize(runs)));
   writeFileSync(join(out, "phone.csv"), toCsv(summarize(runs)));
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Medians of rounds, as tables of values and of ratios for people, and as CSV.
+// Writes medians of rounds: for readers as tables of values and of ratios, and as CSV.
 
 export function quantile(values, share) {
   const sorted = [...values].sort((a, b) => a - b);
@@ -14,7 +14,7 @@ const inMegabytes = (bytes) => (bytes / 1e6).toFixed(bytes < 1e7 ? 2 : 1);
 const inMilliseconds = (ms) => ms.toFixed(ms < 10 ? 1 : 0);
 const inThousands = (count) => Math.round(count / 1000).toLocaleString("en");
 
-// The values of a cell: { key, title, text(value) }. A key that a contestant lacks is a gap.
+// The values in a cell: { key, title, text(value) }. If a viewer lacks a key, the cell is empty.
 const columns = [
   { key: "first", title: "first picture, ms", text: inMilliseconds },
   { key: "settled", title: "settled, ms", text: inMilliseconds },
@@ -35,7 +35,7 @@ const ownColumns = [
 ];
 const allColumns = [...columns, ...ownColumns];
 
-// runs: [{ line, size, name, ...figures }], one a round. Gives a row for each line, size and name, with medians.
+// runs: [{ line, size, name, ...figures }], one for each round. Returns a row of medians for each line, size and name.
 export function summarize(runs) {
   const rows = new Map();
   for (const run of runs) {

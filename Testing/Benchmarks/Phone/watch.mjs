@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is measured within a page, the same for all contestants. These functions run in the page, so none may use anything outside
-// itself.
+// Functions that measure within a page, the same for all viewers. They run in the page, so they may not use anything
+// outside themselves.
 
-// Runs before the page's own scripts. window.watched: { first: ms until the first frame with a model was drawn; drawn: triangles
-// of the last frame's calls; memories: of WebAssembly }.
+// Runs before the page's own scripts. Sets window.watched: { first: ms until the first frame with a model was drawn;
+// drawn: triangles in the last frame's calls; memories: those of WebAssembly }.
 export function watch() {
   const watched = window.watched = { first: null, drawn: 0, memories: [] };
   let triangles = 0, asked = false;
 
-  // Along the middle row a background is of one colour; a model is not.
+  // Whether the picture shows a model: the middle row of a mere background has only one colour.
   const showsModel = (gl) => {
     const { drawingBufferWidth: width, drawingBufferHeight: height } = gl;
     const target = gl.getParameter(gl.READ_FRAMEBUFFER_BINDING);
@@ -24,7 +24,7 @@ export function watch() {
     return most - least > 40;
   };
 
-  // After all of the frame's calls, while its picture is still there.
+  // Called after all draw calls of a frame, while the frame's picture is still there.
   const endFrame = (gl) => {
     asked = false;
     watched.drawn = triangles;
@@ -54,8 +54,8 @@ export function watch() {
   };
 }
 
-// Turns the model by a number of steps, one a frame, each completely drawn, or for a number of seconds; returns the ms of each,
-// except the first three.
+// Turns the model: by a number of steps, one in each frame, each completely drawn, or for a number of seconds. Returns
+// the ms of each frame, except the first three.
 export async function turn({ steps, points, mostSeconds }) {
   const canvas = document.querySelector("canvas");
   const gl = canvas.getContext("webgl2");
@@ -63,10 +63,10 @@ export async function turn({ steps, points, mostSeconds }) {
   const finger = (type, x) => canvas.dispatchEvent(new PointerEvent(type,
     { pointerId: 77, pointerType: "touch", isPrimary: true, button: 0, clientX: x, clientY: 400, bubbles: true }));
   if (window.peer) {
-    const radians = 2 * points / canvas.clientWidth; // as our fingers turn
+    const radians = 2 * points / canvas.clientWidth; // what turning by a finger does in our viewer
     step = () => requestAnimationFrame(() => window.peer.turn(radians));
   } else {
-    canvas.setPointerCapture = () => {}; // the simulated finger is not a real one
+    canvas.setPointerCapture = () => {}; // the simulated finger cannot be captured
     let x = 100;
     finger("pointerdown", x);
     step = () => finger("pointermove", x += points);
@@ -77,7 +77,7 @@ export async function turn({ steps, points, mostSeconds }) {
   for (let i = 0; i <= steps && (i < 8 || performance.now() < end); ++i) {
     step();
     times.push(await new Promise((resolve) => {
-      requestAnimationFrame(() => { // after the page's own, which was asked for first
+      requestAnimationFrame(() => { // runs after the page's own callback, which was requested first
         gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
         resolve(performance.now());
       });
@@ -87,7 +87,8 @@ export async function turn({ steps, points, mostSeconds }) {
   return times.slice(1).map((time, i) => time - times[i]).slice(3);
 }
 
-// Ours: from the second tap until the first partition of the region is shown, and until all of it is.
+// Only for our viewer: the time from the second tap until the first partition of the region is shown, and until all of
+// it is.
 export function watchTap() {
   const tap = window.tap = { from: null, first: null, whole: null };
   document.getElementById("view").addEventListener("pointerup", () => (tap.from = performance.now()), true);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One partition by GET, again and again: requests a second of kdstream-serve compared with nginx,
-// which has the same bytes as a file (kdstream-store export). Both have two workers, keep
-// connections open, write no log and speak plain HTTP; wrk measures them in turns, and the median
-// of the ratios of consecutive runs counts, so that other work on the machine matters less.
+// Requests one partition by GET repeatedly: requests a second of kdstream-serve compared with
+// nginx, which has the same bytes as a file (kdstream-store export). Both have two workers, keep
+// connections open, write no log and speak plain HTTP. wrk measures them in turn. The median of the
+// ratios of consecutive runs counts, so that other work on the machine matters less. Usage:
 //   BenchBlob PROGRAMS STORE FOLDER [ROUNDS [SECONDS]]
-// PROGRAMS: the folder of kdstream-serve and kdstream-store. STORE: NAME.kds, the only one in its
+// PROGRAMS: the folder of kdstream-serve and kdstream-store. STORE: NAME.kds, the only store in its
 // folder. FOLDER: for exported files and logs. Ends with an error if the limit is missed.
 #include "Testing/Benchmarks/MeasuredRun.h"
 #include "Testing/Benchmarks/Serving/ServerProcess.h"
@@ -60,8 +60,8 @@ std::uint16_t FreePort()
     .port();
 }
 
-// nginx as configured by Debian, but without what both lack here: a log, and a limit of requests
-// for each connection. cache: more lines.
+// nginx configured as in Debian, but without two things that kdstream-serve lacks here, too: a log,
+// and a limit of requests for each connection. cache: further lines.
 std::string NginxConfiguration(const path& folder, std::uint16_t port, const std::string& more)
 {
   std::ostringstream text;
@@ -87,7 +87,7 @@ struct Host
   std::unique_ptr<ServerProcess> process;
   std::uint16_t port = 0;
   std::vector<double> rates; // requests a second
-  std::vector<double> costs; // microseconds of the processors a request
+  std::vector<double> costs; // microseconds of processor time for each request
 };
 
 Host StartNginx(const std::string& name, const path& nginx, const path& folder,
@@ -102,7 +102,7 @@ Host StartNginx(const std::string& name, const path& nginx, const path& folder,
   return host;
 }
 
-// The figure after `name` in what wrk prints.
+// The figure after `name` in the output of wrk.
 double FigureIn(const std::string& text, const std::string& name)
 {
   const auto at = text.find(name);
@@ -114,7 +114,7 @@ double FigureIn(const std::string& text, const std::string& name)
   return std::atof(text.c_str() + at + name.size());
 }
 
-// Requests blobs for this time.
+// Requests a blob repeatedly for this time.
 void Load(const path& wrk, Host& host, const std::string& target, const std::string& time,
   const path& folder)
 {
@@ -134,7 +134,7 @@ double Median(std::vector<double> values)
   return values[values.size() / 2];
 }
 
-// The median over the rounds of the ratio of requests a second.
+// The median over the rounds of the ratio of the two hosts' requests a second.
 double MedianRatio(const Host& host, const Host& other)
 {
   std::vector<double> ratios;
@@ -143,7 +143,7 @@ double MedianRatio(const Host& host, const Host& other)
   return Median(std::move(ratios));
 }
 
-// The partition whose size is the median of those of a usual size.
+// The partition with the median size, among those of a usual size.
 protocol::BlobId Choose(const Store& store)
 {
   std::vector<std::pair<std::uint64_t, std::uint32_t>> sizes;
@@ -219,12 +219,12 @@ void Await(const std::vector<Host>& hosts, const std::string& target)
   }
 }
 
-// Whether the bar is met.
+// Returns whether the limit is met.
 bool Compare(std::vector<Host>& hosts, const std::string& target, int rounds,
   const std::string& time, const path& folder)
 {
   const auto wrk = Find("wrk");
-  for (int round = -1; round < rounds; ++round) // the first warms them up
+  for (int round = -1; round < rounds; ++round) // round -1 only warms the servers up
   {
     for (Host& host : hosts)
     {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How long connected clients wait while a crowd does full TLS handshakes, one after the other: for
-// a GET on an open connection, a cancel on an open stream, and the accept of a new connection (at
-// the address of the metrics, which needs no TLS). Several builds of kdstream-serve take turns, for
-// comparison; each figure is also given as a ratio to the same without a crowd. At the end, the
-// server's memory for an idle connection.
+// How long connected clients wait while a crowd does full TLS handshakes, one after the other.
+// Measured are a GET on an open connection, a cancel on an open stream, and the accept of a new
+// connection (at the address of the metrics, which needs no TLS). Several builds of kdstream-serve
+// take turns, for comparison. Each figure is also given as a ratio to the same figure without a
+// crowd. At the end, the server's memory for an idle connection is measured. Usage:
 //   BenchHandshakes STORES FOLDER SECONDS ROUNDS KDSTREAM-SERVE...
-// STORES: a folder with dragon.kds. FOLDER: for certificates and logs. SECONDS: of each crowd in
-// each round.
+// STORES: a folder with dragon.kds. FOLDER: for certificates and logs. SECONDS: how long each crowd
+// stays in each round.
 #include "Testing/Benchmarks/Serving/ServerProcess.h"
 #include "filters/protocol/ResourcePath.h"
 #include "filters/store/Store.h"
@@ -37,7 +37,7 @@ using Clock = std::chrono::steady_clock;
 using Milliseconds = std::vector<double>;
 
 constexpr std::size_t crowdSize = 16;
-constexpr std::chrono::milliseconds pause{ 4 }; // between what one observer asks for
+constexpr std::chrono::milliseconds pause{ 4 }; // between two requests of an observer
 
 [[noreturn]] void Fail(const std::string& what)
 {
@@ -89,7 +89,7 @@ public:
   double idleKibibytes = 0;
 };
 
-// A full handshake by a client that has no session to resume.
+// Does a full handshake, by a client that has no session to resume.
 bool ShakeHands(SSL_CTX& context, std::uint16_t port)
 {
   const std::unique_ptr<BIO, void (*)(BIO*)> plain(
@@ -116,7 +116,7 @@ double Since(Clock::time_point begin)
   return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
 }
 
-// Until `done`: how long each `once` takes.
+// Calls `once` until `done`, and notes how long each call takes.
 Milliseconds Observe(const std::atomic<bool>& done, const std::function<Clock::time_point()>& once)
 {
   Milliseconds times;
@@ -128,7 +128,7 @@ Milliseconds Observe(const std::atomic<bool>& done, const std::function<Clock::t
   return times;
 }
 
-// Fetches one blob again and again.
+// Fetches one blob repeatedly.
 Milliseconds Gets(std::uint16_t port, const std::string& target, const std::atomic<bool>& done)
 {
   TlsTestClient client(port);
@@ -226,7 +226,7 @@ void Run(Host& host, const std::string& target, Host::Times& times, std::size_t 
   host.handshakes += shaken;
   const auto add = [](Milliseconds& to, Milliseconds& from)
   {
-    if (from.size() > 1) // the first waits for its own handshake
+    if (from.size() > 1) // the first one includes the observer's own handshake
     {
       to.insert(to.end(), from.begin() + 1, from.end());
     }
@@ -236,7 +236,7 @@ void Run(Host& host, const std::string& target, Host::Times& times, std::size_t 
   add(times.accept, seen.accept);
 }
 
-// The server's memory for each connection that has made a request and is idle now.
+// The server's memory for each connection that has made a request and is now idle.
 double KibibytesOfIdleConnection(const Host& host)
 {
   constexpr std::size_t count = 200;

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-serve under crowds of viewers that open a model, zoom and tap, with slow and vanishing
-// ones among them, over loopback: how fast it answers, what a client costs, and whether it returns
-// to its initial state when all have left.
+// kdstream-serve with crowds of viewers that open a model, zoom and tap, over loopback. Some of
+// them are slow, and some vanish. Measures how fast the server answers, what a client costs, and
+// whether the server returns to its initial state when all have left. Usage:
 //   BenchServe PROGRAMS STORE LOG [MINUTES [VIEWERS...]]
-// PROGRAMS: the folder of kdstream-serve. STORE: NAME.kds, the only one in its folder. For each
-// crowd (1,000 and 5,000 viewers) there are three servers, one after the other: memory is measured;
-// viewers move for MINUTES (1); viewers move for 20 seconds while the server may have only 1,024
-// descriptors. Before that, viewers that read as fast as they can are measured without and with
-// slow ones, in turn. Ends with an error if a limit is missed.
+// PROGRAMS: the folder of kdstream-serve. STORE: NAME.kds, the only store in its folder. For each
+// crowd (1,000 and 5,000 viewers) there are three servers, one after the other. With the first,
+// memory is measured. With the second, viewers move for MINUTES (1). With the third, viewers move
+// for 20 seconds while the server may have only 1,024 descriptors. Before that, viewers that read
+// as fast as they can are measured without and with slow ones, in turn. Ends with an error if a
+// limit is missed.
 #include "Testing/Benchmarks/Serving/CrowdViewer.h"
 #include "Testing/Benchmarks/Serving/ServerProcess.h"
 #include "filters/store/Store.h"
@@ -34,9 +35,9 @@ using std::filesystem::path;
 using Clock = std::chrono::steady_clock;
 using Seconds = std::chrono::duration<double>;
 
-constexpr double mostGrowth = 16; // MiB, from a fifth of the time on
+constexpr double mostGrowth = 16; // MiB, after the first fifth of the time
 constexpr rlim_t fewDescriptors = 1024;
-// With the finest level more than what kernel and server have room for.
+// Together with the finest level, these are more bytes than the buffers of kernel and server hold.
 constexpr std::uint64_t enoughPartitions = 40;
 constexpr Seconds pauseOfViewers{ 10 }, timeWithFew{ 20 }, longestWait{ 120 };
 
@@ -46,7 +47,7 @@ constexpr Seconds pauseOfViewers{ 10 }, timeWithFew{ 20 }, longestWait{ 120 };
   std::exit(1);
 }
 
-// Of thirty viewers one is deaf, two are slow, three vanish.
+// Of thirty viewers, one is deaf, two are slow, and three vanish.
 Manner MannerOf(std::size_t viewer)
 {
   const auto place = viewer % 30;
@@ -69,7 +70,7 @@ public:
     }
   }
 
-  // A thousand a second.
+  // Connects the viewers, a thousand a second.
   void Arrive()
   {
     for (std::size_t i = 0; i < this->Viewers.size(); ++i)
@@ -86,7 +87,7 @@ public:
     return static_cast<std::size_t>(std::count_if(this->Viewers.begin(), this->Viewers.end(),
       [](const CrowdViewer& viewer) { return viewer.IsSettled(); }));
   }
-  // Until all are settled; whether they are.
+  // Waits until all viewers have settled. Returns whether they have.
   bool Settle()
   {
     const auto until = Clock::now() + longestWait;
@@ -117,7 +118,7 @@ public:
 
 private:
   boost::asio::io_context Context{ 1 };
-  // Time passes though nothing happens.
+  // Keeps the context running even if there is nothing to do.
   boost::asio::executor_work_guard<boost::asio::io_context::executor_type> Work{
     this->Context.get_executor()
   };
@@ -135,7 +136,7 @@ double Percentile(std::vector<float> values, double part)
   return values[static_cast<std::size_t>(place)];
 }
 
-// One crowd at one server, from its start to its end.
+// One crowd's visit to one server, from the server's start to its end.
 class Visit
 {
 public:
@@ -143,7 +144,7 @@ public:
   {
     Weighed,
     Roaming,
-    Crushed // the server has fewer descriptors than there are viewers
+    Crushed // the server has fewer descriptors than viewers
   };
 
   Visit(const path& programs, const path& store, const path& log, const CrowdModel& model,
@@ -158,7 +159,7 @@ public:
   {
   }
 
-  // Whether all bars are met.
+  // Returns whether all limits are met.
   bool Run(Seconds time)
   {
     this->Warm();
@@ -171,7 +172,7 @@ public:
       this->Judge(crowd.Tally);
     }
     this->Compare("descriptors above the start's when all have gone", this->LeftOver(atStart), 0);
-    this->Warm(); // it still answers, or this would not end
+    this->Warm(); // does not return unless the server still answers
     if (!this->Server.End())
     {
       this->Missed("the server did not end well");
@@ -180,7 +181,7 @@ public:
   }
 
 private:
-  // All blobs are in the server's memory.
+  // Brings all blobs into the server's memory.
   void Warm()
   {
     Crowd one(this->Model, this->Port, 1, [](std::size_t) { return Manner::Eager; });
@@ -212,7 +213,8 @@ private:
     }
   }
 
-  // What a client costs that has its preview and waits, and one that is being sent something.
+  // The memory that a client costs: one that has its preview and waits, and one that is being sent
+  // blobs.
   void Weigh(Crowd& crowd)
   {
     const double idle = this->Server.ResidentMebibytes();
@@ -241,7 +243,7 @@ private:
     }
   }
 
-  // Bytes that the server has sent, as it counts them.
+  // The number of bytes that the server has sent, by its own count.
   double Sent() const
   {
     const std::string name = "\nkdstream_sent_bytes_total ";
@@ -250,7 +252,7 @@ private:
     return at == metrics.npos ? 0 : std::atof(metrics.c_str() + at + name.size());
   }
 
-  // More clients than descriptors: those that get no slot connect again and again.
+  // There are more clients than descriptors: those that get no slot connect again and again.
   void Crush(Crowd& crowd)
   {
     crowd.Arrive();
@@ -356,7 +358,7 @@ private:
   bool Good = true;
 };
 
-// How much later others get what they ask for where some read slowly or not at all.
+// How much later viewers get what they request if others read slowly or not at all.
 class Neighbours
 {
 public:
@@ -367,11 +369,12 @@ public:
   {
   }
 
-  // Whether the bar is met.
+  // Returns whether the limit is met.
   bool Run()
   {
     std::vector<float> alone, beside, ratios;
-    for (int round = 0; round < rounds; ++round) // in turn: other work of the machine meets both
+    // In turn, so other work on the machine affects both.
+    for (int round = 0; round < rounds; ++round)
     {
       const auto first = this->Roam(0), second = this->Roam(slowOnes);
       ratios.push_back(static_cast<float>(Percentile(second, 0.99) / Percentile(first, 0.99)));
@@ -397,7 +400,7 @@ private:
   static constexpr int rounds = 7;
   static constexpr double mostRatio = 1.2;
 
-  // How long the others' regions took, in one round.
+  // How long the regions of the other viewers took, in one round.
   std::vector<float> Roam(std::size_t slow)
   {
     Crowd crowd(this->Model, this->Port, others + slow,

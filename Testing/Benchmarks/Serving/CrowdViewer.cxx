@@ -34,8 +34,8 @@ using protocol::BlobId;
 using Clock = std::chrono::steady_clock;
 using Seconds = std::chrono::duration<double>;
 
-constexpr std::size_t slowBytes = 16384; // a second
-// Longer than the server's patience with 64 KiB.
+constexpr std::size_t slowBytes = 16384; // for each second
+// Longer than the server waits for a client that does not take 64 KiB.
 constexpr std::chrono::seconds deafness{ 40 };
 
 double SecondsOf(Clock::time_point time)
@@ -48,7 +48,7 @@ double SecondsOf(Clock::time_point time)
 class CrowdViewer::Mind : public std::enable_shared_from_this<Mind>
 {
   using Socket = beast::basic_stream<tcp, asio::any_io_executor, beast::simple_rate_policy>;
-  // One connection, with what its operations use as long as they last.
+  // One connection, with everything that its operations use while they last.
   struct Line
   {
     explicit Line(asio::io_context& context)
@@ -63,7 +63,7 @@ class CrowdViewer::Mind : public std::enable_shared_from_this<Mind>
     bool reading = false, writing = false;
   };
 
-  // A handler that is called only as long as the line is this viewer's.
+  // Wraps a handler: it is called only while this is still the viewer's connection.
   template <class Handler>
   auto OfLine(Handler handler)
   {
@@ -158,12 +158,12 @@ public:
   }
 
 private:
-  struct Task // a request of which something is outstanding
+  struct Task // a request whose answer is incomplete
   {
     Clock::time_point asked;
     std::size_t outstanding = 0;
     bool isRegion = false, hasBegun = false;
-    bool isMoot = false; // the eye has moved on: it is cancelled once something has come
+    bool isMoot = false; // the view has changed: cancelled when a blob has arrived
   };
 
   void Drop(const std::shared_ptr<Line>& line)
@@ -206,7 +206,7 @@ private:
         }));
   }
 
-  // reported: by an answer; otherwise the connection was closed.
+  // reported: by an answer; otherwise the server only closed the connection.
   void Refused(bool reported)
   {
     const auto& answer = this->Current->answer;
@@ -226,7 +226,7 @@ private:
     this->Read();
   }
 
-  // Connects again, as viewers do: after 1 to 3 times the delay that the server named, or half a
+  // Connects again, as viewers do: after 1 to 3 times the delay that the server gave, or half a
   // second.
   void TurnedAway(double retryAfter)
   {
@@ -311,7 +311,7 @@ private:
     }
     for (const ClientEvent& event : this->Stream.TakeEvents())
     {
-      if (this->Current == line) // it has not vanished meanwhile
+      if (this->Current == line) // the viewer has not vanished meanwhile
       {
         this->Notice(event);
       }
@@ -336,7 +336,7 @@ private:
         this->Tasks.erase(event.request);
         this->BecomeIdle();
         break;
-      case ClientEvent::Kind::Notes: // are not asked for
+      case ClientEvent::Kind::Notes: // not requested here
         break;
     }
   }
@@ -352,7 +352,7 @@ private:
     const auto found = this->Tasks.find(event.request);
     if (found == this->Tasks.end())
     {
-      return; // of what was cancelled
+      return; // belongs to a cancelled request
     }
     Task& task = found->second;
     const bool counts = task.isRegion && this->Nature == Manner::Eager && !task.isMoot;
@@ -396,7 +396,7 @@ private:
     this->BecomeIdle();
   }
 
-  // It has what it wanted.
+  // The viewer has everything that it has requested.
   void BecomeIdle()
   {
     if (this->Tasks.empty() && this->Pause.count() > 0)
@@ -405,7 +405,7 @@ private:
     }
   }
 
-  // --- what it asks
+  // ---- the viewer's requests
 
   void LookAtPreview()
   {
@@ -482,7 +482,7 @@ private:
         [this](error_code error)
         {
           this->Current->writing = false;
-          error ? void() : this->Write(); // the reader sees an error too
+          error ? void() : this->Write(); // the reader gets the error, too
         }));
   }
 
@@ -501,7 +501,7 @@ private:
   CrowdWishes Wishes;
   CrowdTally& Tally;
   asio::steady_timer Timer, Deafness;
-  bool Wanted = false; // connected on purpose, until it leaves
+  bool Wanted = false; // true from connecting until it leaves on purpose
   std::shared_ptr<Line> Current;
   StreamConversation Stream;
   std::map<std::uint32_t, Task> Tasks; // by request

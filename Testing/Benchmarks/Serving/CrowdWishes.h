@@ -17,7 +17,7 @@ namespace kdstream::benchmarks
 struct CrowdModel
 {
   ModelDescription description;
-  std::vector<Box> boxes; // of the tree, heap order: regions are found here, as viewers do
+  std::vector<Box> boxes; // of the tree, in heap order: viewers find regions with them
 };
 
 class CrowdWishes
@@ -30,22 +30,23 @@ public:
   {
   }
 
-  // Each is a request without a number.
+  // Each function returns a request that has no number yet.
   SessionRequest Preview() const;
-  // Four to eight pieces side by side and one that is finer, as a view near the surface wants them.
+  // Four to eight pieces side by side, and one that is finer, as a view near the surface needs
+  // them.
   SessionRequest Zoom();
-  // The region around a partition, without the partitions of the last region; a Zoom if all are
-  // there.
+  // The region around a partition, without the partitions of the last region. If all of these are
+  // there, the request of Zoom.
   SessionRequest Tap();
   SessionRequest BrowseTree(); // pages of the tree
   // The finest level, or this number of partitions.
   SessionRequest FinestLevel() const;
   SessionRequest Partitions(std::uint64_t count) const;
 
-  // It has nothing any more.
+  // The viewer has no partitions any more.
   void Forget() { this->Held.clear(); }
 
-  // 0 … end - 1.
+  // A random number from 0 to end - 1.
   std::uint32_t Below(std::uint32_t end);
   double Uniform(double low, double high);
   double Exponential(double mean);

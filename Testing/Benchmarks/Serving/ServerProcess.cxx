@@ -62,7 +62,7 @@ ServerProcess::~ServerProcess()
 {
   if (this->Id > 0)
   {
-    (void)this->End(); // nginx killed at once would leave its workers
+    (void)this->End(); // not killed at once, because nginx would leave its workers
   }
   ::close(this->Out);
 }
@@ -94,12 +94,13 @@ double ServerProcess::ResidentMebibytes() const
 namespace
 {
 
-// Its own and its threads', of /proc/ID/stat: fields 14 and 15 of proc(5), in ticks.
+// The processor time of a process and its threads, from /proc/ID/stat: fields 14 and 15 of proc(5),
+// in ticks.
 double SecondsOf(const std::string& id)
 {
   std::ifstream file("/proc/" + id + "/stat");
   const std::string text{ std::istreambuf_iterator<char>(file), {} };
-  const auto name = text.rfind(')'); // which may hold blanks
+  const auto name = text.rfind(')'); // the name may contain blanks
   std::istringstream fields(name == std::string::npos ? "" : text.substr(name + 2));
   std::string field;
   for (int skipped = 3; skipped < 14; ++skipped)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A server as a process of its own, looked at from outside: what benchmarks of servers share.
+// Runs a server as a process of its own and observes it from outside, for benchmarks of servers.
 #pragma once
 
 #include <sys/resource.h>
@@ -19,22 +19,24 @@ class ServerProcess
 {
 public:
   // command: the program's path and its arguments. Its errors are appended to the file `log`.
-  // descriptors: its limit; without a number the same as this process's.
+  // descriptors: its limit; without a number, this process's limit applies.
   ServerProcess(const std::vector<std::string>& command, const std::filesystem::path& log,
     std::optional<rlim_t> descriptors = {});
-  // Signals it to end, and waits.
+  // Sends the server the signal to end, and waits for it.
   ~ServerProcess();
   ServerProcess(const ServerProcess&) = delete;
   ServerProcess& operator=(const ServerProcess&) = delete;
 
-  // Waits for kdstream-serve's line; the port in it. It did not start: ends the benchmark.
+  // Waits for the line in which kdstream-serve gives its address, and returns the port. If the
+  // server did not start, ends the benchmark.
   std::uint16_t ReadPort() const;
 
   double ResidentMebibytes() const; // now
-  double ProcessorSeconds() const;  // so far, with those of its children
-  std::size_t Descriptors() const;  // that are open
+  double ProcessorSeconds() const;  // so far, including its children's
+  std::size_t Descriptors() const;  // open ones
   bool IsAlive() const;
-  // Signals it to end, and waits. Returns whether it ended without an error.
+  // Sends the server the signal to end, and waits for it. Returns whether it ended without an
+  // error.
   bool End();
 
 private:
@@ -42,7 +44,7 @@ private:
   int Out = -1;
 };
 
-// What a server of this machine answers to GET, once it is 200; else "".
+// The answer of a server on this machine to a GET, if its status is 200; else "".
 std::string Get(std::uint16_t port, const std::string& target);
 
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Small meshes with textures of a few texels, as OBJ and glTF, for the tests of baking by the
-// programs; and the resulting colours and warnings.
+// For tests of baking by the programs: small meshes with textures of a few texels, as OBJ and glTF,
+// and the resulting colours and warnings.
 #pragma once
 
 #include "Testing/EndToEnd/ConvertTools.h"
@@ -17,7 +17,7 @@
 namespace kdstream::fixtures
 {
 
-// Two colours side by side, left and right; or as many as the picture is wide.
+// A picture of one row of texels with these colours, from left to right.
 inline Picture Row(const std::vector<std::array<std::uint8_t, 3>>& colors)
 {
   Picture picture{ colors.size(), 1, 3, {} };
@@ -30,7 +30,8 @@ inline Picture Row(const std::vector<std::array<std::uint8_t, 3>>& colors)
 
 inline const std::array<std::uint8_t, 3> red{ 255, 0, 0 }, green{ 0, 255, 0 }, blue{ 0, 0, 255 };
 
-// Texture coordinates of two faces, each in the middle of its half of the picture.
+// Texture coordinates of two faces: one is in the middle of the picture's left half, the other of
+// its right half.
 inline const std::vector<std::array<float, 2>> leftAndRight{ { 0.25F, 0.5F }, { 0.75F, 0.5F } };
 
 class BakedColorsTest : public ConvertTest
@@ -42,8 +43,8 @@ protected:
     this->WriteText(name, std::string(bytes.begin(), bytes.end()));
   }
 
-  // A square whose corners are all in the middle of the picture's left, or right, half; or a
-  // separate face for each coordinate.
+  // An OBJ with a separate face for each coordinate; all corners of a face have the same
+  // coordinate.
   static std::string Faces(const std::vector<std::array<float, 2>>& coordinates,
     const std::string& before = "mtllib m.mtl\nusemtl a\n")
   {
@@ -62,7 +63,7 @@ protected:
     return text;
   }
 
-  // The colour of each face of such a file.
+  // The colour of each face in the resulting file.
   std::vector<std::array<std::uint8_t, 3>> ColorsOf(const Mesh& mesh)
   {
     std::vector<std::array<std::uint8_t, 3>> colors;
@@ -76,7 +77,7 @@ protected:
     return colors;
   }
 
-  // The warning lines of kdstream-convert but the last, of how much was baked.
+  // The warnings of kdstream-convert except the last one, which says how much was baked.
   std::string WarningsOf(const std::string& file)
   {
     const Outcome outcome = this->Convert(file);
@@ -94,7 +95,7 @@ protected:
   }
 };
 
-// A scene of one mesh with that material's members; more: further members of the document.
+// A scene of one mesh, whose material has these members. more: further members of the document.
 inline std::string Scene(GltfBuffer& buffer, const std::vector<std::array<float, 2>>& at,
   const std::string& material, const std::string& more, bool glb = true)
 {
@@ -117,7 +118,7 @@ inline std::string Scene(GltfBuffer& buffer, const std::vector<std::array<float,
   return glb ? buffer.Glb(rest) : buffer.Json(rest, "b.bin");
 }
 
-// A material whose colour is the first texture's; more: members of that reference.
+// A material whose colour is the first texture's. more: members of the reference to the texture.
 inline std::string Textured(const std::string& more = "")
 {
   return "{\"pbrMetallicRoughness\":{\"baseColorTexture\":{\"index\":0" + more + "}}}";

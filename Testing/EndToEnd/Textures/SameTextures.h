@@ -16,17 +16,17 @@
 namespace kdstream::fixtures
 {
 
-// Corners of a triangle: places, and bits of the coordinates.
+// A corner of a triangle: its place, and the bits of its coordinates.
 using TexturedCorner = std::pair<Vec3, std::uint64_t>;
 using TexturedTriangle = std::array<TexturedCorner, 3>;
 
-// NaN has no bits of its own.
+// The bits of a coordinate; 0 if it is not finite, because NaN has no unique bits.
 inline std::uint64_t BitsOf(const PictureCoordinate& corner)
 {
   return std::isfinite(corner[0]) && std::isfinite(corner[1]) ? BitCast<std::uint64_t>(corner) : 0;
 }
 
-// Turned so that the least corner comes first.
+// The corners of a triangle, rotated so that the least corner comes first.
 inline TexturedTriangle Turned(const TexturedMesh& textured, std::size_t t)
 {
   TexturedTriangle triangle;
@@ -46,7 +46,8 @@ inline bool IsTextured(const TexturedMesh& textured, std::size_t t)
            [](const PictureCoordinate& corner) { return BitsOf(corner) != 0; });
 }
 
-// Along the triangle; the coordinates of both files are the same.
+// Compares the texels in a triangle; both files have the same coordinates. Returns the number of
+// texels compared.
 inline std::size_t CompareTexels(const TexturedMesh& before, std::size_t t,
   const std::vector<Picture>& from, const TexturedMesh& after, const std::vector<Picture>& to,
   std::size_t other)
@@ -72,7 +73,7 @@ inline std::size_t CompareTexels(const TexturedMesh& before, std::size_t t,
   return looked;
 }
 
-// Every coordinate bit for bit, every texel where a triangle looks.
+// Compares every coordinate bit for bit, and every texel that a triangle uses.
 inline void ExpectSameTextures(const TexturedMesh& before, const TexturedMesh& after)
 {
   ASSERT_EQ(before.mesh.triangles.size(), after.mesh.triangles.size());

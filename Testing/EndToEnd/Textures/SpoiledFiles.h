@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Shared by the tests of textured meshes that are spoiled in one way: a mesh of two faces, red and
-// blue by its picture, in each format; and running kdstream-build on it.
+// Shared by the tests of textured meshes that are damaged in one way: a mesh of two faces, which
+// its picture makes red and blue, in each format; and running kdstream-build with it.
 #pragma once
 
 #include "Testing/EndToEnd/GltfFile.h"
@@ -26,7 +26,7 @@ class SpoiledTest : public ProgramsTest
 protected:
   static constexpr Rgb red{ 255, 0, 0 }, green{ 0, 255, 0 }, blue{ 0, 0, 255 },
     white{ 255, 255, 255 };
-  // The middles of the picture's halves.
+  // The middles of the picture's left and right halves.
   inline static const Coordinates leftAndRight{ { "0.25", "0.5" }, { "0.75", "0.5" } };
 
   void WriteBytes(const std::string& name, const std::vector<std::uint8_t>& bytes)
@@ -34,7 +34,7 @@ protected:
     this->WriteText(name, { bytes.begin(), bytes.end() });
   }
 
-  // 64 x 32, red to the left and blue to the right.
+  // A picture of 64 x 32 texels, red on the left and blue on the right.
   static Picture TwoHalves()
   {
     Picture picture{ 64, 32, 3, {} };
@@ -51,7 +51,8 @@ protected:
     return EncodePicture(TwoHalves(), type);
   }
 
-  // A face for each, at x = 0, 1, …: "m.obj" of the material "a". more: lines after it.
+  // Writes "m.obj", with the material "a" and a face for each coordinate, at x = 0, 1, …. more:
+  // lines after these.
   void WriteObj(const Coordinates& at, const std::string& more = "",
     const std::string& before = "mtllib m.mtl\nusemtl a\n")
   {
@@ -64,13 +65,14 @@ protected:
     }
     this->WriteText("m.obj", text + more);
   }
-  // "m.mtl", whose material "a" is green where no picture paints it.
+  // Writes "m.mtl". Its material "a" is green where no picture covers it.
   void WriteMtl(const std::string& picture)
   {
     this->WriteText("m.mtl", "newmtl a\nKd 0 1 0\nmap_Kd " + picture + "\n");
   }
 
-  // "m.ply", of the picture's name and faces with such lists and numbers.
+  // Writes "m.ply", with the name of a picture, and with a face for each text, which contains the
+  // lists and numbers of the face.
   void WritePly(const std::string& picture, const std::vector<std::string>& faces,
     const std::string& properties = "property list uchar float texcoord\n")
   {
@@ -94,7 +96,8 @@ protected:
     return "6 " + u + " " + v + " " + u + " " + v + " " + u + " " + v;
   }
 
-  // The document of a .glb; images, textures and the like: more. material: its members.
+  // Makes a .glb. more: images, textures and other members of the document. material: members of
+  // the material.
   static std::string Glb(GltfBuffer& buffer, const std::string& more,
     const std::string& material = "\"pbrMetallicRoughness\":{\"baseColorTexture\":{\"index\":0}}")
   {
@@ -115,8 +118,8 @@ protected:
            (more.empty() ? "" : "," + more);
   }
 
-  // The store must be built, whole and with these colours, face by face; the warnings, except the
-  // last (how much was baked), must be these. tolerance: of a channel.
+  // Expects that the store is built, complete, and with these colours of its faces. The warnings,
+  // except the last one (how much was baked), must be these. tolerance: for each channel.
   void ExpectBuilt(const std::string& input, const std::vector<std::string>& warnings,
     const std::vector<Rgb>& colors, int tolerance = 0, const std::vector<std::string>& more = {})
   {
@@ -136,7 +139,8 @@ protected:
     this->ExpectColors(this->Read("back.ply"), colors, tolerance);
   }
 
-  // Exit code 1 and one line that names the file and holds `what`; no store, nothing left.
+  // Expects exit code 1, one line that names the file and contains `what`, no store, and no file
+  // that is left.
   void ExpectRefused(const std::string& input, const std::string& what)
   {
     SCOPED_TRACE(input);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What stores give back of materials: factors of one picture, and what lies beyond its edges.
+// Materials in an extracted model: several factors with one picture, and texels beyond the
+// picture's edges.
 #include "Testing/EndToEnd/GltfFile.h"
 #include "Testing/EndToEnd/Textures/TexturedFiles.h"
 
@@ -12,7 +13,7 @@ using namespace kdstream::fixtures;
 namespace
 {
 
-// How materials show the picture: their height in the mesh is their number here.
+// A way in which materials show the picture. The index of a way is also its height (z) in the mesh.
 struct ShownAs
 {
   Color factor;
@@ -25,7 +26,7 @@ const std::vector<ShownAs> ways{ { { 1, 0.25, 1, 1 }, true }, { { 0.5, 1, 0.125,
 class TestExtractedFactors : public TexturedTest
 {
 protected:
-  // A square of small squares for each way, all with the same coordinates.
+  // Writes a square of small squares for each way, all with the same texture coordinates.
   void WriteScene(const Picture& picture)
   {
     const std::vector<std::uint8_t> bytes = EncodePicture(picture, PictureType::Png);
@@ -113,7 +114,7 @@ TEST_F(TestExtractedFactors, EachFactorHasItsTexels)
   {
     const TexturedMaterial& material = after.materials[after.materialOf[t]];
     ASSERT_LT(material.picture, pictures.size());
-    // In the file as in the input: z is up.
+    // The file has the input's axes: z is up, and says which way it is.
     const Vec3& place = after.mesh.points[after.mesh.triangles[t][0]];
     const auto way = static_cast<std::size_t>(std::lround(place[2]));
     ASSERT_LT(way, ways.size());
@@ -136,7 +137,7 @@ TEST_F(TestExtractedFactors, EachFactorHasItsTexels)
   EXPECT_EQ(looked, ways.size() * 2 * 12 * 12 * 4);
 }
 
-// Readers such as VTK's take "-clamp on" as a part of the name.
+// Readers such as VTK's take "-clamp on" for a part of the name.
 TEST_F(TestExtractedFactors, EdgesAreClampedWhereTheyAreSeenByThemselves)
 {
   const auto maps = [&](const std::string& quality, const std::string& edge)
@@ -145,7 +146,7 @@ TEST_F(TestExtractedFactors, EdgesAreClampedWhereTheyAreSeenByThemselves)
     std::string mesh = ReadWhole(this->Folder / "hard.obj");
     if (edge == "within")
     {
-      // Every coordinate is between 0 and 1, or not a number.
+      // Makes every coordinate lie between 0 and 1, unless it is not a number.
       std::istringstream lines(mesh);
       mesh.clear();
       for (std::string line; std::getline(lines, line);)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A .glb of kdstream-store extract has the orientation of the format, y up and +z in front,
-// whatever the model's; its coordinates stay those of the store.
+// whatever the model's orientation is. Its coordinates stay those of the store.
 #include "Testing/EndToEnd/ProgramsTest.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/core/VectorMath.h"
@@ -29,7 +29,7 @@ struct GlbFile
 {
   Rows rotation{ { { 1, 0, 0 }, { 0, 1, 0 }, { 0, 0, 1 } } };
   Vec3 translation{};
-  std::set<Floats> points; // as they lie in the file
+  std::set<Floats> points; // as stored in the file
 };
 
 class TestExtractedGlb : public ProgramsTest
@@ -51,7 +51,7 @@ protected:
     }
   }
 
-  // A file with one primitive.
+  // Reads a file with one primitive.
   GlbFile ReadGlb(const std::string& name)
   {
     GlbFile read;
@@ -102,7 +102,7 @@ protected:
     return read;
   }
 
-  // What kdstream-convert reads is the mesh in the axes of the format.
+  // Expects that kdstream-convert reads the mesh in the format's axes.
   void ExpectReadsTurned(const Mesh& extracted, const GlbFile& glb, double tolerance)
   {
     const Outcome converted = RunTool(this->Folder, "convert", { "out.glb", "-o", "back.ply" });
@@ -161,7 +161,7 @@ Mesh AsFloats(Mesh mesh)
 TEST_F(TestExtractedGlb, StandsOnItsFeetWhateverIsUp)
 {
   const Mesh mesh = AsFloats(DisplacedSphere(3));
-  const std::map<std::string, std::pair<Vec3, Vec3>> ups{ // what is up, and in front
+  const std::map<std::string, std::pair<Vec3, Vec3>> ups{ // the directions that are up and in front
     { "0,1,0", { { 0, 1, 0 }, { 0, 0, 1 } } }, { "0,0,1", { { 0, 0, 1 }, { 0, -1, 0 } } },
     { "0,0,-1", { { 0, 0, -1 }, { 0, -1, 0 } } }, { "1,0,0", { { 1, 0, 0 }, { 0, 0, 1 } } },
     { "-1,0,0", { { -1, 0, 0 }, { 0, 0, 1 } } }, { "0,-1,0", { { 0, -1, 0 }, { 0, 0, 1 } } }
@@ -186,7 +186,7 @@ TEST_F(TestExtractedGlb, StandsOnItsFeetWhateverIsUp)
   }
 }
 
-// glTF is in metres: the node scales, the coordinates stay.
+// glTF is in metres: the node scales the model, and the coordinates stay.
 TEST_F(TestExtractedGlb, AKnownUnitBecomesMetres)
 {
   const Mesh mesh = AsFloats(DisplacedSphere(4));
@@ -259,11 +259,11 @@ TEST_F(TestExtractedGlb, DirectionsBetweenTheAxesTurnDoublesAboutTheirMiddle)
       EXPECT_NEAR(Length(glb.rotation[k]), 1, 1e-14);
     }
     EXPECT_LE(Length(Minus(Cross(glb.rotation[0], glb.rotation[1]), glb.rotation[2])), 1e-14);
-    this->ExpectReadsTurned(this->Read("out.ply"), glb, 0.002); // floats near 2000
+    this->ExpectReadsTurned(this->Read("out.ply"), glb, 0.002); // floats near 2000 are this coarse
   }
 }
 
-// Built again, y is up: the format says so.
+// Another build of the file knows that y is up, because the format says so.
 TEST_F(TestExtractedGlb, ABuildOfItKnowsWhatIsUp)
 {
   this->BuildAndExtract(AsFloats(Torus(40, 20)), "0,0,1", all);

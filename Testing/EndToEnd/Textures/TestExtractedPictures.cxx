@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-store extract of a textured store: pictures wherever the format allows them, and a
-// warning wherever they are left out.
+// kdstream-store extract of a textured store writes pictures if the format allows them, and a
+// warning if they are left out.
 #include "Testing/EndToEnd/Textures/TexturedFiles.h"
 
 using namespace kdstream;
@@ -24,7 +24,7 @@ protected:
     ASSERT_EQ(built.exitCode, 0) << built.err;
   }
 
-  // Whether the file has pictures, and what is said of it.
+  // Checks whether the file has pictures, and what the program says about them.
   void ExpectExtracted(
     const std::vector<std::string>& what, const std::string& output, const std::string& warning)
   {
@@ -42,7 +42,8 @@ protected:
     return ReadWhole(this->Folder / name).find("\"images\"") != std::string::npos;
   }
 
-  // --resolutions of the tree's partitions: `one` for the first, `others` for the rest.
+  // Writes a file for --resolutions that chooses `one` for the first partition of the tree, and
+  // `others` for the rest.
   void WriteResolutions(const std::string& one, const std::string& others)
   {
     std::string list = "[" + one;
@@ -107,7 +108,7 @@ TEST_F(TestExtractedPictures, OnlyACutOfTheOriginalHasThem)
   EXPECT_TRUE(this->GlbHasPictures("object.glb"));
 }
 
-// Neither a .glb nor an .obj with pictures has a place for other arrays.
+// Neither a .glb nor an .obj with pictures can contain other arrays.
 TEST_F(TestExtractedPictures, OtherArraysAreNamed)
 {
   this->WriteText("m.ply",

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A textured GLB through a lossless store and out as a GLB again: coordinates bit for bit, and
-// every texel that a triangle uses. Coordinates that are not numbers are reported.
+// A textured GLB is built to a lossless store and extracted as a GLB again: coordinates stay the
+// same bit for bit, and so does every texel that a triangle uses. Coordinates that are not numbers
+// are reported.
 #include "Testing/EndToEnd/GltfFile.h"
 #include "Testing/EndToEnd/Textures/SameTextures.h"
 #include "filters/model/JsonReader.h"
@@ -17,14 +18,14 @@ namespace
 
 constexpr std::uint32_t side = 20; // cells of the height field
 
-// A primitive: a vertex for each corner of a grid's part.
+// A primitive: a part of the grid, with a vertex for each of its corners.
 struct Part
 {
   std::vector<float> points, places;
   std::vector<std::uint16_t> indices;
 };
 
-// The columns from one to another. u, v: from a column and row, 0-1.
+// The part from one column to another. u, v: functions of column and row, 0-1.
 template <class U, class V>
 Part PartOf(std::uint32_t begin, std::uint32_t end, U&& u, V&& v)
 {
@@ -56,8 +57,8 @@ Part PartOf(std::uint32_t begin, std::uint32_t end, U&& u, V&& v)
 class TestGlbRoundTrip : public TexturedTest
 {
 protected:
-  // Two pictures, each with other wrap modes and a seam to the next part, one of them used twice;
-  // and a part with a single colour.
+  // Parts with two pictures, one of which is used twice. Each has other wrap modes and a seam to
+  // the next part. One more part has a single colour.
   std::vector<Part> Parts() const
   {
     return { PartOf(
@@ -118,7 +119,7 @@ protected:
         "{\"source\":0,\"sampler\":1}]"));
   }
 
-  // What the tests and `extract` write. Corners with a NaN have none.
+  // Reads a file as the tests and `extract` write it. A corner with a NaN has no coordinate.
   TexturedMesh ReadGlb(const std::string& name)
   {
     const std::string bytes = ReadWhole(this->Folder / name);
@@ -152,7 +153,7 @@ protected:
     return read;
   }
 
-  // Through a lossless store.
+  // Builds a lossless store and extracts it.
   std::string BuildAndExtract(const std::string& input, const std::string& output)
   {
     const Outcome built = this->Build({ input, "-o", "m.kds", "--quiet", "--precision", "lossless",
@@ -209,7 +210,7 @@ private:
       Triangle triangle{};
       for (std::size_t k = 0; k < 3; ++k)
       {
-        std::uint32_t vertex = 0; // little endian
+        std::uint32_t vertex = 0; // stored as little endian
         std::memcpy(&vertex, indices.data() + (i + k) * each, each);
         std::array<float, 3> point{};
         std::memcpy(point.data(), points.data() + vertex * sizeof point, sizeof point);
@@ -243,7 +244,7 @@ TEST_F(TestGlbRoundTrip, CoordinatesAndTexelsComeBack)
   EXPECT_EQ(before.mesh.triangles.size(), 2 * side * side);
   EXPECT_EQ(after.pictures.size(), 2U);
   ExpectSameTextures(before, after);
-  // And a second time, from what came out.
+  // Do it a second time, with the output as input.
   this->BuildAndExtract("out.glb", "again.glb");
   ExpectSameTextures(before, this->ReadGlb("again.glb"));
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Pictures that are larger than --memory: neither kdstream-build nor kdstream-convert, which it
-// runs, ever holds one.
+// runs, ever holds a whole picture.
 #include "Testing/EndToEnd/ProgramsTest.h"
 #include "Testing/Fixtures/Sanitized.h"
 #include "filters/model/JsonReader.h"
@@ -17,7 +17,7 @@ namespace
 class TestLargePictures : public ProgramsTest
 {
 protected:
-  // Slanted bands, made row by row.
+  // Writes slanted bands, made row by row.
   void WriteJpeg(const std::string& name, unsigned side)
   {
     std::FILE* const file = std::fopen((this->Folder / name).c_str(), "wb");
@@ -47,7 +47,7 @@ protected:
     ASSERT_EQ(std::fclose(file), 0);
   }
 
-  // A square of side² faces, which have the whole picture.
+  // Writes a square of side² faces, which show the whole picture.
   void WriteObj(const std::string& name, std::size_t side)
   {
     this->WriteText("large.mtl", "newmtl a\nmap_Kd large.jpg\n");
@@ -74,9 +74,9 @@ protected:
 
 }
 
-// A gigabyte of texels. The system refuses both processes more than 256M of private memory. Mapped
-// pages of files do not count, because the system can take them back; they would count as resident
-// memory.
+// A gigabyte of texels. The system refuses more than 256M of private memory to both processes.
+// Mapped pages of files do not count, because the system can take them back; they would count as
+// resident memory.
 TEST_F(TestLargePictures, NoProcessHoldsThem)
 {
   if (fixtures::sanitized)
@@ -98,6 +98,6 @@ TEST_F(TestLargePictures, NoProcessHoldsThem)
   EXPECT_GT((*stats)["tiles"]["texels"].GetUint64(), std::uint64_t{ side } * side);
   const std::uint64_t reported = (*stats)["peak_rss_bytes"].GetUint64();
   EXPECT_EQ(reported, (*stats)["convert_peak_rss_bytes"].GetUint64());
-  EXPECT_GT(reported, std::uint64_t{ 4 } * side * side); // of the picture's file
+  EXPECT_GT(reported, std::uint64_t{ 4 } * side * side); // of the file with the picture
   EXPECT_LT(reported, std::uint64_t{ 4 } * side * side + (std::uint64_t{ 256 } << 20));
 }

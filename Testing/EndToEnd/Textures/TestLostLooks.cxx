@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Properties of materials other than a colour and its picture are not carried, and reported: a line
-// for each kind. Colours of an older way are read.
+// Properties of materials other than a colour and its picture are not kept, and are reported: one
+// line for each kind. Colours in an older form are read.
 #include "Testing/EndToEnd/GltfFile.h"
 #include "Testing/EndToEnd/ProgramsTest.h"
 #include "filters/texture/WritePicture.h"
@@ -37,7 +37,7 @@ protected:
     return texts;
   }
 
-  // The warnings for a triangle with the first of these materials, which all have the picture.
+  // The warnings for a triangle with the first of these materials; all materials have the picture.
   std::string WarningsOfMtl(const std::vector<std::string>& materials)
   {
     std::string text;
@@ -51,7 +51,8 @@ protected:
     return this->WarningsOf("m.obj");
   }
 
-  // Of a triangle of each of these materials, whose coordinate is in the picture's left half.
+  // The warnings for one triangle of each of these materials, with coordinates in the picture's
+  // left half.
   std::string WarningsOfGltf(const std::vector<std::string>& materials)
   {
     GltfBuffer buffer;
@@ -108,7 +109,7 @@ TEST_F(TestLostLooks, ValuesOfAnMtlAreNamed)
     "the emission of the material 'm0' and of 2 others is left out\n");
 }
 
-// As programs write them beside every material.
+// Values that programs write in every material.
 TEST_F(TestLostLooks, UsualValuesOfAnMtlAreNot)
 {
   EXPECT_EQ(this->WarningsOfMtl({ "Ns 225\nKa 1 1 1\nKs 0.5 0.5 0.5\nKe 0 0 0\nNi 1.45\nd 1\n"
@@ -136,7 +137,8 @@ TEST_F(TestLostLooks, ValuesOfAGltfAreNamed)
     "the transparency of the material 3 is left out\n");
 }
 
-// Metalness that is not given would be 1, which nobody means; an emissive picture is named itself.
+// If metalness is missing, it would be 1, which nobody intends. An emissive picture has its own
+// warning.
 TEST_F(TestLostLooks, UsualValuesOfAGltfAreNot)
 {
   EXPECT_EQ(this->WarningsOfGltf({ Pbr(""), Pbr(",\"metallicFactor\":0,\"roughnessFactor\":0.5"),
@@ -158,7 +160,7 @@ TEST_F(TestLostLooks, ColoursOfSpecularAndGlossyMaterialsAreTaken)
                              "\"index\":0}") }),
     "left out: textures of materials: specularGlossinessTexture\n");
   EXPECT_EQ(this->ColoursOfOutput(), (Rgb{ 255, 0, 0, 255, 0, 0, 255, 0, 0 }));
-  // Only the factor counts, and what the core material has the picture of its colour for.
+  // Only the factor is used, unless the core material has a picture for its colour.
   EXPECT_EQ(this->WarningsOfGltf({ "{\"pbrMetallicRoughness\":{\"baseColorFactor\":[1,0,0,1]}," +
                                      glossy("\"diffuseFactor\":[0,0,1,1]"),
               Pbr("", ",\"extensions\":{\"KHR_materials_pbrSpecularGlossiness\":{"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Meshes with more or less than pictures: materials with only colours, coordinates that are not
-// places in a picture, incomplete parts. What is carried, and what is reported of the rest.
+// places in a picture, incomplete parts. Tests what is kept, and how the rest is reported.
 #include "Testing/EndToEnd/GltfFile.h"
 #include "Testing/EndToEnd/Textures/TexturedFiles.h"
 
@@ -28,7 +28,7 @@ protected:
 
 }
 
-// Two triangles apart and one between them, of one material each, then of another.
+// Two adjacent triangles with the materials a and b, and a separate triangle with the material a.
 TEST_F(TestMaterialColors, ColoursOfMaterialsBecomeThoseOfVertices)
 {
   const std::string lead = "kdstream-build: warning: m.obj: ";
@@ -62,8 +62,8 @@ TEST_F(TestMaterialColors, ColoursOfMaterialsBecomeThoseOfVertices)
   EXPECT_EQ(found[(Vec3{ 1, 1, 0 })], (std::array<double, 3>{ 0, 0, 255 }));
   EXPECT_EQ(found[(Vec3{ 1, 0, 0 })], (std::array<double, 3>{ mean, 0, mean }));
   EXPECT_EQ(found[(Vec3{ 5, 6, 5 })], (std::array<double, 3>{ 255, 0, 0 }));
-  // Kept: one colour that is not grey; two greys. Not kept: one grey; a colour that no face has.
-  // Then vertices with colours.
+  // Colours are kept if one is not grey, or if there are two greys. They are not kept if there is
+  // one grey, or if no face has the colour. The last mesh has vertices with colours.
   EXPECT_EQ(colors("newmtl a\nKd 1 0 0\nnewmtl b\nKd 1 0 0\n", "", {}, "").size(), 7U);
   EXPECT_EQ(colors("newmtl a\nKd 0.5 0.5 0.5\nnewmtl b\nKd 1 1 1\n", "", {}, "").size(), 7U);
   EXPECT_TRUE(colors("newmtl a\nKd 0.8 0.8 0.8\nnewmtl b\nKd 0.8\n", "", {}, "").empty());
@@ -113,7 +113,7 @@ TEST_F(TestMaterialColors, TrianglesThatAreNotWholeAreSaid)
     {
       std::vector<float> points;
       std::vector<std::uint16_t> indices;
-      const std::size_t whole = corners / 3 * 3; // what is left over names vertices of others
+      const std::size_t whole = corners / 3 * 3; // the remaining corners belong to no triangle
       for (std::size_t i = 0; i < corners; ++i)
       {
         if (i < whole || !indexed)

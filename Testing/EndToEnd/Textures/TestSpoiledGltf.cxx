@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Textured glTF files that are spoiled in one way, through kdstream-build: images, textures,
-// samplers and their references; nodes, buffers and accessors.
+// kdstream-build with textured glTF files that are damaged in one way: images, textures, samplers
+// and their references; nodes, buffers and accessors.
 #include "Testing/EndToEnd/Textures/SpoiledFiles.h"
 
 using namespace kdstream;
@@ -17,7 +17,7 @@ class TestSpoiledGltf : public SpoiledTest
 protected:
   void SetUp() override { this->WriteBytes("a.png", TwoHalves(PictureType::Png)); }
 
-  // What is said of a .glb with these members.
+  // Builds a .glb with these members, and checks the warnings.
   void ExpectGlb(const std::string& more, const std::vector<std::string>& warnings,
     const std::vector<Rgb>& colors, const std::string& texture = "{\"index\":0}")
   {
@@ -65,7 +65,7 @@ TEST_F(TestSpoiledGltf, NothingIsReadElsewhere)
     this->ExpectImage("{\"uri\":\"" + uri + "\"}",
       "image 0 '" + uri + "': it lies outside the mesh's folder, and nothing is read there");
   }
-  // Where the geometry is.
+  // The same for the buffer with the geometry.
   for (const std::string uri : { "../../etc/passwd", "/etc/passwd", "x/../../b.bin" })
   {
     GltfBuffer buffer;
@@ -157,7 +157,7 @@ TEST_F(TestSpoiledGltf, NodesAreTreesOrNearly)
   this->ExpectRefused("m.glb", "node 0 is its own descendant");
   withNodes("{\"mesh\":0,\"children\":[1]},{\"children\":[2]},{\"children\":[1]}");
   this->ExpectRefused("m.glb", "node 1 is its own descendant");
-  // Each node twice below the one before: 2^40 meshes.
+  // Each node occurs twice below the previous one: 2^40 meshes.
   std::string doubled;
   for (int i = 1; i <= 40; ++i)
   {

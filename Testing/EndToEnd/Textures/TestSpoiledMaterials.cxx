@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Textured OBJ and PLY files that are spoiled in one way, through kdstream-build: texture
-// coordinates, materials and their libraries, numbers of pictures.
+// kdstream-build with textured OBJ and PLY files that are damaged in one way: texture coordinates,
+// materials and their libraries, numbers of pictures.
 #include "Testing/EndToEnd/Textures/SpoiledFiles.h"
 
 using namespace kdstream;
@@ -46,7 +46,7 @@ TEST_F(TestSpoiledMaterials, InvalidCoordinatesHaveTheMaterialsColour)
   this->ExpectObj({ "4 triangles have" + none }, { red, green, green, green, green });
   this->WriteObj({ { "0.25", "0.5" } }, "v 1 0 0\nv 1 1 0\nv 1.5 0 1\nf 4 5 6\n");
   this->ExpectObj({ "1 triangle has" + none }, { red, green });
-  // One corner of three.
+  // Only one of three corners has a coordinate.
   this->WriteObj({ { "0.25", "0.5" } }, "v 1 0 0\nv 1 1 0\nv 1.5 0 1\nf 4/1 5 6/1\n");
   this->ExpectObj({ "1 triangle has" + none }, { red, green });
 }
@@ -77,7 +77,7 @@ TEST_F(TestSpoiledMaterials, MaterialsThatAreNotThereAreWhite)
   this->ExpectObj({}, { red, blue, white });
   this->WriteText("m.mtl", "newmtl a\nmap_Kd a.png\nnewmtl other\nKd 0 1 0\n");
   this->ExpectObj({}, { red, blue, green });
-  // One library of two.
+  // Only one of two libraries exists.
   this->WriteObj(leftAndRight, "", "mtllib gone.mtl\nmtllib m.mtl\nusemtl a\n");
   this->ExpectObj(
     { "line 1: the materials 'gone.mtl' are not there: they are drawn white" }, { red, blue });
@@ -112,7 +112,7 @@ TEST_F(TestSpoiledMaterials, LibrariesThatNameEachOtherAreReadOnce)
 
 TEST_F(TestSpoiledMaterials, LongLinesAndFilesTakeNoMemory)
 {
-  // Sparse files: bytes that are zero.
+  // Sparse files: the rest of each is zero bytes.
   this->WriteObj(leftAndRight, "", "mtllib long.mtl\nmtllib m.mtl\nusemtl a\n");
   this->WriteText("long.mtl", "newmtl z\nKd 0 0 0\nmap_Kd ");
   std::filesystem::resize_file(this->Folder / "long.mtl", 50'000'000);
@@ -133,7 +133,7 @@ TEST_F(TestSpoiledMaterials, HostileNumbersAreReported)
                     "m.mtl, line 4 cannot be read: 'map_Kd -o inf 0 0 a.png'",
                     "m.mtl, line 5 cannot be read: 'Kd 1e999 0 0'" },
     { green, green, red });
-  // Finite, and useless: the picture is looked at somewhere.
+  // Finite but useless: all coordinates show the same texel.
   this->WriteText("m.mtl", "newmtl a\nmap_Kd -s 0 0 0 -o 0.75 0.5 a.png\n");
   this->WriteObj(leftAndRight);
   this->ExpectObj({}, { blue, blue });
@@ -152,7 +152,7 @@ TEST_F(TestSpoiledMaterials, PicturesOfPlysThatAreNotThereAreCounted)
   this->WritePly("a.png", { List("0.25") + " -1", List("0.75") + " 1" }, number);
   this->ExpectBuilt(
     "m.ply", { "2 faces have a texnumber without a TextureFile" + white0 }, { white, white });
-  // Numbers of faces and coordinates of vertices.
+  // Faces have numbers of pictures, and vertices have coordinates.
   this->WriteText("v.ply",
     "ply\nformat ascii 1.0\ncomment TextureFile a.png\nelement vertex 6\nproperty float x\n"
     "property float y\nproperty float z\nproperty float u\nproperty float v\nelement face 2\n"
@@ -188,7 +188,7 @@ TEST_F(TestSpoiledMaterials, ListsOfPlysThatDoNotFitAreCountedOrRefused)
   this->ExpectRefused("m.ply", "face 1");
   this->WritePly("a.png", { List("0.25"), "6 0 0 0 0 0" });
   this->ExpectRefused("m.ply", "face 1");
-  // Without coordinates there is nothing to paint.
+  // Without coordinates the picture is not used.
   this->WritePly("a.png", { "", "" }, "");
   this->ExpectBuilt(
     "m.ply", { "not supported by this version and left out: texture 'a.png'" }, { white, white });

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pictures that are missing, cut, odd or claim too much, in textured OBJ, PLY and glTF files
-// through kdstream-build: a warning names the picture, the rest is built, and no claim takes
-// memory.
+// kdstream-build with textured OBJ, PLY and glTF files whose pictures are missing, truncated, odd,
+// or claim too much. A warning names the picture, the rest is built, and no claim takes memory.
 #include "Testing/EndToEnd/Textures/SpoiledFiles.h"
 #include "filters/texture/Testing/OddPictures.h"
 
@@ -14,7 +13,8 @@ namespace
 
 constexpr const char* taken = ": the material's colour is used";
 
-// Rows of 64 pixels, 32 of them, red and blue as a PNG of that kind packs them.
+// 32 rows of 64 pixels. left, right: the bytes of a pixel in the left half (red) and in the right
+// half (blue), in the packing of a kind of PNG.
 Bytes HalvesOf(const Bytes& left, const Bytes& right)
 {
   Bytes rows;
@@ -29,7 +29,8 @@ Bytes HalvesOf(const Bytes& left, const Bytes& right)
 class TestSpoiledPictures : public SpoiledTest
 {
 protected:
-  // The picture in all formats, under this name; what is said of it, or nothing.
+  // Builds the mesh with this picture in all formats, under this name; checks the warning about it,
+  // if any.
   void ExpectInAllFormats(const std::string& name, const Bytes& bytes, const std::string& said,
     const std::vector<Rgb>& obj, const std::vector<Rgb>& others, int tolerance = 0)
   {
@@ -54,7 +55,8 @@ protected:
     this->WriteText("in.glb",
       Glb(inside, "\"images\":[{\"mimeType\":\"image/png\",\"bufferView\":" + std::to_string(view) +
                     "}],\"textures\":[{\"source\":0}]"));
-    const bool ofName = said.find("is named as") != std::string::npos; // which it has not there
+    // Inside a .glb the picture has no name.
+    const bool ofName = said.find("is named as") != std::string::npos;
     this->ExpectBuilt(
       "in.glb", ofName ? std::vector<std::string>() : warnings("image 0"), others, tolerance);
   }
@@ -86,7 +88,7 @@ TEST_F(TestSpoiledPictures, MissingOnesAreNamed)
     "m.glb", Glb(buffer, "\"images\":[{\"uri\":\"gone.png\"}],\"textures\":[{\"source\":0}]"));
   this->ExpectBuilt(
     "m.glb", { std::string("image 0 'gone.png' is not there") + taken }, { white, white });
-  // A folder under the name.
+  // There is a folder with the picture's name.
   std::filesystem::create_directory(this->Folder / "gone.png");
   this->WriteMtl("gone.png");
   this->ExpectBuilt("m.obj",
@@ -125,7 +127,7 @@ TEST_F(TestSpoiledPictures, ClaimsTakeNoMemory)
     "it claims 10000000 x 1 pixels, more than 131072 along a side");
   this->ExpectBad("a.jpg", JpegClaiming(TwoHalves(PictureType::Jpeg), 65500, 65500),
     "it claims 65500 x 65500 pixels, more than the limit of 1073741824");
-  // Within the limit (half a gigabyte), but nothing follows the header.
+  // The claim is within the limit (half a gigabyte), but there is no data after the header.
   constexpr unsigned side = 12000;
   this->ExpectBad("a.png", PngClaiming(deep, side, side),
     "it is a damaged or truncated PNG (its texels end too early)");

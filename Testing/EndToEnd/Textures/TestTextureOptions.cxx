@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Texture options without effect are refused, or, if only the input shows this, warned of; and the
-// memory of a conversion is reported before it.
+// Texture options without effect are refused, or, if only the input shows this, cause a warning.
+// The memory of a conversion is reported before it.
 #include "Testing/EndToEnd/Textures/TexturedFiles.h"
 #include "filters/model/JsonReader.h"
 
@@ -22,7 +22,7 @@ protected:
   {
     return RunTool(this->Folder, name, arguments);
   }
-  // What is said of options.
+  // The warnings about options.
   std::string WarningsOf(const std::string& input, const std::vector<std::string>& more)
   {
     std::vector<std::string> arguments{ input, "-o", "m.kds", "--quiet" };
@@ -69,7 +69,7 @@ TEST_F(TestTextureOptions, ABoundOfPixelsNeedsPictures)
   EXPECT_EQ(this->WarningsOf("hard.obj", { "--texture-pixels", "1000000" }), "");
 }
 
-// Scripts give them for all inputs.
+// Scripts may use these options for all inputs, so this is only a warning.
 TEST_F(TestTextureOptions, MeshesWithoutPicturesAreWarnedOf)
 {
   const std::string begin = "kdstream-build: warning: plain.obj: ",
@@ -96,7 +96,7 @@ TEST_F(TestTextureOptions, OnlyAStatueHasPhotographs)
   }
 }
 
-// A file of 34 MB is taken for as much as 68 MB of memory.
+// The conversion of a file of 34 MB is assumed to take 68 MB of memory.
 TEST_F(TestTextureOptions, TheMemoryOfAConversionIsReportedBefore)
 {
   const std::string text = ReadWhole(this->Folder / "hard.obj");
@@ -124,7 +124,7 @@ TEST_F(TestTextureOptions, TheMemoryOfAConversionIsReportedBefore)
   }
 }
 
-// The larger one of two processes, and that of the conversion by itself.
+// The peak is the larger one of the two processes; the conversion's own peak is counted, too.
 TEST_F(TestTextureOptions, StatisticsCountTheConversion)
 {
   const auto statsOf = [&](const std::string& input)
@@ -136,7 +136,7 @@ TEST_F(TestTextureOptions, StatisticsCountTheConversion)
     EXPECT_TRUE(stats);
     const std::uint64_t peak = (*stats)["peak_rss_bytes"].GetUint64();
     EXPECT_LE(peak, built.peakBytes);
-    EXPECT_GT(peak + 1'000'000, built.peakBytes); // what comes after statistics
+    EXPECT_GT(peak + 1'000'000, built.peakBytes); // memory used after the statistics were written
     return std::pair(peak, FindMember(*stats, "convert_peak_rss_bytes")
                              ? (*stats)["convert_peak_rss_bytes"].GetUint64()
                              : 0);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What kdstream-build makes of textured meshes of any format: its messages about pictures that it
-// does not keep, the files that it depends on, and the same store however it is built.
+// kdstream-build with textured meshes of any format: its messages about pictures that it does not
+// keep, the files that it depends on, and the same store however it is built.
 #include "Testing/EndToEnd/Textures/BakedColors.h"
 #include "Testing/Fixtures/Meshes.h"
 
@@ -16,7 +16,7 @@ namespace
 class TestTexturedBuild : public BakedColorsTest
 {
 protected:
-  // The digest of the store that a build makes of the file; its statistics are in s.json.
+  // Builds the file, and returns the store's digest; the statistics are in s.json.
   std::string Digest(const std::string& file, std::vector<std::string> more = {})
   {
     more.insert(more.begin(), { file, "-o", "m.kds", "--quiet", "--stats", "s.json" });
@@ -28,7 +28,7 @@ protected:
 
 }
 
-// Nothing is amiss where the original keeps the pictures.
+// There is nothing to report if the original keeps the pictures.
 TEST_F(TestTexturedBuild, ABuildWarnsOfWhatIsLostWherePicturesAreNotKept)
 {
   this->WritePicture("a.png", Row({ red, blue }), PictureType::Png);
@@ -47,7 +47,7 @@ TEST_F(TestTexturedBuild, ABuildWarnsOfWhatIsLostWherePicturesAreNotKept)
                            "vertex; the pictures are 0.0 of 255 grey values off (RMS)\n";
   EXPECT_EQ(this->Build({ "m.obj", "-o", "m.kds", "--quiet", "--textures", "colors" }).err,
     "kdstream-build: warning: m.obj: " + loss);
-  // Colours of vertices are multiplied in.
+  // Colours of vertices are multiplied with the picture's colours.
   GltfBuffer buffer;
   const int tint = buffer.Add(std::vector<float>(18, 0.5F), "VEC3", gltfFloat);
   std::string gltf = Scene(buffer, leftAndRight, Textured(),
@@ -63,8 +63,8 @@ TEST_F(TestTexturedBuild, ABuildWarnsOfWhatIsLostWherePicturesAreNotKept)
       loss);
 }
 
-// The digest by which a server recognizes one original under other options: over the file that the
-// user named and the glTF's buffers, whatever happened to pictures.
+// The digest by which a server recognizes the same original under other options. It covers the file
+// that the user named and the glTF's buffers, however the pictures have changed.
 TEST_F(TestTexturedBuild, TheDigestOfTheInputIsOfWhatHoldsTheMesh)
 {
   GltfBuffer buffer;
@@ -95,7 +95,7 @@ TEST_F(TestTexturedBuild, TheDigestOfTheInputIsOfWhatHoldsTheMesh)
   EXPECT_NE(digestOf({}), digest);
 }
 
-// Each texel counts once a triangle, however far that reaches.
+// Each texel counts once in a triangle, however far the coordinates reach.
 TEST_F(TestTexturedBuild, CoordinatesFarOutOfRangeAreCountedSensibly)
 {
   this->WritePicture("a.png", Row({ red, blue }), PictureType::Png);
@@ -153,7 +153,7 @@ TEST_F(TestTexturedBuild, TheFilesThatAMeshNamesAreReportedToTheBuild)
 
 TEST_F(TestTexturedBuild, ObjPlyAndGlbOfOneMeshGiveOneStore)
 {
-  // A strip that is cut along a chart's edge: a place with two coordinates.
+  // A strip that is cut along a chart's edge, so that one place has two coordinates.
   Picture picture{ 32, 32, 3, std::vector<std::uint8_t>(32 * 32 * 3) };
   for (std::size_t i = 0; i < picture.texels.size(); ++i)
   {
@@ -171,7 +171,7 @@ TEST_F(TestTexturedBuild, ObjPlyAndGlbOfOneMeshGiveOneStore)
     {
       const float x = float(place(column)) / 8, y = float(row) / 8,
                   z = float((row * row + place(column)) % 5) / 16;
-      // Eighths and sixteenths, exact in all formats; the second chart is upside down.
+      // Eighths and sixteenths are exact in all formats. The second chart is upside down.
       const float u = float(place(column)) / 32,
                   v = column <= side ? float(row) / 16 : 1 - float(row) / 16;
       points.insert(points.end(), { x, y, z });
@@ -191,7 +191,7 @@ TEST_F(TestTexturedBuild, ObjPlyAndGlbOfOneMeshGiveOneStore)
       }
     }
   }
-  // OBJ and PLY have each place once.
+  // In OBJ and PLY, each place is written once.
   const auto once = [&](int vertex)
   {
     const int column = vertex / (side + 1);
@@ -259,7 +259,7 @@ TEST_F(TestTexturedBuild, ObjPlyAndGlbOfOneMeshGiveOneStore)
   EXPECT_EQ(this->Digest("m.glb"), digest);
   EXPECT_EQ(Json::parse(ReadWhole(this->Folder / "s.json"))["textures"]["pictures"], 1);
 
-  // White vertices, as modellers write them, change nothing; a single one that is not does.
+  // White vertices, as modelling programs write them, change nothing; a single other colour does.
   std::vector<float> colors(points.size(), 1);
   const int white = buffer.Add(colors, "VEC3", gltfFloat);
   this->WriteText("white.glb", glb(",\"COLOR_0\":" + std::to_string(white)));

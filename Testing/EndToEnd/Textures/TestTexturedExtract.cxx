@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Textured models through kdstream-build and kdstream-store extract: what goes in comes out.
+// Textured models through kdstream-build and kdstream-store extract: the output is the same as the
+// input.
 #include "Testing/EndToEnd/Textures/SameTextures.h"
 #include "Testing/EndToEnd/Textures/TexturedFiles.h"
 #include "Testing/Fixtures/Meshes.h"
@@ -35,7 +36,7 @@ protected:
     ASSERT_EQ(extracted.exitCode, 0) << extracted.err;
     EXPECT_EQ(extracted.err, "");
   }
-  // Levels beyond 11 are several pieces.
+  // Levels beyond 11 have several pieces.
   void BuildStatue()
   {
     ASSERT_EQ(
@@ -69,8 +70,8 @@ TEST_F(TestTexturedExtract, PhotographsComeBack)
   ExpectSameTextures(this->ReadWithTextures("statue.obj"), this->ReadWithTextures("out.obj"));
 }
 
-// Compared for each place with the result of kdstream-convert: coordinates are flipped, and
-// rounded, on the way.
+// Each place is compared with the result of kdstream-convert, because coordinates are flipped, and
+// therefore rounded.
 TEST_F(TestTexturedExtract, AGlbHasTheSameColours)
 {
   this->WriteHardObj("hard", 1);
@@ -85,7 +86,7 @@ TEST_F(TestTexturedExtract, AGlbHasTheSameColours)
     for (std::size_t v = 0; v < mesh.points.size(); ++v)
     {
       const Attribute& rgb = mesh.attributes.back();
-      const Vec3& place = mesh.points[v]; // a .glb has floats
+      const Vec3& place = mesh.points[v]; // rounded, because a .glb has floats
       colors[{ std::round(1e5 * place[0]), std::round(1e5 * place[1]),
         std::round(1e5 * place[2]) }] = { rgb.Get(v, 0), rgb.Get(v, 1), rgb.Get(v, 2) };
     }
@@ -125,7 +126,7 @@ TEST_F(TestTexturedExtract, PartsHaveTheirPictures)
   EXPECT_TRUE(this->Files().contains("part-partition-2.png"));
 }
 
-// Each triangle once, and the pictures show what the vertices' colours are the means of.
+// Each triangle occurs once; the colours of vertices are the means of what the pictures show.
 TEST_F(TestTexturedExtract, LevelsHaveTheirPictures)
 {
   this->BuildStatue();
@@ -211,7 +212,7 @@ TEST_F(TestTexturedExtract, ASmallFileOfOnePieceHasItsPicture)
   }
 }
 
-// Tiles with a right checksum whose image is not an image, or has another size.
+// Tiles with a correct checksum whose image is not an image, or has another size.
 class WrongImages : public PieceTextures
 {
 public:

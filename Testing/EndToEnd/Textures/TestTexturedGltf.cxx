@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Textured glTF, with pictures inside and beside it, through kdstream-convert: vertex colours, and
-// every warning about what could not be carried.
+// kdstream-convert with textured glTF, with pictures inside and beside the file: vertex colours,
+// and every warning about what could not be kept.
 #include "Testing/EndToEnd/Textures/BakedColors.h"
 
 using namespace kdstream;
@@ -29,7 +29,7 @@ TEST_F(TestTexturedGltf, GltfIsTexturedByPicturesInItAndBeside)
   const std::vector plain{ red, blue }, swapped{ blue, red };
   EXPECT_EQ(colors(Textured(), beside), plain);
   EXPECT_EQ(Find(this->Read("out.ply"), "TCoords"), nullptr);
-  // In the file's own buffer, as WebP, and as text.
+  // Pictures in the file's own buffer, as WebP, and as text.
   GltfBuffer own;
   const std::vector<std::uint8_t> webp = EncodePicture(Row({ red, blue }), PictureType::Webp);
   const int view = own.AddView(webp.data(), webp.size());

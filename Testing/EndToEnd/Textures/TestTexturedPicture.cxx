@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A textured model that was cut up, extracted and drawn by VTK, compared with the model itself:
-// seams and charts are invisible.
+// A textured model that was cut up and extracted is drawn by VTK, and compared with the original
+// model: seams and charts must be invisible.
 #include "Testing/EndToEnd/Textures/TexturedFiles.h"
 #include "viewer/offscreen/OffscreenWindow.h"
 
@@ -33,7 +33,7 @@ class TestTexturedPicture : public TexturedTest
 protected:
   using Pixels = std::vector<std::uint8_t>; // RGB
 
-  // From three sides.
+  // Draws the file from three sides.
   std::vector<Pixels> Draw(const std::string& file)
   {
     const TexturedMesh textured = this->ReadWithTextures(file);
@@ -61,7 +61,7 @@ protected:
     return views;
   }
 
-  // The part of the object's pixels that differ by more than 8.
+  // The share of the object's pixels that differ by more than 8.
   static double Differing(const std::vector<Pixels>& a, const std::vector<Pixels>& b)
   {
     double object = 0, differing = 0;
@@ -84,7 +84,7 @@ protected:
   }
 
 private:
-  // Unlit, its texels mixed as renderers mix them by default.
+  // Adds a material without light; its texels are interpolated as renderers do by default.
   static void AddMaterial(const TexturedMesh& textured, std::uint32_t number,
     const std::vector<Picture>& pictures, vtkRenderer& renderer)
   {
@@ -137,7 +137,7 @@ private:
     image->SetDimensions(int(picture.width), int(picture.height), 1);
     image->AllocateScalars(VTK_UNSIGNED_CHAR, int(picture.components));
     const std::size_t row = picture.width * picture.components;
-    for (std::size_t y = 0; y < picture.height; ++y) // from below
+    for (std::size_t y = 0; y < picture.height; ++y) // from the bottom row
     {
       std::copy_n(picture.texels.data() + (picture.height - 1 - y) * row, row,
         static_cast<std::uint8_t*>(image->GetScalarPointer()) + y * row);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Binary PLY files with pictures, as MeshLab and others write them, of both byte orders:
+// Binary PLY files with pictures, as MeshLab and others write them, in both byte orders:
 // coordinates of faces and numbers of pictures, or coordinates of vertices.
 #include "Testing/EndToEnd/Textures/TexturedFiles.h"
 
@@ -15,7 +15,7 @@ namespace
 using Rgb = std::array<double, 3>;
 const Rgb red{ 255, 0, 0 }, green{ 0, 255, 0 }, blue{ 0, 0, 255 };
 
-// The bytes of a PLY's body in one of the orders.
+// The bytes of a PLY's body, in one of the byte orders.
 class Body
 {
 public:
@@ -29,7 +29,7 @@ public:
     for (const T value : values)
     {
       char raw[sizeof(T)];
-      std::memcpy(raw, &value, sizeof(T)); // this machine has the little end first
+      std::memcpy(raw, &value, sizeof(T)); // this machine is little endian
       if (this->IsBig)
       {
         std::reverse(raw, raw + sizeof(T));
@@ -65,7 +65,8 @@ protected:
            comments;
   }
 
-  // Of each vertex of what kdstream-convert writes, without a warning but that of the baking.
+  // The colour of each vertex that kdstream-convert writes; there must be no warning except the one
+  // about baking.
   std::vector<Rgb> ColorsOf(const std::string& input)
   {
     const Outcome converted =
@@ -103,7 +104,7 @@ protected:
 
 }
 
-// As MeshLab exports wedge coordinates, with flags and a quality of faces between.
+// Wedge coordinates as MeshLab exports them, with flags and a quality of faces between them.
 TEST_F(TestTexturedPly, FacesHaveCoordinatesAndNumbers)
 {
   for (const bool isBig : { false, true })
@@ -169,7 +170,8 @@ TEST_F(TestTexturedPly, VerticesHaveCoordinates)
   }
 }
 
-// Quads, with doubles and 16-bit numbers, whose upside-down v counts.
+// A quad with coordinates as doubles, and with 16-bit numbers. v points up: the picture is red
+// above.
 TEST_F(TestTexturedPly, OtherTypesAreRead)
 {
   this->WritePng("a.png", { 1, 2, 3, { 255, 0, 0, 0, 0, 255 } });

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A killed build of a textured mesh, resumed: only if pictures and material libraries have not
-// changed; and it gives the same store as a build in memory.
+// A killed build of a textured mesh is resumed only if pictures and material libraries have not
+// changed; it makes the same store as a build in memory.
 #include "Testing/EndToEnd/ProgramsTest.h"
 #include "filters/model/JsonReader.h"
 #include "filters/texture/WritePicture.h"
@@ -29,7 +29,7 @@ protected:
     fs::create_directory(this->Folder / "spill");
     this->WritePng(255);
     this->WriteText("m.mtl", "newmtl a\nmap_Kd a.png\n");
-    constexpr int side = 220; // too many for 64M: built out of core
+    constexpr int side = 220; // too many vertices for 64M: built out of core
     std::string text = "mtllib m.mtl\nusemtl a\n";
     char line[200];
     for (int i = 0; i < side * side; ++i)
@@ -60,7 +60,7 @@ protected:
       { "m.obj", "-o", "m.kds", "--temp-dir", "spill", "--quiet", "--resume", "--memory", "64M" });
   }
 
-  // Killed after its first phase. Errors: builds that are always too quick.
+  // Kills a build after its first phase. Fails if all builds are too quick.
   void KillBuild()
   {
     bool killed = false;
@@ -73,7 +73,7 @@ protected:
     fs::remove(this->Folder / "m.kds");
   }
 
-  // The digest, and the most bytes of temporary files.
+  // Builds; returns the store's digest, and the most bytes of temporary files.
   std::pair<std::string, std::uint64_t> BuildWith(std::vector<std::string> more)
   {
     more.insert(more.begin(),
@@ -98,7 +98,7 @@ private:
     return false;
   }
 
-  // Kills a build once its first phase is finished; false where it was too quick.
+  // Kills a build when its first phase is finished. Returns false if the build was too quick.
   bool KillBetweenPhases()
   {
     const pid_t child = ::fork();
@@ -158,7 +158,7 @@ TEST_F(TestTexturedResume, AnotherPictureOrLibraryIsRefusedByName)
     fs::last_write_time(this->Folder / file, time + std::chrono::seconds(1));
     this->ExpectRefused(file);
     fs::rename(this->Folder / file, this->Folder / "away");
-    if (file == "a.png") // without a library there are no pictures to convert
+    if (file == "a.png") // without its library there is no picture to convert
     {
       this->ExpectRefused(file);
     }
@@ -198,7 +198,7 @@ TEST_F(TestTexturedResume, OutOfCoreOrResumedTheStoreIsThatOfMemory)
   EXPECT_GT((*stats)["tiles"]["texels"].GetUint64(), picture.width * picture.height);
 }
 
-// Decoded pictures may be gigabytes.
+// Decoded pictures may take gigabytes.
 TEST_F(TestTexturedResume, WhatAKilledConversionHasLeftIsRemoved)
 {
   const std::string begin = ".kdstream-files-0123456789abcdef-7-";
@@ -221,7 +221,7 @@ TEST_F(TestTexturedResume, WhatAKilledConversionHasLeftIsRemoved)
   ::close(lock);
   EXPECT_EQ(this->Files(),
     (std::set<std::string>{ begin + "atwork", "a.png", "m.kds", "m.mtl", "m.obj", "spill" }));
-  // A build that converts nothing removes them too.
+  // A build that converts nothing removes these files, too.
   this->WriteText("m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
   EXPECT_EQ(this->Build({ "m.obj", "-o", "m.kds", "--quiet" }).exitCode, 0);
   EXPECT_FALSE(fs::exists(busy));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Textured meshes, OBJ by its materials and PLY by its texture files, through the programs: vertex
-// colours, and every warning about what could not be carried. glTF: TestTexturedGltf; what a build
-// adds: TestTexturedBuild.
+// Textured meshes through the programs, OBJ by its materials and PLY by its texture files: vertex
+// colours, and every warning about what could not be kept. TestTexturedGltf tests glTF, and
+// TestTexturedBuild what a build adds.
 #include "Testing/EndToEnd/Textures/BakedColors.h"
 
 #include <nlohmann/json.hpp>
@@ -61,7 +61,7 @@ TEST_F(TestTextures, MapsHaveOptionsAndNamesWithBlanks)
 TEST_F(TestTextures, TheLowerEdgeOfAPictureIsAtVZero)
 {
   Picture picture = Row({ red, blue });
-  std::swap(picture.width, picture.height); // red above
+  std::swap(picture.width, picture.height); // red is above
   this->WritePicture("a.png", picture, PictureType::Png);
   this->WriteText("m.mtl", "newmtl a\nmap_Kd a.png\n");
   this->WriteText("m.obj", Faces({ { 0.5F, 0.25F }, { 0.5F, 0.75F } }));
@@ -114,7 +114,7 @@ TEST_F(TestTextures, WhatIsMissingIsNamedAndTheRestIsBuilt)
     "the picture 'gone.png' (m.mtl, line 6) is not there: the material's colour is used\n");
   EXPECT_EQ(ColorsOf(this->Read("out.ply")),
     (std::vector{ red, blue, green, std::array<std::uint8_t, 3>{ 255, 255, 255 } }));
-  // Without any picture the mesh is what it was, and read in chunks.
+  // Without any picture the mesh is read as before, in chunks.
   this->WriteText("bare.obj", Faces(leftAndRight, "mtllib none.mtl\nusemtl a\n"));
   const Outcome built = this->Build({ "bare.obj", "-o", "m.kds", "--quiet" });
   EXPECT_EQ(built.err, "kdstream-build: warning: bare.obj: line 1: the materials 'none.mtl' are "
@@ -167,7 +167,8 @@ TEST_F(TestTextures, HostileMaterialsAreBounded)
 {
   this->WritePicture("a.png", Row({ red, blue }), PictureType::Png);
   this->WriteText("m.mtl", "newmtl a\nmap_Kd a.png\n");
-  // A library that names itself is not one; nor is the mesh its own library of materials.
+  // Libraries beyond a limit are left out. A library, or a mesh, that names itself as a library
+  // does no harm.
   std::string names;
   for (int i = 0; i < 300; ++i)
   {
@@ -253,7 +254,7 @@ TEST_F(TestTextures, PlyIsTexturedByItsTextureFiles)
                              "3 0 1 2" + list("0.25") + "\n3 3 4 5" + list("0.75") +
                              "\n3 6 7 8 6 0.25 x 0 0 0 0\n");
   this->ExpectError("m.ply", "face 2");
-  // Of vertices.
+  // Coordinates of vertices.
   std::string own = head;
   own.replace(own.find("element face"), 0,
     "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty float s\nproperty "

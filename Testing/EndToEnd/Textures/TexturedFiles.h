@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Textured meshes for the tests of what is kept of their pictures: one with everything that is
-// difficult, and the colours of a file at places of its triangles.
+// Textured meshes for tests of kept pictures: one with everything that is difficult, and the
+// colours of a file at places of its triangles.
 #pragma once
 
 #include "Testing/EndToEnd/ProgramsTest.h"
@@ -18,7 +18,7 @@
 namespace kdstream::fixtures
 {
 
-// Decoded, from bytes or files.
+// The decoded pictures, from bytes or files.
 inline std::vector<Picture> PicturesOf(const TexturedMesh& textured)
 {
   std::vector<Picture> pictures;
@@ -44,9 +44,10 @@ inline PlaceInPicture PlaceOf(const TexturedMaterial& material, double u, double
 class TexturedTest : public ProgramsTest
 {
 protected:
-  // NAME.obj, NAME.mtl and two PNGs: a height field with a seam along its middle between two
-  // pictures, of which one repeats and one is clamped; a mirrored part, one without coordinates,
-  // one whose material has no picture, and triangles that cross the pictures' edges.
+  // Writes NAME.obj, NAME.mtl and two PNGs: a height field with a seam along its middle between two
+  // pictures, one of which repeats while the other is clamped. One part is mirrored, one has no
+  // coordinates, one has a material without a picture, and some triangles cross the pictures'
+  // edges.
   void WriteHardObj(const std::string& name, unsigned seed, std::size_t side = 24)
   {
     std::mt19937 random(seed);
@@ -67,7 +68,7 @@ protected:
         const double u = double(x) / double(side), v = double(y) / double(side);
         text << "v " << u << " " << v << " " << float(0.05 * std::sin(9 * u) * std::cos(7 * v))
              << "\nvt " << float(1.3 * u + 0.001 * double(random() % 9)) << " " << float(v * 0.9)
-             << "\nvt " << float(1 - u) << " " << float(v - 0.02) << "\n"; // mirrored, beyond
+             << "\nvt " << float(1 - u) << " " << float(v - 0.02) << "\n"; // mirrored, below 0
       }
     }
     const char* material = "";
@@ -112,7 +113,7 @@ protected:
   }
 
 private:
-  // With waves, so that lossy pictures are like it.
+  // Writes noise with waves, which lossy compression keeps well.
   void WriteNoise(const std::string& name, std::mt19937& random)
   {
     Picture picture{ 200, 160, 3, {} };

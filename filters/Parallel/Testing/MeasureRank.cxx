@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Run by TestBuildMpi as a rank of a job: runs a program, and writes its peak memory, as measured
-// by the system. Usage: MeasureRank FOLDER PROGRAM ARGUMENTS...; the bytes are in
-// FOLDER/peak-PROCESS, the exit code is the program's.
+// TestBuildMpi runs this as a rank of a job. It runs a program, and writes the program's peak
+// memory as measured by the system. Usage: MeasureRank FOLDER PROGRAM ARGUMENTS...; the bytes are
+// written to FOLDER/peak-PROCESS; the exit code is that of the program.
 #include <cstdlib>
 #include <fstream>
 #include <iostream>

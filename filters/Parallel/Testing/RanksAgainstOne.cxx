@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Run by TestBuildMpi on the ranks of a job: builds difficult meshes by all ranks, with so little
-// memory for each step that everything is done in parts, and by one process in memory; the stores
-// must be the same. Usage: RanksAgainstOne FOLDER; exit code 1 and a line for each store that
-// differs. The second argument "throws" checks instead that an exception of one rank is an error of
-// all; "room" checks that all are informed when one rank has no memory for what it would receive.
+// TestBuildMpi runs this on the ranks of a job. It builds difficult meshes twice: on all ranks,
+// with so little memory for each step that everything is done in parts; and by one process in
+// memory. The stores must be the same. Usage: RanksAgainstOne FOLDER; exit code 1, and a line for
+// each store that differs. The second argument "throws" checks instead that an exception on one
+// rank is an error on all; "room" checks that all are informed if one rank has no memory for what
+// it would receive.
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/Parallel/DistributedBuilder.h"
@@ -34,7 +35,7 @@ struct Way
 {
   const char* name;
   BuildOptions options;
-  std::uint64_t stepMemory = 0; // as options.memory leaves
+  std::uint64_t stepMemory = 0; // 0: as options.memory allows
 };
 
 std::vector<Way> Ways()
@@ -59,7 +60,7 @@ std::vector<Way> Ways()
   return ways;
 }
 
-// What is in the store, and what is said of it.
+// Describes the store and the report.
 std::string Describe(const Result<BuildReport>& report)
 {
   std::ostringstream text;
@@ -79,8 +80,8 @@ std::string Describe(const Result<BuildReport>& report)
   return text.str();
 }
 
-// Before all others, so that only the first rank reads them; some of them twice, some in the same
-// place as a used vertex.
+// Unused vertices come before all others, so that only the first rank reads them. Some occur twice;
+// some are in the same place as a used vertex.
 Mesh WithUnused()
 {
   Mesh mesh = Shuffled(DisplacedSphere(3), 4);
@@ -116,7 +117,7 @@ public:
     {
       std::cout << "cannot write " << file << '\n';
     }
-    (void)this->Group.Finish(); // all see the file
+    (void)this->Group.Finish(); // now all ranks see the file
     const Result<BuildReport> collective = BuildStoreCollectively(
       this->Group, file, this->Folder / "some.kds", way.options, {}, way.stepMemory);
     if (this->Group.IsFirst())
@@ -131,7 +132,7 @@ public:
                   << " instead of " << expected << '\n';
       }
     }
-    this->AnyDiffers |= !collective; // nothing more can be carried
+    this->AnyDiffers |= !collective; // the ranks cannot exchange anything more
   }
   bool Differs() const { return this->AnyDiffers; }
 
@@ -141,7 +142,7 @@ private:
   bool AnyDiffers = false;
 };
 
-// Rank 1 throws in the middle of its build, as a library may.
+// Rank 1 throws an exception in the middle of its build, as a library may.
 bool AllHearOfAnException(MpiGroup& group, const std::filesystem::path& folder)
 {
   const std::filesystem::path file = folder / "mesh.ply";
@@ -149,7 +150,7 @@ bool AllHearOfAnException(MpiGroup& group, const std::filesystem::path& folder)
   {
     std::cout << "cannot write " << file << '\n';
   }
-  (void)group.Finish(); // all see the file
+  (void)group.Finish(); // now all ranks see the file
   Execution execution;
   if (group.Rank() == 1)
   {
@@ -168,7 +169,7 @@ bool AllHearOfAnException(MpiGroup& group, const std::filesystem::path& folder)
   return heard;
 }
 
-// Rank 1 has no memory for what rank 0 is to send.
+// Rank 1 has too little memory for the bytes that rank 0 would send.
 bool AllHearOfNoMemory(MpiGroup& group)
 {
   constexpr std::uint64_t bytes = std::uint64_t{ 1 } << 28;
@@ -219,7 +220,7 @@ int main(int argc, char** argv)
       comparison.Check(named, way);
     }
   }
-  // Levels below S that are too large for memory.
+  // Levels below S that are too large to be in memory.
   comparison.Check({ "large cloud", Shuffled(Cloud(6), 3) }, ways[2]);
   comparison.Check({ "large soup", Soup(12000, 8) }, ways[2]);
   return comparison.Differs() ? 1 : 0;

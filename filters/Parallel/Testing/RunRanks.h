@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Running kdstream-build-mpi on the ranks of a job, for tests.
+// Runs kdstream-build-mpi on the ranks of a job, for tests.
 #pragma once
 
 #include "Testing/EndToEnd/Process.h"
@@ -16,7 +16,7 @@ namespace kdstream::fixtures
 
 inline const std::string buildMpi = std::string(KDSTREAM_PROGRAMS) + "/kdstream-build-mpi";
 
-// How ranks are run in all tests: more ranks than cores, as root, and with a time limit.
+// Sets up how ranks run in all tests: more ranks than cores, as root, and with a time limit.
 inline void SetUpRanks()
 {
   ::setenv("OMPI_ALLOW_RUN_AS_ROOT", "1", 1);
@@ -24,13 +24,14 @@ inline void SetUpRanks()
   ::setenv("OMPI_MCA_rmaps_base_oversubscribe", "1", 1);
   ::setenv("OMPI_MCA_mpi_yield_when_idle", "1", 1);
   ::setenv("OMPI_MCA_hwloc_base_binding_policy", "none", 1);
-  // Open MPI waits this number of seconds after a rank with an exit code. All have cleaned up by
-  // then.
+  // After a rank has ended with an exit code, Open MPI waits this number of seconds before it kills
+  // the others. All have cleaned up by then.
   ::setenv("OMPI_MCA_odls_base_sigkill_timeout", "0", 1);
-  ::setenv("MPIEXEC_TIMEOUT", "300", 1); // s: a job that hangs fails its test
+  // Seconds; a job that hangs fails its test.
+  ::setenv("MPIEXEC_TIMEOUT", "300", 1);
 }
 
-// `mpirun -np RANKS …`: what comes after the program's name.
+// The arguments of mpirun: `-np RANKS …`.
 inline std::vector<std::string> Ranks(unsigned ranks, const std::vector<std::string>& command)
 {
   SetUpRanks();
@@ -48,7 +49,7 @@ inline Outcome RunRanks(
   return RunProgram(folder, KDSTREAM_MPIRUN, Ranks(ranks, command));
 }
 
-// Files beside those that are named.
+// The files in the folder, except those that are given.
 inline std::vector<std::string> Others(
   const TemporaryFolder& folder, const std::vector<std::string>& known)
 {
@@ -74,7 +75,7 @@ inline void ExpectOneMessage(const Outcome& outcome, const std::string& said, in
   EXPECT_NE(outcome.err.find(said), std::string::npos) << outcome.err;
 }
 
-// Starts a program in the folder, which says what it says in its file .said; its process.
+// Starts a program in the folder, with its output in the file .said there. Returns its process.
 inline pid_t Start(
   const TemporaryFolder& folder, const char* program, std::vector<std::string> arguments)
 {
@@ -99,11 +100,11 @@ inline pid_t Start(
   return child;
 }
 
-// Whether a rank has begun to read: it has a folder of its own with a file. Or whether the first
-// one has begun to write the store, under another name.
+// If `store` is false: whether a rank has begun to read, which shows as a folder with a file. If
+// true: whether the first rank has begun to write the store, under a temporary name.
 inline bool HasBegun(const TemporaryFolder& folder, bool store)
 {
-  std::error_code gone; // files go while they are looked at
+  std::error_code gone; // files may be removed during the loop
   for (const auto& entry : std::filesystem::directory_iterator(folder.Path, gone))
   {
     const bool unfinished = entry.path().extension() == ".unfinished";
@@ -116,7 +117,7 @@ inline bool HasBegun(const TemporaryFolder& folder, bool store)
   return false;
 }
 
-// The ranks of a job: children of mpirun's.
+// The ranks of a job: child processes of mpirun.
 inline std::vector<pid_t> ChildrenOf(pid_t parent)
 {
   std::ifstream children(

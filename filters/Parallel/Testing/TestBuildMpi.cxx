@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-build-mpi compared with kdstream-build: the same store for any number of ranks; one
-// message and no store if it fails.
+// kdstream-build-mpi compared with kdstream-build: the same store for any number of ranks; if it
+// fails, one message and no store.
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/Parallel/Testing/RunRanks.h"
@@ -35,7 +35,7 @@ nlohmann::json StatsOf(const TemporaryFolder& folder, const std::string& name)
   return stats;
 }
 
-// What was said, without the program's name in each line.
+// The output without the program's name at the beginning of each line.
 std::string WithoutName(const std::string& said)
 {
   std::istringstream lines(said);
@@ -47,8 +47,8 @@ std::string WithoutName(const std::string& said)
   return rest;
 }
 
-// Builds the mesh by one process and by several ranks; everything that stores and statistics say
-// must be the same.
+// Builds the mesh by one process and on several ranks. The stores and the printed statistics must
+// be the same.
 void CheckSame(
   const Mesh& mesh, const std::vector<unsigned>& ranks, const std::vector<std::string>& options)
 {
@@ -90,17 +90,17 @@ TEST(BuildMpi, OptionsAndRanks)
 {
   const Mesh mesh = Shuffled(DisplacedSphere(5), 7);
   CheckSame(mesh, { 1, 5 }, { "--vertices-per-partition", "3" }); // S of 16 and more
-  // A plate: many merges cost the same.
+  // A plate, because many merges have the same cost.
   CheckSame(GridPlate(220), { 3 }, { "--vertices-per-partition", "200", "--cell-vertices", "2" });
   // Clusters that lose their last triangle at the border of a block; rounds on three ranks.
   CheckSame(Soup(30000, 5), { 3 }, { "--vertices-per-partition", "500", "--cell-vertices", "2" });
   CheckSame(mesh, { 3 },
     { "--partitions", "64", "--sheets", "off", "--representative", "mean", "--title", "A ball" });
-  CheckSame(mesh, { 2 }, { "--precision", "8" }); // warns that vertices fall together
+  CheckSame(mesh, { 2 }, { "--precision", "8" }); // warns that vertices are merged
 }
 
-// One rank reads the end of the file and sees what is after the last face; the first rank reports
-// it.
+// Only one rank reads the end of the file and sees the data after the last face. The first rank
+// reports them.
 TEST(BuildMpi, ReportsWhatItIgnores)
 {
   const TemporaryFolder folder;
@@ -124,7 +124,7 @@ TEST(BuildMpi, ReportsWhatItIgnores)
   }
 }
 
-// Pictures too: the first rank reads them, and each makes the textures of its partitions.
+// Pictures too: the first rank reads them, and each rank makes the textures of its partitions.
 TEST(BuildMpi, TexturedMeshes)
 {
   const TemporaryFolder folder;
@@ -158,8 +158,8 @@ TEST(BuildMpi, TexturedMeshes)
   EXPECT_EQ(folders, 0U);
 }
 
-// A vertex that one rank drops changes the corners of all ranks; and a line and a quad have the
-// same bytes as two triangles, which some ranks skip.
+// If one rank drops a vertex, the corners of all ranks change. Also, a line and a quad have the
+// same number of bytes as two triangles, which some ranks skip.
 TEST(BuildMpi, DropsAndCountsTheSame)
 {
   const TemporaryFolder folder;
@@ -211,7 +211,7 @@ TEST(BuildMpi, Clouds)
 namespace
 {
 
-// Builds by several ranks with a memory limit; the memory of each rank, measured from outside, must
+// Builds on several ranks with a memory limit. The memory of each rank, measured from outside, must
 // be within the limit plus what libraries take.
 void CheckMemoryOfRanks(const TemporaryFolder& folder, unsigned ranks, std::uint64_t mebibytes,
   const std::vector<std::string>& options)
@@ -246,7 +246,7 @@ TEST(BuildMpi, EachRankHoldsItsLimitOfMemory)
 namespace
 {
 
-// Runs three ranks, of which one is other than the rest: `differs` is done in its shell before.
+// Runs three ranks, of which rank 1 first runs `differs` in its shell.
 Outcome RunWithOneOther(const TemporaryFolder& folder, const std::string& differs)
 {
   const std::string script = "in=mesh.ply; if [ \"$OMPI_COMM_WORLD_RANK\" = 1 ]; then " + differs +
@@ -262,7 +262,7 @@ TEST(BuildMpi, AnErrorOfOneRankIsThatOfAll)
   ASSERT_TRUE(WriteMesh(folder / "mesh.ply", DisplacedSphere(6)));
   const std::string whole = ReadWhole(folder / "mesh.ply");
   std::ofstream(folder / "cut.ply", std::ios::binary) << whole.substr(0, whole.size() - 7);
-  // Only the rank that reads the end sees this.
+  // Only the rank that reads the end of the file sees this error.
   ExpectOneMessage(RunRanks(folder, 3, { "cut.ply", "-o", "out.kds", "--quiet" }), "cut.ply: ");
   ExpectOneMessage(RunWithOneOther(folder, "in=none.ply"), "none.ply: no such file (rank 1 on ");
   Mesh wide = DisplacedSphere(4);
@@ -274,7 +274,7 @@ TEST(BuildMpi, AnErrorOfOneRankIsThatOfAll)
   ASSERT_TRUE(WriteMesh(folder / "wide.ply", wide));
   const std::string tooWide = "wide.ply: the mesh spans more than 2^127 (1.7e38) along x";
   ExpectOneMessage(RunRanks(folder, 3, { "wide.ply", "-o", "out.kds", "--quiet" }), tooWide);
-  // A disk on which files get no larger than 8 MB: levels need more.
+  // Files cannot grow beyond 8 MB; the levels need more.
   ASSERT_TRUE(WriteMesh(folder / "mesh.ply", GridPlate(500)));
   const Outcome full = RunWithOneOther(folder, "ulimit -f 16000");
   ExpectOneMessage(full, "is too small");
@@ -295,8 +295,8 @@ TEST(BuildMpi, AnExceptionOfOneRankIsTheErrorOfAll)
 namespace
 {
 
-// Both programs refuse it with the same message; but if the whole mesh would fit, kdstream-build
-// works out of core.
+// Both programs must refuse the file with the same message. REQUIRES: the mesh is too large to be
+// built in memory, so that kdstream-build works out of core, too.
 void ExpectSameRefusal(const TemporaryFolder& folder, unsigned ranks, const std::string& file,
   const std::vector<std::string>& options, const std::string& said)
 {
@@ -308,7 +308,7 @@ void ExpectSameRefusal(const TemporaryFolder& folder, unsigned ranks, const std:
   arguments.push_back("--resume");
   const Outcome one = RunTool(folder, "build", arguments);
   EXPECT_EQ(one.exitCode, 1);
-  const auto line = [](const std::string& err) // without the rank
+  const auto line = [](const std::string& err) // without the name of the rank
   {
     const std::size_t begin = std::min(err.size(), err.find("error: "));
     const std::string whole = err.substr(begin, err.find('\n', begin) - begin);
@@ -344,7 +344,7 @@ TEST(BuildMpi, AHubThatNoMemoryHoldsIsNamed)
   CheckMemoryOfRanks(folder, 3, 69, {});
 }
 
-// When vertices are welded; or before anything is read, if the header shows it.
+// Refused when vertices are welded; or before anything is read, if the header shows it.
 TEST(BuildMpi, PartitionsThatNoMemoryHoldsAreRefused)
 {
   const TemporaryFolder folder;
@@ -372,7 +372,7 @@ namespace
 void CheckInterrupted(bool oneRank, bool whileItWrites)
 {
   const TemporaryFolder folder;
-  // mpirun signals the ranks a second later: they must be at work then.
+  // mpirun signals the ranks a second later, and they must still be working then.
   ASSERT_TRUE(WriteMesh(folder / "mesh.ply", GridPlate(oneRank || whileItWrites ? 350 : 700)));
   const std::vector<std::string> command = Ranks(
     2, { buildMpi, "mesh.ply", "-o", "out.kds", "--quiet", "--threads", "1", "--memory", "64M" });
@@ -389,7 +389,7 @@ void CheckInterrupted(bool oneRank, bool whileItWrites)
   int status = 0;
   ASSERT_EQ(::waitpid(mpirun, &status, 0), mpirun);
   const std::string said = ReadWhole(folder / ".said");
-  // Ranks hear of mpirun's signal a second later: they may have done by then what was left.
+  // Ranks receive mpirun's signal a second later. By then they may have finished.
   const bool late = whileItWrites || !oneRank;
   if (late && std::filesystem::exists(folder / "out.kds"))
   {

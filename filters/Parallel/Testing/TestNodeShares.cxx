@@ -67,7 +67,8 @@ TEST(NodeShares, OwnerIsTheRankThatHasTheBlock)
     });
 }
 
-// A block below the divided depth is where its ancestor is, so that nothing moves between levels.
+// A block below the divided depth is on the rank of its ancestor, so that nothing moves between
+// levels.
 TEST(NodeShares, DeeperBlocksGoWithTheirAncestors)
 {
   ForEachGroup(
@@ -86,7 +87,7 @@ TEST(NodeShares, PlacesAreWhereTheFirstBlockOfEachRankBegins)
   NodeShares shares(3);
   shares.Divide(2);
   const std::vector<VertexId> begin{ 0, 10, 30, 60, 100 };
-  // Nodes 0 and 1 are the first rank's, 2 the second's, 3 the third's.
+  // The first rank has nodes 0 and 1, the second has node 2, the third node 3.
   EXPECT_EQ(shares.PlacesOf(begin, 2), (std::vector<std::uint64_t>{ 0, 30, 60, 100 }));
 }
 

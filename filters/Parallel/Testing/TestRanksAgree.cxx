@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Ranks that were not started alike end the job before it works, and the error names the rank; what
-// a killed job leaves is removed by the next one.
+// If ranks are started with different arguments, the job ends before it works, and the error names
+// the rank. Files that a killed job left are removed by the next job.
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/Parallel/Testing/RunRanks.h"
 #include "filters/meshio/MeshWriter.h"
@@ -18,7 +18,7 @@ namespace
 
 using namespace fixtures;
 
-// Three ranks, of which the second has arguments of its own.
+// Runs three ranks; the second has other arguments.
 Outcome RunOneOtherwise(const TemporaryFolder& folder, const std::vector<std::string>& usual,
   const std::vector<std::string>& other)
 {
@@ -72,7 +72,7 @@ TEST(RanksAgree, OtherOptionsOfOneRankEndTheJob)
     "--output is out.kds on " + Rank(0) + ", and other.kds on " + Rank(1), 2);
 }
 
-// What a rank does not understand, or does not do.
+// Wrong arguments of one rank, or a request for help.
 TEST(RanksAgree, WrongUsageOfOneRankEndsTheJob)
 {
   const TemporaryFolder folder;
@@ -88,7 +88,7 @@ TEST(RanksAgree, WrongUsageOfOneRankEndsTheJob)
   EXPECT_EQ(Others(folder, { "mesh.ply" }), std::vector<std::string>{});
 }
 
-// Three ranks, of which the second works in a folder of its own.
+// Runs three ranks; the second works in a folder of its own.
 Outcome RunElsewhere(const TemporaryFolder& folder, const std::string& arguments)
 {
   const std::string script = "if [ \"$OMPI_COMM_WORLD_RANK\" = 1 ]; then cd other; fi; exec " +
@@ -113,7 +113,7 @@ TEST(RanksAgree, OtherFilesOfTheSameNameEndTheJob)
   expectRefused(whole + "more", named + "the size in bytes is " + std::to_string(whole.size()) +
                                   " on " + Rank(0) + ", and " + std::to_string(whole.size() + 4) +
                                   " on " + Rank(1));
-  // A coordinate in the first MB, and a corner in the last.
+  // One changes a coordinate in the first MB, the other a corner in the last.
   for (const std::size_t place : { std::size_t{ 1000 }, whole.size() - 20 })
   {
     std::string changed = whole;
@@ -122,7 +122,7 @@ TEST(RanksAgree, OtherFilesOfTheSameNameEndTheJob)
   }
   std::filesystem::remove(folder / "other/mesh.ply");
   ExpectOneMessage(RunElsewhere(folder, "mesh.ply"), "mesh.ply: no such file (" + Rank(1) + ")");
-  // The same file by another path is the same.
+  // The same file under another path counts as the same.
   std::filesystem::copy(folder / "mesh.ply", folder / "other/mesh.ply");
   EXPECT_EQ(RunElsewhere(folder, "mesh.ply").exitCode, 0);
 }
@@ -134,7 +134,8 @@ std::string DigestOf(const TemporaryFolder& folder, const std::string& store)
   return begin == std::string::npos ? info : info.substr(begin, 45);
 }
 
-// Where blocks end and how often ranks meet does not depend on what one of them may use.
+// The places where blocks end, and how often ranks exchange data, do not depend on the limit of one
+// rank.
 TEST(RanksAgree, RanksMayHaveDifferentLimitsOfMemory)
 {
   const TemporaryFolder folder;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the tests of VTK filters need: inputs, and what a filter says and does while it runs.
+// Shared by the tests of VTK filters: inputs, and an observer of a filter's messages and progress.
 #pragma once
 
 #include <vtkAlgorithm.h>
@@ -50,7 +50,7 @@ inline void AddIds(vtkPolyData& mesh)
   add(mesh.GetCellData(), "Cell", mesh.GetNumberOfCells());
 }
 
-// Points only.
+// A mesh of points without cells.
 inline PolyData MakePoints(const std::vector<std::array<double, 3>>& points, int type = VTK_DOUBLE)
 {
   auto mesh = PolyData::New();
@@ -64,7 +64,7 @@ inline PolyData MakePoints(const std::vector<std::array<double, 3>>& points, int
   return mesh;
 }
 
-// A surface over a grid of side × side points, all triangles.
+// A triangulated surface over a grid of side × side points.
 template <class Surface>
 PolyData MakeGrid(int side, const Surface& surface, int type = VTK_FLOAT)
 {
@@ -92,7 +92,8 @@ PolyData MakeGrid(int side, const Surface& surface, int type = VTK_FLOAT)
   return mesh;
 }
 
-// A bumpy sphere with a seam, whose points occur twice, and poles, whose triangles are degenerate.
+// A bumpy sphere. The points of its seam occur twice, and the triangles at its poles are
+// degenerate.
 inline PolyData MakeSphere(int side, int type = VTK_FLOAT)
 {
   return MakeGrid(
@@ -107,13 +108,13 @@ inline PolyData MakeSphere(int side, int type = VTK_FLOAT)
     type);
 }
 
-// All z equal, and many equal x and y.
+// A flat plate: all z are equal, and many x and y.
 inline PolyData MakePlate(int side)
 {
   return MakeGrid(side, [](double u, double v) { return std::array<double, 3>{ u, v, 0.25 }; });
 }
 
-// One place, side × side times.
+// A single point, repeated side × side times.
 inline PolyData MakeRepeatedPoint(int side)
 {
   return MakeGrid(side, [](double, double) { return std::array<double, 3>{ 1, 2, 3 }; });
@@ -144,7 +145,7 @@ inline PolyData MakeAllCells()
   return mesh;
 }
 
-// Cells of any offsets and corners, as a file or vtkCellArray::SetData may give them.
+// Cells with any offsets and corners, as a file or vtkCellArray::SetData may contain them.
 inline vtkSmartPointer<vtkCellArray> MakeCells(const Ids& offsets, const Ids& corners)
 {
   const auto arrayOf = [](const Ids& values)
@@ -175,7 +176,7 @@ inline std::array<double, 3> Point(vtkPolyData& mesh, vtkIdType id)
   return point;
 }
 
-// Everything in a vtkPolyData as text: two that are equal print the same.
+// All content of a vtkPolyData as text: two equal ones give the same text.
 inline std::string Describe(vtkPolyData& mesh)
 {
   std::ostringstream text;
@@ -208,8 +209,8 @@ inline std::string Describe(vtkPolyData& mesh)
   return text.str();
 }
 
-// Observes a filter: its errors (which are then not printed), its progress, how often it ran. May
-// abort it.
+// Observes a filter: records its errors (which are then not printed), its progress, and how often
+// it ran. May abort the filter.
 class FilterObserver
 {
 public:
@@ -234,12 +235,12 @@ public:
   FilterObserver(const FilterObserver&) = delete;
   FilterObserver& operator=(const FilterObserver&) = delete;
 
-  std::string error; // of the filter
+  std::string error; // text of the filter's errors
   std::string warning;
-  bool failed = false; // the pipeline got the failure
+  bool failed = false; // whether the pipeline was informed of the failure
   std::vector<double> progress;
   int runs = 0;
-  double abortAt = 2; // progress
+  double abortAt = 2; // progress at which to abort
 
 private:
   void Handle(vtkObject* caller, unsigned long event, void* data)
@@ -273,8 +274,8 @@ private:
   std::string executiveError;
 };
 
-// Returns a vector that is not finite and that the setter accepts, or refuses without naming its
-// member; empty: there is none.
+// Checks how a setter treats vectors that are not finite. Returns the first that the setter
+// accepts, or refuses without naming its member; empty if there is none.
 template <class Filter>
 std::string NotFiniteTakenBy(Filter& filter, const std::string& name,
   void (Filter::*set)(double, double, double), double* (Filter::*get)())

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What an object of VTK reports, instead of VTK's printing it.
+// Collects the errors of a VTK object, which are then not printed.
 #pragma once
 
 #include <vtkCallbackCommand.h>
@@ -27,7 +27,7 @@ public:
   ReportedErrors(const ReportedErrors&) = delete;
   ReportedErrors& operator=(const ReportedErrors&) = delete;
 
-  // All since it was asked last.
+  // All errors since the last call.
   std::string Take() { return std::exchange(this->Text, {}); }
 
 private:

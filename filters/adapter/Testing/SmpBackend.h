@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// vtkSMPTools' backend and threads, for tests: a C++17 source, see filters/adapter/SmpFor.h.
+// Selects the backend and threads of vtkSMPTools, for tests: a C++17 source, see
+// filters/adapter/SmpFor.h.
 #pragma once
 
 #include <string>
@@ -11,7 +12,7 @@ namespace kdstream::testing
 // The backends that VTK may have.
 inline const std::vector<std::string> smpBackends{ "Sequential", "STDThread", "TBB" };
 
-// Whether this VTK has the backend; then it is in use with as many threads.
+// Whether this VTK has the backend; if so, it is used from now on, with this number of threads.
 bool UseSmpBackend(const std::string& name, int threads);
 
 }

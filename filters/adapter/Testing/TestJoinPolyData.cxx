@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Composite data as one mesh: which points are one, which cells and arrays stay.
+// Composite data as one mesh: which points become one, and which cells and arrays stay.
 #include "filters/adapter/JoinPolyData.h"
 #include "filters/adapter/SharedArrays.h"
 #include "filters/adapter/Testing/FilterTools.h"
@@ -20,7 +20,7 @@ namespace
 using namespace kdstream;
 using namespace kdstream::testing;
 
-constexpr unsigned char duplicate = vtkDataSetAttributes::DUPLICATEPOINT; // of cells, too
+constexpr unsigned char duplicate = vtkDataSetAttributes::DUPLICATEPOINT; // for cells, too
 
 void Mark(vtkDataSetAttributes* data, const std::vector<unsigned char>& marks)
 {
@@ -44,7 +44,8 @@ void SetGlobalIds(vtkDataSetAttributes* data, const Ids& ids)
   data->SetGlobalIds(array);
 }
 
-// A square of two triangles, from x to x + 1: points 0 and 2 are left, 1 and 3 right.
+// A square of two triangles, from x to x + 1: points 0 and 2 are on its left side, 1 and 3 on its
+// right.
 PolyData Square(double x)
 {
   const PolyData mesh =
@@ -80,7 +81,7 @@ TEST(JoinPolyData, EveryKindOfCompositeAndEmptyBlocks)
   collection->SetPartitionedDataSet(2, Parts({ Square(2) }));
   vtkNew<vtkMultiBlockDataSet> blocks, inner;
   inner->SetBlock(1, Square(2));
-  inner->SetBlock(3, vtkSmartPointer<vtkImageData>::New()); // without a point
+  inner->SetBlock(3, vtkSmartPointer<vtkImageData>::New()); // has no points
   blocks->SetBlock(0, Square(0));
   blocks->SetBlock(1, PolyData::New());
   blocks->SetBlock(4, inner);
@@ -92,7 +93,7 @@ TEST(JoinPolyData, EveryKindOfCompositeAndEmptyBlocks)
   EXPECT_EQ(Describe(*Join(*square).mesh), Describe(*square));
 }
 
-// Not the same as an empty mesh.
+// A mesh with such cells is not the same as an empty mesh.
 TEST(JoinPolyData, CellsOfPointsThatAreNotThere)
 {
   const PolyData mesh = PolyData::New();
@@ -137,11 +138,11 @@ TEST(JoinPolyData, SharedBordersByGlobalIdsInTheirOrder)
   {
     EXPECT_EQ(ids->GetTuple1(i), (std::array{ 10, 11, 12, 20, 21, 22 })[std::size_t(i)]);
   }
-  EXPECT_EQ(CellPoints(*joined.mesh, 0), (Ids{ 1, 2, 4 })); // of the right square
+  EXPECT_EQ(CellPoints(*joined.mesh, 0), (Ids{ 1, 2, 4 })); // a cell of the right square
   EXPECT_EQ(joined.mesh->GetCellData()->GetGlobalIds()->GetTuple1(3), 3);
 }
 
-// Two files whose numbers begin at 0.
+// Two files, both with ids that begin at 0.
 TEST(JoinPolyData, GlobalIdsOfDifferentPlacesAreNotBelieved)
 {
   const PolyData left = Square(0), right = Square(1);
@@ -160,7 +161,7 @@ TEST(JoinPolyData, GlobalIdsOfDifferentPlacesAreNotBelieved)
   EXPECT_EQ(Join(*Parts({ left, right }), true).mesh->GetNumberOfPoints(), 6);
 }
 
-// The left square owns the border; the right one's first cell is the left's last.
+// The left square owns the border. The first cell of the right square is the last one of the left.
 TEST(JoinPolyData, GhostsAreThePointsTheyAreCopiesOf)
 {
   const PolyData left = Square(0), right = Square(1);
@@ -188,7 +189,7 @@ TEST(JoinPolyData, PointsOfDroppedCellsGoWherePointsAreNotMarked)
   EXPECT_EQ(joined.mesh->GetNumberOfPoints(), 3);
 }
 
-// Two points in one place, which differ in an array, and a copy of each.
+// Two points in one place that differ in an array, and a copy of each.
 TEST(JoinPolyData, CopiesGoToThePointWithTheSameValues)
 {
   const auto part = [](bool isCopy)
@@ -260,7 +261,7 @@ TEST(JoinPolyData, ArraysThatNotAllPartsHaveAreListedOnce)
   EXPECT_EQ(right->GetPointData()->GetNumberOfArrays(), 4) << "the input is not changed";
 }
 
-// Otherwise ghosts would silently count as own cells.
+// Otherwise ghosts would be counted as own cells, without a message.
 TEST(JoinPolyData, GhostArraysThatCannotBeUsedAreListed)
 {
   const PolyData shorter = Square(1), other = Square(2), good = Square(0);

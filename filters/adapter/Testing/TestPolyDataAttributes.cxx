@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Arrays of a vtkPolyData -> attributes -> arrays: types, roles, cells that were cut up, skipped
-// arrays.
+// Arrays of a vtkPolyData to attributes and back: types, roles, split cells, skipped arrays.
 #include "filters/adapter/PolyDataAttributes.h"
 
 #include "filters/adapter/Testing/FilterTools.h"
@@ -188,12 +187,12 @@ TEST(PolyDataAttributes, IdsStayIds)
   EXPECT_EQ(written->GetCellData()->GetGlobalIds()->GetComponent(1, 0), 200);
   ASSERT_TRUE(written->GetCellData()->GetPedigreeIds());
 
-  // No levels of ids, no colours by them.
+  // Levels have no ids, and nothing is coloured by ids.
   for (const Attribute& ids : read.attributes)
   {
     EXPECT_EQ(IsScalar(ids), ids.name == "Point") << ids.name;
   }
-  // Parts of a cell would have the same id.
+  // The parts of a split cell would have the same id.
   const PolyData cut = MakeAllCells();
   cut->GetCellData()->SetGlobalIds(MakeArray(VTK_ID_TYPE, "element", 1, 9, 0));
   const PolyDataAttributes parts = Read(*cut);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// vtkPolyData -> core's types: order, kinds and orientation of elements; what is refused.
+// vtkPolyData to core's types: order, kinds and orientation of elements, and what is refused.
 #include "filters/adapter/PolyDataMesh.h"
 
 #include "filters/adapter/MeshPolyData.h"
@@ -78,15 +78,16 @@ TEST(PolyDataMesh, FillingStopsBetweenItsSteps)
   }
 }
 
-// A seeded star around the origin, in a tilted plane: usually concave; the area vectors of its
-// triangles sum to its own, and none opposes it.
+// A random star around the origin, in a tilted plane; it is usually concave. The area vectors of
+// its triangles must add up to its own, and none may point the opposite way.
 TEST(PolyDataMesh, ConcavePolygonsAreCutInside)
 {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> radius(0.2, 1);
   for (std::size_t corners = 4; corners < 40; ++corners)
   {
-    std::vector<std::array<double, 3>> points(3, { 9, 9, 9 }); // ids are not places in the polygon
+    std::vector<std::array<double, 3>> points(3, { 9, 9, 9 }); // so that ids differ from indices in
+                                                               // the polygon
     Ids polygon;
     for (std::size_t i = 0; i < corners; ++i)
     {
@@ -121,7 +122,7 @@ TEST(PolyDataMesh, ConcavePolygonsAreCutInside)
   }
 }
 
-// No ear can be cut of a polygon without an inside: it becomes a fan, and loses no triangle.
+// No ear can be cut from a polygon without an inside. It becomes a fan, and no triangle is lost.
 TEST(PolyDataMesh, PolygonsWithoutAnInsideAreFans)
 {
   const PolyData mesh = MakePoints({ { 0, 0, 0 }, { 1, 0, 0 }, { 3, 0, 0 }, { 2, 0, 0 } });
@@ -187,7 +188,7 @@ TEST(PolyDataMesh, PointOutOfRangeInEachKindOfCell)
   }
 }
 
-// The corners of no cell are read beyond the list of corners.
+// Nothing may be read beyond the end of the connectivity.
 TEST(PolyDataMesh, InvalidOffsetsInEachKindOfCell)
 {
   const std::vector<std::pair<Ids, std::string>> cases{
@@ -225,7 +226,7 @@ TEST(PolyDataMesh, InvalidOffsetsInEachKindOfCell)
   }
 }
 
-// VTK says that the last offset is the length of the list; a longer list does no harm.
+// By VTK's rules the last offset is the length of the connectivity; a longer one does no harm.
 TEST(PolyDataMesh, CornersThatNoCellHas)
 {
   const PolyData mesh = MakePoints({ { 0, 0, 0 }, { 1, 0, 0 }, { 0, 1, 0 } });
@@ -249,7 +250,7 @@ Result<std::vector<std::int64_t>> LabelsFrom(const std::vector<typename Array::V
 {
   vtkNew<Array> array;
   array->SetName("Of");
-  array->SetNumberOfComponents(1); // needed by vtkSOADataArrayTemplate
+  array->SetNumberOfComponents(1); // required by vtkSOADataArrayTemplate
   array->SetNumberOfTuples(static_cast<vtkIdType>(values.size()));
   for (std::size_t i = 0; i < values.size(); ++i)
   {
@@ -258,7 +259,7 @@ Result<std::vector<std::int64_t>> LabelsFrom(const std::vector<typename Array::V
   return ReadLabels(*array, array->GetNumberOfTuples());
 }
 
-// Exact in every type, and in those arrays that VTK's dispatch may not know.
+// Labels must be exact in every type, also in arrays that VTK's dispatch may not know.
 TEST(PolyDataMesh, LabelsOfEveryArray)
 {
   using Labels = std::vector<std::int64_t>;

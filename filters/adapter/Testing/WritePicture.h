@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How the picture tests of VTK modules end.
+// Shared by the picture tests of VTK modules.
 #pragma once
 
 #include <vtkNew.h>
@@ -10,7 +10,7 @@
 namespace kdstream::testing
 {
 
-// Draws the window and writes what it shows; the program's exit status.
+// Draws the window and writes its content to a file. Returns the exit status for the program.
 inline int WritePicture(vtkRenderWindow& window, const char* file)
 {
   vtkNew<vtkWindowToImageFilter> picture;

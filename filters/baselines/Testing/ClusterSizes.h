@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How many vertices each cluster has, for the tests of the baselines.
+// Counts the vertices of each cluster, for the tests of the baselines.
 #pragma once
 
 #include "filters/core/tree/Clustering.h"

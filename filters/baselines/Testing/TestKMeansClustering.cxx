@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// K-means clustering: how many, whose, how they spread; and the parts it is made of.
+// K-means clustering: the number, content and spread of clusters; and the parts of the algorithm.
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/baselines/FaceClustering.h"
 #include "filters/baselines/KMeansClustering.h"
@@ -29,7 +29,7 @@ Result<Clustering> Cluster(const Mesh& mesh, std::uint32_t partitions, KMeansOpt
   return ClusterByKMeans(mesh.points, mesh.triangles, options);
 }
 
-// How many connected parts each label has; links join what has the same label.
+// How many connected parts each label has; links join elements with the same label.
 template <class Links>
 std::map<std::uint32_t, int> PartsOf(const std::vector<std::uint32_t>& labels, const Links& links)
 {
@@ -90,8 +90,8 @@ Links NeighboursOf(const Mesh& mesh)
   return neighbours;
 }
 
-// A plate with a long triangle at each edge of its rim, which is never a good pair: the plate
-// becomes one cluster long before these join it, one a round.
+// A plate with a long triangle at each edge of its rim. Such a triangle is never a good pair: the
+// plate becomes one cluster long before they join it, one in each round.
 Mesh Star(unsigned side)
 {
   Mesh mesh = GridPlate(side);
@@ -194,7 +194,7 @@ TEST(KMeansClustering, EachPartOfTheCostDoesItsWork)
     options.iterations = iterations;
     return MeasurePartitions(mesh.points, mesh.triangles, *Cluster(mesh, 64, options));
   };
-  // A plate ever denser to one side, so that equal areas are not equal counts.
+  // A plate that gets denser towards one side, so that equal areas do not have equal counts.
   Mesh plate = GridPlate(70);
   for (Vec3& p : plate.points)
   {
@@ -207,7 +207,8 @@ TEST(KMeansClustering, EachPartOfTheCostDoesItsWork)
   EXPECT_LT(with(torus, 4, 1, 5)->compactness.mean, with(torus, 4, 1, 1)->compactness.mean - 0.02);
 }
 
-// Distance is along the surface: on two plates that nearly touch, a cluster stays on one.
+// Distance is measured along the surface: with two plates that nearly touch, each cluster is on one
+// plate.
 TEST(KMeansClustering, DistanceIsAlongEdges)
 {
   Mesh mesh = GridPlate(20);
@@ -249,7 +250,7 @@ TEST(KMeansClustering, UnitsAndOffsetsDoNotCount)
 
 TEST(KMeansClustering, WhatNoSeedReachesGoesToTheSeedNearestInSpace)
 {
-  // Three triangles along x and two seeds; and vertices that no triangle uses.
+  // Three triangles along x for two seeds, and vertices that no triangle uses.
   Mesh mesh;
   for (const double x : { 0.0, 90.0, 190.0 })
   {
@@ -257,7 +258,7 @@ TEST(KMeansClustering, WhatNoSeedReachesGoesToTheSeedNearestInSpace)
     mesh.points.insert(mesh.points.end(), { { x, 0, 0 }, { x + 1, 0, 0 }, { x, 1, 0 } });
     mesh.triangles.push_back({ first, first + 1, first + 2 });
   }
-  mesh.triangles.push_back({ 0, 2, 1 }); // the fullest two: at 0 and,
+  mesh.triangles.push_back({ 0, 2, 1 }); // now the fullest two are at 0 and
   mesh.triangles.push_back({ 6, 7, 8 }); // at 190
   KMeansOptions once;
   once.iterations = 1;
@@ -269,8 +270,8 @@ TEST(KMeansClustering, WhatNoSeedReachesGoesToTheSeedNearestInSpace)
     (std::vector<std::uint32_t>{ 0, 0, 0, 0, 0, 0, 1, 1, 1, 0, 1 }));
 }
 
-// By distance only, and iterated until nothing moves, clusters are the geodesic Voronoi cells of
-// their centres.
+// With only the distance in the cost, and after enough iterations that nothing moves, clusters are
+// the geodesic Voronoi cells of their centres.
 TEST(KMeansClustering, CellsOfTheNearestCentreAlongEdges)
 {
   const Mesh mesh = DisplacedSphere(3);
@@ -289,7 +290,7 @@ TEST(KMeansClustering, CellsOfTheNearestCentreAlongEdges)
   }
   const auto length = [](const Vec3& a, const Vec3& b)
   { return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]); };
-  std::vector<std::vector<double>> distance; // from each centre, by relaxing all edges
+  std::vector<std::vector<double>> distance; // from each centre, found by relaxing all edges
   for (std::uint32_t c = 0; c < 6; ++c)
   {
     std::size_t centre = 0;
@@ -351,7 +352,7 @@ TEST(KMeansClustering, SmallFragmentsGetNoSeeds)
 
 TEST(KMeansClustering, ACloudIsClusteredInSpace)
 {
-  // Eight heaps at the corners of a cube: k-means finds them.
+  // Eight heaps of points at the corners of a cube: k-means must find them.
   std::mt19937 random(4);
   Mesh mesh;
   for (int i = 0; i < 800; ++i)
@@ -373,7 +374,7 @@ TEST(KMeansClustering, ACloudIsClusteredInSpace)
 
 TEST(KMeansClustering, RepeatedVerticesDoNotCutTheSurface)
 {
-  // Every triangle with vertices of its own: the clusters are those of the welded surface.
+  // Every triangle has vertices of its own: the clusters must be those of the welded surface.
   const Mesh welded = DisplacedSphere(3);
   Mesh soup;
   for (const Triangle& t : welded.triangles)
@@ -533,7 +534,7 @@ TEST(NearestPoint, IsTheNearestAndOfEqualsTheLowest)
     std::vector<Vec3> points(count);
     for (Vec3& p : points)
     {
-      p = { double(random() % 6), double(random() % 6), double(random() % 3) }; // many equal
+      p = { double(random() % 6), double(random() % 6), double(random() % 3) }; // many are equal
     }
     const NearestPoint nearest(points);
     for (int query = 0; query < 300; ++query)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Octree clustering against a recursion on exact numbers, and what holds for any input.
+// Octree clustering compared with a recursion on exact numbers, and properties that hold for any
+// input.
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/baselines/OctreeClustering.h"
 #include "filters/baselines/Testing/ClusterSizes.h"
@@ -34,8 +35,8 @@ double SideOf(const std::vector<Vec3>& points)
   return std::max({ box.hi[0] - box.lo[0], box.hi[1] - box.lo[1], box.hi[2] - box.lo[2] });
 }
 
-// Integer places in a cube of side 2^exponent, including both ends, many places twice: halves are
-// exact.
+// Points with integer coordinates in a cube of side 2^exponent, which include both ends; many
+// places occur twice. Halves are exact.
 std::vector<Vec3> Lattice(std::size_t count, unsigned exponent, std::uint32_t seed)
 {
   std::mt19937 random(seed);
@@ -46,7 +47,7 @@ std::vector<Vec3> Lattice(std::size_t count, unsigned exponent, std::uint32_t se
     Vec3 p{};
     for (double& x : p)
     {
-      // Denser towards 0, so that leaves have many depths.
+      // Denser towards 0, so that leaves have different depths.
       const double unit = double(random() >> 8) / double(1 << 24);
       x = std::floor(unit * unit * side);
     }
@@ -127,7 +128,7 @@ TEST(OctreeClustering, IsTheRecursionOnEightEqualCubes)
 
 TEST(OctreeClustering, TheRootIsTheCubeAroundTheCentreOfTheBox)
 {
-  // A box of 8 × 2 × 1: cubes of side 4 cut x at 4, and y and z through the middle.
+  // A box of 8 × 2 × 1. Cubes of side 4 cut x at 4, and y and z through the middle.
   const std::vector<Vec3> points{ { 0, 0, 0 }, { 8, 2, 1 }, { 3, 0.9, 0.4 }, { 4, 1, 0.5 },
     { 3, 1, 0.4 }, { 3, 0.9, 0.5 } };
   const auto found = ClusterByOctree(points, { 2, {} });
@@ -200,7 +201,7 @@ TEST(OctreeClustering, SearchFindsTheNearestNumberOfAllN)
   {
     const std::vector<Vec3>& points = named.mesh.points;
     const auto n = static_cast<std::uint32_t>(points.size());
-    std::vector<std::uint32_t> counts; // of every N
+    std::vector<std::uint32_t> counts; // for every N
     for (std::uint32_t most = 1; most <= n; ++most)
     {
       counts.push_back(ClusterByOctree(points, { most, {} })->clusters);

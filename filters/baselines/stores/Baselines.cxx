@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The baselines that are made in memory, and the names of all methods: see Baselines.h.
+// The baselines that work in memory, and the names of all methods: see Baselines.h.
 #include "filters/baselines/stores/Baselines.h"
 
 #include "filters/baselines/KMeansClustering.h"
@@ -14,7 +14,7 @@ namespace kdstream
 namespace
 {
 
-// A clustering as a tree, or why there is none.
+// The clustering as a tree, or its error.
 template <class C>
 Result<PartitionTree> TreeOf(const Mesh& mesh, const Result<C>& clustering)
 {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Octree clustering out of core: see ExternalOctree.h. As in the k-d tree, all cells are in one
-// file, at their places in the order of the leaves, and move between two files of that size. Every
-// pass keeps the order of the records of a cell: ids stay ascending.
+// Octree clustering out of core: see ExternalOctree.h. As in the k-d tree, every cell is stored at
+// its place in the order of the leaves, in one of two files of the same size, and moves between
+// them. Every pass keeps the order of the records of a cell, so ids stay ascending.
 #include "filters/baselines/stores/ExternalOctree.h"
 
 #include "filters/baselines/OctreeKey.h"
@@ -29,22 +29,22 @@ struct OctreeCell
   bool isLeaf = false;
 };
 
-// Cells that lie one after the other.
+// Consecutive cells.
 struct Group
 {
   std::vector<OctreeCell> cells;
   std::uint64_t begin = 0, size = 0;
-  std::uint32_t firstCell = 0; // its number in CountedCells
+  std::uint32_t firstCell = 0; // number in CountedCells of its first cell
 };
 
 // The leaves and the deepest counted cells below one cell, numbered in Morton order.
 struct CountedCells
 {
-  unsigned deepest = 0;   // depth that was counted
-  std::uint64_t mask = 0; // of the bits of a key that tell the place at that depth
+  unsigned deepest = 0;   // the depth at which vertices were counted
+  std::uint64_t mask = 0; // the bits of a key that give the index at that depth
   std::vector<std::uint32_t>
     table; // of each place: its count at first, then the number of its cell
-  std::vector<std::uint32_t> groupOf; // of each cell
+  std::vector<std::uint32_t> groupOf; // for each cell
 
   std::size_t PlaceOf(std::uint64_t key) const
   {
@@ -68,8 +68,8 @@ public:
     , Plan(options.memory, sizeof(Record))
     , Run(execution)
     , Count(points.Size() / sizeof(Record))
-    // A group in memory: its records, again in order, and their keys, twice; the leaves may take
-    // the rest.
+    // A group in memory takes its records, the same records in order, and their keys twice; the
+    // leaves may take the rest.
     , GroupRecords(options.memory / 8 * 7 / (2 * sizeof(Record) + 2 * sizeof(Item)))
   {
   }
@@ -92,7 +92,7 @@ public:
   }
 
 private:
-  // A record's key, and where it is.
+  // The key of a record, and the record's position.
   struct Item
   {
     std::uint64_t key;
@@ -150,7 +150,7 @@ private:
     return {};
   }
 
-  // A leaf that may not fit the memory goes as it is.
+  // Copies a leaf that may not fit in memory.
   Status CopyLeaf(const OctreeCell& leaf, SpillFile& file)
   {
     this->AddLeaf(leaf.begin, leaf.depth);
@@ -179,7 +179,8 @@ private:
     this->Octree.depth = std::max(this->Octree.depth, depth);
   }
 
-  // How many depths below a cell are counted at once: a table of 4 bytes a cell for each slot.
+  // How many depths below a cell are counted at the same time: each slot needs a table with 4 bytes
+  // a cell.
   unsigned DepthsAtOnce(unsigned depth) const
   {
     unsigned depths = 1;
@@ -192,7 +193,8 @@ private:
     return depths;
   }
 
-  // Counts a cell's descendants, forms groups of them, and writes these to another file.
+  // Counts the vertices in a cell's descendants, divides the descendants into groups, and writes
+  // the groups to another file.
   Status Distribute(const OctreeCell& cell, SpillFile& file, SpillFile& to, CountedCells& counted,
     std::vector<Group>& groups)
   {
@@ -229,9 +231,9 @@ private:
     return this->WriteGroups(cell, file, to, groups, counted);
   }
 
-  // Forms groups of the leaves and the deepest counted cells below `cell`, whose places in the
-  // table are [place, place + 8^(deepest - depth)); there the counts are replaced by the number of
-  // the cell.
+  // Divides the leaves and the deepest counted cells below `cell` into groups. In the table, their
+  // entries are [place, place + 8^(deepest - depth)); each count there is replaced by the number of
+  // its cell.
   void Gather(OctreeCell cell, std::size_t place, CountedCells& counted, std::uint64_t& begin,
     std::vector<Group>& groups) const
   {
@@ -335,7 +337,7 @@ private:
       });
   }
 
-  // Reads a group, splits its cells and writes the leaves in order.
+  // Reads a group, splits its cells, and writes the leaves in order.
   Status FinishInMemory(const Group& group, const CountedCells& counted, SpillFile& file)
   {
     ReturnFreeMemory();
@@ -394,7 +396,8 @@ private:
     return inOrder;
   }
 
-  // Orders the items leaf by leaf and returns the leaves, `begin` from the group's.
+  // Orders the items leaf by leaf, and returns the leaves; `begin` of a leaf is relative to the
+  // group.
   std::vector<OctreeCell> LeavesOf(const Group& group, std::vector<Item>& items) const
   {
     std::vector<Item> scratch(items.size());
@@ -403,7 +406,8 @@ private:
     {
       cell.begin -= group.begin;
     }
-    // Large cells first, until there are enough for all threads; then each on its own.
+    // Splits large cells first, until there are enough for all threads; then each is finished
+    // separately.
     constexpr std::size_t enough = 64;
     for (bool isSplit = true; isSplit && cells.size() < enough;)
     {
@@ -449,7 +453,7 @@ private:
     }
   }
 
-  // Sorts the items of a cell into its children; those that hold any are added.
+  // Sorts the items of a cell into its children, and adds those children that have any.
   void Split(const OctreeCell& cell, std::vector<Item>& items, std::vector<Item>& scratch,
     std::vector<OctreeCell>& children) const
   {
@@ -487,7 +491,7 @@ private:
   const Execution& Run;
   std::uint64_t Count;
   std::uint64_t GroupRecords;
-  std::uint64_t Done = 0; // records in their leaves
+  std::uint64_t Done = 0; // records that are in their leaves
   OctreeCube Cube{ Box{ {}, {} } };
   SpillFile Work, SecondWork;
 };

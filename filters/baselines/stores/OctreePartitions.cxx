@@ -15,7 +15,7 @@ namespace kdstream
 namespace
 {
 
-// Shows the step "octree" as its part [begin, end), and what comes before it as its begin.
+// Reports the step "octree" as the part [begin, end) of its progress, and earlier steps as `begin`.
 Execution PartOf(const Execution& execution, double begin, double end)
 {
   Execution part = execution;
@@ -71,7 +71,7 @@ private:
       ClusterByExternalOctree<Scalar>(this->Folder, this->Points, options, part);
     if (octree)
     {
-      // The box, what does not fit at once, and each group.
+      // Passes for the box, for cells that do not fit in memory, and for each group.
       this->RecordsRead += 2 * this->Count + 2 * octree->statistics.distributedRecords;
     }
     return octree;
@@ -87,8 +87,8 @@ private:
     return std::uint64_t{ octree->clusterBegin.size() - 1 };
   }
 
-  // The size limit of partitions (in vertices) that gives about `wanted` partitions: those of
-  // ClusterByOctree. A smaller limit never gives fewer partitions.
+  // The size limit of partitions (in vertices) that gives about `wanted` partitions: the one that
+  // ClusterByOctree would find. A smaller limit never gives fewer partitions.
   Result<std::uint32_t> SearchSize(std::uint64_t wanted)
   {
     if (wanted == 0)
@@ -102,18 +102,19 @@ private:
                                                   " is above the number of vertices, " +
                                                   std::to_string(this->Count) };
     }
-    // Partitions of at most `most` vertices are enough, of `above` they are too few.
+    // With a limit of `most` there are enough partitions; with `above` there are too few.
     std::uint64_t most = this->Count / wanted, above = this->Count, ofAbove = 1;
     Result<std::uint64_t> ofMost = this->CountClusters(most);
     for (; ofMost && *ofMost < wanted && most > 1; ofMost = this->CountClusters(most))
     {
-      above = most; // vertices in one place
+      above = most; // if many vertices are in one place
       ofAbove = *ofMost;
       most /= 2;
     }
     while (ofMost && *ofMost >= wanted && above - most > 1 && most < this->Count)
     {
-      // Outwards first: an octree has a few times as many partitions as it must, not many times.
+      // Try larger limits in steps: an octree has a few times as many partitions as necessary, not
+      // many times as many.
       const std::uint64_t next = std::min(2 * most, most + (above - most) / 2);
       const Result<std::uint64_t> clusters = this->CountClusters(next);
       KDSTREAM_TRY(clusters);
@@ -125,7 +126,8 @@ private:
     return static_cast<std::uint32_t>(fewer ? above : most);
   }
 
-  // One after the other, in the order of ids: which of two zeros a side is depends on it.
+  // Vertices are added one after the other, in the order of ids, because the order decides whether
+  // a side is 0.0 or -0.0.
   Status FindBoxes(ExternalPartitions& result) const
   {
     const std::size_t partitions = std::size_t{ 1 } << result.depths.partition;
@@ -155,7 +157,7 @@ private:
   const KdTreeOptions& Options;
   std::uint64_t Memory;
   const Execution& Exec;
-  double Searched = 0; // of the progress
+  double Searched = 0; // of the progress so far
   std::uint64_t RecordsRead = 0;
 };
 
@@ -178,7 +180,7 @@ std::vector<VertexId> JoinIntoBlocks(std::span<const VertexId> partitionBegin, s
   std::vector<VertexId> begin{ partitionBegin.front() };
   for (std::size_t p = 1; p < partitionBegin.size(); ++p)
   {
-    // The block ends before the partition that would make it too large.
+    // The block ends before the partition that would make the block too large.
     if (partitionBegin[p] - begin.back() > most && partitionBegin[p - 1] > begin.back())
     {
       begin.push_back(partitionBegin[p - 1]);

@@ -19,7 +19,7 @@ Status CountEdges(ExternalBuildState& build)
   MeshFacts facts;
   MeshBlocks mesh;
   KDSTREAM_TRY(LoadBlocks(build, facts, mesh));
-  mesh.attributes.clear(); // they are not looked at
+  mesh.attributes.clear(); // not needed for this
   std::uint64_t inconsistent = 0;
   const Execution part = build.Part("faces", 0.8, 1);
   for (std::size_t b = 0; b < mesh.BlockCount(); ++b)
@@ -46,7 +46,7 @@ public:
       build.Options.tree, build.Memory, build.Part("tree", 0.5, 1));
   }
 
-  // Partitions one after the other, as many as fit.
+  // Joins consecutive partitions into blocks, as many as fit in memory.
   Status PlanBlocks(
     ExternalBuildState& build, const MeshFacts& facts, MeshBlocks& mesh) const override
   {

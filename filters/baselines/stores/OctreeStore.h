@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A store by an octree, built out of core: its tree, its blocks of whole partitions, and instead of
-// levels the phase "edges".
+// A store by an octree, built out of core: its tree, its blocks of whole partitions, and the phase
+// "edges" in place of levels.
 #pragma once
 
 #include "filters/build/ExternalMethod.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The median by external merge sort (Baselines.h). Steps:
-//   a. one pass sorts as many keys as the memory holds at a time, and writes them as a run,
-//   b. while there are more runs than can be merged at once, groups of runs are merged,
-//   c. the last merge writes nothing, and ends at the wanted rank.
+//   a. In one pass sort as many keys as fit in memory at a time, and write them as a run.
+//   b. While there are more runs than can be merged at the same time, merge groups of runs.
+//   c. The last merge writes nothing, and ends at the wanted rank.
 #include "filters/baselines/stores/Baselines.h"
 
 #include "filters/outofcore/files/RecordFile.h"
@@ -21,7 +21,7 @@ struct Run
   std::uint64_t begin = 0, end = 0;
 };
 
-// The runs of a file, side by side: the least key that is left, again and again.
+// Merges runs of a file: gives the smallest remaining key again and again.
 class Merge
 {
 public:
@@ -43,7 +43,7 @@ public:
     return {};
   }
 
-  // The next key; call no more often than there are keys.
+  // The next key. REQUIRES: keys are left.
   Result<OrderKey> Next()
   {
     std::pop_heap(this->Heads.begin(), this->Heads.end());
@@ -89,7 +89,7 @@ private:
   std::vector<Head> Heads;
 };
 
-// Step a. The runs lie one after the other.
+// Step a. The runs are written one after the other.
 Result<std::vector<Run>> WriteRuns(KeySource& keys, std::size_t most, SpillFile& file)
 {
   std::vector<Run> runs;
@@ -127,7 +127,7 @@ Result<std::vector<Run>> WriteRuns(KeySource& keys, std::size_t most, SpillFile&
   return runs;
 }
 
-// Step b: some runs become one, at the same place of another file.
+// Step b: merges some runs into one, at the same place in another file.
 Result<Run> MergeRuns(KeySource& keys, const SpillFile& from, SpillFile& to,
   std::span<const Run> runs, std::size_t blockBytes)
 {
@@ -150,7 +150,7 @@ Result<Run> MergeRuns(KeySource& keys, const SpillFile& from, SpillFile& to,
   return merged;
 }
 
-// Step c.
+// Step c: the last merge.
 Result<OrderKey> KeyOfRank(
   const SpillFile& file, std::span<const Run> runs, std::uint64_t rank, std::size_t blockBytes)
 {
@@ -177,7 +177,7 @@ Result<KeyRange> FindMedianBySort(KeySource& keys, const MedianSearch& search, S
     static_cast<std::size_t>(std::max<std::uint64_t>(2, search.memory / sizeof(OrderKey)));
   Result<std::vector<Run>> runs = WriteRuns(keys, most, *file);
   KDSTREAM_TRY(runs);
-  // One block for each run, and one to write.
+  // One block for reading each run, and one for writing.
   const auto blockBytes = static_cast<std::size_t>(
     std::clamp<std::uint64_t>(search.memory / 8, sizeof(OrderKey), spillBlockBytes));
   const std::size_t fanIn =

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The median by Torben's method (Baselines.h; paper 4.2.1), on the total order. Steps:
-//   a. the pivot is half way between the least and the greatest candidate: of their coordinates, or
-//      of their ids if the coordinates are equal,
-//   b. one pass counts the keys up to the pivot, and finds the greatest of them and the least key
-//      after it,
-//   c. if one of these two is not the wanted key, repeat for the part that contains it.
+//   a. Put the pivot halfway between the smallest and the largest candidate: of their coordinates,
+//      or of their ids if the coordinates are equal.
+//   b. In one pass count the keys up to the pivot, and find the largest of them and the smallest
+//      key after it.
+//   c. If neither of these two is the wanted key, repeat for the part that contains it.
 #include "filters/baselines/stores/Baselines.h"
 
 #include <algorithm>
@@ -37,8 +37,8 @@ OrderKey HalfWay(const OrderKey& first, const OrderKey& last)
   }
   const double half =
     ValueOfOrderedBits(first.coordinate) / 2 + ValueOfOrderedBits(last.coordinate) / 2;
-  // The mean of neighbouring doubles is one of them: take the lower one, or no key would come after
-  // it.
+  // The mean of two neighbouring doubles is one of them. Take the lower one; otherwise no key would
+  // come after it.
   return { std::clamp(OrderedBits(half), first.coordinate, last.coordinate - 1), greatestId };
 }
 

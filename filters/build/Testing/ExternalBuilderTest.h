@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A build out of core in a folder of its own, whole or killed, beside the same in memory.
+// A build out of core in a folder of its own, finished or killed, and the same build in memory.
 #pragma once
 
 #include "filters/build/ExternalBuilder.h"
@@ -31,13 +31,13 @@ inline std::string BytesOf(const std::filesystem::path& file)
   return { std::istreambuf_iterator<char>(stream), {} };
 }
 
-// The build in the folder, with partitions of 200 vertices.
+// A build in a temporary folder, with partitions of 200 vertices.
 class ExternalBuilderTest : public ::testing::Test
 {
 protected:
   ExternalBuilderTest()
   {
-    // In memory where the system can: every build waits for the disk some fifty times.
+    // On a RAM disk if the system has one, because every build waits for the disk some fifty times.
     const std::filesystem::path parent = ::access("/dev/shm", W_OK) == 0
                                            ? std::filesystem::path("/dev/shm")
                                            : std::filesystem::temp_directory_path();
@@ -60,7 +60,7 @@ protected:
     const Status status = WriteMesh(this->Input(), mesh);
     ASSERT_TRUE(status) << status.GetError().message;
   }
-  // The store's bytes as a build in memory makes them.
+  // The bytes of the store that a build in memory makes.
   std::string InMemory(const Execution& execution = {})
   {
     BuildOptions options = this->Options;
@@ -76,7 +76,7 @@ protected:
     return BuildStoreExternally(
       this->Input(), this->Store(), this->Options, execution, this->Probe);
   }
-  // Removes the store; its bytes.
+  // Removes the store, and returns its bytes.
   std::string Take()
   {
     const std::string bytes = BytesOf(this->Store());
@@ -95,15 +95,15 @@ protected:
     EXPECT_EQ(names, but);
   }
 
-  // A build in a process of its own that is killed before the k-th of its steps (file operations
-  // and progress reports). Returns whether it was killed.
+  // Runs a build in a process of its own, which is killed before the k-th of its steps (file
+  // operations and progress reports). Returns whether it was killed.
   bool BuildAndKill(std::size_t k)
   {
     return BuildAndKillAt(
       k, this->Probe, [&](const Execution& execution) { return this->External(execution); });
   }
-  // The number of such steps in a whole build, and the numbers of those that publish: a sync or a
-  // rename is next to them.
+  // Counts these steps in a complete build. publishing: set to the numbers of the steps that rename
+  // a file.
   std::size_t CountSteps(std::vector<std::size_t>& publishing)
   {
     std::size_t steps = 0;
@@ -126,7 +126,7 @@ protected:
     this->Probe.hook = {};
     return steps;
   }
-  // What was left by a build that was killed when its k-th step came.
+  // The folder with what a killed build left.
   std::filesystem::path Left() const { return BuildFolder::PathFor(this->Store(), this->Spill()); }
 
   std::filesystem::path Folder;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Builds that are killed on the way, for the tests of builds out of core.
+// Builds that are killed before they finish, for the tests of builds out of core.
 #pragma once
 
 #include "filters/build/ExternalBuilder.h"
@@ -18,8 +18,9 @@
 namespace kdstream
 {
 
-// A build in a process of its own that is killed before the k-th of its steps (file operations and
-// progress reports). build(execution) -> Result, with this probe. Returns whether it was killed.
+// Runs a build in a process of its own, which is killed before the k-th of its steps (file
+// operations and progress reports). build(execution) -> Result must use this probe. Returns whether
+// it was killed.
 template <class Build>
 bool BuildAndKillAt(std::size_t k, ExternalBuildProbe& probe, const Build& build)
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Folders of killed builds that were damaged afterwards, on the disk or by hand: --resume makes the
-// same store or reports an error, never another store, and is never ended by a signal.
+// Folders of killed builds that were damaged afterwards, on the disk or by hand. --resume must make
+// the same store or report an error; it must never make another store, and never end by a signal.
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/build/Testing/ExternalBuilderTest.h"
 
@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 namespace
 {
 
-// A file of a folder, with the times that it had: damage of a disk does not change them.
+// A file of a folder and its time of change, which damage to a disk does not alter.
 struct KeptFile
 {
   std::string bytes;
@@ -61,7 +61,7 @@ public:
   {
   }
 
-  // Damages the folder in one to three ways; returns which, for the message of a failure.
+  // Damages the folder in one to three ways. Returns a description for the message of a failure.
   std::string Do(KeptFolder& folder)
   {
     std::string done;
@@ -92,7 +92,7 @@ private:
     std::string& bytes = it->second.bytes;
     const std::size_t size = bytes.size(), at = size == 0 ? 0 : this->Below(size);
     const std::size_t some = std::min(size - at, std::size_t{ 1 } << this->Below(16));
-    const bool isSeen = this->Below(8) == 0; // by the time of the change
+    const bool isSeen = this->Below(8) == 0; // the time of the change shows it
     it->second.changed.tv_nsec += isSeen ? 1 : 0;
     switch (size == 0 ? 6 : this->Below(9))
     {
@@ -126,7 +126,7 @@ private:
       }
       default:
       {
-        // Elsewhere in the same file, as if a write had gone to a wrong place.
+        // A block from elsewhere in the same file, as if a write had gone to a wrong place.
         const std::size_t from = this->Below(size);
         const std::string moved = bytes.substr(from, std::min(some, size - from));
         bytes.replace(at, std::min(moved.size(), size - at), moved, 0, size - at);
@@ -141,7 +141,8 @@ private:
 class DamagedBuild : public ExternalBuilderTest
 {
 protected:
-  // How a build with --resume in a process of its own ends: its exit code, or -1 for a signal.
+  // Runs a build with --resume in a process of its own. Returns its exit code, or -1 if a signal
+  // ended it.
   int Resume()
   {
     const pid_t child = ::fork();
@@ -157,7 +158,7 @@ protected:
 
 }
 
-// KDSTREAM_DAMAGED_BUILDS: how many, for longer runs.
+// KDSTREAM_DAMAGED_BUILDS: the number of damaged builds, for longer runs.
 TEST_F(DamagedBuild, IsTheSameStoreOrAnError)
 {
   const char* const asked = std::getenv("KDSTREAM_DAMAGED_BUILDS");
@@ -166,7 +167,7 @@ TEST_F(DamagedBuild, IsTheSameStoreOrAnError)
   std::vector<std::size_t> publishing;
   this->CountSteps(publishing);
   const std::string expected = this->Take();
-  std::vector<KeptFolder> lefts; // after each phase
+  std::vector<KeptFolder> lefts; // copies of the folder after each phase
   for (const std::size_t k : publishing)
   {
     ASSERT_TRUE(this->BuildAndKill(k + 2));
@@ -195,8 +196,8 @@ TEST_F(DamagedBuild, IsTheSameStoreOrAnError)
   EXPECT_EQ(same + errors, count);
 }
 
-// One file at a time, with its old size and time: the damage is found, and the work is repeated
-// from the phase that made the file.
+// Damages one file at a time, keeping its size and time. The damage must be found, and the work
+// repeated from the phase that made the file.
 TEST_F(DamagedBuild, ABitOfAnyFileIsFound)
 {
   this->Write(Shuffled(Torus(96, 48), 2));

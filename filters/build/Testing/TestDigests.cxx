@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The content of stores over the versions of KdStream: a build today gives the same bytes as
-// before. Digests.txt has a line for each mesh and way to build it. Only a change of a format or an
-// algorithm may change lines there.
+// The content of stores over the versions of KdStream: a build today must give the same bytes as
+// before. Digests.txt has a line for each mesh and way to build it. Lines there may change only if
+// a format or an algorithm changes.
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/baselines/stores/Baselines.h"
@@ -45,7 +45,7 @@ std::vector<Way> Ways()
   clusters.options.levels.maker = LevelMaker::Cluster;
   ways.push_back(clusters);
 
-  Way paper{ "paper", usual }; // its method, kept exactly
+  Way paper{ "paper", usual }; // exactly the method of the paper
   paper.options.levels.maker = LevelMaker::Cluster;
   paper.options.levels.representative = Representative::Mean;
   paper.options.levels.byComponents = false;
@@ -76,7 +76,7 @@ std::string DigestOf(const NamedMesh& input, const Way& way, const fs::path& fil
 
 TEST(Digests, AreThoseOfEarlierVersions)
 {
-  std::map<std::string, std::string> expected; // by what is built
+  std::map<std::string, std::string> expected; // by mesh and way
   std::ifstream lines(KDSTREAM_DIGESTS);
   for (std::string line; std::getline(lines, line);)
   {

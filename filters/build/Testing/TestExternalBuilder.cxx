@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Stores that are built out of core: byte for byte the same as in memory, for any limit, threads
-// and median method; and error messages.
+// Stores that are built out of core equal those built in memory, byte for byte, for any limit,
+// number of threads and median method. Also error messages.
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/ErrorAt.h"
 #include "Testing/Fixtures/Meshes.h"
@@ -60,10 +60,11 @@ TEST_F(ExternalBuilderTest, EveryMeshGivesTheStoreOfTheBuildInMemory)
   this->ExpectNothingLeft();
 }
 
-// In memory such a mesh gets other numbers (GatherMesh.h), out of core it does not.
+// In memory the vertices of such a mesh are renumbered (GatherMesh.h); out of core they are not.
 TEST_F(ExternalBuilderTest, AMeshInNoOrderGivesTheSameStoreToo)
 {
-  Mesh open = DisplacedSphere(6); // with holes: edges of the boundary are sorted by vertices
+  // With holes: edges of the boundary are sorted by vertices.
+  Mesh open = DisplacedSphere(6);
   std::erase_if(open.triangles, [n = 0](const Triangle&) mutable { return ++n % 13 == 0; });
   const Mesh plain = Shuffled(open, 5);
   Mesh cloud;
@@ -215,7 +216,7 @@ TEST_F(ExternalBuilderTest, SaysWhatIsWrong)
   this->ExpectNothingLeft();
 }
 
-// In a process of its own, since the limit stays: files of at most this size.
+// Limits the size of files. Runs in a process of its own, because the limit stays.
 TEST_F(ExternalBuilderTest, AFullDiskIsAnErrorThatSaysWhatWasNeeded)
 {
   this->Write(Shuffled(Torus(96, 48), 2));
@@ -246,7 +247,7 @@ TEST_F(ExternalBuilderTest, AFullDiskIsAnErrorThatSaysWhatWasNeeded)
   }
 }
 
-// A file system of its own that has no room, for the temporary files and then for the store.
+// A full file system: first for the temporary files, then for the store.
 TEST_F(ExternalBuilderTest, ARealDiskThatIsFullIsAnErrorAndNothingStays)
 {
   this->Write(Shuffled(Torus(96, 48), 2));

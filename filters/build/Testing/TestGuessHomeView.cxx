@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How a model stands: what is given stays, what is not is guessed, and every build guesses alike.
+// How a model stands: a given direction stays, a missing one is guessed, and all builds guess the
+// same.
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/build/ExternalBuilder.h"
 #include "filters/build/GuessHomeView.h"
@@ -20,8 +21,8 @@ namespace fs = std::filesystem;
 namespace
 {
 
-// A closed bag around the y axis: at height h (0-1) and angle a (0-1) its distance from the axis is
-// given by `radius`; flat at both ends.
+// A closed surface around the y axis. radius(h, a): its distance from the axis at height h (0-1)
+// and angle a (0-1). Both ends are flat.
 Mesh Bag(const Vec3& foot, double height, const std::function<double(double, double)>& radius)
 {
   constexpr std::uint32_t rings = 33, around = 48;
@@ -60,7 +61,7 @@ void Append(Mesh& mesh, const Mesh& other)
   }
 }
 
-// y up, its face to +z: a plinth, shoulders, a neck, a head with a nose and wrinkles.
+// y is up, and the face towards +z: a plinth, shoulders, a neck, a head with a nose and wrinkles.
 Mesh Bust()
 {
   return Bag({ 5, 2, 1 }, 2,
@@ -69,14 +70,14 @@ Mesh Bust()
       const double torso = h < 0.55 ? 0.6 - 0.5 * h * h : 0;
       const double away = (h - 0.8) / 0.21;
       const double head = std::abs(away) < 1 ? 0.45 * std::sqrt(1 - away * away) : 0;
-      const double ahead = std::min(turn, 1 - turn); // from the nose's line
+      const double ahead = std::min(turn, 1 - turn); // angle from the line of the nose
       const double face =
         h > 0.62 && h < 0.98 && ahead < 0.2 ? 0.05 * std::sin(120 * h) * (1 - ahead / 0.2) : 0;
       return std::max({ torso, head, 0.2 }) + face;
     });
 }
 
-// y up, its head towards +x: a body on four legs.
+// y is up, and the head towards +x: a body on four legs.
 Mesh Horse()
 {
   Mesh mesh;
@@ -133,7 +134,8 @@ TEST(TestGuessHomeView, ABustStandsOnItsPlinthAndShowsItsFace)
   }
 }
 
-// Deeper than wide, with its head ahead: its sides are mirror images, and tell where its face is.
+// Deeper than wide, with its head forward. Its left and right sides are mirror images, which shows
+// where its face is.
 TEST(TestGuessHomeView, AHeadIsNotSeenInProfile)
 {
   const Mesh deep = Turned(Bust(),
@@ -146,7 +148,8 @@ TEST(TestGuessHomeView, AHeadIsNotSeenInProfile)
   }
 }
 
-// The shape has no foot to stand on, and most files of this kind would have it lie on its back.
+// The shape has no foot to stand on, and in most files of this kind z is up, so it would lie on its
+// back.
 TEST(TestGuessHomeView, WhatHasAFaceAheadStands)
 {
   const Mesh egg = Bag({}, 2,
@@ -180,7 +183,7 @@ TEST(TestGuessHomeView, AHorseStandsOnItsFeetAndIsSeenFromItsSide)
 
 TEST(TestGuessHomeView, WhatIsFlatLiesAndIsSeenFromAbove)
 {
-  const Mesh terrain = // z over x and y
+  const Mesh terrain = // z as a function of x and y
     Turned(HeightField(40),
       [](const Vec3& p) {
         return Vec3{ p[0], p[1], 0.2 * p[2] };
@@ -223,14 +226,14 @@ TEST(TestGuessHomeView, WhatIsGivenStays)
   EXPECT_TRUE(one.guessed);
   EXPECT_NEAR(Dot(one.view, up), 0, 1e-15) << "the view is level";
   EXPECT_NEAR(Length(one.view), 1, 1e-15);
-  // The front of the way up is as near to y as the way up is.
+  // For this up direction the front is as near to y as the up direction itself.
   const Vec3 leaning{ 0, std::sqrt(0.5), std::sqrt(0.5) };
   const HomeView between =
     GuessHomeView(bust.points, bust.triangles, ".ply", leaning, std::nullopt);
   EXPECT_EQ(between.view[0], 0);
 }
 
-// Whatever a mesh is like, a pose has directions.
+// The home view of any mesh has valid directions.
 TEST(TestGuessHomeView, EveryMeshHasAHomeView)
 {
   for (const NamedMesh& named : AllMeshes())

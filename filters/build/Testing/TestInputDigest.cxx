@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a store says of the bytes that it was built from: the same for all builds of them.
+// What a store says about the bytes that it was built from: the same for all builds of these bytes.
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/baselines/stores/Baselines.h"
 #include "filters/build/InputDigest.h"
@@ -26,7 +26,7 @@ protected:
     std::ofstream(this->Folder / name) << text;
     return this->Folder / name;
   }
-  // The description that a build in memory makes.
+  // The description in a store that was built in memory.
   ModelDescription Built(const BuildOptions& options)
   {
     const auto report = BuildStore(this->Input(), this->Store(), options);
@@ -44,7 +44,7 @@ TEST_F(InputDigests, AreXxh3OfAllBytes)
   EXPECT_EQ(*InputDigest({ abc }).Take(), "06b05ab6733a618578af5f94892f3950"); // as of xxhsum -H2
   EXPECT_EQ(*InputDigest({ ab, c }).Take(), *InputDigest({ abc }).Take());
   EXPECT_NE(*InputDigest({ c, ab }).Take(), *InputDigest({ abc }).Take());
-  // In several blocks.
+  // Several blocks.
   std::string text(5'000'000, 'x');
   std::set<std::string> digests;
   for (const std::size_t place : { 0u, 1u << 20, 4'999'999u })
@@ -107,7 +107,8 @@ TEST_F(InputDigests, AreTheSameOutOfCoreAndWhereABuildIsResumed)
   EXPECT_EQ(report->info.inputDigest, expected);
 }
 
-// Without a file the digest is over the mesh, whatever the build's options are.
+// For a mesh that is not from a file, the digest covers the mesh, whatever the options of the
+// build.
 TEST_F(InputDigests, OfMeshesInMemory)
 {
   const Mesh mesh = Torus(20, 10);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whether a build is made in memory or in files is decided before a point is read, in every format:
-// just at the limit in memory, just below it in files, and both make the same store.
+// Whether a build is made in memory or in files is decided before a point is read, in every format.
+// Exactly at the limit it is made in memory, just below the limit in files, and both make the same
+// store.
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/build/BuildInput.h"
 #include "filters/build/Testing/ExternalBuilderTest.h"
@@ -64,7 +65,7 @@ std::string TextStl(const Mesh& mesh)
   return text + "endsolid\n";
 }
 
-// With a normal for each vertex, which all corners name.
+// With a normal for each vertex, to which every corner refers.
 std::string ObjWithNormals(const Mesh& mesh)
 {
   std::string text;
@@ -113,7 +114,7 @@ protected:
     return file;
   }
 
-  // The least limit with which the file is built in memory.
+  // The smallest limit with which the file is built in memory.
   std::uint64_t LeastLimit(const std::filesystem::path& file) const
   {
     const auto reader = MeshReader::Open(file);
@@ -128,7 +129,7 @@ protected:
     return enough;
   }
 
-  // Whether the build took files; the store's digest.
+  // Returns whether the build used files; sets the store's digest.
   bool TakesFiles(const std::filesystem::path& file, std::uint64_t limit, std::string& digest)
   {
     BuildOptions options = this->Options;
@@ -190,7 +191,7 @@ TEST_F(MemoryChoice, ItIsMadeBeforeAPointIsRead)
   }
 }
 
-// One less is what the choice must not be made by.
+// The bound must never be below the real number of triangles.
 TEST_F(MemoryChoice, BoundsHoldForAllThatAFileCanHave)
 {
   const auto trianglesOf = [this](const char* name, const std::string& content)
@@ -208,7 +209,7 @@ TEST_F(MemoryChoice, BoundsHoldForAllThatAFileCanHave)
     SCOPED_TRACE(format.file);
     const auto reader = MeshReader::Open(this->Write(format, mesh));
     ASSERT_TRUE(reader);
-    // Corners of these are not counted.
+    // For these formats the corners are not counted.
     const bool isBound =
       format.file == std::string("text.ply") || format.file == std::string("text.off");
     EXPECT_GE((*reader)->Info().mostTriangles, triangles);
@@ -221,7 +222,7 @@ TEST_F(MemoryChoice, BoundsHoldForAllThatAFileCanHave)
     2U);
 }
 
-// All corners are in one face, and others have none: there are more triangles than faces.
+// All corners are in two faces, and the third has none; so there are more triangles than faces.
 TEST_F(MemoryChoice, FacesOfTooFewCornersDoNotHideTriangles)
 {
   std::string content = "ply\nformat binary_little_endian 1.0\nelement vertex 5\nproperty char x\n"
@@ -237,7 +238,7 @@ TEST_F(MemoryChoice, FacesOfTooFewCornersDoNotHideTriangles)
   const auto exact = BuildStore(this->Input(), this->Store(), this->Options);
   ASSERT_FALSE(exact) << "five triangles, where three faces of three corners would fit";
   EXPECT_EQ(exact.GetError().code, ErrorCode::InvalidInput);
-  // With a byte more the faces may be anything.
+  // With one more byte in the file, the bound allows these faces.
   std::ofstream(this->Input(), std::ios::binary)
     << places
     << std::string("\5\0\1\2\3\4", 6) + std::string("\4\0\1\2\3", 5) + std::string("\1\0", 2);

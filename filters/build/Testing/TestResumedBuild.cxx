@@ -51,12 +51,12 @@ TEST_F(ResumedBuild, KilledAnywhereItLeavesNoStoreAndGoesOn)
     this->Options.resume = false;
     if (!this->BuildAndKill(k))
     {
-      // Its last steps may be in the threads' or the system's hands.
+      // Its last steps may run in other threads or in the system.
       EXPECT_GT(k, steps * 9 / 10);
       this->Take();
       continue;
     }
-    // When all is written, what is left to do is to clear away.
+    // Once everything is written, only temporary files are left to be removed.
     const bool whole = fs::exists(this->Store());
     if (whole)
     {
@@ -112,7 +112,7 @@ TEST_F(ResumedBuild, WhatDoesNotFitIsNotTakenUp)
   {
     const char* name;
     std::function<void()> damage;
-    std::uint64_t most; // phases that may be taken up
+    std::uint64_t most; // maximum number of phases that may be resumed
   };
   const Case cases[] = {
     { "nothing is wrong", [] {}, 5 },
@@ -162,7 +162,7 @@ TEST_F(ResumedBuild, WhatDoesNotFitIsNotTakenUp)
   }
 }
 
-// And nothing of what was done is lost by the attempt.
+// The refused attempt must not lose finished work.
 TEST_F(ResumedBuild, ABuildOfOtherOptionsOrAnotherInputIsNotResumed)
 {
   this->Write(Shuffled(Torus(96, 48), 2));
@@ -174,7 +174,7 @@ TEST_F(ResumedBuild, ABuildOfOtherOptionsOrAnotherInputIsNotResumed)
   const BuildOptions same = this->Options;
   const auto refused = [&](const BuildOptions& options)
   {
-    // As the program builds: with enough memory for all.
+    // As the program does it; with enough memory for everything.
     const auto report = BuildStore(this->Input(), this->Store(), options);
     EXPECT_FALSE(report);
     EXPECT_FALSE(fs::exists(this->Store()));
@@ -227,7 +227,7 @@ TEST_F(ResumedBuild, WhatIsLeftIsReportedInTheWordsOfTheProgress)
       this->Options.resume = false;
       this->Options.tellEarlierBuild = [&](const std::string& found) { reported += found; };
       ASSERT_TRUE(this->BuildAndKill(published + 2));
-      // A plain build hints at it, once, and ends all the same.
+      // A build without --resume mentions it once, and ends as usual.
       ASSERT_TRUE(BuildStore(this->Input(), this->Store(), this->Options));
       EXPECT_TRUE(this->Take() == expected);
       const std::string before = "--resume would continue it with the step ";
@@ -252,7 +252,7 @@ TEST_F(ResumedBuild, WhatIsLeftIsReportedInTheWordsOfTheProgress)
     }
   }
   this->ExpectNothingLeft();
-  // Nothing is hinted at where nothing is left.
+  // Nothing is mentioned if no files are left.
   std::string reported;
   this->Options.resume = false;
   this->Options.tellEarlierBuild = [&](const std::string& found) { reported += found; };
@@ -262,7 +262,8 @@ TEST_F(ResumedBuild, WhatIsLeftIsReportedInTheWordsOfTheProgress)
   EXPECT_EQ(reported, "");
 }
 
-// They may be hours of work: a plain build with a slip in its options says what it removes.
+// The files may be hours of work. So a build that removes them, maybe because of a wrong option,
+// must say so.
 TEST_F(ResumedBuild, WhatAnotherBuildHasLeftIsRemovedWithAWord)
 {
   this->Write(Shuffled(Torus(96, 48), 2));
@@ -326,7 +327,7 @@ TEST_F(ResumedBuild, AConvertedInputIsKnownByWhatItWasMadeFrom)
   std::ofstream(picture) << "a picture";
   fs::last_write_time(picture, timeOfPicture);
   fs::remove(this->Input());
-  this->Write(mesh); // converted again: another time of change
+  this->Write(mesh); // as a new conversion does: the time of change differs
   const auto report = this->External();
   ASSERT_TRUE(report) << report.GetError().message;
   EXPECT_EQ(report->resumedPhases, 5U);
@@ -355,7 +356,7 @@ TEST_F(ResumedBuild, GoesOnWithMoreMemoryAndSaysThatItHasTooLittle)
       EXPECT_EQ(report.GetError().code, ErrorCode::LimitExceeded);
       EXPECT_NE(report.GetError().message.find("had more memory than this one"), std::string::npos);
       this->Probe.stepMemory = smallMemory;
-      report = this->External(); // what was done is still there
+      report = this->External(); // the finished phases are still there
     }
     ASSERT_TRUE(report) << report.GetError().message;
     EXPECT_EQ(report->resumedPhases, 3U);

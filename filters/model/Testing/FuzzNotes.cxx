@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// libFuzzer's entry to files of notes: what is taken is within its bounds, and comes back the same.
+// libFuzzer's entry point for files of notes: accepted notes are within their limits, and survive
+// being written and read again.
 #include "filters/core/Texts.h"
 #include "filters/model/Notes.h"
 
@@ -23,7 +24,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   const auto text = FormatNotes(*notes);
   const auto back = ParseNotes(text);
-  // Written apart, with indentation, they may be too many bytes.
+  // Written again, with indentation, they may take too many bytes.
   good = good && (back ? *back == *notes : text.size() > maximumNotesBytes);
   if (!good)
   {

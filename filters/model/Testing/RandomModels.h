@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Random but valid descriptions of models, from a seed: what must survive the way through JSON.
+// Random but valid descriptions of models, from a seed, for tests that convert them to JSON and
+// back.
 #pragma once
 
 #include "filters/model/ModelDescription.h"
@@ -33,7 +34,7 @@ public:
     return static_cast<T>(this->Integer(lowest, highest));
   }
 
-  // Any finite double: its bits are random, subnormal numbers and -0 included.
+  // Any finite double: its bits are random, so subnormal numbers and -0 occur too.
   double Double()
   {
     for (;;)
@@ -175,7 +176,7 @@ public:
     model.scalars = all;
   }
 
-  // The text with a few bytes changed, removed, repeated or put in.
+  // The text with a few bytes changed, removed, repeated or inserted.
   std::string Mutated(std::string text)
   {
     for (auto i = this->Integer(1, 4); i > 0 && !text.empty(); --i)

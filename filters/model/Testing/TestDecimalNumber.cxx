@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Decimal numbers to doubles, against strtod, and back, against std::to_chars.
+// Decimal numbers to doubles, compared with strtod; and back, compared with std::to_chars.
 #include "Testing/Fixtures/Sanitized.h"
 #include "filters/model/DecimalNumber.h"
 
@@ -28,7 +28,7 @@ void ExpectAsStrtod(const std::string& text)
     << text;
 }
 
-// All of its decimal digits.
+// All decimal digits of a number.
 std::string Exact(long double value)
 {
   std::ostringstream text;
@@ -53,7 +53,7 @@ TEST(TestDecimalNumber, AnyDigitsAndExponents)
   }
 }
 
-// Exactly between two doubles, and a little above and below.
+// Numbers exactly halfway between two doubles, and slightly above and below.
 TEST(TestDecimalNumber, Ties)
 {
   std::mt19937_64 random(3);
@@ -67,7 +67,7 @@ TEST(TestDecimalNumber, Ties)
     {
       continue;
     }
-    // A long double has 64 bits: it holds what lies between.
+    // A long double has 64 bits, so it holds the number halfway between.
     const std::string tie = Exact((static_cast<long double>(low) + high) / 2);
     const std::size_t exponent = tie.find('e');
     const std::string digits = tie.substr(0, exponent),
@@ -105,7 +105,7 @@ TEST(TestDecimalNumber, Edges)
 namespace
 {
 
-// Without point, exponent and the zeros before and after.
+// The digits without point, exponent, and zeros at both ends.
 std::string DigitsOf(std::string text)
 {
   text = text.substr(0, text.find('e'));
@@ -126,7 +126,8 @@ TEST(TestDecimalNumber, TheShortestDigitsAreThoseOfTheLibrary)
     double value = std::bit_cast<double>(random());
     value = i % 5 == 1   ? double(std::bit_cast<float>(static_cast<std::uint32_t>(random())))
             : i % 5 == 2 ? std::bit_cast<double>(random() >> (12 + random() % 52)) // subnormal
-            : i % 5 == 3 ? std::bit_cast<double>(random() << 52) // the lowest of a power of two
+            : i % 5 == 3 ? std::bit_cast<double>(random() << 52) // the lowest number with a power
+                                                                 // of two
             : i % 5 == 4 ? double(random() % 100000) / 1000
                          : value;
     if (!std::isfinite(value))

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// JSON texts in and out, against strtod and nlohmann's library.
+// JSON read and written, compared with strtod and nlohmann's library.
 #include "Testing/Fixtures/Sanitized.h"
 #include "filters/core/Texts.h"
 #include "filters/model/Json.h"
@@ -114,7 +114,7 @@ TEST(TestJson, RefusesWhatIsNotJson)
   const auto wrong = ParseJson("[1, 2, x]");
   ASSERT_FALSE(wrong);
   EXPECT_NE(wrong.GetError().message.find("byte 7"), std::string::npos);
-  // Half a surrogate pair slips through: readers ask.
+  // Half of a surrogate pair is accepted here; readers check for it.
   const auto half = ParseJson(R"("\uDC00")");
   EXPECT_FALSE(half && IsUtf8(TextOf(*half)));
 }

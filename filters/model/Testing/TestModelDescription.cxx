@@ -45,7 +45,7 @@ TEST(TestModelDescription, ComesBackBitForBit)
     const auto parsed = ParseModel(WriteModel(model));
     ASSERT_TRUE(parsed) << parsed.GetError().message << "\n" << WriteModel(model);
     EXPECT_EQ(*parsed, model);
-    for (std::size_t k = 0; k < 3; ++k) // == takes -0 for 0
+    for (std::size_t k = 0; k < 3; ++k) // == considers -0 equal to 0
     {
       EXPECT_EQ(std::bit_cast<std::uint64_t>(parsed->box.lo[k]),
         std::bit_cast<std::uint64_t>(model.box.lo[k]));
@@ -53,7 +53,7 @@ TEST(TestModelDescription, ComesBackBitForBit)
   }
 }
 
-// A server serves what clients take, and nothing else.
+// A server serves exactly the models that clients accept.
 TEST(TestModelDescription, IsCheckedAsClientsReadIt)
 {
   const auto spoilt = [](auto spoil)
@@ -80,7 +80,7 @@ TEST(TestModelDescription, IsCheckedAsClientsReadIt)
     EXPECT_EQ(checked.GetError().code, parsed.GetError().code);
     EXPECT_EQ(checked.GetError().message, parsed.GetError().message);
   }
-  // Each part is allowed, all of it together is too long.
+  // Each text alone is allowed, but all of them together are too long.
   ModelDescription model = Small();
   ScalarDescription scalar{ "n", 0, 300, 0, 300, {} };
   for (std::size_t i = 0; i < ScalarDescription::mostClasses; ++i)
@@ -129,7 +129,7 @@ TEST(TestModelDescription, DescriptionsAreOptionalAndShortInLists)
     return Json::parse(WriteModelList({ Summarize(model) }))["models"][0].value("description", "");
   };
   EXPECT_EQ(listed(), model.description);
-  model.description += "ü and more"; // its second byte would be byte 401
+  model.description += "ü and more"; // the second byte of ü would be byte 401
   EXPECT_EQ(listed(), std::string(399, 'a'));
   EXPECT_EQ(Json::parse(WriteModel(model))["description"], model.description);
 }
@@ -166,7 +166,7 @@ TEST(TestModelDescription, EveryMemberIsChecked)
     { "/box", nullptr },
     { "/box/lo", Json::array({ 1, 2 }) },
     { "/box/lo/0", "x" },
-    { "/box/lo/0", 1.7e308 }, // inside out
+    { "/box/lo/0", 1.7e308 }, // lower above upper
     { "/precision/bits", 7 },
     { "/precision/bits", 25 },
     { "/precision/bits", "exact" },
@@ -249,7 +249,7 @@ TEST(TestModelDescription, HostileTextIsRefusedNotObeyed)
   EXPECT_FALSE(ParseModel("null"));
   EXPECT_FALSE(ParseModel("[]"));
   EXPECT_FALSE(ParseModel(std::string(maximumModelBytes + 1, ' ')));
-  EXPECT_FALSE(ParseModel(std::string(maximumModelBytes, '['))); // depth must not be recursion
+  EXPECT_FALSE(ParseModel(std::string(maximumModelBytes, '['))); // depth must not cause recursion
   std::string nested = "{\"id\":" + std::string(200000, '[') + std::string(200000, ']') + "}";
   EXPECT_FALSE(ParseModel(nested));
 
@@ -323,7 +323,7 @@ TEST(TestModelDescription, WhatServersDoNotSendIsOnlyInTheStore)
   ModelDescription model = Small();
   const std::string reported = WriteModel(model);
   model.input = "secret.ply";
-  model.inputDigest = std::string(32, 'a'); // who has the input recognises it by this
+  model.inputDigest = std::string(32, 'a'); // whoever has the input can recognise it by this
   model.partitioner = "octree";
   model.welded = 7;
   EXPECT_EQ(WriteModel(model), reported);

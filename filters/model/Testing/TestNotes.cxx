@@ -30,7 +30,7 @@ std::string ErrorOf(const nlohmann::json& json)
   return notes ? "" : notes.GetError().message;
 }
 
-// UTF-8 of up to `most` characters, of one to four bytes.
+// UTF-8 of up to `most` characters, of one to four bytes each.
 std::string RandomText(std::mt19937_64& random, std::size_t most)
 {
   static const char* const characters[] = { "a", "<", "\"", "\\", "\n", "&", "\x01", "ä", "ع", "€",
@@ -86,10 +86,11 @@ TEST(Notes, OfOtherAuthorsAreTaken)
   json["seeAlso"] = nullptr;
   json["items"][0]["label"] = { { "fr", { "La fente" } }, { "en", { "The crack", "or fissure" } } };
   json["items"][1]["label"] = "<b>Bold</b>";
-  json["items"][1]["body"]["format"] = "text/html"; // is taken as plain text all the same
+  json["items"][1]["body"]["format"] = "text/html"; // is read as plain text nevertheless
   EXPECT_EQ(*ParseNotes(json.dump()), threeNotes);
   json["items"][0]["body"].erase("language");
-  EXPECT_EQ((*ParseNotes(json.dump()))[0].title, "The crack"); // the first as nlohmann writes them
+  EXPECT_EQ((*ParseNotes(json.dump()))[0].title, "The crack"); // the first one in the order in
+                                                               // which nlohmann writes them
 }
 
 TEST(Notes, WhatIsWrongIsNamed)
@@ -169,7 +170,7 @@ TEST(Notes, HostileFilesAreRefusedWithAReason)
     ParseNotes(half).GetError().message, "note 1: \"label\" contains an unpaired surrogate");
 }
 
-// What a disk, or an author's editor, may make of a file.
+// Damage as caused by a disk, or by an author's editor.
 TEST(Notes, DamageIsRefusedOrHarmless)
 {
   const auto whole = FormatNotes(threeNotes);

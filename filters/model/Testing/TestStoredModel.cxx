@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The description as stores keep it, and as statistics.
+// The description as in stores, and as statistics.
 #include "filters/model/ModelJson.h"
 #include "filters/model/Testing/RandomModels.h"
 
@@ -15,7 +15,7 @@ using Json = nlohmann::json;
 namespace
 {
 
-// Of a store of version 9, with three numbers made hard.
+// From a store of version 9, with three numbers made difficult.
 constexpr const char* earlier =
   R"({"attributes":[{"association":0,"components":3,"name":"RGB","type":1}],"box":{"hi":[0.59230)"
   R"(49449920654,1.7963732481002808,1e+16],"lo":[-0.5922176837921143,-0.0,-0.592219889163971]},"c)"
@@ -31,7 +31,7 @@ constexpr const char* earlier =
   R"(_depth":1,"title":"Übung \"1\"","triangles":9860,"unit":"mm","vertices":4932,"weld":true,"we)"
   R"(lded":3})";
 
-// The same of a store of version 13: stores of the same version have the same bytes for ever.
+// The same from a store of version 13. Stores of the same version must have the same bytes forever.
 constexpr const char* written =
   R"({"digest":"edc48d04297f7be1de5a54296df8dee3","vertices":4932,"triangles":9860,"partitions":1)"
   R"(,"box":{"lo":[-0.5922176837921143,-0.0,-0.592219889163971],"hi":[0.5923049449920654,1.796373)"
@@ -85,7 +85,8 @@ TEST(TestStoredModel, EarlierStoresSayTheSame)
   EXPECT_FALSE(ParseStoredModel(written, StoredForm::Earlier));
 }
 
-// What servers send is what is stored, without the id before it and the build after it.
+// Servers send what is stored, with the id added at the beginning, and without the build at the
+// end.
 TEST(TestStoredModel, ServersSendWhatStoresKeep)
 {
   RandomModels random(3);
@@ -108,7 +109,7 @@ TEST(TestStoredModel, ComesBack)
   for (int i = 0; i < 500; ++i)
   {
     ModelDescription model = random.Model();
-    model.id.clear(); // a store does not know what it is called
+    model.id.clear(); // a store does not contain its own id
     const bool levels = i % 2 == 0;
     model.depths.finest = levels ? model.depths.finest : model.depths.partition;
     model.depths.stitch = std::min(model.depths.finest, model.depths.partition + 4);
@@ -176,7 +177,7 @@ TEST(TestStoredModel, RangesOfNumbersAreChecked)
   }
 }
 
-// Members that servers send as well are checked by TestModelDescription.
+// Members that servers also send are checked by TestModelDescription.
 TEST(TestStoredModel, EveryMemberOfTheBuildIsChecked)
 {
   const auto good = Json::parse(written);
@@ -193,7 +194,7 @@ TEST(TestStoredModel, EveryMemberOfTheBuildIsChecked)
     { "/build/input_digest", 7 },
     { "/build/input_digest", "abc" },
     { "/build/input_digest", std::string(32, 'g') },
-    { "/build/partitioner", "octree" }, // which has no levels
+    { "/build/partitioner", "octree" }, // octrees have no levels
     { "/build/partitioner", "quadtree" },
     { "/build/sheets", 1 },
     { "/build/weld", "on" },
@@ -232,7 +233,7 @@ TEST(TestStoredModel, EveryMemberOfEarlierOnesIsChecked)
     { "/finest_depth", 2 },
     { "/finest_depth", 4294967296 },
     { "/stitch_depth", 0 },
-    { "/partitioner", "octree" }, // which has no levels
+    { "/partitioner", "octree" }, // octrees have no levels
     { "/partitioner", "quadtree" },
     { "/box/hi/0", -1 },
     { "/box/lo", Json::array({ 1, 2 }) },

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the tests of interrupted builds share: a folder for one, and a phase of it.
+// Shared by the tests of interrupted builds: a build folder, and a first phase to run in it.
 #pragma once
 
 #include "filters/outofcore/Testing/SpillTools.h"
@@ -31,7 +31,8 @@ inline std::vector<std::filesystem::path> EntriesOf(const std::filesystem::path&
   return entries;
 }
 
-// A first phase, "numbers": 1 … numberCount in a file, and a file of nothing.
+// Runs a first phase, "numbers". It leaves a file of the numbers 1 … numberCount, and a closed file
+// "nothing".
 inline Status MakeNumbers(BuildFolder& folder)
 {
   std::vector<std::uint64_t> numbers(numberCount);
@@ -51,7 +52,7 @@ inline Status MakeNumbers(BuildFolder& folder)
   return folder.Finish("numbers", blob, files);
 }
 
-// A folder "build" in one that goes with the test.
+// Gives a test the path "build", in a folder that is removed after the test.
 class BuildFolderTest : public ::testing::Test
 {
 protected:

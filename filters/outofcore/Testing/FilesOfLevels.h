@@ -81,7 +81,7 @@ inline InMemory BuildInMemory(const Mesh& mesh, const KdTreeOptions& options, Le
   return built;
 }
 
-// How the files are cut into blocks.
+// The depths of the blocks that the files are cut into.
 struct Blocks
 {
   unsigned ofMesh = 0;
@@ -96,8 +96,8 @@ struct Blocks
   }
 };
 
-// The maximum depth of the blocks of a level: siblings must be in one block, unless their parents
-// are in memory. After free collapses clusters may be anywhere.
+// The maximum depth of the blocks of a level. Siblings must be in one block, unless their parents
+// are in memory. Free collapses may put siblings anywhere, so then there is only one block.
 inline unsigned DeepestBlocks(const InMemory& built, unsigned depth, unsigned firstInFiles)
 {
   const TreeDepths& depths = built.Depths();
@@ -235,7 +235,7 @@ private:
     const CellOfRank cellOf(this->mesh.vertexCount, blockDepth);
     this->mesh.triangles = std::move(*RecordBuckets<NumberedTriangle>::Create(this->folder, "test",
       this->mesh.BlockCount(), 3 * built.mesh.triangles.size(), std::uint64_t{ 1 } << 20));
-    // From the last to the first: blocks hold them in any order.
+    // From last to first: blocks may hold the triangles in any order.
     for (std::size_t t = built.mesh.triangles.size(); t-- > 0;)
     {
       NumberedTriangle triangle{ {}, static_cast<std::uint32_t>(t) };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the tests of spilled meshes share.
+// Shared by the tests of spilled meshes.
 #pragma once
 
 #include "filters/outofcore/files/RecordFile.h"

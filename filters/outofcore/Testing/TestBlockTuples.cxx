@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Attributes in the order of the tree, and of blocks: against the arrays of the mesh in memory.
+// Attributes in the order of the tree, and of blocks, compared with the arrays of the mesh in
+// memory.
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/outofcore/Testing/BlockTools.h"
@@ -36,7 +37,7 @@ void CheckTuples(const TreeBlock& block, const Mesh& mesh)
   }
 }
 
-// At once; in sections; in sections of a few vertices.
+// Enough for all ranks at once; for sections; for sections of a few vertices.
 constexpr std::uint64_t memories[] = { 1U << 20, 20000U, 1000U };
 
 void CheckAllBlocks(const NamedMesh& named)
@@ -98,7 +99,8 @@ TEST(BlockTuples, OfOneAssociationOrNone)
   CheckAllBlocks({ "none", Shuffled(Torus(40, 20), 5) });
 }
 
-// One byte a tuple, far between: what is near each other is read at once, and not more.
+// The tuples are of one byte, and most are far apart. Those near each other must be read in one go,
+// together with the bytes between them; other bytes must not be read.
 TEST(BlockTuples, ReadsWhatItNeeds)
 {
   SpillFolder folder = MakeSpillFolder();

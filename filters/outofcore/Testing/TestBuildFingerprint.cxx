@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which build may go on with what an interrupted one has left, and what is said of one that may
-// not.
+// Which build may continue with the files of an interrupted one, and what is reported if a build
+// may not.
 #include "Testing/Fixtures/ErrorAt.h"
 #include "filters/outofcore/Testing/BuildFolders.h"
 #include "filters/outofcore/journal/BuildFingerprint.h"

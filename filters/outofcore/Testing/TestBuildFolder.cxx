@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Builds that are killed, and taken up again. By which build: TestBuildFingerprint.
+// Builds that are killed and resumed. Which build may resume another: TestBuildFingerprint.
 #include "Testing/Fixtures/ErrorAt.h"
 #include "filters/outofcore/Testing/BuildFolders.h"
 
@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 namespace
 {
 
-// Passes the numbers on, beside their squares.
+// A second phase: leaves the squares of the numbers, and the numbers again.
 Status Square(BuildFolder& folder)
 {
   const auto size = folder.BlobOf("numbers").Read<std::uint64_t>();
@@ -59,7 +59,7 @@ Status Sum(BuildFolder& folder)
   return folder.Finish("sums", {}, files, { { "squares", "squares" }, { "squares", "numbers" } });
 }
 
-// A build of three phases; what it makes, or an error.
+// A build of three phases. Returns the sums that it makes, or an error.
 Result<std::vector<std::uint64_t>> Build(BuildFolder& folder)
 {
   Status status = folder.Finished("numbers") ? Status{} : MakeNumbers(folder);
@@ -94,7 +94,7 @@ std::vector<std::uint64_t> Expected()
 class TestBuildFolder : public BuildFolderTest
 {
 protected:
-  // Leaves what the phases up to this many have left.
+  // Runs the first `phases` phases, and leaves their files.
   void Leave(std::size_t phases) const
   {
     BuildFolder folder = this->Open(false);
@@ -110,8 +110,8 @@ protected:
     ASSERT_TRUE(status);
     folder.Keep(true);
   }
-  // A build in a process of its own that is killed before the k-th operation on its files; returns
-  // whether it was.
+  // Runs a build in a process of its own, which is killed before the k-th operation on its files.
+  // Returns whether it was killed.
   bool BuildAndKill(std::size_t k) const
   {
     const pid_t child = fork();
@@ -160,8 +160,8 @@ TEST_F(TestBuildFolder, GoesOnFromTheLastFinishedPhaseWhereverItWasKilled)
     ASSERT_TRUE(EntriesOf(this->Parent.Path()).empty()) << "killed before operation " << k;
   }
   EXPECT_TRUE(EntriesOf(this->Parent.Path()).empty());
-  // No finished phase is repeated, until the journal is removed: then only folder and lock are
-  // left.
+  // No finished phase may be repeated, up to the point where the journal is removed. After that
+  // only the folder and the lock are left.
   ASSERT_GT(finished.size(), 20U);
   const auto most = std::max_element(finished.begin(), finished.end());
   EXPECT_EQ(*most, 3U);
@@ -174,7 +174,7 @@ TEST_F(TestBuildFolder, MayBeKilledAgainAndAgain)
 {
   for (const std::size_t step : { 6U, 7U, 11U, 17U })
   {
-    // Taking up costs a few operations too.
+    // Opening the folder again costs a few operations too.
     std::size_t kills = 0;
     for (std::size_t k = step; this->BuildAndKill(k); k += step)
     {
@@ -252,7 +252,7 @@ TEST_F(TestBuildFolder, APhaseWithoutItsFilesIsNotFinished)
 {
   for (std::size_t phases = 1; phases <= 3; ++phases)
   {
-    // Each of the files in turn is made shorter, made longer, or removed.
+    // Each file in turn is shortened, lengthened or removed.
     for (int damage = 0; damage < 3; ++damage)
     {
       this->Leave(phases);

@@ -49,7 +49,7 @@ TEST(BucketFile, KeepsOrderInEachBucket)
     std::vector<std::vector<std::uint64_t>> expected(7);
     for (int i = 0; i < 1000; ++i)
     {
-      const std::size_t bucket = random() % 6; // the last stays empty
+      const std::size_t bucket = random() % 6; // the last bucket stays empty
       const std::uint64_t value = random();
       expected[bucket].push_back(value);
       ASSERT_TRUE(buckets->Add(bucket, value));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The levels out of core against those in memory: to the bit, whatever the blocks are.
+// The levels made out of core are compared with those made in memory: equal to the bit for any
+// blocks.
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/core/levels/Levels.h"
@@ -86,7 +87,7 @@ std::vector<std::byte> MeansOf(const ClusterLevel& level)
   return TuplesOf(arrays, AttributeAssociation::Point, level.lowest.size());
 }
 
-// How levels are made.
+// A way to make levels.
 struct Way
 {
   std::string name;
@@ -159,8 +160,8 @@ void CheckLevels(const NamedMesh& named, std::uint32_t verticesPerPartition,
   }
 }
 
-// Vertices on a grid of side^3 places: most share their place with others all over the tree. Some
-// zeros are negative.
+// Vertices on a grid of side^3 places. Most vertices share their place with others all over the
+// tree. Some zeros are negative.
 Mesh OnGrid(Mesh mesh, double side)
 {
   std::size_t zeros = 0;
@@ -175,8 +176,8 @@ Mesh OnGrid(Mesh mesh, double side)
   return mesh;
 }
 
-// Small arrays of everything that levels carry. Lengths of normals differ so much that the order of
-// their sums matters.
+// Small arrays of every kind that levels carry. The lengths of the normals differ so much that the
+// order in which they are added matters.
 Mesh WithColors(Mesh mesh, std::uint32_t seed)
 {
   std::mt19937 random(seed);
@@ -197,7 +198,7 @@ Mesh WithColors(Mesh mesh, std::uint32_t seed)
   return mesh;
 }
 
-// Triangles between any vertices: a level of few clusters has nearly as many.
+// Triangles between random vertices: so a level of few clusters still has nearly as many triangles.
 Mesh Knot(VertexId vertices, std::size_t triangles)
 {
   Mesh mesh = Soup(vertices / 3, 2);
@@ -219,8 +220,9 @@ Mesh WithoutTriangles(Mesh mesh)
   return mesh;
 }
 
-// A plane of 128 x 128 vertices, a rough one half as wide, of 64 x 128, and a soup of the same
-// number of vertices, side by side along x: the first half of a tree's vertices are the plane's.
+// Side by side along x: a plane of 128 x 128 vertices, a rough plane half as wide (64 x 128), and a
+// soup of tetrahedra with the same number of vertices as the rough plane. So the first half of the
+// tree's vertices are those of the plane.
 Mesh PlaneAndRoughAndBodies()
 {
   std::mt19937 random(9);
@@ -340,7 +342,7 @@ TEST(ExternalLevels, ClustersAsInMemory)
   }
 }
 
-// Deep enough for rounds that go by blocks.
+// Trees that are deep enough for rounds by blocks.
 TEST(ExternalLevels, ClustersByBlocks)
 {
   const Mesh surface = WithColors(Shuffled(Torus(300, 150), 4), 3);
@@ -369,7 +371,7 @@ TEST(ExternalLevels, CoincidentInOtherBlocks)
   }
 }
 
-// Deep enough for rounds that go by blocks.
+// Trees that are deep enough for rounds by blocks.
 TEST(ExternalLevels, RoundsByBlocks)
 {
   CheckLevels({ "sphere", DisplacedSphere(7) }, 1000, 8, { 0, 1, 3, 5 });
@@ -377,19 +379,19 @@ TEST(ExternalLevels, RoundsByBlocks)
   CheckLevels({ "soup", Soup(30000, 5) }, 1000, 8, { 3 });
 }
 
-// A node that would hold too many clusters, because the bodies in it cannot collapse, takes more
-// merges: in a block that is not the first one, from some of the block's parts.
+// The bodies in one node cannot collapse, so the node would hold too many clusters. It must then
+// take more merges, in a block that is not the first one, and only from some of the block's parts.
 TEST(ExternalLevels, AFullNodeOfALaterBlockTakesMore)
 {
   CheckLevels({ "plane, rough and bodies", PlaneAndRoughAndBodies() }, 4096, 4, { 0, 1, 2 });
 }
 
-// Levels below S that are made in parts.
+// Every block is given all triangles; each triangle must be counted once.
 TEST(ImageWriter, CountsEachTriangleOnce)
 {
   constexpr VertexId clusters = 40;
   std::mt19937 random(9);
-  std::vector<Triangle> any(3000); // with degenerate, equal and turned ones
+  std::vector<Triangle> any(3000); // with degenerate, repeated and rotated ones
   for (Triangle& t : any)
   {
     std::generate(t.begin(), t.end(), [&] { return static_cast<VertexId>(random() % clusters); });
@@ -424,10 +426,10 @@ TEST(ExternalLevels, LargeLevelsBelowStitch)
   unsigned firstInFiles = 0;
   CheckLevels({ "sphere", DisplacedSphere(7) }, 20, 1, { 0, 4 }, {}, &firstInFiles);
   EXPECT_EQ(firstInFiles, 16U);
-  // Small bodies, which stay too many to be collapsed freely.
+  // Small bodies: too many remain to be collapsed freely.
   CheckLevels({ "tetrahedra", Tetrahedra(40000) }, 20, 1, { 0, 3 }, {}, &firstInFiles);
   EXPECT_LT(firstInFiles, 16U);
-  // Few clusters, of too many triangles.
+  // Few clusters, but too many triangles.
   CheckLevels({ "knot", Knot(3000, 820000) }, 20, 1, { 3 }, {}, &firstInFiles);
   EXPECT_LT(firstInFiles, 12U);
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pieces cut out of core, part by part, compared with those cut in memory: ExternalNumbers,
+// Pieces cut out of core, part by part, are compared with pieces cut in memory: ExternalNumbers,
 // ExternalPieces. The levels are made in memory and written as files, so that only the numbers and
-// parts can differ.
+// the parts can differ.
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/Invariants.h"
 #include "Testing/Fixtures/Meshes.h"
@@ -52,7 +52,7 @@ void ExpectEqual(const Piece& a, const Piece& b)
 
 const Error enough{ ErrorCode::NotFound, "one difference is enough to read" };
 
-// Cuts the parts that it is given, and compares.
+// Cuts each part that it is given, and compares the pieces.
 class PartCheck
 {
 public:
@@ -116,7 +116,7 @@ private:
     return d >= this->Files.levels.firstInFiles ? this->Files.levels.files[d].BlockCount() : 1;
   }
 
-  // No more is at hand than was promised.
+  // A part must not hold more than ExternalPieces promises.
   void CheckSize(const VertexTree& tree, const Mesh& mesh, Resolution resolution) const
   {
     const std::size_t atHand =
@@ -172,7 +172,7 @@ void Check(const InMemory& built, const Blocks& blocks, const Execution& executi
   check.Finish();
 }
 
-// Levels finer than S, some of them in several pieces, come with few vertices a cell.
+// With few vertices a cell there are levels finer than S, some of them in several pieces.
 const KdTreeOptions optionSets[] = { { 300, {}, 8 }, { 20, {}, 4 }, { 2000, {}, 8 }, { 1, {}, 1 },
   { 300, {}, 1 }, { 3000, {}, 2 } };
 
@@ -201,7 +201,7 @@ TEST(ExternalPieces, AreThoseCutInMemory)
     {
       if (options.verticesPerPartition < 20 && named.mesh.points.size() > 2000)
       {
-        continue; // thousands of partitions of one vertex say nothing new
+        continue; // thousands of partitions of one vertex test nothing new
       }
       for (const LevelMaker maker : { LevelMaker::Collapse, LevelMaker::Cluster })
       {
@@ -209,7 +209,7 @@ TEST(ExternalPieces, AreThoseCutInMemory)
                      " a partition, maker " + std::to_string(int(maker)));
         const InMemory built = BuildInMemory(named.mesh, options, maker);
         const TreeDepths& depths = built.Depths();
-        // Files of thousands of blocks take long, and say nothing new.
+        // Files of thousands of blocks take long, and test nothing new.
         const unsigned deepest = std::min(depths.partition, 5U);
         Check(built,
           maker == LevelMaker::Collapse
@@ -235,7 +235,7 @@ TEST(ExternalPieces, OfManyPartitions)
 {
   const Execution execution = MakeTbbExecution(2);
   Mesh torus = WithAttributes(Shuffled(Torus(300, 210), 9), 5);
-  std::size_t arrays = 0; // all of them take long
+  std::size_t arrays = 0; // testing all arrays would take long
   std::erase_if(torus.attributes, [&](const Attribute& array)
     { return RoleOf(array) == AttributeRole::Other && ++arrays % 7 != 0; });
   ASSERT_GT(torus.attributes.size(), 3U);
@@ -267,7 +267,7 @@ TEST(ExternalPieces, OfManyPartitions)
   }
 }
 
-// Levels coarser than S that are collapsed in parts, from 16 on.
+// Levels coarser than S, from 16 on, that are collapsed in parts.
 TEST(ExternalPieces, OfLevelsBelowTheStitchInBlocks)
 {
   const InMemory built =
@@ -295,9 +295,10 @@ TEST(ExternalPieces, ReportBlocksAndStop)
 {
   const InMemory built = SmallModel();
   InFiles files(built, { 3, 1, 5 });
-  // A block of each of the levels 10 and 11, two of 12 and 13, eight of the mesh.
+  // One block in each of the levels 10 and 11, two in each of 12 and 13, and eight of the mesh.
   constexpr std::size_t blocks = 1 + 1 + 2 + 2 + 8;
-  constexpr std::size_t reports = 1 + 1 + 1 + 1 + 2; // four blocks of a level are numbered at once
+  // Up to four blocks of a level are numbered at once, with one report.
+  constexpr std::size_t reports = 1 + 1 + 1 + 1 + 2;
   for (std::size_t most = 1; most <= reports + 1; ++most)
   {
     std::vector<double> fractions;
@@ -318,7 +319,7 @@ TEST(ExternalPieces, ReportBlocksAndStop)
       continue;
     }
     EXPECT_EQ(fractions.back(), 1.0);
-    // Ten levels whole, then blocks.
+    // Ten levels, each as one part; then the blocks.
     for (std::size_t last = 1; last <= 10 + blocks; ++last)
     {
       std::size_t visits = 0;
@@ -362,7 +363,7 @@ TEST(ExternalPieces, RefuseFilesThatDoNotFitTogether)
   }
   EXPECT_EQ(problem([&](InFiles& files) { put(files.levels.clusterOfRank, 9, noVertex); }),
     "level 13: vertices of cluster 4294967295 of " + countOf(13));
-  // A vertex of the next cluster, of the same block.
+  // Assigns a vertex of another cluster of the same block to the first cluster.
   const VertexId cluster = built.levels.finest[built.tree.order[0]];
   const auto isOther = [&](VertexId v) { return built.levels.finest[v] != cluster; };
   const auto other = std::find_if(built.tree.order.begin(), built.tree.order.end(), isOther);

@@ -59,7 +59,7 @@ std::vector<PointRecord<Scalar>> ReadAll(const SpillFile& file)
   return records;
 }
 
-// The bytes that a tree needs at least.
+// The least memory in bytes that building a tree accepts.
 std::uint64_t LeastMemory(std::size_t vertices, const TreeDepths& depths, std::size_t recordBytes)
 {
   const std::uint64_t cell = ((vertices - 1) >> depths.finest) + 1;
@@ -186,7 +186,8 @@ TEST(ExternalTree, ADepthCostsOneReadAndOneWrite)
   EXPECT_EQ(statistics.depths[1].cells, 2U);
   EXPECT_EQ(statistics.depths[1].records, 40000U);
   EXPECT_EQ(statistics.cellsInMemory, 4U);
-  // The root's histogram needs a pass, the halves' was gathered; uniform points need no second.
+  // The root's histogram takes one pass. Those of the halves were gathered when they were written.
+  // Points are uniform, so no median needs a second pass.
   EXPECT_EQ(statistics.depths[0].medianPasses, 1U);
   EXPECT_EQ(statistics.depths[1].medianPasses, 0U);
   EXPECT_EQ(statistics.bytesWritten, 3 * bytes);

@@ -16,7 +16,7 @@ using namespace kdstream::testing;
 namespace
 {
 
-// The point tuples of each vertex, one array after the other.
+// For each vertex its tuples of all point arrays, one array after the other.
 std::vector<std::byte> TuplesOf(const Mesh& mesh, std::size_t& tupleBytes)
 {
   std::vector<std::byte> bytes;
@@ -41,10 +41,10 @@ std::vector<std::byte> TuplesOf(const Mesh& mesh, std::size_t& tupleBytes)
   return bytes;
 }
 
-// Bit for bit what core does, for memories from nearly none to enough.
+// Checks that the result equals core's, bit for bit, from almost no memory to enough.
 void CompareWithCore(const std::string& name, const Mesh& mesh)
 {
-  // A triangle for each vertex shows where welding has put it.
+  // One triangle at each vertex shows which number welding gave the vertex.
   Mesh welded = mesh;
   welded.triangles.clear();
   for (VertexId v = 0; v < mesh.points.size(); ++v)
@@ -107,7 +107,7 @@ TEST(ExternalWeld, AsInMemory)
   }
 }
 
-// Vertices in one place differ in their tuples, or do not; -0.0 is not 0.0.
+// Some vertices in one place have equal tuples, some do not; -0.0 is not 0.0.
 TEST(ExternalWeld, AsInMemoryWithAttributes)
 {
   for (std::uint32_t seed = 0; seed < 8; ++seed)

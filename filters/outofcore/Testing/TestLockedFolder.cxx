@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Folders for temporary files: those of killed processes go with the next build, others stay.
+// Folders for temporary files: the next build removes those of killed processes, and no others.
 #include "filters/outofcore/files/LockedFolder.h"
 #include "filters/outofcore/files/SpillFile.h"
 
@@ -21,7 +21,7 @@ namespace
 namespace fs = std::filesystem;
 using fixtures::TemporaryFolder;
 
-// A process that has made a folder with a file in it, and waits to be killed.
+// A process that makes a folder with a file in it, then waits to be killed.
 class Holder
 {
 public:
@@ -102,7 +102,7 @@ TEST(LockedFolder, StaysWhileThisProcessHasIt)
   EXPECT_EQ(CountEntries(parent.Path), 0U);
 }
 
-// Names do not prove who made a file: files, links and what others made stay.
+// A name does not prove who made a file: files, links, and folders that others made stay.
 TEST(LockedFolder, WhatOnlyLooksLikeOneStays)
 {
   const TemporaryFolder parent, elsewhere;
@@ -120,7 +120,7 @@ TEST(LockedFolder, WhatOnlyLooksLikeOneStays)
   RemoveDeadFolders(parent.Path);
   EXPECT_EQ(CountEntries(parent.Path), before);
   EXPECT_TRUE(fs::exists(elsewhere / "kept"));
-  RemoveDeadFolders(parent / "none"); // says nothing
+  RemoveDeadFolders(parent / "none"); // without an error
 }
 
 }

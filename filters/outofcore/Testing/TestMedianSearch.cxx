@@ -19,7 +19,7 @@ namespace
 
 const char* const allMethods[] = { "histogram", "heaps", "torben", "sort" };
 
-// Keys in memory, given out in small blocks, to three slots in turn.
+// Keys in memory, passed on in small blocks, to three slots in turn.
 class KeysInMemory : public KeySource
 {
 public:
@@ -163,7 +163,7 @@ TEST(MedianSearch, PassesAreAsFewAsTheHeaderSays)
     EXPECT_LE(passes(FindMedianByHeaps, plenty, 0.1), 20U);
     EXPECT_LE(passes(FindMedianByTorben, plenty, 0), 2100U);
     EXPECT_EQ(passes(FindMedianBySort, plenty, 0), 2U);
-    // Runs of 256 keys, 7 of which are merged at a time: 40, 6.
+    // Runs of 256 keys, merged seven at a time: first 40 runs, then 6.
     EXPECT_EQ(passes(FindMedianBySort, 4096, 0), 3U);
   }
 }

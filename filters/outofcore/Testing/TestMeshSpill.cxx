@@ -30,7 +30,7 @@ Mesh ReadWhole(const std::filesystem::path& file)
   return mesh;
 }
 
-// The tuples as a spilled mesh has them, taken array by array.
+// The tuples as a spilled mesh stores them, taken array by array.
 std::vector<std::byte> TuplesOf(const Mesh& mesh, const std::vector<AttributeInfo>& attributes,
   AttributeAssociation association, std::size_t count)
 {
@@ -137,7 +137,8 @@ TEST(MeshSpill, NoVertices)
   EXPECT_TRUE(std::filesystem::is_empty(folder.Path()));
 }
 
-// A header that promises what is not there takes no disk for it, and the reader's error comes.
+// A header may promise more than the file holds. No disk space is allocated for the promise, and
+// the error is the reader's.
 TEST(MeshSpill, TruncatedBodyAfterALargeClaim)
 {
   const ScratchFolder scratch;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The values that a finished phase keeps beside its files come back, or damaged ones are refused.
+// The values that a finished phase keeps beside its files can be read again; damaged ones are
+// refused.
 #include "Testing/Fixtures/ErrorAt.h"
 #include "filters/outofcore/Testing/BuildFolders.h"
 #include "filters/outofcore/files/BucketFile.h"
@@ -60,7 +61,7 @@ TEST_F(TestPhaseBlob, BucketsComeBack)
     EXPECT_FALSE(RecordBuckets<std::uint64_t>::Restore(
       std::move(*folder.TakeFile("buckets", "buckets")), shorter));
   }
-  // Twice as many records a block, and more than the file has.
+  // Twice as many records a block; more records than the file has.
   for (const std::size_t place : { 0U, 16U })
   {
     std::vector<std::byte> wrong = whole;
@@ -74,7 +75,7 @@ TEST_F(TestPhaseBlob, BucketsComeBack)
 TEST_F(TestPhaseBlob, ReportsWhatIsMissing)
 {
   BlobWriter writer;
-  writer.Add(std::uint64_t{ 1 } << 61); // a list of that length, if it were one
+  writer.Add(std::uint64_t{ 1 } << 61); // would be the length of a list
   writer.Add(7.5F);
   const std::vector<std::byte> bytes = writer.Bytes();
   BlobReader list(bytes);

@@ -14,7 +14,7 @@ using namespace kdstream::testing;
 namespace
 {
 
-// As a coarse grid does it.
+// The point on a coarse grid.
 Vec3 Rounded(const Vec3& p)
 {
   return { std::round(p[0] * 8) / 8, std::round(p[1] * 8) / 8, std::round(p[2] * 8) / 8 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// When freed memory goes back to the system.
+// When freed memory is returned to the system.
 #include "filters/outofcore/files/ReturnFreeMemory.h"
 
 #include <gtest/gtest.h>
@@ -28,8 +28,8 @@ std::uint64_t Resident()
   return resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
 }
 
-// Allocates 64 MiB in blocks, and frees all but the first. A last block stays after them, so that
-// the heap does not shrink by itself.
+// Allocates 64 MiB in blocks, and frees all but the first. Another block is allocated after them,
+// so that the heap does not shrink by itself.
 class FreeMemory : public testing::Test
 {
 protected:
@@ -51,7 +51,7 @@ protected:
   void TearDown() override { EXPECT_TRUE(!isGlibcMalloc || this->Last.back() == 'y'); }
 
   static constexpr std::size_t block = 1 << 16, blocks = 1024;
-  std::uint64_t Full = 0; // what was resident before
+  std::uint64_t Full = 0; // resident bytes before blocks were freed
 
 private:
   std::vector<std::vector<char>> Held;

@@ -24,7 +24,7 @@ std::size_t EntriesOf(const fs::path& folder)
     std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
 }
 
-// No file of this process may become longer, for as long as this lives.
+// While this exists, no file of this process may grow beyond a limit.
 class FileSizeLimit
 {
 public:
@@ -75,7 +75,7 @@ TEST(SpillFile, RemovedFilesGiveTheirBytesBack)
     SpillFile first = std::move(*folder.CreateFile("points", 0));
     const std::vector<std::byte> bytes(1000);
     ASSERT_TRUE(first.Write(0, bytes));
-    ASSERT_TRUE(first.Write(500, bytes)); // 500 of them again
+    ASSERT_TRUE(first.Write(500, bytes)); // overwrites 500 of them
     EXPECT_EQ(first.Size(), 1500U);
     SpillFile second = std::move(*folder.CreateFile("points", 0));
     ASSERT_TRUE(second.Write(0, bytes));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The whole way from a mesh to blocks: spilled, welded, sorted by the tree, joined with its
-// triangles, loaded; compared with the mesh in memory.
+// triangles, and loaded; then compared with the mesh in memory.
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/core/EdgeCount.h"
 #include "filters/outofcore/Testing/BlockTools.h"
@@ -93,7 +93,7 @@ TEST(TreeBlock, AsInMemory)
   }
 }
 
-// Many edges, all over the mesh, that are used unevenly.
+// Many inconsistent edges, all over the mesh.
 TEST(TreeBlock, CountsInconsistentEdgesOfFlippedTriangles)
 {
   for (NamedMesh named : ClosedMeshes())

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // One pass over the records of a file, many blocks at a time: blocks are read and processed in
-// parallel, then taken in order. Every step out of core uses it.
+// parallel; then their results are taken in order. Every step out of core uses it.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -16,8 +16,8 @@
 namespace kdstream
 {
 
-// How many blocks are processed at once, and how large each is. It depends only on the memory, so
-// that sums over slots do not depend on the number of threads.
+// How many blocks are processed at once, and how large each is. Both depend only on the memory. So
+// sums over slots do not depend on the number of threads.
 struct BatchShape
 {
   std::size_t slots = 1;
@@ -37,11 +37,11 @@ public:
   {
   }
 
-  // Reads the records [begin, end) of `file`. work(slot, records) -> Status is called for each
-  // block, on any threads: slot i works on the blocks i, i + slots, …; the records may be changed.
-  // Or work(slot, records, number of the first) -> Status. After each batch after(used, last) ->
-  // Status is called from the calling thread: the slots [0, used) have results, and `last` is the
-  // number of the record after the batch's last one.
+  // Reads the records [begin, end) of `file`. For each block, work(slot, records) -> Status or
+  // work(slot, records, number of the first record) -> Status is called, on any thread. Slot i
+  // works on the blocks i, i + slots, …; `work` may change the records. After each batch,
+  // after(used, last) -> Status is called on the calling thread: the slots [0, used) hold results,
+  // and `last` is the number of the record after the batch.
   template <class Work, class After>
   Status Over(const SpillFile& file, std::uint64_t begin, std::uint64_t end, const Work& work,
     const After& after)
@@ -81,7 +81,7 @@ public:
     return {};
   }
 
-  // The error of the lowest slot, for whatever else runs over the slots.
+  // The first error, by slot; for other code that runs over the slots, too.
   Status FirstError(std::size_t used) const
   {
     for (std::size_t slot = 0; slot < used; ++slot)

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The values that a finished phase of a build leaves for --resume besides its files: a few counts,
-// boxes and lists, as bytes and back. For the journal and the phases (PhaseValues of
-// filters/build). Not to be confused with a store's blobs (doc/formats.md).
+// boxes and lists, written as bytes and read back. For the journal and the phases (PhaseValues of
+// filters/build). These are not the blobs of a store (doc/formats.md).
 //
-// The same program on the same machine writes and reads a blob (a build folder's fingerprint says
-// so). Therefore values are stored as they are in memory.
+// A blob is written and read by the same program on the same machine (the build folder's
+// fingerprint makes sure of that). Therefore values are stored as they are in memory.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -33,7 +33,7 @@ public:
     this->AddBytes(std::as_bytes(std::span(&value, 1)));
   }
 
-  // A list with its length.
+  // Adds the length of the list, then its values.
   template <class T>
   void AddList(std::span<const T> values)
   {
@@ -48,10 +48,10 @@ public:
   }
   void AddText(std::string_view text) { this->AddList(std::span<const char>(text)); }
 
-  // Without their number.
+  // Adds the bytes without their number.
   void AddBytes(std::span<const std::byte> bytes)
   {
-    // Not by insert, of which g++ 12 warns without reason.
+    // Not insert: g++ 12 then gives an unfounded warning.
     const std::size_t before = this->Content.size();
     this->Content.resize(before + bytes.size());
     std::copy(bytes.begin(), bytes.end(), this->Content.data() + before);
@@ -63,9 +63,9 @@ private:
   std::vector<std::byte> Content;
 };
 
-// Reads what a BlobWriter wrote, in the same order. Missing values read as zeros, empty lists and
-// empty texts; Finish reports them. No memory is taken for a list that is longer than the remaining
-// bytes.
+// Reads what a BlobWriter wrote, in the same order. Missing values are read as zeros, empty lists
+// and empty texts; Finish reports them. No memory is allocated for a list that claims to be longer
+// than the remaining bytes.
 class BlobReader
 {
 public:
@@ -108,10 +108,10 @@ public:
     return { text.begin(), text.end() };
   }
 
-  // False as soon as something was not there: loops over a count that was read stop here.
+  // False as soon as a value was missing. A loop over a count that was read must stop then.
   bool Good() const { return this->FirstError.HasValue(); }
 
-  // Errors: Damaged, with the offset, if a value was missing, or if bytes are left.
+  // Errors: Damaged, with the offset, if a value was missing or if bytes are left over.
   Status Finish() const
   {
     if (this->Good() && this->At < this->Content.size())

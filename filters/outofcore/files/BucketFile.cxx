@@ -9,7 +9,7 @@ namespace kdstream
 Result<BucketFile> BucketFile::Create(SpillFolder& folder, std::string_view purpose,
   std::size_t recordBytes, std::size_t buckets, std::uint64_t expectedRecords, std::uint64_t memory)
 {
-  // Every bucket may leave its last block short.
+  // The last block of every bucket may be short; so each bucket needs a block of its own.
   const std::uint64_t share = std::min<std::uint64_t>(memory / buckets, spillBlockBytes);
   BucketFile result;
   result.RecordBytes = recordBytes;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Sorts records into buckets on the way to a file: the pass that brings together what belongs
-// together if it does not fit the memory.
+// Sorts records into buckets while they are written to a file. This is the pass that brings
+// together records that belong together when they do not fit in memory.
 #pragma once
 
 #include "filters/outofcore/files/Blob.h"
@@ -18,38 +18,38 @@
 namespace kdstream
 {
 
-// A file of buckets of records of one size. Records of a bucket keep their order. The file is a
-// list of blocks, each of one bucket. Memory: one block for each bucket while writing, one block
-// while reading, and 4 bytes a block.
+// A file of buckets of records, all of one size. Records of a bucket keep their order. The file is
+// a list of blocks, and each block belongs to one bucket. Memory: one block for each bucket while
+// writing, one block while reading, and 4 bytes a block.
 class BucketFile
 {
 public:
-  // expectedRecords: an upper bound of their number. memory: bytes for the blocks of all buckets
-  // together; a block has at least one record, and at most 1 MiB. REQUIRES: buckets, recordBytes >
-  // 0. Errors: those of SpillFolder.
+  // expectedRecords: an upper bound of the number of records. memory: bytes for the blocks of all
+  // buckets together; a block has at least one record, and at most 1 MiB. REQUIRES: buckets,
+  // recordBytes > 0. Errors: those of SpillFolder.
   static Result<BucketFile> Create(SpillFolder& folder, std::string_view purpose,
     std::size_t recordBytes, std::size_t buckets, std::uint64_t expectedRecords,
     std::uint64_t memory);
 
-  // One record or several. REQUIRES: bucket < BucketCount(), records.size() a multiple of
+  // Adds one record or several. REQUIRES: bucket < BucketCount(), records.size() a multiple of
   // recordBytes. Errors: those of SpillFile.
   Status Add(std::size_t bucket, std::span<const std::byte> records);
-  // Writes what is left in memory; nothing is added afterwards.
+  // Writes the records that are still in memory. Nothing can be added afterwards.
   Status Finish();
 
   std::size_t BucketCount() const { return this->Buckets.size(); }
   std::uint64_t Size(std::size_t bucket) const { return this->Buckets[bucket].records; }
 
-  // Gives the records of a bucket to `visit`, block by block; blocks hold whole records. REQUIRES:
+  // Passes the records of a bucket to `visit`, block by block; blocks hold whole records. REQUIRES:
   // Finish() was called. Errors: those of SpillFile and of `visit`.
   Status ForEachBlock(std::size_t bucket,
     const std::function<Status(std::span<const std::byte> records)>& visit) const;
 
-  // For a phase of a build that leaves buckets (BuildFolder.h): writes what is not in the file,
+  // For a phase of a build that leaves buckets (BuildFolder.h). Writes what the file does not hold,
   // about 4 bytes a block, into `blob`, and returns the file. REQUIRES: Finish() was called; the
   // object is not used afterwards.
   SpillFile Save(BlobWriter& blob);
-  // The inverse of Save. Errors: Damaged if file and table do not fit each other.
+  // The inverse of Save. Errors: Damaged if the file and the table in `blob` do not match.
   static Result<BucketFile> Restore(SpillFile file, std::size_t recordBytes, BlobReader& blob);
 
 private:
@@ -57,7 +57,7 @@ private:
   {
     std::uint64_t records = 0;
     std::vector<std::byte> open;       // the block that is filled now
-    std::vector<std::uint32_t> blocks; // places of the full ones, in blocks; the last may be short
+    std::vector<std::uint32_t> blocks; // numbers of its full blocks; the last one may be short
   };
 
   Status Flush(Bucket& bucket);
@@ -69,7 +69,7 @@ private:
   std::vector<Bucket> Buckets;
 };
 
-// The same for records of one type.
+// A bucket file of records of one type.
 template <SpillRecord Record>
 class RecordBuckets
 {
@@ -102,7 +102,7 @@ public:
   std::size_t BucketCount() const { return this->File.BucketCount(); }
   std::uint64_t Size(std::size_t bucket) const { return this->File.Size(bucket); }
 
-  // All records of a bucket in the order in which they came.
+  // All records of a bucket, in the order in which they were added.
   Result<std::vector<Record>> ReadAll(std::size_t bucket) const
   {
     std::vector<Record> all(static_cast<std::size_t>(this->Size(bucket)));
@@ -117,7 +117,8 @@ public:
     return all;
   }
 
-  // visit(const Record&) -> Status, for each record of the bucket in the order in which they came.
+  // Calls visit(const Record&) -> Status for each record of the bucket, in the order in which they
+  // were added.
   template <class Visit>
   Status ForEach(std::size_t bucket, const Visit& visit) const
   {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Equal vertices of a bucket find each other: step "weld" out of core and on several ranks.
+// A hash table that finds equal vertices of a bucket: step "weld" out of core and on several ranks.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -14,7 +14,7 @@
 namespace kdstream
 {
 
-// The different keys of a bucket with a vertex of each. Keys all have the same size.
+// The distinct keys of a bucket, each with one vertex. All keys have the same size.
 class KeyTable
 {
 public:
@@ -24,7 +24,8 @@ public:
   {
   }
 
-  // The vertex that is kept with this key: `id` if there was none. Valid until the next call.
+  // Returns the vertex stored with this key. If the key is new, stores `id` with it. The reference
+  // is valid until the next call.
   VertexId& VertexOf(std::span<const std::byte> key, std::uint64_t hash, VertexId id)
   {
     if (2 * this->Ids.size() >= this->Slots.size())
@@ -57,7 +58,7 @@ public:
     std::fill(this->Slots.begin(), this->Slots.end(), noVertex);
   }
 
-  // Bytes that a key takes at most: itself, id and mark while they grow, and its slots.
+  // Bytes that a key takes at most: key, id and mark, twice while the vectors grow, and slots.
   static std::size_t BytesOf(std::size_t keyBytes) { return 2 * (keyBytes + 8) + 24; }
 
 private:
@@ -76,9 +77,9 @@ private:
   }
 
   std::size_t KeyBytes;
-  std::vector<VertexId> Slots; // open addressing; numbers of entries
+  std::vector<VertexId> Slots; // open addressing; indices of entries
   std::vector<VertexId> Ids;
-  std::vector<std::uint32_t> Marks; // of each entry's hash
+  std::vector<std::uint32_t> Marks; // the lower half of each entry's hash
   std::vector<std::byte> Keys;
 };
 

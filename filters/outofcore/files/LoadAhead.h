@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One block after the other, the next being loaded while one is worked on.
+// Processes blocks one after the other, and loads the next one meanwhile.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -12,10 +12,10 @@
 namespace kdstream
 {
 
-// Calls use(item) for the items 0 … count - 1 in order; load(i) -> Result<Item> loads them. While
-// an item is used the next is loaded, if the execution has a thread for it. `use` may run on
-// another thread than the caller's, but never two at once. Memory: two items. Errors: those of
-// `load` and `use`; the first in the order of the items.
+// Calls use(item) for the items 0 … count - 1, in order; load(i) -> Result<Item> loads each. While
+// an item is used, the next one is loaded, if the execution has a thread for it. `use` may run on
+// another thread than the caller's, but never twice at the same time. Memory: two items. Errors:
+// those of `load` and `use`; the first in the order of the items.
 template <class Load, class Use>
 Status ForEachLoaded(
   std::size_t count, const Load& load, const Use& use, const Execution& execution)

@@ -34,9 +34,11 @@ namespace
 namespace fs = std::filesystem;
 
 constexpr std::string_view lockedBegin = ".kdstream-files-";
-constexpr std::chrono::hours longestPause{ 24 }; // of a build that still works
+// A build that still works changes its files at least this often.
+constexpr std::chrono::hours longestPause{ 24 };
 
-// Where process numbers mean the same: this machine since it was started, and this container.
+// Identifies where process numbers are valid: on this machine since it was started, in this
+// container.
 std::string PlaceOfProcesses()
 {
   std::string boot;
@@ -55,7 +57,7 @@ struct FolderOwner
   pid_t process = 0;
 };
 
-// The parts of a folder's name: PLACE-PROCESS-LETTERS after its beginning.
+// Splits a folder's name, which is ".kdstream-files-" and PLACE-PROCESS-LETTERS.
 std::optional<FolderOwner> OwnerOf(const std::string& name)
 {
   if (!name.starts_with(lockedBegin))
@@ -71,7 +73,7 @@ std::optional<FolderOwner> OwnerOf(const std::string& name)
   return whole ? std::optional(owner) : std::nullopt;
 }
 
-// Whether no other machine can see these files, so that a lock excludes all other processes.
+// Whether no other machine can see these files. Then a lock excludes all other processes.
 bool IsOnDiskOfMachine(int descriptor)
 {
   constexpr std::array<long, 7> disks{ 0xEF53, 0x58465342, 0x9123683E, 0x01021994, 0x794C7630,
@@ -81,7 +83,7 @@ bool IsOnDiskOfMachine(int descriptor)
          std::find(disks.begin(), disks.end(), static_cast<long>(state.f_type)) != disks.end();
 }
 
-// Nothing if it cannot be examined: errno says why.
+// Returns nothing if the folder cannot be examined; errno tells why.
 std::optional<bool> IsSameFolder(int descriptor, const fs::path& path)
 {
   struct stat opened = {}, named = {};
@@ -114,7 +116,8 @@ bool IsUnchangedForLong(const fs::path& folder)
   return fs::file_time_type::clock::now() - last > longestPause;
 }
 
-// descriptor: of the folder, which nobody else has locked, as far as this can be found out.
+// Whether the folder's process has ended. descriptor: of the folder. locked: whether the caller
+// could lock it; as far as is known, nobody else holds the lock.
 bool IsDead(int descriptor, bool locked, const fs::path& folder, const FolderOwner& owner)
 {
   if (locked && IsOnDiskOfMachine(descriptor))
@@ -126,7 +129,7 @@ bool IsDead(int descriptor, bool locked, const fs::path& folder, const FolderOwn
   return gone || IsUnchangedForLong(folder);
 }
 
-// A folder that was made a moment ago: gone again if memory runs out before somebody has it.
+// A folder that was just made. It is removed again if memory runs out before somebody owns it.
 struct FolderInTheMaking
 {
   explicit FolderInTheMaking(const char* folder)
@@ -177,7 +180,8 @@ Result<LockedFolder> MakeLockedFolder(const fs::path& parent)
     if (isSame.value_or(false))
     {
       fs::path path = name;
-      made.descriptor = -1; // the deleter closes it, even if memory for the shared_ptr is missing
+      // The deleter closes it, even if there is no memory for the shared_ptr.
+      made.descriptor = -1;
       LockedFolder locked{ std::move(path),
         std::shared_ptr<void>(nullptr, [descriptor](void*) { close(descriptor); }) };
       made.isRemoved = false;
@@ -186,7 +190,8 @@ Result<LockedFolder> MakeLockedFolder(const fs::path& parent)
     if (taken || isSame || (descriptor < 0 && reason == ENOENT))
     {
       made.isRemoved = false;
-      continue; // another process took it for an abandoned folder before it was locked
+      // Another process took it for an abandoned folder before it was locked.
+      continue;
     }
     return SystemError("its folder for temporary files cannot be opened", reason, in.string());
   }

@@ -11,8 +11,8 @@
 namespace kdstream
 {
 
-// The blocks of a pass that takes about `memory` bytes and keeps nothing else. A block is in memory
-// twice, as input and as output.
+// The blocks of a pass that takes about `memory` bytes and stores nothing else. Each block is in
+// memory twice, as input and as output.
 inline BatchShape ShapeOfPass(std::uint64_t memory, std::size_t recordBytes)
 {
   constexpr std::size_t slots = 8;
@@ -20,11 +20,12 @@ inline BatchShape ShapeOfPass(std::uint64_t memory, std::size_t recordBytes)
                     memory / (2 * slots * recordBytes), 1, spillBlockBytes / recordBytes)) };
 }
 
-// How the parts of a pass share the memory limit: blocks a quarter, records that are kept and
-// histograms an eighth each, the median method a half. A cell in memory may use all of it.
+// How the parts of a pass share the memory limit: a quarter for blocks, an eighth for records that
+// are kept, an eighth for histograms, and half for the median method. A cell in memory may use all
+// of it.
 struct MemoryPlan
 {
-  // The least limit for records of a size.
+  // The smallest limit for records of a given size.
   static constexpr std::uint64_t Least(std::size_t recordBytes) { return 64 * recordBytes; }
 
   // REQUIRES: memory >= Least(recordBytes).
@@ -33,14 +34,15 @@ struct MemoryPlan
     , keepable(std::max<std::uint64_t>(1, memory / 8 / recordBytes))
     , method(memory / 2)
   {
-    // A block is in memory twice: as it was read, and divided (or as keys, which are not larger).
+    // A block is in memory twice: as it was read, and divided into halves (or as keys, which are
+    // not larger).
     const std::uint64_t records = memory / 4 / (2 * recordBytes);
     const std::uint64_t large = largeBlockBytes / recordBytes;
     this->shape.slots =
       static_cast<std::size_t>(std::clamp<std::uint64_t>(records / large, 1, mostSlots));
     this->shape.blockRecords =
       static_cast<std::size_t>(std::clamp<std::uint64_t>(records / this->shape.slots, 1, large));
-    // Two cells, three axes, 4 bytes a bin.
+    // Two cells × three axes × 4 bytes a bin.
     while (this->bits > 4 && (std::uint64_t{ 24 } << this->bits) * this->shape.slots > memory / 8)
     {
       --this->bits;
@@ -48,10 +50,10 @@ struct MemoryPlan
   }
 
   BatchShape shape;
-  std::uint64_t cellRecords; // most records of a cell that is finished in memory
-  std::uint64_t keepable;    // most records around a median that a pass may keep
-  std::uint64_t method;      // bytes
-  unsigned bits = 12;        // of the histograms that are gathered beside something else
+  std::uint64_t cellRecords; // maximum number of records of a cell that is finished in memory
+  std::uint64_t keepable;    // maximum number of records around a median that a pass may keep
+  std::uint64_t method;      // bytes for the median method
+  unsigned bits = 12;        // of the histograms that are gathered during other work
 
 private:
   static constexpr std::uint64_t largeBlockBytes = 2 * spillBlockBytes;

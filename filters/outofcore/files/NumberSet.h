@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Ascending numbers, each once, of many that repeat: vertices and clusters of other ranks, hashes.
+// A set of numbers, filled from many that repeat: vertices and clusters of other ranks, hashes.
 #pragma once
 
 #include <algorithm>
@@ -10,8 +10,8 @@
 namespace kdstream
 {
 
-// Memory: `most` numbers, or twice the different ones where these are more. O(log n) a number, on
-// average.
+// Memory: `most` numbers, or twice the number of distinct ones if that is more. Adding takes O(log
+// n) a number on average.
 template <class Number>
 class NumberSet
 {
@@ -21,7 +21,8 @@ public:
   {
   }
 
-  // Reserves memory, so that the first `all` numbers are not moved.
+  // Reserves memory for `all` numbers, or for `most` if that is less, so that adding does not move
+  // them.
   void Reserve(std::size_t all) { this->Numbers.reserve(std::min(this->Most, all)); }
 
   void Add(Number number)
@@ -29,18 +30,19 @@ public:
     if (this->Numbers.size() >= this->Most)
     {
       this->Compact();
-      // There may be more than expected: then memory has to grow, or sorting would never end.
+      // There may be more distinct numbers than expected. Then memory must grow, or every Add would
+      // sort.
       this->Most = std::max(this->Most, 2 * this->Numbers.size());
     }
     this->Numbers.push_back(number);
   }
-  // Returns all numbers, and leaves the set empty.
+  // Returns the distinct numbers in ascending order, and leaves the set empty.
   std::vector<Number> Take()
   {
     this->Compact();
     return std::exchange(this->Numbers, {});
   }
-  // Returns how many numbers there are, and leaves the set empty; keeps its memory.
+  // Returns how many distinct numbers there are, and empties the set; keeps its memory.
   std::size_t CountAndClear()
   {
     this->Compact();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Records of a fixed size in spill files: at a place, and one after the other in large blocks.
+// Records of a fixed size in spill files: read and written at any place, or one after the other in
+// large blocks.
 #pragma once
 
 #include "filters/outofcore/files/SpillFile.h"
@@ -14,11 +15,11 @@
 namespace kdstream
 {
 
-// Records are written as they lie in memory, and read by the process that wrote them.
+// Records are written as they are in memory, and read by the process that wrote them.
 template <class Record>
 concept SpillRecord = std::is_trivially_copyable_v<Record>;
 
-// Reads or writes the records from number `first` on. Errors: those of SpillFile.
+// Reads or writes records, beginning with number `first`. Errors: those of SpillFile.
 template <SpillRecord Record>
 Status ReadRecords(const SpillFile& file, std::uint64_t first, std::span<Record> records)
 {
@@ -31,15 +32,15 @@ Status WriteRecords(SpillFile& file, std::uint64_t first, std::span<const Record
   return file.Write(first * sizeof(Record), std::as_bytes(records));
 }
 
-// How many records a block of about `bytes` holds, at least 1.
+// How many records fit in a block of about `bytes`; at least 1.
 template <SpillRecord Record>
 constexpr std::size_t RecordsOfBlock(std::size_t bytes)
 {
   return std::max<std::size_t>(1, bytes / sizeof(Record));
 }
 
-// Writes records one after the other from number `first` on. After the first error appending does
-// nothing, and Finish returns the error.
+// Writes records one after the other, beginning with number `first`. After the first error Append
+// does nothing, and Finish returns the error.
 template <SpillRecord Record>
 class RecordWriter
 {
@@ -68,7 +69,7 @@ public:
     return this->FirstError;
   }
 
-  // The number of the record that comes next.
+  // The number of the record that is appended next.
   std::uint64_t Position() const { return this->Next + this->Block.size(); }
 
 private:
@@ -104,7 +105,7 @@ public:
   {
   }
 
-  // The next records, valid until the next call; none at the end.
+  // The next block of records, valid until the next call; empty at the end.
   Result<std::span<const Record>> Next()
   {
     this->Block.resize(

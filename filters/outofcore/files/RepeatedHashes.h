@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which of many hashes may have come twice: what looks for equal things need look at no others.
+// Which of many hashes may occur more than once. Code that looks for equal things can skip the
+// others.
 #pragma once
 
 #include <algorithm>
@@ -11,13 +12,15 @@
 namespace kdstream
 {
 
-// Finds hashes that occur more than once. Hashes fall into classes by their upper halves; two bits
-// for each class: seen once, and seen twice. Equal hashes are in one class; of n different ones in
-// c classes about n^2 / c share a class with another. Add all hashes first, then look them up.
+// Finds hashes that may occur more than once. Hashes fall into classes by their upper halves. There
+// are two bits for each class: seen once, and seen again. Equal hashes are in one class. Of n
+// different hashes in c classes, about n^2 / c share a class with another. Add all hashes first,
+// then look them up.
 class RepeatedHashes
 {
 public:
-  // count: how many hashes there will be. memory: bytes for the bits, at most 8 a hash are taken.
+  // count: how many hashes there will be. memory: bytes for the bits; at most 8 bytes a hash are
+  // used.
   RepeatedHashes(std::uint64_t count, std::uint64_t memory)
     : Words(
         std::clamp<std::uint64_t>(std::min(memory, 8 * count) / 16, 1, std::uint64_t{ 1 } << 26))
@@ -26,8 +29,8 @@ public:
   {
   }
 
-  // May be called by several threads. Returns how many of the hashes came into a class that was
-  // seen before.
+  // Adds hashes; may be called by several threads. Returns how many of them fell into a class that
+  // had been seen before.
   template <class Hashes>
   std::uint64_t Add(const Hashes& hashes)
   {
@@ -45,10 +48,10 @@ public:
     return repeats;
   }
 
-  // After all were added: gives the memory of half the bits back.
+  // Call it after all hashes were added: frees half of the memory.
   void Finish() { this->Seen = {}; }
 
-  // Whether another hash was in its class.
+  // Whether this hash may occur more than once: its class was seen again.
   bool MayRepeat(std::uint64_t hash) const
   {
     const std::uint64_t place = this->PlaceOf(hash);

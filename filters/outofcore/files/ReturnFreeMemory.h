@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Keeps the memory of a process with --memory small, as the system sees it: freed memory is
-// returned at once, and threads share what they free. For the builders, between steps, and for
-// kdstream-build when it begins. FreeMemory of filters/program/Program.h says how much memory is
-// free.
+// Keeps the memory of a process with --memory small, as the system measures it: freed memory is
+// returned at once, and all threads allocate from the same arenas. For the builders, between steps,
+// and for kdstream-build when it begins. FreeMemory of filters/program/Program.h tells how much
+// memory is free.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@
 namespace kdstream
 {
 
-// Bytes of the process that are in memory; the maximum if the system does not say.
+// Resident bytes of the process; the maximum of the type if the system does not report them.
 inline std::uint64_t ResidentBytes()
 {
 #ifdef __GLIBC__
@@ -35,9 +35,9 @@ inline std::uint64_t ResidentBytes()
   return UINT64_MAX;
 }
 
-// For a program with a memory limit: call it before its threads begin. glibc gives each thread an
-// arena of its own, which keeps freed memory: the arenas of 16 threads held three times a limit of
-// 64 MiB.
+// For a program with a memory limit: call it before the program starts threads. glibc gives each
+// thread an arena of its own, which keeps freed memory: with a limit of 64 MiB the arenas of 16
+// threads held three times as much.
 inline void ShareArenas()
 {
 #ifdef __GLIBC__
@@ -46,9 +46,9 @@ inline void ShareArenas()
 }
 
 // Returns freed memory to the system if the process holds more than `keep` bytes. glibc keeps freed
-// blocks of up to 32 MiB, in one arena for each thread: so the buffers of one pass would stay
-// beside the cell that comes next. But returned memory is filled with zeros when it is needed
-// again, so below `keep` it is not returned.
+// blocks of up to 32 MiB, in one arena for each thread. So the buffers of one pass would still take
+// memory while the next cell is processed. But returned memory must be filled with zeros when it is
+// allocated again; therefore nothing is returned below `keep`.
 inline void ReturnFreeMemory(std::uint64_t keep = 0)
 {
 #ifdef __GLIBC__

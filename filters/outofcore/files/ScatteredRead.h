@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Reads elements of a spill file at ascending places, many of them close together: each page is
+// Reads elements of a spill file at ascending places, many of them close together; each page is
 // read once.
 #pragma once
 
@@ -18,16 +18,16 @@ namespace kdstream
 
 inline constexpr std::size_t scatteredPageBytes = std::size_t{ 1 } << 13;
 
-// Reads the elements of `elementBytes` at `places` (ascending), one after the other, into `out`.
-// O(places), memory one page. Errors: those of SpillFile. REQUIRES: out.size() == places.size() ×
-// elementBytes.
+// Reads the elements at `places` (ascending), each of `elementBytes`, into `out`, one after the
+// other. O(places); memory: one page. Errors: those of SpillFile. REQUIRES: out.size() ==
+// places.size() × elementBytes.
 inline Status ReadElementsAt(const SpillFile& file, std::size_t elementBytes,
   std::span<const VertexId> places, std::span<std::byte> out)
 {
   const std::uint64_t perPage = std::max<std::size_t>(1, scatteredPageBytes / elementBytes);
   const std::uint64_t count = file.Size() / elementBytes;
   std::vector<std::byte> page;
-  std::uint64_t first = 0, end = 0; // of the page
+  std::uint64_t first = 0, end = 0; // bytes of the page
   for (std::size_t i = 0; i < places.size(); ++i)
   {
     if (places[i] >= end)

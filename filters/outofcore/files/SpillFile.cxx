@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Files for what does not fit the memory: see SpillFile.h.
+// Files for data that do not fit in memory: see SpillFile.h.
 #include "filters/outofcore/files/SpillFile.h"
 
 #include "filters/core/SystemReason.h"
@@ -26,10 +26,10 @@ namespace kdstream
 namespace
 {
 
-// The kernel moves at most 2 GiB at once.
+// The kernel transfers at most 2 GiB in one call.
 constexpr std::size_t bytesAtOnce = std::size_t{ 1 } << 30;
 
-// " of which 123 are free", if the system reports it.
+// The free bytes of the folder's disk; 0 if the system does not report them.
 std::uint64_t FreeBytes(const std::filesystem::path& folder)
 {
   struct statvfs state = {};
@@ -40,7 +40,7 @@ std::uint64_t FreeBytes(const std::filesystem::path& folder)
   return std::uint64_t{ state.f_bavail } * state.f_frsize;
 }
 
-// "the build needs about 12 MiB there; ", if that is known.
+// "the build needs about 12 MiB there; ", or empty if the need is unknown.
 std::string InAll(std::uint64_t bytes)
 {
   return bytes == 0 ? std::string()
@@ -63,7 +63,7 @@ Error FullDisk(const detail::SpillLedger& ledger, std::string_view purpose, std:
 }
 
 // The checksum of a file that is written from beginning to end. If a place is skipped or written
-// twice, the file is read afterwards.
+// twice, there is none, and the file has to be read afterwards.
 class detail::SumOfWrites
 {
 public:
@@ -80,7 +80,7 @@ public:
     }
   }
 
-  // For a file of this number of bytes, if all arrived in order.
+  // The checksum of a file of `size` bytes; nothing unless all its bytes were written in order.
   std::optional<std::uint64_t> Of(std::uint64_t size) const
   {
     const std::lock_guard lock(this->Mutex);
@@ -323,7 +323,7 @@ Result<SpillFile> SpillFolder::CreateFile(std::string_view purpose, std::uint64_
     reason = errno;
     if (!IsDiskFull(reason))
     {
-      // The file system cannot do it; its word on what is free is the next best.
+      // The file system cannot allocate in advance. Then the free bytes that it reports must do.
       reason = FreeBytes(this->Ledger->folder) < bytes ? ENOSPC : 0;
     }
   }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How attributes are stored in files: for each vertex or triangle the values of all arrays together
-// (its tuple), so that one element is read at once. For all code that spills attributes (MeshSpill,
-// MeshBlocks, LevelStates, the phase "faces").
+// How attributes are stored in files: the values of all arrays for one vertex or triangle (its
+// tuple) are stored together, so that one read gets them all. For all code that spills attributes
+// (MeshSpill, MeshBlocks, LevelStates, the phase "faces").
 #pragma once
 
 #include "filters/core/Attribute.h"
@@ -16,8 +16,8 @@
 namespace kdstream
 {
 
-// For `count` elements the tuples of all arrays, one element after the other. REQUIRES: each array
-// has this number of tuples.
+// Joins the tuples of all arrays for `count` elements, one element after the other. REQUIRES: each
+// array has `count` tuples.
 inline std::vector<std::byte> InterleaveTuples(
   std::span<const Attribute* const> arrays, std::size_t count)
 {
@@ -42,7 +42,7 @@ inline std::vector<std::byte> InterleaveTuples(
   return tuples;
 }
 
-// Back: appends the tuples of elements to the arrays, as many as `tuples` has.
+// The inverse: appends the elements in `tuples` to the arrays.
 inline void SplitTuples(std::span<const std::byte> tuples, std::span<Attribute> arrays)
 {
   while (!tuples.empty())

@@ -25,7 +25,8 @@ std::string TextOfTime(const struct stat& state)
   return std::to_string(state.st_mtim.tv_sec) + "." + std::to_string(state.st_mtim.tv_nsec);
 }
 
-// The parts of a fingerprint, each after its length; fewer if the text is not a fingerprint.
+// The parts of a fingerprint; in the text each follows its length. Fewer if the text is not a
+// fingerprint.
 Parts PartsOf(std::string_view fingerprint)
 {
   Parts parts;
@@ -53,11 +54,11 @@ void AddPart(const std::string& part, std::string& fingerprint)
   fingerprint += std::to_string(part.size()) + ":" + part + "\n";
 }
 
-// The parts of a fingerprint before the options: the program; path, size and time of the input; the
-// files that the input names, as parts of their own.
+// The parts of a fingerprint before the options: the program; the path, size and time of the input;
+// and, as one part, the files that the input names.
 constexpr std::size_t pathOfInput = 1, partsOfInput = 3, namedFiles = 4, partsBeforeOptions = 5;
 
-// Path and "size time" of each; "none" of what is not there.
+// For each file its path, and its size and time as "size time"; "none" if it does not exist.
 std::string PartsOfNamed(const std::vector<fs::path>& files)
 {
   std::string parts;
@@ -71,7 +72,8 @@ std::string PartsOfNamed(const std::vector<fs::path>& files)
   return parts;
 }
 
-// A file that only one of them names, or that has been changed; empty where there is none.
+// The first file that only one of the two builds names, or that has changed between them; empty if
+// there is none.
 std::string NamedOtherwise(const Parts& before, const Parts& after)
 {
   using Files = std::set<std::pair<std::string_view, std::string_view>>; // paths and states
@@ -92,7 +94,8 @@ std::string NamedOtherwise(const Parts& before, const Parts& after)
   return others.empty() ? std::string() : std::string(others.front().first);
 }
 
-// Whether the same program has made both, which then have the same options, with values.
+// Whether the same program made both. If so, they have the same options, maybe with different
+// values.
 bool OfOneProgram(const Parts& before, const Parts& after)
 {
   return before.size() >= partsBeforeOptions && before.size() == after.size() &&
@@ -105,7 +108,7 @@ bool OfOneInput(const Parts& before, const Parts& after)
     after.begin() + pathOfInput);
 }
 
-// "20", "none", "\"Statue of somebody\"".
+// A value as in a message: "20", "none", "\"Statue of somebody\"".
 std::string ValueText(std::string_view value)
 {
   const bool plain = std::all_of(value.begin(), value.end(),

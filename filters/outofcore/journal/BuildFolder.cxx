@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Build folders: see BuildFolder.h.
-//   NAME         files by number, and `journal`
-//   NAME.lock    locked by the process that builds; removed by it, and only by it
+//   NAME         files, named by number, and `journal`
+//   NAME.lock    locked by the process that builds, and removed only by that process
 #include "filters/outofcore/journal/BuildFolder.h"
 
 #include "filters/core/SystemReason.h"
@@ -31,8 +31,7 @@ namespace
 
 namespace fs = std::filesystem;
 
-// A locked file. It is removed while it is still locked: the next process that locks it has made a
-// new one.
+// A locked file. It is removed while it is still locked, so the next process must lock a new one.
 class FileLock
 {
 public:
@@ -77,7 +76,8 @@ Result<bool> IsSameFile(int descriptor, const fs::path& path)
 
 Result<std::shared_ptr<void>> Lock(const fs::path& path, const FileHook& hook)
 {
-  const auto lock = std::make_shared<FileLock>(path, hook); // before: afterwards memory may run out
+  // Allocated before locking: afterwards there may be no memory.
+  const auto lock = std::make_shared<FileLock>(path, hook);
   for (;;)
   {
     const int descriptor =
@@ -97,7 +97,7 @@ Result<std::shared_ptr<void>> Lock(const fs::path& path, const FileHook& hook)
       }
       return SystemError(path.string() + " cannot be locked", reason);
     }
-    // The process that had it before may have removed it in between.
+    // Its previous owner may have removed the file between our open and our lock.
     const Result<bool> isSame = IsSameFile(descriptor, path);
     if (isSame && *isSame)
     {
@@ -109,7 +109,8 @@ Result<std::shared_ptr<void>> Lock(const fs::path& path, const FileHook& hook)
   }
 }
 
-// Its name can be predicted, and others may be able to write to its folder.
+// Whether the folder is this user's, and only this user's. Its name can be predicted, and others
+// may be able to write to its parent folder.
 bool IsOwnFolder(const fs::path& path)
 {
   struct stat found = {};
@@ -200,7 +201,7 @@ Result<BuildFolder> BuildFolder::Open(
 {
   const std::string disk = path.parent_path().string(); // the folder that the user knows
   Result<std::shared_ptr<void>> lock = Lock(LockOf(path), hook);
-  if (!lock && lock.GetError().code != ErrorCode::LimitExceeded) // not the folder's fault
+  if (!lock && lock.GetError().code != ErrorCode::LimitExceeded) // is not an error of the folder
   {
     return OfFile(disk, std::move(lock)).GetError();
   }
@@ -247,7 +248,8 @@ BuildFolder::~BuildFolder()
 {
   if (this->Folder.Ledger && !this->Folder.Ledger->keepFolder)
   {
-    // First: without it nothing else counts, wherever this ends.
+    // The journal goes first: without it the other files do not count, wherever this is
+    // interrupted.
     this->Folder.Ledger->Note(FileOperation::Remove);
     unlink(this->JournalPath.c_str());
   }
@@ -299,7 +301,7 @@ Status BuildFolder::TakeUp(std::string_view fingerprint, bool resume)
   else
   {
     this->Folder.Ledger->Note(FileOperation::Remove);
-    RemoveTree(this->JournalPath); // whatever has its name
+    RemoveTree(this->JournalPath); // whatever has this name
     this->Journal.fingerprint = fingerprint;
   }
   std::uint64_t next = 0;
@@ -307,7 +309,8 @@ Status BuildFolder::TakeUp(std::string_view fingerprint, bool resume)
   {
     for (const JournalFile& file : phase.files)
     {
-      // Numbers of removed files count too: the journal names them until it is replaced.
+      // Numbers of removed files count too, because the old journal names them until it is
+      // replaced.
       next = file.number == JournalFile::noNumber ? next : std::max(next, file.number + 1);
     }
   }
@@ -388,7 +391,7 @@ Status BuildFolder::WriteJournal(const PhaseJournal& journal)
       file->Describe() + " cannot be renamed", errno, this->Folder.Path().parent_path());
   }
   file->Kept = true;
-  this->Folder.Ledger->onDisk -= bytes.size(); // the journal is not a spill file
+  this->Folder.Ledger->onDisk -= bytes.size(); // the journal does not count as a spill file
   this->Folder.Ledger->Note(FileOperation::Sync);
   return SyncBuildFolder(this->Folder.Path());
 }

@@ -21,14 +21,14 @@
 namespace kdstream
 {
 
-// A file of a phase, with the name by which it is asked for. It is closed if the phase leaves
-// nothing under this name; it may also be a file that an earlier phase left.
+// A file of a phase, and the name by which later phases request it. The file is closed if the phase
+// leaves nothing under this name. It may be a file that an earlier phase left.
 struct PhaseFile
 {
   std::string name;
   SpillFile file;
 };
-// A killed build that could be resumed.
+// A killed build that can be resumed.
 struct LeftBuild
 {
   std::string fingerprint, lastPhase;
@@ -51,74 +51,75 @@ struct PhaseFileName
 //   BlobReader blob = folder.BlobOf("tree");
 //   Result<SpillFile> records = folder.TakeFile("tree", "records");
 //
-// When the files are on the disk, the journal (PhaseJournal.h) is replaced by a write and a rename.
-// So after a kill or a power cut the phases finished before are there, with or without the current
-// one. Folder and lock are removed when this object and all its files are destroyed, after errors
-// too (doc/cli.md#resume), unless Keep is set.
+// Once the files are on the disk, the journal (PhaseJournal.h) is replaced by a write and a rename.
+// So after a kill or a power cut all phases that were finished before are there, with or without
+// the current one. Folder and lock are removed when this object and all its files are destroyed,
+// also after errors (doc/cli.md#resume), unless Keep is set.
 class BuildFolder
 {
 public:
   // What Open found of an earlier build.
   enum class Found
   {
-    Nothing,  // no journal: none, or one that was killed before its first phase was finished
-    Damaged,  // a journal that cannot be read, or is of another version
+    Nothing,  // no journal: no build, or one that was killed during its first phase
+    Damaged,  // the journal cannot be read, or is of another version
     SameBuild // some of its phases may be usable
   };
 
-  // The folder for builds of `store`: a hidden folder in temporaryFolder, or, if that is empty,
-  // beside the store. Its name has a hash of the store's absolute path, so builds of different
-  // stores have different folders.
+  // The folder for builds of `store`: a hidden folder in temporaryFolder, or beside the store if
+  // temporaryFolder is empty. The folder's name contains a hash of the store's absolute path, so
+  // builds of different stores have different folders.
   static std::filesystem::path PathFor(
     const std::filesystem::path& store, const std::filesystem::path& temporaryFolder);
 
   // Makes the folder, or opens an existing one. Without `resume` all its content is removed; with
-  // it, everything that the journal does not name. A phase counts as not finished if one of its
-  // files is missing, or has another size, sum or time; so do all phases after it. A damaged
-  // journal counts as no journal. Each file is read once for this check. hook: for tests. Errors:
-  // InputOutput if the folder cannot be made or is not this user's; LimitExceeded if another
-  // process is building in it (a lock on PATH.lock, which the system releases when the process
-  // ends). With `resume` also those of CheckSameBuild; nothing is changed then.
+  // `resume`, only files that the journal does not name. A phase counts as not finished if one of
+  // its files is missing, or has another size, checksum or time; then all phases after it do not
+  // count either. A damaged journal counts as no journal. Each file is read once for this check.
+  // hook: for tests. Errors: InputOutput if the folder cannot be made or is not this user's;
+  // LimitExceeded if another process is building in it (a lock on PATH.lock, which the system
+  // releases when the process ends). With `resume` also the errors of CheckSameBuild; nothing is
+  // changed then.
   static Result<BuildFolder> Open(const std::filesystem::path& path, std::string_view fingerprint,
     bool resume, FileHook hook = {});
 
-  // From where a build of the same fingerprint could continue with `resume`. Nothing if no phase is
-  // finished, or if a build is running there. Changes nothing; checks only the files' sizes and
-  // times.
+  // Where a build with the same fingerprint could continue with `resume`. Nothing if no phase is
+  // finished, or if a build is running there. Changes nothing; checks only the sizes and times of
+  // the files.
   static std::optional<LeftBuild> LeftIn(const std::filesystem::path& path);
 
   BuildFolder(BuildFolder&&) noexcept = default;
   BuildFolder& operator=(BuildFolder&&) = delete;
   ~BuildFolder();
 
-  // Where files are made. They go with their owners until a phase is finished with them.
+  // The folder for new files. Each file is removed with its owner, unless Finish keeps it.
   SpillFolder& Files() { return this->Folder; }
 
   bool Finished(std::string_view phase) const;
   std::size_t FinishedPhases() const { return this->Journal.phases.size(); }
-  // The last of them. REQUIRES: FinishedPhases() > 0.
+  // The last finished phase. REQUIRES: FinishedPhases() > 0.
   const std::string& LastPhase() const { return this->Journal.phases.back().name; }
   Found WhatWasFound() const { return this->Earlier; }
-  // Whether phases that were finished do not count any more, because their files are missing or
-  // damaged.
+  // Whether some finished phases no longer count, because their files are missing or damaged.
   bool HasLostPhases() const { return this->Lost; }
 
-  // Finishes a phase: it leaves these files, which are closed and read-only from now on. `givenUp`
-  // names files of this and earlier phases that no later phase needs (an empty file name means all
-  // of a phase); they are removed. Both happen or neither, wherever the process is killed. Waits
-  // for the disk. Errors: InputOutput; then the phase is not finished. REQUIRES: !Finished(phase);
-  // names of files differ; `files` come from Files().
+  // Finishes a phase, which leaves `files`; from now on they are closed and read-only. `givenUp`
+  // names files of this and earlier phases that no later phase needs; they are removed. (An empty
+  // file name means all files of the phase.) Either both happen or neither, wherever the process is
+  // killed. Waits until the files are on the disk. Errors: InputOutput; then the phase is not
+  // finished. REQUIRES: !Finished(phase); the names of the files differ; `files` come from Files().
   Status Finish(std::string_view phase, const BlobWriter& blob, std::span<PhaseFile> files = {},
     std::initializer_list<PhaseFileName> givenUp = {});
 
   // The values that a phase left. REQUIRES: Finished(phase).
   BlobReader BlobOf(std::string_view phase) const;
-  // A file that a phase left, for reading, any number of times; closed if the phase left it closed.
-  // Errors: InputOutput; NotFound for a name that the phase did not leave, or that was given up.
+  // Opens a file that a phase left, for reading; may be called any number of times. The file is
+  // closed if the phase left it closed. Errors: InputOutput; NotFound if the phase did not leave a
+  // file of this name, or if it was given up.
   Result<SpillFile> TakeFile(std::string_view phase, std::string_view file) const;
 
-  // Whether the files of finished phases stay when this object is destroyed, for a later build with
-  // `resume`. Default: no.
+  // Whether the files of finished phases stay when this object is destroyed, so that a later build
+  // can resume. Default: no.
   void Keep(bool keep);
 
 private:
@@ -130,13 +131,14 @@ private:
 
   std::filesystem::path PathOf(std::uint64_t number) const;
   Status TakeUp(std::string_view fingerprint, bool resume);
-  // Whether the file of a phase is there, by its size and time.
+  // Whether the file exists with the size and time that the journal says.
   bool IsThere(const JournalFile& file) const;
-  // Also compares its checksum.
+  // The same, and whether its checksum is right too.
   bool IsWhole(const JournalFile& file) const;
   void RemoveUnnamed();
   Result<PhaseJournal> ReadJournal() const;
-  // Marks the files as given up; their numbers and sizes, but those that another entry still needs.
+  // Marks the files as given up. Returns those that can be removed, because no other entry needs
+  // them.
   static std::vector<JournalFile> GiveUp(
     PhaseJournal& journal, std::initializer_list<PhaseFileName> files);
   Status WriteJournal(const PhaseJournal& journal);
@@ -147,7 +149,7 @@ private:
   static constexpr const char* journalName = "journal";
 
   SpillFolder Folder;
-  std::filesystem::path JournalPath; // made early, because the destructor must not need memory
+  std::filesystem::path JournalPath; // made early, because the destructor must not allocate
   PhaseJournal Journal;
   Found Earlier = Found::Nothing;
   bool Lost = false;

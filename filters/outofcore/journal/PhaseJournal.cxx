@@ -13,7 +13,7 @@ namespace kdstream
 namespace
 {
 
-constexpr std::uint64_t mark = 0x4C414E52554F4A4B; // "KJOURNAL", if the bytes are in our order
+constexpr std::uint64_t mark = 0x4C414E52554F4A4B; // "KJOURNAL" in little-endian order
 constexpr std::uint32_t layoutVersion = 3;
 
 std::uint64_t Checksum(std::span<const std::byte> bytes)

@@ -2,9 +2,9 @@
 // The processes that build one model together, each with some of its blocks. The interface between
 // the steps out of core and the transport between processes (filters/Parallel).
 //
-// A file has the same layout in all processes. Each process fills in its own data, and fetches what
-// its blocks need from others into the same places of its own file; the rest of the file stays
-// empty.
+// A file has the same layout in all processes. Each process fills in its own data. It fetches the
+// data of others that its blocks need, and writes them at the same places in its own file. The rest
+// of its file stays empty.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -19,27 +19,27 @@
 namespace kdstream
 {
 
-// A group of one process; subclasses implement several. Every process calls the functions from Sum
-// on, in the same order. Errors: those of the files and of the transport; an error of any process
-// is an error of all.
+// A group of one process; subclasses implement groups of several. All processes call the functions
+// from Sum on in the same order. Errors: those of the files and of the transport; an error in any
+// process is an error in all.
 class BlockGroup
 {
 public:
   virtual ~BlockGroup() = default;
 
   virtual bool IsFirst() const { return true; }
-  // The blocks, cells of a depth, that this process has.
+  // The range of blocks (cells of `depth`) that this process has.
   virtual BlockRange Here(unsigned depth) const { return { 0, std::size_t{ 1 } << depth }; }
 
-  // Adds up the numbers of all processes, one by one.
+  // Adds up the numbers of all processes, element by element.
   virtual Status Sum(std::span<std::uint64_t>) { return {}; }
-  // The greatest of all processes' numbers.
+  // The greatest number of any process.
   virtual Result<std::uint64_t> Most(std::uint64_t number) { return number; }
-  // Gives all processes what the first one has.
+  // Gives all processes the list of the first one.
   virtual Status Spread(std::vector<VertexId>&) { return {}; }
-  // Fetches elements of a file whose blocks are cells of `depth`; begin[block] is the first element
-  // of a block, and the last entry the end. wanted: numbers of elements, in any order; this
-  // process's own are skipped.
+  // Fetches elements of a file whose blocks are cells of `depth`. begin[block] is the first element
+  // of a block; the last entry is the end. wanted: numbers of elements, in any order; those of this
+  // process are skipped.
   virtual Status Fetch(SpillFile& /*file*/, std::size_t /*elementBytes*/,
     std::span<const VertexId> /*begin*/, unsigned /*depth*/, std::span<const VertexId> /*wanted*/)
   {

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The levels out of core: see ExternalLevels.h. Steps, shared with the levels of several ranks, are
-// in LevelSteps.h.
-//   1. The finest level, block by block (FinestClusters.h); the cluster of every vertex, by rank.
-//   2. Rounds from level to level (CollapseRound.h, ClusterRound.h) on files.
-//   3. The coarse levels in memory.
+// The levels out of core: see ExternalLevels.h. The steps that levels of several ranks share are in
+// LevelSteps.h.
+//   1. Build the finest level block by block (FinestClusters.h), and store the cluster of each
+//      vertex by rank.
+//   2. Go from level to level in rounds (CollapseRound.h, ClusterRound.h) on files.
+//   3. Build the coarse levels in memory.
 #include "filters/outofcore/levels/ExternalLevels.h"
 
 #include "filters/core/TakeResult.h"
@@ -21,19 +22,22 @@ namespace kdstream
 namespace
 {
 
-// Memory for finding coincident vertices, for each vertex of a block: not more than other steps.
+// Memory for finding coincident vertices, per vertex of a block: no more than other steps take.
 constexpr std::uint64_t coincidentBytes = 200;
 constexpr std::uint64_t leastCoincidentMemory = std::uint64_t{ 1 } << 20;
-// For blocks of a level: the number of clusters allowed for each vertex that a block of the mesh
-// has. Clusters take more memory (ExternalLevels.h), and two blocks of them are in memory.
+// The number of clusters allowed in a block of a level, per vertex of a block of the mesh. It is
+// below 1 because clusters take more memory (ExternalLevels.h), and two blocks of them are in
+// memory.
 constexpr double clustersOfBlock = 0.62;
-// Memory of a triangle beyond two for each vertex, relative to a vertex.
+// Memory of each triangle beyond two per vertex, as a share of a vertex's memory.
 constexpr double triangleShare = 1.0 / 6;
-// Blocks whose triangles are mapped at the same time: each takes a tenth of what its vertices do.
+// How many blocks have their triangles mapped at the same time. Mapping takes a tenth of the memory
+// that the vertices of a block do.
 constexpr std::size_t imagesAtOnce = 4;
 
-// Sorts the triangles, lowest corner first, without duplicates. Drops triangles that have become
-// points; and edges, unless links are wanted.
+// Rotates each triangle to begin with its lowest corner, sorts the triangles, and removes
+// duplicates. Triangles that have become points are dropped; those that have become edges too,
+// unless links are wanted.
 void SortImage(std::vector<Triangle>& triangles, bool links)
 {
   std::erase_if(triangles,
@@ -47,7 +51,7 @@ void SortImage(std::vector<Triangle>& triangles, bool links)
   triangles.erase(std::unique(triangles.begin(), triangles.end()), triangles.end());
 }
 
-// Adds sorted triangles to others.
+// Merges sorted triangles into other sorted ones.
 void MergeSorted(const std::vector<Triangle>& added, std::vector<Triangle>& triangles)
 {
   const auto middle = static_cast<std::ptrdiff_t>(triangles.size());
@@ -118,8 +122,8 @@ private:
       this->Exec);
   }
 
-  // Links vertices in the same place that are in different cells, each with the next one in the
-  // order of leaves.
+  // Links vertices in the same place that are in different cells: each to the next one in the order
+  // of leaves.
   Status FindCoincident()
   {
     const LevelFile& level = this->FileOf(this->Mesh.depths.finest);
@@ -144,16 +148,17 @@ private:
     return {};
   }
 
-  // The size of a block: its vertices or clusters, and an equivalent number for triangles beyond
-  // those of a surface. over: the number of vertices or clusters that the triangles use.
+  // The size of a block: its vertices or clusters, plus an equivalent number for the triangles
+  // beyond those of a surface. over: how many vertices or clusters the triangles use.
   static double SizeOf(std::uint64_t elements, std::uint64_t triangles, std::uint64_t over)
   {
     return double(elements) + double(triangles - std::min(triangles, 2 * over)) * triangleShare;
   }
 
-  // The depth of the largest blocks of a level that take no more memory than those of the mesh:
-  // fewer blocks have fewer ghosts, and less is read twice. A triangle of the finer level counts
-  // for its image, which is not known yet. level: in the blocks of the finer level, or of the mesh.
+  // The smallest block depth at which the level's blocks take no more memory than those of the
+  // mesh: larger blocks have fewer ghosts, and less is read twice. The level's triangles are not
+  // known yet, so those of the finer level are counted instead. level: still divided into the
+  // blocks of the finer level, or of the mesh.
   unsigned BlockDepthOf(const LevelFile& level)
   {
     const bool isFinest = level.depth == this->Mesh.depths.finest;
@@ -194,12 +199,12 @@ private:
     return depth;
   }
 
-  // The finer triangles, of clusters or of vertices, from which a level's triangles are made. They
-  // come in blocks.
+  // The source of a level's triangles: those of the finer level (of clusters) or of the mesh (of
+  // vertices), in blocks.
   struct Finer
   {
     std::size_t blocks = 0;
-    std::function<VertexId(std::size_t block)> begin; // first cluster or vertex
+    std::function<VertexId(std::size_t block)> begin; // the first cluster or vertex of a block
     std::function<Status(std::size_t block, std::vector<Triangle>& triangles)> load;
   };
 
@@ -224,7 +229,8 @@ private:
     return {};
   }
 
-  // Writes a level's triangles and links, all blocks. map: where the finer ones' corners go.
+  // Writes the triangles and links of all blocks of a level. map: the cluster of this level for
+  // each finer vertex or cluster.
   Status WriteImages(LevelFile& level, const SpillFile& map, const Finer& finer)
   {
     ImageWriter writer(this->Folder, level);
@@ -259,7 +265,7 @@ private:
              : this->Steps.RepairFoldOvers(this->Folder, level, this->States, level.AllBlocks());
   }
 
-  // The images of the finer blocks from `first` on, as many as are made at once.
+  // The images of up to imagesAtOnce finer blocks, beginning with block `first`.
   Status MapBlocks(const SpillFile& map, const Finer& finer, std::size_t first,
     std::vector<std::vector<Triangle>>& images)
   {
@@ -310,7 +316,7 @@ private:
     return writer.Add(triangles);
   }
 
-  // Level `depth` from the one below it, in files.
+  // Builds level `depth` from the next finer level, in files.
   Status BuildCoarser(unsigned depth)
   {
     LevelFile& below = this->FileOf(depth + 1);
@@ -350,7 +356,7 @@ private:
     return this->Steps.Collapse(blocks, depth);
   }
 
-  // All levels coarser than `depth`, the last one in files, in memory.
+  // Builds in memory all levels coarser than `depth`, which is the last level in files.
   Status BuildCoarse(unsigned depth)
   {
     this->Output.firstInFiles = depth;
@@ -364,9 +370,11 @@ private:
   const Execution& Exec;
   const std::function<void(const TreeBlock&)>& Seen;
   LevelSteps Steps;
-  std::optional<RecordBuckets<Triangle>> Coincident; // links of ranks, of each finest block
+  std::optional<RecordBuckets<Triangle>> Coincident; // links between ranks, by block of the finest
+                                                     // level
   LevelStates States;                                // of the coarsest level so far
-  LevelLinks Links;                                  // of the same; only by clusters
+  LevelLinks Links;                                  // of the same level; only for levels by
+                                                     // clusters
   ExternalLevels Output;
 };
 

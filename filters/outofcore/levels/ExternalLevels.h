@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The levels of a mesh that does not fit the memory: step "levels" of building out of core.
+// The levels of a mesh that does not fit in memory: step "levels" of building out of core.
 #pragma once
 
 #include "filters/core/levels/Levels.h"
@@ -15,25 +15,26 @@ namespace kdstream
 
 struct ExternalLevels
 {
-  // The levels firstInFiles … L are files[depth]. S is one of them; it is coarser only if all
-  // levels are in files (firstInFiles <= S). The coarser levels, 0 … firstInFiles - 1, are
-  // coarse[depth], whole.
+  // The levels firstInFiles … L are files[depth]. S is one of them; S is coarser only if all levels
+  // are in files (firstInFiles <= S). The coarser levels, 0 … firstInFiles - 1, are coarse[depth],
+  // whole.
   unsigned firstInFiles = 0;
   std::vector<LevelFile> files;
   std::vector<ClusterLevel> coarse;
-  SpillFile clusterOfRank; // VertexId: of each vertex, by rank, its cluster of level L
+  SpillFile clusterOfRank;               // VertexId: the cluster of level L of each vertex, by rank
   std::vector<AttributeInfo> attributes; // that levels carry (ArraysOfLevels), in the mesh's order
 };
 
-// Builds the levels L … 0 of a mesh in blocks: bit for bit the levels that BuildLevels makes in
-// memory, for any blocks; by rounds of collapse, or by clusters of cells (LevelMaker, and for a
-// cloud). Blocks of a level are larger than the mesh's, if they need no more memory. Each is loaded
-// about three times, with clusters once.
+// Builds the levels L … 0 of a mesh in blocks, either by rounds of collapse or by clusters of cells
+// (LevelMaker; always the latter for a cloud). For any blocks, the levels are bit for bit those
+// that BuildLevels makes in memory. Blocks of a level are larger than those of the mesh if they
+// need no more memory. Each block is loaded about three times; when levels are made by clusters,
+// once.
 //
-// Memory: a block at a time, about 520 bytes a cluster and 220 a vertex, and the next one while it
-// is loaded. Coarser than S, levels of up to 2^16 clusters (sometimes four times as many; with
-// clusters 2^14) are whole in memory. seen: called once with every block of the mesh, ascending,
-// while it is in memory. Errors: InputOutput; Cancelled.
+// Memory: one block, about 520 bytes a cluster and 220 a vertex, and the next block while it is
+// being loaded. Levels coarser than S with up to 2^16 clusters (sometimes four times as many; 2^14
+// when made by clusters) are whole in memory. seen: called once with every block of the mesh,
+// ascending, while the block is in memory. Errors: InputOutput; Cancelled.
 Result<ExternalLevels> BuildExternalLevels(SpillFolder& folder, const MeshBlocks& mesh,
   const LevelOptions& options, const Execution& execution = {},
   const std::function<void(const TreeBlock&)>& seen = {});

@@ -10,7 +10,7 @@ namespace kdstream
 namespace
 {
 
-// A block's clusters and all that ties them.
+// The clusters of a block, and the triangles and links that connect them.
 struct ClusterBlock
 {
   std::vector<ClusterSum> clusters;

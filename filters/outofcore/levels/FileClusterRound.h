@@ -13,20 +13,20 @@
 namespace kdstream
 {
 
-// A level that the next coarser one is made of.
+// A level from which the next coarser one is made.
 struct LinkedLevel
 {
-  LevelFile& level; // its parents are filled
+  LevelFile& level; // its file of parents is filled in
   const LevelStates& states;
   const LevelLinks& links;
-  BlockRange here; // the blocks that are gone through
+  BlockRange here; // the blocks to process
 };
 
 // Appends the clusters of level `depth` to `coarser`, in blocks of the same depth as those of
-// `below`, and writes their numbers into below's file of parents. The caller makes the triangles
-// and links. report: called after each block with the progress, 0 … 1. Memory: a block without
-// ghosts, about 520 bytes a cluster. Errors: InputOutput; those of report. REQUIRES: blocks are not
-// deeper than `depth`.
+// `below`, and writes the number of each cluster's parent into the file of parents of `below`. The
+// caller makes the triangles and links. report: called after each block with the progress, 0 … 1.
+// Memory: one block without ghosts, about 520 bytes a cluster. Errors: InputOutput; those of
+// report. REQUIRES: blocks are not deeper than `depth`.
 Status MakeCoarserClustersInFiles(SpillFolder& folder, const LinkedLevel& below, unsigned depth,
   const LevelArrays& arrays, const ClusterRules& rules, LevelWriter& coarser,
   const Execution& execution, const std::function<Status(double)>& report);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A level in files, as a round of collapses goes through it. Only for the levels out of core.
+// Gives a round of collapses access to a level in files. Only for the levels out of core.
 #pragma once
 
 #include "filters/core/levels/LevelBlocks.h"
@@ -14,11 +14,12 @@
 namespace kdstream
 {
 
-// Makes the clusters of the coarser level from the rounds' blocks; its triangles are the caller's.
+// Makes the clusters of the coarser level from the blocks of a round; the caller makes its
+// triangles.
 class FileLevelBlocks : public LevelBlocks
 {
 public:
-  // Keeps references to all. coarser: appended to, block by block.
+  // Keeps references to all arguments. coarser: clusters are appended to it, block by block.
   FileLevelBlocks(SpillFolder& folder, LevelFile& below, const LevelStates& states,
     const LevelArrays& arrays, LevelFile& coarser, LevelWriter& writer);
   // Makes the files. Errors: InputOutput.
@@ -37,7 +38,7 @@ public:
     std::size_t block, CollapseState&& coarser, std::vector<VertexId>&& parents) override;
 
 protected:
-  // The lists of a block in a file: the merges of one after those of the other.
+  // The merge lists of a block in a file: all merges of the first list, then all of the second.
   struct KeptLists
   {
     SpillFile merges;
@@ -59,7 +60,7 @@ protected:
   const LevelArrays& Arrays;
   LevelFile& Coarser;
   LevelWriter& Writer;
-  std::vector<KeptLists> Kept;      // of each block
+  std::vector<KeptLists> Kept;      // of each block, the lists kept in a file
   std::array<SpillFile, 2> Targets; // VertexId, by stage
   std::size_t Loaded = none;        // the block in Current
   LoadedBlock Current;

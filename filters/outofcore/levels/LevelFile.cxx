@@ -41,7 +41,8 @@ Result<LevelBlock> LoadLevelBlock(const LevelFile& level, std::size_t block)
   }
   loaded.ownEnd = static_cast<VertexId>(loaded.clusters.size());
   loaded.clusters.insert(loaded.clusters.end(), above, ghosts.end());
-  for (Triangle& t : loaded.triangles) // places ascend with numbers: the order stays
+  for (Triangle& t : loaded.triangles) // local numbers ascend with the numbers in the level: the
+                                       // order stays
   {
     for (VertexId& corner : t)
     {

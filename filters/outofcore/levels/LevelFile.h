@@ -17,7 +17,7 @@
 namespace kdstream
 {
 
-// What pieces need of a cluster; kept until they are written.
+// What is needed of a cluster to write pieces; kept until then.
 struct ClusterRecord
 {
   Vec3 position{};
@@ -26,8 +26,9 @@ struct ClusterRecord
   VertexId count = 0;         // original vertices
 };
 
-// One level. Clusters are numbered as in ClusterLevel; those of a block, a cell of depth
-// blockDepth, are one interval. A triangle is in each block that owns one of its corners.
+// One level. Clusters are numbered as in ClusterLevel. A block is a cell of depth blockDepth, and
+// the numbers of its clusters are one interval. A triangle is stored in each block that owns one of
+// its corners.
 struct LevelFile
 {
   unsigned depth = 0;
@@ -35,11 +36,11 @@ struct LevelFile
   std::vector<VertexId> begin;              // first cluster of each block, and the end
   std::vector<std::uint64_t> triangleBegin; // first triangle of each block, and the end
   SpillFile clusters;                       // ClusterRecord
-  SpillFile triangles; // Triangle, lowest cluster first, sorted in each block, none twice
+  SpillFile triangles; // Triangle, lowest cluster first, sorted in each block, no duplicates
   SpillFile parents;   // VertexId: cluster of the next coarser level; closed at the coarsest
   // For each cluster the tuples of all arrays of the level; closed if there are none.
   SpillFile tuples;
-  // Clusters of other processes that blocks of this one use, ascending (BlockGroup.h).
+  // Clusters of other processes that blocks of this process use, ascending (BlockGroup.h).
   std::vector<VertexId> foreign;
 
   std::size_t BlockCount() const { return std::size_t{ 1 } << this->blockDepth; }
@@ -50,21 +51,21 @@ struct LevelFile
 // The clusters of a block and the ghosts that its triangles use, in ascending order.
 struct LevelBlock
 {
-  std::vector<VertexId> clusters;    // number in the level of each
-  VertexId ownBegin = 0, ownEnd = 0; // places in `clusters`
-  std::vector<Triangle> triangles;   // of places in `clusters`, lowest first, sorted
+  std::vector<VertexId> clusters;    // the number in the level of each
+  VertexId ownBegin = 0, ownEnd = 0; // the own clusters are clusters[ownBegin … ownEnd - 1]
+  std::vector<Triangle> triangles;   // corners are indices into `clusters`, lowest first; sorted
 
   bool IsOwn(VertexId place) const { return place >= this->ownBegin && place < this->ownEnd; }
   // The ghosts' numbers, ascending.
   std::vector<VertexId> Ghosts() const;
 };
 
-// Loads which clusters a block has, and its triangles. O(t log t); memory 40 bytes a triangle.
+// Finds the clusters of a block, and loads its triangles. O(t log t); memory 40 bytes a triangle.
 // Errors: InputOutput.
 Result<LevelBlock> LoadLevelBlock(const LevelFile& level, std::size_t block);
 
-// Reads an element for each cluster of a block: its own in one go, ghosts page by page. out:
-// block.clusters.size() × elementBytes. Errors: InputOutput.
+// Reads one element for each cluster of a block: the block's own in one go, ghosts page by page.
+// out: block.clusters.size() × elementBytes. Errors: InputOutput.
 Status ReadBlockElements(const SpillFile& file, std::size_t elementBytes, const LevelBlock& block,
   std::span<std::byte> out);
 
@@ -77,8 +78,8 @@ Result<std::vector<Record>> ReadBlockRecords(const SpillFile& file, const LevelB
   return records;
 }
 
-// All of a level's triangles, each once, sorted: from each block those whose lowest cluster is the
-// block's own. Memory 12 bytes a triangle. Errors: InputOutput.
+// All triangles of a level, each once, sorted. Each is taken from the block that owns its lowest
+// cluster. Memory 12 bytes a triangle. Errors: InputOutput.
 Result<std::vector<Triangle>> LoadAllTriangles(const LevelFile& level);
 
 // A level as one block, without ghosts: all its clusters and triangles. Errors: InputOutput.
@@ -94,13 +95,14 @@ public:
   {
   }
 
-  // expected: about the sum of the triangles of all blocks; 0 = unknown. REQUIRES: level.begin is
-  // known. Errors of both: InputOutput.
+  // expected: about how many triangles all blocks have together; 0 = unknown. REQUIRES: level.begin
+  // is known. Errors of both functions: InputOutput.
   Status Begin(std::uint64_t expected);
-  // Adds the triangles of the next block, as numbers of the level's clusters: all that touch the
-  // block. Others, degenerate ones and duplicates are dropped. O(t log t).
+  // Adds the triangles of the next block; corners are numbers of the level's clusters. `mapped`
+  // must contain all triangles that touch the block. Triangles elsewhere, degenerate ones and
+  // duplicates are dropped. O(t log t).
   Status Add(std::vector<Triangle>& mapped);
-  // How many there are so far, each counted where its lowest cluster is.
+  // How many triangles there are so far. Each is counted in the block that owns its lowest cluster.
   std::uint64_t TriangleCount() const { return this->Triangles; }
 
 private:

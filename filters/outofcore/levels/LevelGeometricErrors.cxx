@@ -13,7 +13,7 @@ namespace
 
 constexpr std::uint64_t batch = 1 << 14; // clusters read at once
 
-// Adds the geometric errors of the clusters of some blocks.
+// Adds the geometric errors of the clusters of some blocks to the bins.
 Status AddBlocks(const LevelFile& level, const BlockRange& blocks, GeometricErrorBins& bins)
 {
   const std::uint64_t end = level.begin[blocks.end];
@@ -31,7 +31,7 @@ Status AddBlocks(const LevelFile& level, const BlockRange& blocks, GeometricErro
   return {};
 }
 
-// Adds the geometric errors of `group`.
+// Adds the geometric errors of the clusters of all processes in `group`.
 Status AddLevel(
   const ExternalLevels& levels, unsigned depth, const BlockGroup& group, GeometricErrorBins& bins)
 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How far the clusters of levels in files lie off, level by level.
+// The geometric errors of levels in files, one number for each level.
 #pragma once
 
 #include "filters/core/tree/KdTree.h"
@@ -11,9 +11,10 @@
 namespace kdstream
 {
 
-// GeometricErrorBins::Most99 of each level, the same in every process. Reads the clusters of each
-// level in files once. Memory: 64 KiB and a batch of records. group: each process has the clusters
-// of its own blocks, the first process also those of the levels up to S. Errors: InputOutput.
+// GeometricErrorBins::Most99 of each level; every process gets the same numbers. Reads the clusters
+// of each level in files once. Memory: 64 KiB and a batch of records. group: each process has the
+// clusters of its own blocks; the first process also has those of the levels up to S. Errors:
+// InputOutput.
 Result<std::vector<double>> GeometricErrorsOfLevels(
   const ExternalLevels& levels, const TreeDepths& depths, BlockGroup* group = nullptr);
 

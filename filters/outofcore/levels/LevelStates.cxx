@@ -26,7 +26,7 @@ Status MakeFile(SpillFolder& folder, SpillFile& file, std::string_view purpose, 
   return {};
 }
 
-// The own clusters' interval of numbers in the level.
+// The range of numbers that the block's own clusters have in the level.
 BlockRange OwnNumbers(const LevelBlock& block)
 {
   const std::size_t first = block.ownBegin < block.ownEnd ? block.clusters[block.ownBegin] : 0;
@@ -43,7 +43,7 @@ void AppendPlaces(std::span<const ClusterRecord> records, ClusterLevel& places)
   }
 }
 
-// Loads the places of all clusters of a block, ghosts too.
+// Loads the positions and geometric errors of all clusters of a block, including ghosts.
 Status LoadPlaces(const LevelFile& level, const LevelBlock& block, ClusterLevel& places)
 {
   const std::span<const VertexId> all(block.clusters);
@@ -65,7 +65,7 @@ Status LoadPlaces(const LevelFile& level, const LevelBlock& block, ClusterLevel&
   return appendGhosts(all.subspan(block.ownEnd));
 }
 
-// Loads the shown colours of all clusters of a block, ghosts too.
+// Loads the displayed colours of all clusters of a block, including ghosts.
 Status LoadVertexColors(
   const LevelFile& level, const LevelArrays& arrays, const LevelBlock& block, ClusterLevel& places)
 {
@@ -81,7 +81,7 @@ Status LoadVertexColors(
   return {};
 }
 
-// Loads the sums of the own clusters of a block.
+// Loads the sums of the block's own clusters.
 Status LoadSums(const LevelStates& states, const LevelBlock& block, CollapseState& state)
 {
   const BlockRange own = OwnNumbers(block);

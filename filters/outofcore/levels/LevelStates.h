@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What makers of levels need of a level in files, in addition to the level itself, until the next
-// coarser one is made. Only for the levels out of core.
+// What is needed of a level in files, besides the level itself, until the next coarser one is made.
+// Only for the levels out of core.
 #pragma once
 
 #include "filters/core/levels/CollapseState.h"
@@ -23,8 +23,8 @@ struct LevelArrays
 {
   std::size_t components = 0;            // of CollapseAttributes
   std::vector<AttributeInfo> attributes; // that levels carry
-  // The place of the level's vertex colours in a tuple of attributes; nothing if there are none, or
-  // if they are not needed.
+  // The offset of the level's vertex colours in a tuple of attributes; nothing if there are none,
+  // or if they are not needed.
   std::optional<std::size_t> vertexColors;
 
   std::size_t TupleBytes() const;
@@ -36,14 +36,14 @@ struct ClusterState
   std::uint32_t cellOf = 0;
 };
 
-// The state of each cluster, by number. Blocks need only those of their own clusters.
+// The state of each cluster, by number. A block needs only those of its own clusters.
 struct LevelStates
 {
   SpillFile sums;          // ClusterState
   SpillFile components;    // float × components; closed if there are none
   SpillFile attributeSums; // AttributeSums; closed if there are none
-  double area = 0;         // of all clusters: AddAreas
-  // All the level's, each once; counted when they are written.
+  double area = 0;         // sum over all clusters: AddAreas
+  // All triangles of the level, each once; counted when they are written.
   std::uint64_t triangles = 0;
 };
 
@@ -51,7 +51,7 @@ struct LevelStates
 class LevelWriter
 {
 public:
-  // Keeps references.
+  // Keeps references to the arguments.
   LevelWriter(LevelFile& level, LevelStates& states, const LevelArrays& arrays)
     : Level(level)
     , States(states)
@@ -59,9 +59,9 @@ public:
   {
   }
 
-  // expected: clusters, about. Errors of both: InputOutput.
+  // expected: about how many clusters. Errors of both functions: InputOutput.
   Status Begin(SpillFolder& folder, std::uint64_t expected);
-  // All of a state without ghosts, and the sums of its attributes.
+  // Appends all clusters of a block without ghosts, and the sums of their attributes.
   Status Append(const CollapseState& block, const AttributeSums& attributes);
   // The number of clusters so far.
   VertexId ClusterCount() const { return this->Level.ClusterCount(); }
@@ -72,20 +72,21 @@ private:
   const LevelArrays& Arrays;
 };
 
-// A block of a level with its ghosts; its triangles move into the state. Memory beside it: 40 bytes
-// a ghost. Errors: InputOutput.
+// Loads the state of a block of a level, with ghosts; the triangles are moved into the state.
+// Memory besides the state: 40 bytes a ghost. Errors: InputOutput.
 Result<CollapseState> LoadState(
   const LevelFile& level, const LevelStates& states, const LevelArrays& arrays, LevelBlock& block);
 
-// The attributes' sums of a block's own clusters. Errors: InputOutput.
+// The sums of the attributes of a block's own clusters. Errors: InputOutput.
 Result<AttributeSums> LoadAttributeSums(const LevelStates& states, const LevelArrays& arrays,
   VertexId firstCluster, std::size_t clusters);
 
-// Merges the level's blocks into larger ones of a smaller depth, before its triangles are written.
+// Merges the blocks of a level into larger ones, of depth blockDepth, before its triangles are
+// written.
 void MergeBlocks(LevelFile& level, unsigned blockDepth);
 
-// Replaces each corner by the entry of a file of VertexId at its place. [first, end): where most
-// corners are; the others are read page by page. O(t log t). Errors: InputOutput.
+// Replaces each corner by its entry in a file of VertexId. [first, end): the range that most
+// corners are in; other entries are read page by page. O(t log t). Errors: InputOutput.
 Status MapCorners(
   std::vector<Triangle>& triangles, const SpillFile& map, VertexId first, VertexId end);
 

@@ -22,12 +22,13 @@ namespace kdstream
 namespace
 {
 
-// The share of the step's progress that the finest level takes.
+// The share of the step's progress that belongs to the finest level.
 constexpr double finestShare = 0.4;
-// Levels by clusters with at most this number are made in memory, where all are needed whole.
+// When levels are made by clusters, one with at most this number of clusters is the finest to be
+// held whole in memory.
 constexpr VertexId mostInMemory = 1 << 14;
 
-// Writes them to a file, and reads them back.
+// Writes the sums to a file, and reads them back.
 class SumsInFile : public SumsAside
 {
 public:
@@ -43,7 +44,7 @@ public:
       this->Folder.CreateFile("sums of clusters", this->Count * sizeof(ClusterSum)), this->File));
     KDSTREAM_TRY(WriteRecords<ClusterSum>(this->File, 0, std::span<const ClusterSum>(sums)));
     sums = std::vector<ClusterSum>();
-    ReturnFreeMemory(); // also memory that the previous level has left
+    ReturnFreeMemory(); // also what the previous level left
     return {};
   }
 
@@ -61,7 +62,8 @@ private:
   std::size_t Count = 0;
 };
 
-// Puts a cluster of a level, which is numbered so there, at its new place.
+// Gives a cluster its new position and geometric error. moved: its cluster is a number in the
+// level.
 Status MoveTo(const MovedCluster& moved, LevelFile& level, LevelStates& states)
 {
   ClusterRecord record;
@@ -141,7 +143,7 @@ Status LevelSteps::BuildFinestBlock(
   TriangleBuckets buckets = BucketTriangles(
     block.mesh.triangles, partitions + 1,
     [&](VertexId v) { return std::min<std::size_t>(partition[v], partitions); }, this->Exec);
-  buckets.begin.pop_back(); // of ghosts
+  buckets.begin.pop_back(); // drops the triangles whose three corners are ghosts
 
   Execution quiet = this->Exec;
   quiet.progress = [](std::string_view, double) { return true; };
@@ -174,8 +176,8 @@ Status LevelSteps::BuildFinestBlock(
   return writer.Append(state, sums);
 }
 
-// If welding has left one vertex in each place, two vertices can only coincide as 0.0 and -0.0: the
-// block then has a negative zero.
+// If welding left one vertex in each place, two vertices can still coincide as 0.0 and -0.0. Then
+// the block has a negative zero.
 LevelOptions LevelSteps::OptionsFor(const TreeBlock& block)
 {
   const bool negative =
@@ -255,7 +257,7 @@ Result<std::vector<ClusterLevel>> LevelSteps::BuildCoarse(
   {
     return std::vector<ClusterLevel>{};
   }
-  ReturnFreeMemory(); // of the rounds, before a whole level and all that its collapse takes
+  ReturnFreeMemory(); // of the rounds; a whole level and its collapse need memory next
   Result<LevelBlock> whole = LoadWholeLevel(level);
   KDSTREAM_TRY(whole);
   Result<CollapseState> state = LoadState(level, states, this->LevelsArrays, *whole);
@@ -286,7 +288,7 @@ Result<std::vector<ClusterLevel>> LevelSteps::BuildCoarse(
   return levels;
 }
 
-// The level and the coarser ones, [depth], without attributes.
+// The level and all coarser ones, [depth], without attributes.
 Result<std::vector<ClusterLevel>> LevelSteps::MakeCoarse(
   SpillFolder& folder, CollapseState&& state, const LevelFile& level, const LevelLinks& links) const
 {

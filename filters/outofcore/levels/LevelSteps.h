@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The steps of making levels out of core that do not depend on who has the blocks: one process
-// (ExternalLevels.h) or several (filters/Parallel). Only for the makers of levels.
+// The steps of making levels out of core that are the same whether one process has all blocks
+// (ExternalLevels.h) or several share them (filters/Parallel). Only for the makers of levels.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -24,45 +24,46 @@ namespace kdstream
 class LevelSteps
 {
 public:
-  // Keeps references. REQUIRES: the mesh's counts and attributes are known.
+  // Keeps references to the arguments. REQUIRES: the mesh's counts and attributes are known.
   LevelSteps(const MeshBlocks& mesh, const LevelOptions& options, const Execution& execution);
 
   bool ByClusters() const { return this->Clusters; }
   const LevelArrays& Arrays() const { return this->LevelsArrays; }
-  // Whether vertices in the same place have to be linked if they are in different cells: known when
+  // Whether vertices in the same place have to be linked if they are in different cells; known once
   // all finest blocks are built. Vertices of one cell are in one cluster, so they need no link.
   bool LinksCoincident() const { return this->Clusters && this->MayCoincide; }
 
-  // The depth of a level's blocks: at most `most`, and small enough that each node of the next
-  // coarser level is in one block.
+  // The depth of the blocks of a level: at most `most`, and small enough that each node of the next
+  // coarser level lies within one block.
   unsigned BlockDepthOf(unsigned level, unsigned most) const;
-  // Whether the next coarser level is made in files. level: the coarsest so far; states: its own.
+  // Whether the next coarser level is made in files. level: the coarsest so far; states: those of
+  // that level.
   bool IsCoarserInFiles(const LevelFile& level, const LevelStates& states) const;
 
-  // Appends the finest clusters of a block of the mesh, beginning with number firstCluster, and
-  // writes the cluster of each of its vertices, by rank.
+  // Appends the finest clusters of a block of the mesh, numbered from firstCluster on, and writes
+  // the cluster of each vertex of the block, by rank.
   Status BuildFinestBlock(
     const TreeBlock& block, VertexId firstCluster, SpillFile& clusterOfRank, LevelWriter& writer);
 
-  // Moves clusters of this process's blocks of a level where its triangles face the wrong way
+  // Moves clusters in this process's blocks where triangles of the level face the wrong way
   // (FoldOverRepair.h). Clusters of other blocks must be at their original places. REQUIRES: the
   // level's triangles are written. Not for levels by clusters.
   Status RepairFoldOvers(
     SpillFolder& folder, LevelFile& level, LevelStates& states, const BlockRange& here) const;
 
-  // The clusters of level `depth` by a round of collapses.
+  // Makes the clusters of level `depth` by a round of collapses.
   Status Collapse(FileLevelBlocks& blocks, unsigned depth) const;
-  // The same by clusters: MakeCoarserClustersInFiles.
+  // Makes them by clusters of cells instead: MakeCoarserClustersInFiles.
   Status Join(
     SpillFolder& folder, const LinkedLevel& below, unsigned depth, LevelWriter& writer) const;
 
   // All levels coarser than `level`, which is the coarsest in files: [depth], in memory. Fills in
-  // the parents of `level`. states: of that level; removed early, to save disk space. links: none
-  // unless the levels are by clusters.
+  // the parents of `level`. states: those of `level`; their files are removed early, to save disk
+  // space. links: empty unless the levels are made by clusters.
   Result<std::vector<ClusterLevel>> BuildCoarse(
     SpillFolder& folder, LevelFile& level, LevelStates states, const LevelLinks& links) const;
 
-  // Reports progress of the finest level, or of a coarser one: 0 … 1.
+  // Reports progress (0 … 1) of the finest level, or of a coarser one.
   Status ReportFinest(double done) const;
   Status ReportLevel(unsigned depth, double done) const;
 
@@ -77,10 +78,10 @@ private:
   const CollapseSpace Space;
   const bool Clusters;
   const ClusterRules Rules;
-  // Whether it matters that vertices are in the same place. It does not for a cloud, and for levels
-  // by clusters without components, since all vertices of a cell are then one cluster anyway.
+  // Whether it matters that vertices are in the same place. It does not for a cloud, nor for levels
+  // by clusters without components: all vertices of a cell are then one cluster anyway.
   const bool JoinsCoincident;
-  bool MayCoincide; // vertices may be in one place
+  bool MayCoincide; // whether vertices may be in one place
   LevelArrays LevelsArrays;
 };
 

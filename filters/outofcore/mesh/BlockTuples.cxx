@@ -11,10 +11,11 @@ namespace kdstream
 namespace
 {
 
-// Tuples with less than this between them are read at once, what is between them too.
+// Tuples with at most this number of bytes between them are read in one go, together with the bytes
+// between.
 constexpr std::uint64_t nearBytes = std::uint64_t{ 1 } << 14;
 
-// A tuple that is wanted: where it is in the file, and where it goes.
+// Where a required tuple is in the file, and where it goes.
 struct TuplePlace
 {
   std::uint32_t source = 0, target = 0;
@@ -36,7 +37,7 @@ public:
     }
   }
 
-  // places: ascending sources; every target below their number once.
+  // places: sources ascend; the targets are the numbers below places.size(), each once.
   Status Load(const SpillFile& file, std::span<const TuplePlace> places)
   {
     if (this->TupleBytes == 0)
@@ -67,7 +68,7 @@ public:
   }
 
 private:
-  // How many of the places are read at once.
+  // How many of the places are read in one go.
   std::size_t RunLength(std::span<const TuplePlace> places) const
   {
     std::size_t length = 1;

@@ -16,7 +16,7 @@ namespace
 constexpr std::string_view cellStep = "faces";
 constexpr std::size_t trianglesOfRun = 1 << 13;
 
-// Holds all ranks by vertex, if they fit the memory.
+// Fills in the ranks of all vertices, by id, when they fit in memory.
 template <class Scalar>
 Status FillRanks(const SpillFile& records, std::span<VertexId> ranks, std::uint64_t memory,
   const Execution& execution)
@@ -42,7 +42,7 @@ struct RankedVertex
   VertexId id = 0, rank = 0;
 };
 
-// The ranks into buckets by sections of the ids.
+// Puts the ranks into buckets, by sections of the ids.
 template <class Scalar>
 Status BucketRanks(const SpillFile& records, std::uint32_t count, const MapSections& sections,
   RecordBuckets<RankedVertex>& buckets, const Execution& execution)
@@ -62,7 +62,7 @@ Status BucketRanks(const SpillFile& records, std::uint32_t count, const MapSecti
   return buckets.Finish();
 }
 
-// One pass; memory: beside the ranks.
+// Takes one pass. Memory: `memory` besides the ranks.
 template <class Scalar>
 Result<VertexMap> RankAtOnce(SpillFolder& folder, const SpillFile& records, std::uint32_t count,
   std::uint64_t memory, const Execution& execution)
@@ -76,7 +76,8 @@ Result<VertexMap> RankAtOnce(SpillFolder& folder, const SpillFile& records, std:
   return VertexMap{ std::move(*file), count };
 }
 
-// Replaces the triangles of a block by those of each cell, next to each other.
+// Puts the triangles of a block that touch the same cell next to each other, and adds them to the
+// cells.
 class CellRuns
 {
 public:
@@ -121,7 +122,7 @@ public:
   }
 
 private:
-  std::vector<std::uint64_t> Entries; // cell, place in the block
+  std::vector<std::uint64_t> Entries; // cell, index in the block
   std::vector<NumberedTriangle> Sorted;
 };
 
@@ -194,7 +195,7 @@ std::size_t CellOfRank::operator()(VertexId rank) const
       std::upper_bound(this->Begin.begin() + 1, this->Begin.end() - 1, rank) - this->Begin.begin() -
       1);
   }
-  // A guess as if all cells had equal size; a few steps correct it.
+  // First a guess as if all cells had equal size; a few steps correct it.
   std::size_t cell = std::min(static_cast<std::size_t>(rank * this->Scale), this->Count() - 1);
   while (this->Begin[cell] > rank)
   {

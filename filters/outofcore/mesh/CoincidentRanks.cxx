@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Coincident vertices: see CoincidentRanks.h.
-//   1. Put each place with its rank into a bucket, by the place's hash; ranks ascend in each
+//   1. Put each place with its rank into a bucket, by the hash of the place. Ranks ascend in each
 //      bucket.
-//   2. In each bucket remember the last rank in each place.
+//   2. In each bucket remember the last rank at each place.
 #include "filters/outofcore/mesh/CoincidentRanks.h"
 
 #include "filters/outofcore/files/BucketFile.h"
@@ -17,7 +17,7 @@ namespace
 
 using VisitPair = std::function<Status(VertexId, VertexId)>;
 
-// visit(record) for each vertex: its id is its rank, and no zero is negative.
+// Calls visit(record) for each vertex. In the record the id is the rank, and no zero is negative.
 template <class Scalar, class Visit>
 Status ForEachRank(const SpillFile& records, std::uint32_t count, const Visit& visit)
 {

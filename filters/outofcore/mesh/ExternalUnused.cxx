@@ -13,7 +13,7 @@ namespace kdstream
 namespace
 {
 
-// Vertices that are written one after the other, in blocks.
+// Writes vertices one after the other, in blocks.
 class VertexWriter
 {
 public:

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Welding out of core: see ExternalWeld.h.
-//   1. If not all vertices fit the memory: find those whose place has a hash that may be repeated.
-//      Step 2 uses only these. If these do not fit either, put them into buckets by a hash of their
-//      bytes, so that equal vertices are in one bucket.
-//   2. In each bucket find each vertex that equals a lower one, and the lowest of these.
-//   3. Make the map: new numbers for the vertices that stay, by id; then for those that go.
-//   4. Moves the vertices that stay together.
+//   1. If not all vertices fit in memory: find those whose place has a hash that may occur more
+//      than once. Step 2 uses only these. If they do not fit either, put them into buckets by a
+//      hash of their bytes, so that equal vertices are in one bucket.
+//   2. In each bucket, find each vertex that equals a lower one, and the lowest that it equals.
+//   3. Make the map: first number the vertices that stay, by id; then give each removed vertex the
+//      number of the one that it equals.
+//   4. Move the vertices that stay together.
 #include "filters/outofcore/mesh/ExternalWeld.h"
 
 #include "filters/core/SeededHash.h"
@@ -29,7 +30,7 @@ namespace
 
 constexpr std::string_view weldStep = "weld";
 
-// A vertex that goes, and the lowest that it equals.
+// A vertex that is removed, and the lowest vertex that it equals.
 struct Twin
 {
   VertexId id = 0, lowest = 0;
@@ -84,7 +85,7 @@ private:
       weldStep, begin + (end - begin) * double(done) / double(std::max(1U, this->Input.count)));
   }
 
-  // visit(id, key) for each vertex.
+  // Calls visit(id, key) for each vertex.
   template <class Visit>
   Status ForEachVertex(const Visit& visit) const
   {
@@ -121,7 +122,7 @@ private:
     return HashOfBytes(key, this->Seed);
   }
 
-  // How many buckets of that many keys there must be for one to fit.
+  // How many buckets this number of keys needs, so that each bucket fits in memory.
   std::size_t BucketsFor(std::uint64_t keys) const
   {
     return static_cast<std::size_t>(
@@ -178,7 +179,7 @@ private:
     return {};
   }
 
-  // Step 1: which vertices may have an equal one. Returns an upper bound of their number.
+  // Step 1: finds the vertices that may have an equal one. Returns an upper bound of their number.
   Result<std::uint64_t> FindRepeated()
   {
     RepeatedHashes& repeated =
@@ -199,12 +200,13 @@ private:
       },
       [&](std::size_t, std::uint64_t last) { return this->Report(0, 0.2, last); }));
     repeated.Finish();
-    // Each has one before it in its class, except the first of the class.
+    // Each repeat follows another hash in its class. Only the first hash of a class is not counted
+    // as a repeat.
     return std::min<std::uint64_t>(
       this->Input.count, 2 * std::accumulate(repeats.begin(), repeats.end(), std::uint64_t{ 0 }));
   }
 
-  // visit(id, key) for each vertex that may have an equal, ascending.
+  // Calls visit(id, key) for each vertex that may have an equal one, ascending.
   template <class Visit>
   Status ForEachRepeated(const Visit& visit) const
   {
@@ -256,7 +258,7 @@ private:
       });
   }
 
-  // Buckets use the upper half of the hash, tables the lower half.
+  // Buckets are chosen by the upper half of the hash, slots of a table by the lower half.
   Result<BucketFile> BucketVertices(std::size_t count)
   {
     const std::size_t stride = this->KeyBytes + sizeof(VertexId);
@@ -276,7 +278,7 @@ private:
     return buckets;
   }
 
-  // Step 3.
+  // Step 3: the map.
   Result<VertexMap> MakeMap(const RecordBuckets<Twin>& twins)
   {
     VertexMap map;
@@ -304,7 +306,7 @@ private:
     return map;
   }
 
-  // Dropped vertices get noVertex until the numbers of the lowest ones are known.
+  // Removed vertices get noVertex until the numbers of the lowest equal vertices are known.
   Status NumberThoseThatStay(
     const RecordBuckets<Twin>& twins, VertexMap& map, RecordBuckets<Twin>& byLowest)
   {
@@ -328,8 +330,8 @@ private:
     return byLowest.Finish();
   }
 
-  // Calls visit(twin, entries of the section, its first number) for each record, with its section
-  // of the map; changes are kept.
+  // Calls visit(twin, entries of the section, first number of the section) for each record, while
+  // the record's section of the map is in memory. Changes to the entries are written back.
   template <class Visit>
   Status ForEachSection(VertexMap& map, RecordBuckets<Twin>& records, const Visit& visit)
   {
@@ -351,7 +353,7 @@ private:
     return {};
   }
 
-  // Step 4. A vertex stays if its number is the next one: those that go have a lower one.
+  // Step 4. A vertex stays if its number is the next one; a removed vertex has a lower number.
   Status Compact(const VertexMap& map, VertexFiles& output)
   {
     output.count = this->Kept;
@@ -418,7 +420,7 @@ private:
   const Execution& Exec;
   MapSections Sections;
   std::uint64_t Seed;
-  std::optional<RepeatedHashes> Repeated; // of places
+  std::optional<RepeatedHashes> Repeated; // of the hashes of places
   std::uint64_t Twins = 0;
   std::uint32_t Kept = 0;
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which vertices, in the order of the leaves, are in the same place: for code that looks for
-// coincident ones (CoincidentRanks.h, filters/Parallel).
+// Finds vertices in the same place while the vertices are visited in the order of the leaves. For
+// code that looks for coincident vertices (CoincidentRanks.h, filters/Parallel).
 #pragma once
 
 #include "filters/core/Result.h"
@@ -17,7 +17,7 @@
 namespace kdstream
 {
 
-// A vertex whose id is its rank, and no zero is negative.
+// The vertex with its rank as id, and without negative zeros.
 template <class Scalar>
 PointRecord<Scalar> RankedPlace(const PointRecord<Scalar>& vertex, VertexId rank)
 {
@@ -25,20 +25,21 @@ PointRecord<Scalar> RankedPlace(const PointRecord<Scalar>& vertex, VertexId rank
   return { { p[0] + Scalar(0), p[1] + Scalar(0), p[2] + Scalar(0) }, rank };
 }
 
-// Which rank was met last in each place.
+// Remembers the rank that was added last at each place.
 template <class Scalar>
 class LastRanks
 {
 public:
-  static constexpr std::uint64_t bytesPerPlace = 80; // of the table, while it grows too
+  static constexpr std::uint64_t bytesPerPlace = 80; // of the table, including its growth
 
-  // visit(a, b): ranks a < b in one place that have none of it between them. Keeps a reference.
+  // visit(a, b): called with ranks a < b at one place, if none of the ranks between them is at that
+  // place. Keeps a reference.
   explicit LastRanks(const std::function<Status(VertexId, VertexId)>& visit)
     : Visit(visit)
   {
   }
 
-  // REQUIRES: a RankedPlace; ranks ascend. Errors: those of `visit`.
+  // REQUIRES: `vertex` is a RankedPlace; ranks ascend. Errors: those of `visit`.
   Status Add(const PointRecord<Scalar>& vertex)
   {
     const auto [found, isNew] = this->Last.try_emplace(vertex.p, vertex.id);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A mesh in blocks: the files that the steps "tree" and "faces" of building out of core leave, and
-// loading a block of them.
+// a function that loads one block.
 #pragma once
 
 #include "filters/core/Attribute.h"
@@ -25,20 +25,21 @@ struct MeshBlocks
   Box box;                 // the model's
   bool floats = true;      // whether the records hold floats
   unsigned blockDepth = 0; // at most depths.partition
-  // The first vertex of each block, and the end: for blocks that are not cells of a k-d tree, whose
-  // partitions may have any size (OctreePartitions.h). Empty: cells of depth blockDepth.
+  // The first vertex of each block, and the end. Only for blocks that are not cells of a k-d tree;
+  // their partitions may have any size (OctreePartitions.h). Empty: blocks are cells of depth
+  // blockDepth.
   std::vector<VertexId> begin;
   SpillFile records; // of an ExternalTree
-  // For each block the triangles that touch it, corners are ranks; none for a cloud.
+  // For each block the triangles that touch it; corners are ranks. None for a cloud.
   std::optional<RecordBuckets<NumberedTriangle>> triangles;
   ScalarType scalarType = ScalarType::Float32;
-  bool mayCoincide = true; // false: no two vertices are in one place, -0.0 and 0.0 unlike
+  bool mayCoincide = true; // false: no two vertices are in one place, even if -0.0 equals 0.0
   std::vector<AttributeInfo> attributes; // of the mesh, point arrays first
   SpillFile pointTuples;                 // by rank; closed if there are none
   SpillFile cellTuples;                  // by number of triangle; closed if there are none
-  // What the process may hold while freed memory stays with it (ReturnFreeMemory).
+  // The bytes that the process may hold before freed memory is returned (ReturnFreeMemory).
   std::uint64_t keptMemory = 0;
-  // Ranks of other processes' vertices that blocks of this one use, ascending (BlockGroup.h).
+  // Ranks of vertices of other processes that blocks of this process use, ascending (BlockGroup.h).
   std::vector<VertexId> foreign;
 
   std::size_t BlockCount() const
@@ -57,9 +58,9 @@ struct MeshBlocks
   Result<TreeBlock> Load(std::size_t block, BlockOrder order = BlockOrder::ById) const;
 };
 
-// The tree below a block's cell, over only its own vertices, for core's functions that take a part
-// of a mesh. Its depths count from the block; `order` and `cellBegin` use the block's numbers; it
-// has no boxes.
+// The tree below a block's cell, over only the block's own vertices; for functions of core that
+// take a part of a mesh. Depths are relative to the block. `order` and `cellBegin` use the block's
+// numbers. The tree has no boxes.
 KdTree TreeOfBlock(const MeshBlocks& mesh, const TreeBlock& block);
 
 }

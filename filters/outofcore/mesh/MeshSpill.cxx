@@ -22,7 +22,7 @@ std::size_t TupleBytes(std::span<const AttributeInfo> attributes, AttributeAssoc
   return bytes;
 }
 
-// The tuples of a chunk's arrays of one association, element by element.
+// The tuples of a chunk, element by element: those of all arrays of one association.
 std::vector<std::byte> Interleaved(const Mesh& chunk, std::span<const AttributeInfo> attributes,
   AttributeAssociation association, std::size_t count)
 {
@@ -43,7 +43,7 @@ bool FitsFloats(const Vec3& p)
     p.begin(), p.end(), [](double x) { return static_cast<double>(static_cast<float>(x)) == x; });
 }
 
-// Point arrays, then cell arrays, each in their order: as a store has them.
+// Point arrays, then cell arrays, each in the order of the input: as in a store.
 std::vector<AttributeInfo> PointArraysFirst(std::vector<AttributeInfo> attributes)
 {
   std::stable_partition(attributes.begin(), attributes.end(),
@@ -52,7 +52,7 @@ std::vector<AttributeInfo> PointArraysFirst(std::vector<AttributeInfo> attribute
   return attributes;
 }
 
-// The files, and what is written to them.
+// The files of a spilled mesh, and the functions that write them.
 class MeshFiles
 {
 public:
@@ -73,7 +73,7 @@ public:
     KDSTREAM_TRY(CheckAttributes(none, 0, 0));
     output.vertices.tupleBytes = TupleBytes(output.attributes, AttributeAssociation::Point);
     output.cellTupleBytes = TupleBytes(output.attributes, AttributeAssociation::Cell);
-    // The header's claim is not allocated on the disk, because it may be wrong.
+    // No disk space is allocated for the counts in the header, because they may be wrong.
     const std::pair<SpillFile*, std::string_view> files[] = {
       { &output.vertices.points, "vertices" }, { &output.triangles, "triangles" },
       { output.vertices.tupleBytes > 0 ? &output.vertices.tuples : nullptr,
@@ -151,7 +151,7 @@ private:
 
   SpillFolder& Folder;
   SpilledMesh Output;
-  std::vector<NumberedTriangle> Numbered; // of a chunk
+  std::vector<NumberedTriangle> Numbered; // of the current chunk
 };
 
 class Spiller
@@ -192,7 +192,7 @@ private:
   }
 
   // Calls read(chunk) -> Result<count> until nothing is left, and use(chunk) -> Status for each
-  // chunk. The next chunk is read while one is used, if the execution has a thread for it.
+  // chunk. While a chunk is used, the next one is read, if the execution has a thread for it.
   template <class Read, class Use>
   Status ForEachChunk(const Read& read, const Use& use)
   {

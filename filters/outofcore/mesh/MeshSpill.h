@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A mesh file, read in chunks into spill files: step "read" of building out of core.
+// Reads a mesh file in chunks into spill files: step "read" of building out of core.
 #pragma once
 
 #include "filters/core/Attribute.h"
@@ -29,17 +29,17 @@ struct SpilledMesh
   bool fitFloats = true;                 // whether floats hold every coordinate exactly
 };
 
-// Reads the rest of a reader's file. Peak memory: a few chunks of about chunkBytes, whatever the
-// file holds; more only for a face that needs more. Errors: those of the reader; InvalidInput for
-// no vertices, or an array that no mesh can have (CheckAttributes); LimitExceeded for more than
-// 2^32 - 2 vertices or triangles; InputOutput; Cancelled. part: whether this is only a part of a
-// mesh, which may have no vertices.
+// Reads the rest of a reader's file. Peak memory: a few chunks of about chunkBytes, for any file;
+// more only if a single face needs more. Errors: those of the reader; InvalidInput for no vertices,
+// or for an array that no mesh can have (CheckAttributes); LimitExceeded for more than 2^32 - 2
+// vertices or triangles; InputOutput; Cancelled. part: whether this is only a part of a mesh; a
+// part may have no vertices.
 Result<SpilledMesh> SpillMesh(SpillFolder& folder, MeshReader& reader, std::size_t chunkBytes,
   const Execution& execution = {}, bool part = false);
 
-// The same for a mesh in memory, or for a part of one, which may have no vertices, or corners that
-// are numbers of vertices elsewhere. Memory: its arrays once more, 16 bytes a triangle. Errors: as
-// above, without those of a reader.
+// The same for a mesh in memory, or for a part of one. A part may have no vertices, and its corners
+// may be numbers of vertices in other parts. Memory: a copy of its arrays, and 16 bytes a triangle.
+// Errors: as above, without those of a reader.
 Result<SpilledMesh> SpillMesh(SpillFolder& folder, const Mesh& mesh);
 
 }

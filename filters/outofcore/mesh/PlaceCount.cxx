@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Counting of places: see PlaceCount.h.
-//   1. Find which hashes may be repeated. Count the others; sort these, if they fit the memory.
-//   2. If not: put the hash of each place into a bucket, by its upper bits.
-//   3. In each bucket count the different hashes.
+//   1. Find the hashes that may occur more than once. All others count as one place each. If these
+//      hashes fit in memory, sort them and count the distinct ones.
+//   2. If not, put the hash of each place into a bucket, by its upper bits.
+//   3. Count the distinct hashes of each bucket.
 #include "filters/outofcore/mesh/PlaceCount.h"
 
 #include "filters/core/SeededHash.h"
@@ -33,7 +34,7 @@ std::uint64_t HashOf(const Vec3& place)
   return HashOfPlace(WithPositiveZeros(place), agreedSeed);
 }
 
-// Step 1: all places, where the hashes that may come twice fit the memory.
+// Step 1. It counts all places if the hashes that may occur more than once fit in memory.
 template <class Scalar>
 class PlaceCounter
 {
@@ -51,7 +52,7 @@ public:
   {
   }
 
-  // Nothing if the hashes do not fit.
+  // Returns nothing if the hashes do not fit.
   Result<std::optional<std::uint64_t>> CountPlaces()
   {
     std::vector<std::uint64_t> repeats(this->Shape.slots, 0);
@@ -82,8 +83,8 @@ public:
 private:
   using Record = PointRecord<Scalar>;
 
-  // work(slot) is called on any thread when the hashes of a block are in that slot; then
-  // take(slot), in the order of the blocks.
+  // Calls work(slot) on any thread once the hashes of a block are in that slot; then take(slot), in
+  // the order of the blocks.
   template <class Work, class Take>
   Status ForEachBlock(double progress, const Work& work, const Take& take)
   {
@@ -122,7 +123,7 @@ private:
   RepeatedHashes Repeated;
 };
 
-// visit(hash) for each record.
+// Calls visit(hash) for each record.
 template <class Scalar, class Visit>
 Status ForEachHash(const SpillFile& records, std::uint32_t count, const PlaceOf& placeOf,
   const Execution& execution, const Visit& visit)
@@ -166,7 +167,7 @@ Result<std::uint64_t> CountPlacesExternally(SpillFolder& folder, const SpillFile
   {
     return **counted;
   }
-  // Half of the memory for different hashes; a bucket has half of what fits, or a few more.
+  // Half of the memory is for distinct hashes. The average bucket holds about half of what fits.
   const std::uint64_t most = std::max<std::uint64_t>(64, memory / 2 / sizeof(std::uint64_t));
   const std::uint64_t buckets = count <= most ? 1 : 1 + 2 * std::uint64_t{ count } / most;
   NumberSet<std::uint64_t> different(static_cast<std::size_t>(most));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// In how many different places the vertices of a mesh are that does not fit the memory.
+// Counts the distinct places of the vertices of a mesh that does not fit in memory.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -14,14 +14,14 @@
 namespace kdstream
 {
 
-// What core's CountPlaces counts (Weld.h; -0.0 and 0.0 are the same place), of the records of a
-// tree in any order. placeOf: maps a point to a place, such as its place on a grid; empty: the
-// point itself; called by several threads. Places are compared by 64 bits of a hash: among n
-// different ones, two are equal with a probability of n^2 / 2^65, and the count is then one too
-// low. This is exact enough for a warning, but not for other uses. Two passes over the records. If
-// the hashes that may be repeated do not fit the memory, one more pass, and all hashes are written
-// and read once. Peak memory: `memory` and a few blocks, whatever places are equal. Errors:
-// InputOutput; Cancelled.
+// Counts what core's CountPlaces does (Weld.h; -0.0 and 0.0 are the same place), for the records of
+// a tree in any order. placeOf: maps a point to a place, such as its place on a grid; called by
+// several threads; if it is empty, the place is the point itself. Places are compared by a 64-bit
+// hash. Among n distinct places, two have the same hash with a probability of n^2 / 2^65; the count
+// is then one too low. This is exact enough for a warning, but not for other uses. Two passes over
+// the records. If the hashes that may occur more than once do not fit in memory, there is one more
+// pass, and all hashes are written and read once. Peak memory: `memory` and a few blocks, whichever
+// places are equal. Errors: InputOutput; Cancelled.
 template <class Scalar>
 Result<std::uint64_t> CountPlacesExternally(SpillFolder& folder, const SpillFile& records,
   std::uint32_t count, const std::function<Vec3(const Vec3&)>& placeOf, std::uint64_t memory,

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Tuples in the order of the tree: see RankTuples.h.
-//   1. Put tuples with their ranks into buckets, by sections of the ranks.
-//   2. For each section: put each tuple into its place in memory, then write all to the file.
+//   1. Put the tuples with their ranks into buckets, by sections of the ranks.
+//   2. For each section, put each tuple into its place in memory, then write the section to the
+//      file.
 #include "filters/outofcore/mesh/RankTuples.h"
 
 #include "filters/outofcore/files/BucketFile.h"
@@ -51,7 +52,7 @@ private:
       tupleStep, begin + (end - begin) * double(done) / double(std::max(1U, this->Ranks.count)));
   }
 
-  // visit(rank, tuple) for each vertex, by ascending id.
+  // Calls visit(rank, tuple) for each vertex, by ascending id.
   template <class Visit>
   Status ForEachTuple(double end, const Visit& visit) const
   {
@@ -75,7 +76,8 @@ private:
     return {};
   }
 
-  // The place of a rank in the section that is put together.
+  // Where the tuple of a rank goes in the section that is being filled. first: the first rank of
+  // the section.
   std::byte* PlaceOf(VertexId rank, VertexId first)
   {
     return this->Section.data() + std::size_t{ rank - first } * this->TupleBytes;

@@ -89,10 +89,10 @@ private:
     return {};
   }
 
-  // Returns for each vertex, as it was loaded, its number in the block.
+  // Returns for each loaded vertex its number in the block.
   std::vector<VertexId> NumberVertices(BlockOrder order)
   {
-    std::vector<std::uint64_t> entries(this->Vertices.size()); // id, place
+    std::vector<std::uint64_t> entries(this->Vertices.size()); // id, index
     for (std::size_t i = 0; i < entries.size(); ++i)
     {
       entries[i] = std::uint64_t{ this->Vertices[i].id } << 32 | i;

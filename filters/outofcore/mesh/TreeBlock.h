@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One cell of the tree with everything that touches it, in memory: what the steps after the tree
-// process, one block after the other.
+// One cell of the tree with everything that touches it, in memory. The steps after the tree process
+// one such block after the other.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -19,20 +19,22 @@ namespace kdstream
 // How the vertices of a block are numbered.
 enum class BlockOrder
 {
-  ById,  // ascending, own and ghosts together: whatever goes by the order of ids comes out as for
-         // the whole mesh
-  ByRank // the own vertices, then the ghosts: less work, for whoever does not look at the order
+  // Ascending, own vertices and ghosts together. Code that depends on the order of ids then gives
+  // the same results as for the whole mesh.
+  ById,
+  // The own vertices, then the ghosts. This is less work, for code that ignores the order of ids.
+  ByRank
 };
 
 // The vertices of one cell and the vertices of other cells that its triangles use (ghosts).
 struct TreeBlock
 {
-  std::size_t cell = 0;   // at the depth of the blocks
-  VertexId firstRank = 0; // of the own vertices, which are ranks firstRank … + order.size() - 1
-  Mesh mesh;              // points; triangles that touch an own vertex, ascending by number
-  std::vector<VertexId> ids;          // of each vertex, ascending if ordered by id
-  std::vector<VertexId> ranks;        // of each vertex
-  std::vector<VertexId> order;        // the own vertices in the order of ranks
+  std::size_t cell = 0;        // at the depth of the blocks
+  VertexId firstRank = 0;      // the own vertices have the ranks firstRank … + order.size() - 1
+  Mesh mesh;                   // points; triangles that touch an own vertex, ascending by number
+  std::vector<VertexId> ids;   // of each vertex, ascending if ordered by id
+  std::vector<VertexId> ranks; // of each vertex
+  std::vector<VertexId> order; // the own vertices, by rank
   std::vector<std::uint32_t> numbers; // of each triangle, ascending
 
   bool IsOwn(VertexId v) const
@@ -44,15 +46,15 @@ struct TreeBlock
 
 // Loads block `cell` of depth `depth`. records: those of an ExternalTree over `vertices` vertices
 // (PointRecord<Scalar>); triangles: SortTrianglesIntoCells at that depth. Ghosts are read in the
-// order of their ranks, a page of 16 KiB once. O(v + t + g log g) for v vertices, g of them ghosts,
-// and t triangles of the block, O(t log t) if these do not ascend in their file; memory about 80
-// bytes a vertex and 40 a triangle. Errors: InputOutput.
+// order of their ranks; each page of 16 KiB is read once. For v vertices (g of them ghosts) and t
+// triangles of the block: O(v + t + g log g), or O(t log t) if the triangles do not ascend in their
+// file; memory about 80 bytes a vertex and 40 a triangle. Errors: InputOutput.
 template <class Scalar>
 Result<TreeBlock> LoadBlock(const SpillFile& records, std::uint32_t vertices,
   const RecordBuckets<NumberedTriangle>& triangles, unsigned depth, std::size_t cell,
   BlockOrder order = BlockOrder::ById);
 
-// The same for a cell of any size, the vertices of the ranks `range`.
+// The same for a cell of any size, which has the ranks `range`.
 template <class Scalar>
 Result<TreeBlock> LoadBlock(const SpillFile& records, const CellRange& range,
   const RecordBuckets<NumberedTriangle>& triangles, std::size_t cell,

@@ -17,7 +17,7 @@ constexpr std::string_view mapStep = "faces";
 constexpr std::size_t trianglesPerTask = 1 << 14;
 
 using Visit = std::function<Status(std::span<const NumberedTriangle>)>;
-using CornerBuckets = RecordBuckets<NumberedTriangle>; // by one corner
+using CornerBuckets = RecordBuckets<NumberedTriangle>; // by the section of one corner
 
 class TriangleMapper
 {
@@ -55,7 +55,7 @@ private:
     KDSTREAM_TRY(this->Map.count > 0 ? this->Load(0) : Status{});
     const std::uint64_t most = RecordsOfBlock<NumberedTriangle>(
       static_cast<std::size_t>(std::min<std::uint64_t>(this->Memory / 16, 4 * spillBlockBytes)));
-    std::vector<NumberedTriangle> blocks[2]; // one is given away while the other is read
+    std::vector<NumberedTriangle> blocks[2]; // one is passed on while the other is read
     std::uint64_t done = 0;
     return ForEachLoaded(
       static_cast<std::size_t>((this->Count + most - 1) / most),
@@ -75,7 +75,7 @@ private:
       this->Exec);
   }
 
-  // The triangles from `first` on, all corners replaced.
+  // Reads triangles, beginning with number `first`, and replaces all their corners.
   Status ReadMapped(std::uint64_t first, std::span<NumberedTriangle> triangles)
   {
     KDSTREAM_TRY(ReadRecords<NumberedTriangle>(this->Triangles, first, triangles));
@@ -93,7 +93,7 @@ private:
     return {};
   }
 
-  // Buckets by the section of one corner.
+  // Makes buckets for triangles, by the section of one corner.
   Result<CornerBuckets> MakeBuckets()
   {
     return CornerBuckets::Create(this->Folder, "triangles by their vertices",
@@ -123,7 +123,8 @@ private:
     return {};
   }
 
-  // Replaces one corner; sorts by the next one, or gives the triangles away.
+  // Replaces one corner of all triangles. Then sorts them by the next corner, or passes them on
+  // after the last one.
   Status MapCorner(CornerBuckets& buckets, std::size_t corner)
   {
     KDSTREAM_TRY(buckets.Finish());
@@ -175,7 +176,7 @@ private:
   const Execution& Exec;
   const Visit& Output;
   MapSections Sections;
-  VertexId First = 0; // of the section that is loaded
+  VertexId First = 0; // first entry of the loaded section
   std::vector<VertexId> Entries;
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Maps from vertex numbers to vertex numbers that do not fit the memory (ids after welding, places
-// in the tree), and applying them to triangles: the join of building out of core
+// Maps from vertex numbers to vertex numbers (ids after welding, places in the tree) that do not
+// fit in memory, and their application to triangles: the join of building out of core
 // (doc/design.md#faces).
 #pragma once
 
@@ -16,7 +16,7 @@
 namespace kdstream
 {
 
-// A triangle that knows its place in the input: later steps come back to that order.
+// A triangle with its number in the input; later steps use it to restore that order.
 struct NumberedTriangle
 {
   Triangle corners;
@@ -24,20 +24,20 @@ struct NumberedTriangle
   bool operator==(const NumberedTriangle&) const = default;
 };
 
-// For each vertex number 0 … count - 1 another one: 4 bytes each, in a file.
+// Maps the vertex numbers 0 … count - 1 to other numbers: 4 bytes each, in a file.
 struct VertexMap
 {
   SpillFile file;
   std::uint32_t count = 0;
 };
 
-// The numbers in parts of equal size, each of which fits the memory.
+// Divides vertex numbers into sections of equal size, each of which fits in memory.
 struct MapSections
 {
   std::uint32_t count = 0;
-  std::uint32_t entries = 1; // of each but the last
+  std::uint32_t entries = 1; // in each section but the last
 
-  // memory: bytes that the entries of one may take.
+  // memory: bytes that the entries of one section may take.
   static MapSections Over(std::uint32_t count, std::uint64_t memory, std::size_t entryBytes);
 
   std::size_t Number() const
@@ -55,12 +55,12 @@ struct MapSections
   }
 };
 
-// Replaces each corner of the triangles by its entry of the map, and gives the triangles to `visit`
-// in blocks, never two at once. Their order is arbitrary, but the same for the same input and
-// memory. If the map fits half of the memory: one pass over the triangles. Else the triangles are
-// sorted into buckets by one corner after the other: three more passes of writing and reading. Peak
-// memory: `memory` and two blocks. Errors: InputOutput; Cancelled; those of `visit`. REQUIRES:
-// every corner < map.count.
+// Replaces each corner of the triangles by its entry in the map, and passes the triangles to
+// `visit` in blocks, never two at the same time. Their order is arbitrary, but the same for the
+// same input and memory. If the map fits in half of the memory, this takes one pass over the
+// triangles. Otherwise the triangles are sorted into buckets by one corner after the other: three
+// more passes of writing and reading. Peak memory: `memory` and two blocks. Errors: InputOutput;
+// Cancelled; those of `visit`. REQUIRES: every corner < map.count.
 Status MapTriangles(SpillFolder& folder, const SpillFile& triangles, std::uint64_t count,
   const VertexMap& map, std::uint64_t memory, const Execution& execution,
   const std::function<Status(std::span<const NumberedTriangle>)>& visit);

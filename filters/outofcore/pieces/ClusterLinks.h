@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What numbering needs of the clusters of a level in files. Only for the numbers out of core.
+// What is needed to number the clusters of a level in files. Only for the numbers out of core.
 #pragma once
 
 #include "filters/core/pieces/VertexNumbers.h"
@@ -13,33 +13,33 @@
 namespace kdstream
 {
 
-// The parents of consecutive clusters: clusters of the next coarser level, whose numbers are in
-// [begin, end).
+// The parents of consecutive clusters: clusters of the next coarser level, with numbers in [begin,
+// end).
 struct ParentLinks
 {
   VertexId begin = 0, end = 0;
-  std::vector<VertexId> parents; // of each cluster, from `begin` on; none at level 0
+  std::vector<VertexId> parents; // of each cluster, minus `begin`; empty at level 0
 };
 
 struct ClusterLinks
 {
   ParentLinks above;
-  std::vector<VertexId> lowest; // original vertex of each cluster
+  std::vector<VertexId> lowest; // lowest original vertex of each cluster
   std::vector<Vec3> positions;
-  std::vector<VertexId> counts; // original vertices
+  std::vector<VertexId> counts; // number of original vertices of each cluster
 
   ClusterParents Links() const { return { this->above.parents, this->lowest, this->positions }; }
 };
 
-// Reads them for the clusters of a block of a level in files. Errors: InputOutput; Damaged, naming
-// the cluster with an invalid parent.
+// Reads the parents for a block of a level in files. Errors: InputOutput; Damaged, naming the
+// cluster, if a parent is invalid.
 Result<ParentLinks> ReadParents(const ExternalLevels& levels, unsigned depth, std::size_t block);
 Result<ClusterLinks> ReadLinks(const ExternalLevels& levels, unsigned depth, std::size_t block);
 
-// The clusters of a level, in files or in memory.
+// The number of clusters of a level in files or in memory.
 VertexId ClusterCount(const ExternalLevels& levels, unsigned depth);
 
-// The records [begin, end). Errors: InputOutput.
+// Reads the records [begin, end). Errors: InputOutput.
 template <SpillRecord Record>
 Result<std::vector<Record>> ReadInterval(
   const SpillFile& file, std::uint64_t begin, std::uint64_t end)

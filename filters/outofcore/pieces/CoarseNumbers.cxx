@@ -83,7 +83,7 @@ VertexTree TreeOfPartitions(const MeshBlocks& mesh)
 namespace
 {
 
-// For each value its place in their order.
+// For each value its place in ascending order.
 std::vector<VertexId> PlacesOf(std::span<const VertexId> values)
 {
   const std::vector<VertexId> order = OrderByKey(values);
@@ -95,7 +95,8 @@ std::vector<VertexId> PlacesOf(std::span<const VertexId> values)
   return places;
 }
 
-// The values of a block's parents: records of a file, or of `whole` where they are above the files.
+// The values of the parents of a block: records of a file, or entries of `whole` if the parents are
+// above the levels in files.
 Result<std::vector<VertexId>> ValuesOfParents(
   const ParentLinks& links, const SpillFile* file, std::span<const VertexId> whole)
 {
@@ -138,7 +139,7 @@ public:
   }
 
 private:
-  // A file of a level's clusters.
+  // Creates a file with `bytes` for each cluster of a level.
   Status Create(std::string_view purpose, unsigned depth, std::size_t bytes, SpillFile& file)
   {
     Result<SpillFile> made = this->Folder.CreateFile(
@@ -148,7 +149,7 @@ private:
     return {};
   }
 
-  // work(block, first cluster, end) -> Status, for each block of a level that has clusters.
+  // Calls work(block, first cluster, end) -> Status for each block of a level that has clusters.
   template <class Work>
   Status ForEachBlock(unsigned depth, const Work& work) const
   {
@@ -179,7 +180,7 @@ private:
       });
   }
 
-  // Level depth - 1 from level `depth`.
+  // Numbers level depth - 1 from level `depth`.
   Status NumberParents(unsigned depth)
   {
     SpillFile& file = this->Numbers.first[depth - 1];
@@ -201,7 +202,7 @@ private:
   Status RankClusters()
   {
     const unsigned inFiles = this->Levels.firstInFiles;
-    std::vector<VertexId> whole; // ranks in the level above the files
+    std::vector<VertexId> whole; // of the coarsest level's parents, which are in memory
     if (inFiles > 0)
     {
       const Result<std::vector<std::vector<VertexId>>> first =
@@ -221,7 +222,7 @@ private:
     return {};
   }
 
-  // whole: the ranks in the level above the files.
+  // whole: the ranks in the finest level that is in memory.
   Status RankBlock(unsigned depth, std::size_t block, VertexId begin, VertexId end,
     std::span<const VertexId> whole)
   {
@@ -249,8 +250,8 @@ private:
       this->Numbers.ranked[depth], begin, std::span<const RankedCluster>(ranked));
   }
 
-  // Finds child nodes of level depth - 1 from level `depth`, which has the same blocks or smaller
-  // ones.
+  // Finds the child nodes of level depth - 1 from level `depth`, whose blocks are the same or
+  // smaller.
   Status FindChildNodesOfParents(const VertexTree& tree, unsigned depth)
   {
     ChildNodeFile& file = this->Numbers.childNodes[depth - 1];
@@ -282,7 +283,7 @@ private:
   const unsigned Stitch;
 };
 
-// Gives all processes a file of `count` numbers that the first one has.
+// Copies a file of `count` numbers from the first process to all others.
 Status SpreadFile(SpillFolder& folder, BlockGroup& group, std::uint64_t count, SpillFile& file)
 {
   constexpr std::uint64_t atOnce = spillBlockBytes / sizeof(VertexId);

@@ -32,7 +32,7 @@ Status CoarseTree::Load(BlockGroup& group)
   return this->FindPartitions();
 }
 
-// first and parents of the levels above the files, by place.
+// Fills in `first` and `parents` of the levels above those in files, by place.
 Status CoarseTree::LoadWhole()
 {
   Result<std::vector<std::vector<VertexId>>> first = FirstAboveFiles(this->Levels, this->Numbers);
@@ -57,7 +57,8 @@ Status CoarseTree::LoadWhole()
   return {};
 }
 
-// Child nodes of the finest level in memory from the coarsest in files; then level by level.
+// Finds the child nodes of the finest level in memory from the coarsest level in files; then those
+// of coarser levels, level by level.
 Status CoarseTree::LoadChildNodes()
 {
   const unsigned inFiles = this->Levels.firstInFiles;
@@ -144,8 +145,8 @@ Status CoarseTree::AppendOwn(const CellRange& own, VertexTreeLevel& level) const
 
 Status CoarseTree::AppendHolders(std::span<const VertexId> numbers, VertexTreeLevel& level) const
 {
-  std::vector<VertexId> ranks; // of all clusters of the numbers' partitions
-  std::size_t next = 0;        // partition
+  std::vector<VertexId> ranks; // of all clusters in the partitions of the numbers
+  std::size_t next = 0;        // the next partition
   for (const VertexId number : numbers)
   {
     const std::size_t partition = (*this->PartitionOf)(number);
@@ -203,7 +204,7 @@ Result<std::vector<VertexTreeLevel>> CoarseTree::AncestorsOfRanks(
   return levels;
 }
 
-// Reads the parents' ranks of clusters whose ranks are known.
+// Reads the ranks of the parents of clusters whose own ranks are known.
 Status CoarseTree::ReadParentRanks(unsigned depth, VertexTreeLevel& level) const
 {
   std::vector<RankedCluster> clusters(level.ranks.size());
@@ -217,7 +218,7 @@ Status CoarseTree::ReadParentRanks(unsigned depth, VertexTreeLevel& level) const
   return {};
 }
 
-// Goes up from the last level, whose parents are ranks so far.
+// Goes up from the last level. The parents of the last level are still ranks, and become indices.
 Status CoarseTree::AddAncestors(std::vector<VertexTreeLevel>& levels) const
 {
   const unsigned coarsest = PreviewLevel(this->Input.depths);
@@ -239,7 +240,7 @@ Status CoarseTree::AddAncestors(std::vector<VertexTreeLevel>& levels) const
   const unsigned top = std::min(last, std::max(coarsest, this->Levels.firstInFiles));
   if (top <= coarsest)
   {
-    levels[top].parents.clear(); // nobody asks what lies above
+    levels[top].parents.clear(); // nobody uses coarser levels
   }
   return {};
 }

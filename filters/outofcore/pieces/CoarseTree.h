@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The levels 0 … S of the vertex tree, as far as parts of it need them, for a mesh that does not
-// fit the memory. Step "cut" out of core.
+// The levels 0 … S of the vertex tree, for a mesh that does not fit in memory, as far as a part of
+// the mesh needs them. Step "cut" out of core.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -18,32 +18,33 @@
 namespace kdstream
 {
 
-// The levels that are not in files are in memory whole; of the levels in files, the ancestors of
+// Levels that are not in files are whole in memory. Of the levels in files, only the ancestors of
 // given vertices are loaded. Keeps references.
 class CoarseTree
 {
 public:
   CoarseTree(const MeshBlocks& mesh, const ExternalLevels& levels, const ExternalNumbers& numbers);
 
-  // O(c log c) for the c clusters of level S and of the coarsest level in files. Memory: 24 bytes a
-  // cluster above the files and its child nodes, 12 bytes a partition. Errors: InputOutput; Damaged
-  // (ReadLinks). group: all processes get what AncestorsOf needs; only the first one gets the child
-  // nodes.
+  // O(c log c) for the c clusters of level S and of the coarsest level in files. Memory: 24 bytes
+  // for each cluster above the files, the child nodes of those clusters, and 12 bytes a partition.
+  // Errors: InputOutput; Damaged (ReadLinks). group: all processes get what AncestorsOf needs; only
+  // the first one gets the child nodes.
   Status Load(BlockGroup& group);
 
   // The levels in memory, coarser than those in files: first, parents, child nodes.
   const std::vector<VertexTreeLevel>& Whole() const { return this->WholeLevels; }
-  // Of these the lowest numbered vertices, by number of cluster; the first one's of a group.
+  // The lowest numbered vertices of the levels in memory, by number of cluster; only in the first
+  // process of a group.
   const std::vector<std::vector<VertexId>>& First() const { return this->FirstOfWhole; }
 
-  // The ancestors of the numbered vertices `own` of some partitions, and of other vertices
-  // (`ghosts`), which ascend. For each level in files from R to S, [depth]: the clusters that hold
+  // The ancestors of `own`, the numbered vertices of some partitions, and of other vertices,
+  // `ghosts`, which ascend. For each level in files from R to S, [depth]: the clusters that contain
   // these vertices, with parents and ranks; at level S also `first`. O(ghosts, and the level-S
   // clusters of all their partitions). Errors: InputOutput.
   Result<std::vector<VertexTreeLevel>> AncestorsOf(
     const CellRange& own, std::span<const VertexId> ghosts) const;
-  // The same for ancestors of clusters of a level in files up to S, whose ranks ascend; includes
-  // these clusters, without `first`.
+  // The same for the ancestors of clusters with given ranks, ascending, of a level in files up to
+  // S. The result includes these clusters, without `first`.
   Result<std::vector<VertexTreeLevel>> AncestorsOfRanks(
     unsigned depth, std::vector<VertexId> ranks) const;
 
@@ -52,8 +53,8 @@ private:
   Status LoadChildNodes();
   Status FindPartitions();
   Status Spread(BlockGroup& group);
-  // Appends clusters of level S, with the ranks of their parents: all of some partitions; those
-  // that hold given vertices.
+  // Append clusters of level S, with the ranks of their parents. AppendOwn: all clusters of some
+  // partitions. AppendHolders: the clusters that contain given vertices.
   Status AppendOwn(const CellRange& own, VertexTreeLevel& level) const;
   Status AppendHolders(std::span<const VertexId> numbers, VertexTreeLevel& level) const;
   Status ReadParentRanks(unsigned depth, VertexTreeLevel& level) const;
@@ -64,7 +65,7 @@ private:
   const ExternalNumbers& Numbers;
   std::vector<VertexTreeLevel> WholeLevels;
   std::vector<std::vector<VertexId>> FirstOfWhole;
-  std::vector<VertexId> PlacesAboveFiles; // of the clusters of level firstInFiles - 1, by number
+  std::vector<VertexId> PlacesAboveFiles; // of clusters of level firstInFiles - 1, by number
   std::optional<CellOfRank> PartitionOf;
   std::vector<VertexId> StitchBegin; // rank of each partition's first level-S cluster, and the end
 };

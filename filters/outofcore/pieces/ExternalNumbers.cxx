@@ -21,11 +21,11 @@ namespace kdstream
 namespace
 {
 
-// The points of ranks that follow each other; in the order of ids if `byId`, else of ranks.
+// The points of consecutive ranks; in the order of ids if `byId`, else in the order of ranks.
 struct RankedPoints
 {
   std::vector<Vec3> points;
-  std::vector<VertexId> ranks; // of each, from the first
+  std::vector<VertexId> ranks; // of each point, minus the first rank
 };
 
 template <class Scalar>
@@ -88,7 +88,7 @@ private:
     return this->Folder.CreateFile(purpose, numbers * sizeof(VertexId));
   }
 
-  // Whether these are all blocks: then nothing has to be fetched.
+  // Whether the blocks are all that there are; then nothing has to be fetched.
   static bool IsAll(const BlockRange& blocks, unsigned depth)
   {
     return blocks.begin == 0 && blocks.end == std::size_t{ 1 } << depth;
@@ -100,8 +100,9 @@ private:
     return here.end - here.begin;
   }
 
-  // Fetches the lowest numbered vertices of clusters of a level >= S: those that a file names at
-  // the places [begin, end), and that other processes have, a few MiB at a time.
+  // Fetches the lowest numbered vertices of those clusters of a level >= S that are stored in the
+  // file `clusters` at the places [begin, end) and that other processes have. Fetches a few MiB at
+  // a time.
   Status FetchFirst(
     unsigned depth, const SpillFile& clusters, std::uint64_t begin, std::uint64_t end)
   {
@@ -127,8 +128,8 @@ private:
     return {};
   }
 
-  // The parents of this process's clusters may be on other processes, because blocks of coarser
-  // levels are larger.
+  // Parents of this process's clusters may be in other processes, because blocks of coarser levels
+  // are larger.
   Status FetchFirstOfParents(const LevelFile& level)
   {
     const BlockRange here = this->Group.Here(level.blockDepth);
@@ -137,8 +138,8 @@ private:
       IsAll(here, level.blockDepth) ? begin : level.begin[here.end]);
   }
 
-  // Calls work(block) -> Status for each block of this process, some of them in parallel: numbering
-  // takes a tenth of the memory that a block may take.
+  // Calls work(block) -> Status for each block of this process, a few of them in parallel:
+  // numbering takes a tenth of the memory that a block may take.
   template <class Work>
   Status ForEachBlock(unsigned depth, const Work& work)
   {
@@ -179,12 +180,13 @@ private:
       this->Numbers.first[depth], sizeof(VertexId), level.begin, level.blockDepth, level.foreign);
   }
 
-  // The clusters of a block, all siblings among them.
+  // Numbers the clusters of a block. All siblings of a cluster are in the same block.
   Status NumberClusters(unsigned depth, std::size_t block, SpillFile& file) const
   {
     const Result<ClusterLinks> links = ReadLinks(this->Levels, depth, block);
     KDSTREAM_TRY(links);
-    // Parents are the clusters of the same cell of the tree: an interval too.
+    // The parents are the clusters of the same cell of the tree, so their numbers are an interval
+    // too.
     const Result<std::vector<VertexId>> above =
       ReadInterval<VertexId>(this->Numbers.first[depth - 1], links->above.begin, links->above.end);
     KDSTREAM_TRY(above);
@@ -215,8 +217,8 @@ private:
       IsAll(here, this->Input.blockDepth) ? begin : begins[here.end]);
   }
 
-  // The vertices of a block. Its ranks and its numbers are the same interval. Inside a finest
-  // cluster the order of ids matters only for vertices in the same place.
+  // Numbers the vertices of a block. Their ranks and their numbers are the same interval. Within a
+  // finest cluster the order of ids matters only for vertices in the same place.
   Status NumberBlock(const CellRange& range, SpillFile& file) const
   {
     if (range.size == 0)
@@ -251,8 +253,9 @@ private:
     return WriteRecords<VertexId>(file, range.begin, std::span<const VertexId>(numbers));
   }
 
-  // The lowest numbered vertices of the finest clusters of a block, from cluster `begin` on. Checks
-  // that each has room for its vertices after its lowest. clusterOf: of each vertex of the block.
+  // The lowest numbered vertices of the finest clusters of a block, beginning with cluster `begin`.
+  // Checks that after its lowest number each cluster has room for its vertices. clusterOf: of each
+  // vertex of the block.
   Result<std::vector<VertexId>> FirstOfFinest(
     const CellRange& range, VertexId begin, std::span<const VertexId> clusterOf) const
   {
@@ -273,10 +276,10 @@ private:
     {
       ++counts[cluster - begin];
     }
-    std::vector<bool> taken(clusterOf.size(), false); // of the block's numbers
+    std::vector<bool> taken(clusterOf.size(), false); // for each number of the block
     for (std::size_t i = 0; i < counts.size(); ++i)
     {
-      // Wraps around to a large number if it is below the block.
+      // Wraps around to a large number if the number is below the block.
       const std::uint64_t from = (*first)[i] - range.begin;
       bool fits = from <= range.size && counts[i] <= range.size - from;
       for (std::uint64_t at = from; fits && at < from + counts[i]; ++at)

@@ -23,7 +23,7 @@ namespace kdstream
 namespace
 {
 
-// The arrays of the clusters of a block.
+// The attribute arrays of the clusters of a block.
 Result<std::vector<Attribute>> ReadBlockTuples(
   const SpillFile& file, std::span<const AttributeInfo> attributes, const LevelBlock& block)
 {
@@ -55,7 +55,8 @@ Result<std::vector<Attribute>> ReadBlockTuples(
   return arrays;
 }
 
-// A block of a level as OrderLevel takes it without parents; its triangles move.
+// A block of a level without parents, as OrderLevel takes it; the block's triangles are moved into
+// it.
 Result<ClusterLevel> ReadBlockLevel(
   const LevelFile& file, std::span<const AttributeInfo> attributes, LevelBlock& block)
 {
@@ -124,7 +125,7 @@ public:
   }
 
 private:
-  // The pieces of cell `block` of `depth`.
+  // Visits the pieces of cell `block` of `depth`.
   Status VisitPart(Resolution resolution, unsigned depth, std::size_t block, const Mesh& mesh) const
   {
     return this->Visit(this->Tree, mesh, resolution,
@@ -136,7 +137,7 @@ private:
     return this->Input.triangleCount == 0 ? PrimitiveType::Points : PrimitiveType::Triangles;
   }
 
-  // The partitions of a block of the mesh.
+  // The part that consists of the partitions of a block of the mesh.
   ModelPart PartOfBlock(std::size_t block) const
   {
     if (this->Input.begin.empty())
@@ -159,7 +160,7 @@ private:
     return this->Finished ? this->Finished(resolution) : Status{};
   }
 
-  // A level above the files. Its links stay, the rest goes.
+  // Visits a level above those in files. Afterwards only its links are kept.
   Status VisitWhole(unsigned depth)
   {
     VertexTreeLevel& level = this->Tree.levels[depth];
@@ -173,14 +174,14 @@ private:
     return {};
   }
 
-  // A part of a level in files, and what lies above it of the levels in files up to S, [depth].
+  // A part of a level in files, and its ancestors in the levels in files up to S, [depth].
   struct LevelPart
   {
     VertexTreeLevel level;
     std::vector<VertexTreeLevel> above;
   };
 
-  // A level in files.
+  // Visits a level in files.
   Status VisitBlocks(unsigned depth)
   {
     const LevelFile& file = this->Levels.files[depth];
@@ -202,7 +203,7 @@ private:
       this->Exec);
   }
 
-  // above: levels in files from R to S; none where nothing above is asked for.
+  // above: levels in files from R to S; empty if no ancestors are needed.
   void SetAbove(std::vector<VertexTreeLevel>& above)
   {
     for (std::size_t d = this->Levels.firstInFiles; d < above.size(); ++d)
@@ -243,7 +244,7 @@ private:
     return part;
   }
 
-  // The ranks of a part of a level coarser than S, and what lies above it.
+  // Fills in the ranks of a part of a level coarser than S, and its ancestors.
   Status LoadRanks(unsigned depth, const LevelBlock& block, LevelPart& part) const
   {
     Result<std::vector<VertexId>> ranks =
@@ -262,7 +263,7 @@ private:
     return {};
   }
 
-  // places: of the clusters of the block.
+  // places: those of the clusters of the block.
   Status LoadChildNodes(unsigned depth, std::size_t index, const LevelBlock& block,
     std::span<const VertexId> places, VertexTreeLevel& level) const
   {
@@ -327,7 +328,7 @@ private:
       this->Exec);
   }
 
-  // The ancestors of a block's own vertices and ghosts, in any order.
+  // The ancestors of a block's own vertices and of its ghosts. numbers: in any order.
   Result<std::vector<VertexTreeLevel>> AncestorsOf(
     const CellRange& own, std::span<const VertexId> numbers) const
   {
@@ -340,14 +341,15 @@ private:
     return this->Coarse.AncestorsOf(own, ghosts);
   }
 
-  // The numbers of vertices with these ranks, in any order (fastest if most of them ascend).
+  // The numbers of the vertices with these ranks. Ranks may be in any order; it is fastest if most
+  // ascend.
   Result<std::vector<VertexId>> NumbersOf(std::span<const VertexId> ranks) const
   {
     if (!this->Numbers.numberOfRank.IsOpen())
     {
       return std::vector<VertexId>(ranks.begin(), ranks.end());
     }
-    std::vector<std::uint64_t> sorted; // rank, place in `ranks`
+    std::vector<std::uint64_t> sorted; // rank, index in `ranks`
     sorted.reserve(ranks.size());
     for (const VertexId rank : ranks)
     {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Gathered about a cell while its records are written: box, mean, count, and the distribution of
-// its coordinates. So splitting the cell needs no extra pass.
+// What is gathered about a cell while its records are written: box, mean, count, and the
+// distribution of its coordinates. With these the cell can be split without an extra pass.
 #pragma once
 
 #include "filters/core/tree/PointRecord.h"
@@ -17,12 +17,12 @@
 namespace kdstream
 {
 
-// Counts of one axis' coordinates in equal bins of their ordered bits between two bounds.
+// Counts the coordinates along one axis in equal bins of their ordered bits between two bounds.
 class CoordinateBins
 {
 public:
   CoordinateBins() = default;
-  // Every coordinate that is added lies in [low, high].
+  // All coordinates that are added later must lie in [low, high].
   CoordinateBins(double low, double high, unsigned bits)
     : Low(OrderedBits(low))
   {
@@ -45,8 +45,8 @@ public:
     }
   }
 
-  // The bin that holds the coordinate of `rank` among those added: its bounds, and how many
-  // coordinates are below it and in it. REQUIRES: rank below their number.
+  // The bin that contains the coordinate of `rank`: its bounds, and how many coordinates are below
+  // it and in it. REQUIRES: rank is less than the number of coordinates added.
   struct Bin
   {
     std::uint64_t first = 0, last = 0; // OrderedBits, both included
@@ -79,7 +79,7 @@ struct CellStatistics
   Vec3 sum{};                         // of the coordinates
   std::array<CoordinateBins, 3> bins; // empty unless wanted
 
-  // Gathers into bins too, for a cell whose box lies in `bounds`.
+  // Enables the bins too, for a cell whose box lies in `bounds`.
   void WantBins(const Box& bounds, unsigned bits)
   {
     for (std::size_t k = 0; k < 3; ++k)

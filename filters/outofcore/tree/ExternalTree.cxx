@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The k-d tree out of core: see ExternalTree.h. All cells are in one file, each at its place in the
-// tree's order. There are two files of the size of the whole. A cell moves to the other file when
-// it is split, and to the first work file when it is finished.
+// The k-d tree out of core: see ExternalTree.h. There are two files, each as large as all records.
+// Every cell is stored in one of them, at its place in the order of the tree. A cell moves to the
+// other file when it is split, and to the first work file when it is finished.
 #include "filters/outofcore/tree/ExternalTree.h"
 
 #include "filters/core/tree/RecordSelection.h"
@@ -32,7 +32,7 @@ struct FileCell
   std::uint64_t End() const { return this->range.begin + this->range.size; }
 };
 
-// The keys of a cell along an axis (MedianSearch.h).
+// Reads the keys of a cell along an axis (MedianSearch.h).
 template <class Scalar>
 class CellKeys : public KeySource
 {
@@ -133,7 +133,7 @@ public:
     }
   }
 
-  // report(records written) -> Status, after each batch.
+  // report(records written) -> Status is called after each batch.
   template <class Report>
   Status Run(const Execution& execution, const Report& report)
   {
@@ -174,7 +174,7 @@ public:
 private:
   struct Slot
   {
-    std::vector<Record> divided; // the lower half's at the front, the upper half's at the back
+    std::vector<Record> divided; // the lower half at the front, the upper half at the back
     std::size_t lower = 0, upper = 0;
     std::span<const Record> undecided; // at the front of the block itself
     std::uint64_t lowerAt = 0, upperAt = 0;
@@ -190,7 +190,8 @@ private:
     }
   };
 
-  // Every record is written to all three places, and one of them moves on: cheaper than to branch.
+  // Writes every record to all three places, but advances only one of them: this is cheaper than
+  // branching.
   void Divide(Slot& slot, std::span<Record> records) const
   {
     Record* const divided = slot.divided.data();
@@ -219,7 +220,7 @@ private:
     slot.statistics[1].template Add<Scalar>(slot.Upper());
   }
 
-  // Where each slot's part of the batch goes.
+  // Determines where the records of each slot go in the output.
   void Place(std::size_t used, std::uint64_t& lower, std::uint64_t& upper)
   {
     for (std::size_t i = 0; i < used; ++i)
@@ -239,7 +240,7 @@ private:
     return WriteRecords<Record>(this->To, slot.upperAt, slot.Upper());
   }
 
-  // The undecided ones fill the gap between the halves.
+  // Writes the undecided records into the gap between the halves.
   Status WriteKept()
   {
     const auto lower = static_cast<std::size_t>(this->Rank - this->Median.below);
@@ -276,7 +277,7 @@ public:
     , Run(execution)
     , Count(points.Size() / sizeof(Record))
   {
-    // All cells of a depth are as large as the largest, or one vertex smaller.
+    // The sizes of cells of one depth differ by at most one vertex.
     while (((this->Count - 1) >> this->ExternalDepths) + 1 > plan.cellRecords)
     {
       ++this->ExternalDepths;
@@ -313,7 +314,7 @@ private:
     return {};
   }
 
-  // The tree below a cell.
+  // Builds the tree below a cell.
   Status Descend(FileCell& cell)
   {
     if (cell.range.size <= this->Plan.cellRecords)
@@ -322,7 +323,7 @@ private:
     }
     std::array<FileCell, 2> halves;
     KDSTREAM_TRY(this->Split(cell, halves));
-    cell.statistics = {}; // its memory is the halves' now
+    cell.statistics = {}; // frees memory for the halves
     for (FileCell& half : halves)
     {
       KDSTREAM_TRY(this->Descend(half));
@@ -379,7 +380,7 @@ private:
     }
     CellKeys<Scalar> keys(cell, axis, this->Plan.shape, this->Run, this->Fraction(0));
     Result<KeyRange> median = this->Method()(keys, search, this->Folder);
-    ReturnFreeMemory(); // the method's, before halves are written
+    ReturnFreeMemory(); // the method's memory, before the halves are written
     std::vector<ExternalDepthStatistics>& depths = this->Tree.statistics.depths;
     depths.resize(std::max<std::size_t>(depths.size(), cell.depth + 1));
     ExternalDepthStatistics& depth = depths[cell.depth];
@@ -445,7 +446,7 @@ private:
     return {};
   }
 
-  // work(first, block) -> Status for every block of the records, on any threads.
+  // Calls work(first, block) -> Status for every block of the records, on any thread.
   template <class Work>
   Status InBlocks(std::vector<Record>& records, const Work& work)
   {
@@ -468,8 +469,8 @@ private:
     return {};
   }
 
-  // How much of the tree is done, including `now` records of the current step. Every record is
-  // moved once for each depth that does not fit the memory, and once in memory.
+  // The share of the tree that is done, including `now` records of the current step. Every record
+  // is moved once for each depth that does not fit in memory, and once in memory.
   double Fraction(std::uint64_t now) const
   {
     const double all = double(this->Count) * double(this->ExternalDepths + 1);
@@ -483,7 +484,7 @@ private:
   MemoryPlan Plan;
   const Execution& Run;
   std::uint64_t Count;
-  unsigned ExternalDepths = 0; // that do not fit the memory
+  unsigned ExternalDepths = 0; // depths whose cells do not fit in memory
   std::uint64_t Done = 0;      // records moved
   SpillFile Work, SecondWork;
 };

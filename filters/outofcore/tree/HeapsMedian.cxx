@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The median by selective sorting with two heaps (MedianSearch.h; paper 4.2.2-4.2.3). Steps:
-//   1. Classify: a key up to the mean goes left, a key after it right; the greatest on the left and
-//      the least on the right stay in memory, in a min heap and a max heap.
-//   2. Find the interval: the counts say on which side the wanted rank is, and how far from the
-//      mean.
-//   3. If this is within the heap's size, the key is in the heap. Else repeat for the keys on that
-//      side that were not in the heap, with their mean.
+//   1. Classify: keys up to the mean go left, later keys go right. The greatest keys on the left
+//      stay in memory in a min heap, the least on the right in a max heap.
+//   2. Find the interval: the counts tell on which side the wanted rank is, and how far it is from
+//      the mean.
+//   3. If this distance is less than the heap's size, the key is in the heap. Otherwise repeat for
+//      the keys of that side that were not in the heap, with their own mean.
 // The paper writes keys that leave the heaps to a left and a right file. Here the next pass reads
-// the cell again and skips the other keys, and the halves are written once, when the median is
-// known. If all remaining coordinates are equal, the pivot is the mean of the ids.
+// the cell again and skips the other keys; the halves are written once, when the median is known.
+// If all remaining coordinates are equal, the pivot is the mean of the ids.
 #include "filters/outofcore/tree/MedianSearch.h"
 
 #include <algorithm>
@@ -41,7 +41,7 @@ struct Greater
   bool operator()(const OrderKey& a, const OrderKey& b) const { return b < a; }
 };
 
-// The `most` keys that come last in the order `Compare`, the first of them on top.
+// The `most` greatest (or least) keys by the order `Compare`, the one nearest to leaving on top.
 template <class Compare>
 class BoundedHeap
 {
@@ -93,7 +93,7 @@ OrderKey Behind(const OrderKey& key)
                              : OrderKey{ key.coordinate + 1, 0 };
 }
 
-// The mean of what is left, as a place in the range.
+// The mean of the remaining keys, as a key in the range.
 OrderKey PivotOf(const KeyRange& range, double coordinates, double ids)
 {
   const auto count = double(range.inside);
@@ -107,7 +107,7 @@ OrderKey PivotOf(const KeyRange& range, double coordinates, double ids)
   return { OrderedBits(mean), greatestId };
 }
 
-// Steps 1 and 2's counts.
+// Steps 1 and 2: fills the heaps, and counts the keys on both sides.
 Status Classify(KeySource& keys, const KeyRange& range, const OrderKey& pivot, MinHeap& minHeap,
   MaxHeap& maxHeap, Sides& sides)
 {
@@ -163,7 +163,7 @@ Status Classify(KeySource& keys, const KeyRange& range, const OrderKey& pivot, M
   return {};
 }
 
-// The side without the keys of its heap.
+// The sums and count of a side without the keys of its heap.
 Side Without(Side side, const std::vector<OrderKey>& heap)
 {
   for (const OrderKey& key : heap)

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The median by counting (MedianSearch.h). Steps, for the range that holds the wanted key:
-//   a. Divide it into 2^16 bins of the ordered bits, or of the ids if all coordinates are equal.
+// The median by counting (MedianSearch.h). Steps, for the range that contains the wanted key:
+//   a. Divide the range into 2^16 bins of the ordered bits, or of the ids if all coordinates are
+//      equal.
 //   b. Count the keys in each bin in one pass.
-//   c. Repeat in the bin that holds the wanted rank, until the bin's keys fit the memory.
-// Each pass takes 16 of 64 + 32 bits, whatever the distribution.
+//   c. Repeat with the bin that contains the wanted rank, until the bin's keys fit in memory.
+// Each pass resolves 16 of 64 + 32 bits, for any distribution.
 #include "filters/outofcore/tree/MedianSearch.h"
 
 #include <algorithm>
@@ -17,7 +18,8 @@ namespace
 
 constexpr unsigned mostBits = 16;
 
-// What is divided into bins: `low` to `high` of the coordinates, or of the ids at one coordinate.
+// The interval that is divided into bins: `low` to `high` of the coordinates, or of the ids at one
+// coordinate.
 struct Digits
 {
   explicit Digits(const KeyRange& range, unsigned bits)
@@ -44,7 +46,8 @@ struct Digits
     }
   }
 
-  // The keys of one bin; `before` of the range lie below it.
+  // The keys of one bin. before: how many keys of the range lie below the bin; inside: how many lie
+  // in it.
   KeyRange Narrowed(
     const KeyRange& range, std::uint64_t bin, std::uint64_t before, std::uint64_t inside) const
   {

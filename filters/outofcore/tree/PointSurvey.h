@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What must be known of all points first: that their coordinates are numbers, their box and their
-// mean.
+// The first pass over all points: checks that their coordinates are numbers, and finds their box
+// and mean.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -18,7 +18,7 @@
 namespace kdstream
 {
 
-// Errors: InvalidInput with the vertex and the axis.
+// Errors: InvalidInput, naming the vertex and the axis.
 template <class Scalar>
 Status CheckNumbers(std::span<const PointRecord<Scalar>> records)
 {

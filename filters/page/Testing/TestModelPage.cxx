@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Heads, embedding and manifests of models whose texts are anything.
+// Heads, embedding and manifests of models with arbitrary texts.
 #include "filters/page/ModelPage.h"
 
 #include "filters/model/JsonWriter.h"
@@ -65,7 +65,7 @@ bool Has(const std::string& text, const std::string& part)
   return text.find(part) != text.npos;
 }
 
-// What stands between the only <script …json> and its end.
+// The content of the only <script …json>.
 Json DataOf(const std::string& page)
 {
   const std::string begin = "<script type=\"application/ld+json\">";
@@ -74,7 +74,8 @@ Json DataOf(const std::string& page)
   return Json::parse(page.substr(at, page.find("</script>", at) - at));
 }
 
-// In it only "<" and ">" would be more than text.
+// Removes this content. In it only "<" and ">" could be more than text, so it must not contain
+// them.
 std::string WithoutData(std::string page)
 {
   const auto begin = page.find("{\"@context\"");
@@ -148,7 +149,7 @@ TEST(ModelPage, AModelThatSaysNothingHasItsIdAndNoPicture)
   EXPECT_FALSE(Has(page, "content=\"\""));
 }
 
-// A reader of HTML sees as many tags of each kind as with harmless texts.
+// With hostile texts the page must have the same number of tags of each kind as with harmless ones.
 TEST(ModelPage, HostileTextsStayTexts)
 {
   const auto usual = MakeModelPage(viewerPage, Reported(), known, "A museum");
@@ -189,7 +190,7 @@ TEST(ModelPage, LongTextsAreCutBetweenCharacters)
   EXPECT_TRUE(texts.summary.ends_with("ä… Stanford University. 205 × 145 × 9 mm")) << texts.summary;
 }
 
-// What a title turns round must not be the site's name, or a number that follows.
+// A title must not reverse the site's name or a number that follows it.
 TEST(ModelPage, NoTextTurnsRoundWhatFollowsIt)
 {
   auto model = Reported();

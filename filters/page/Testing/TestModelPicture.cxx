@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The picture of a link: where the model is seen in it, and what becomes of hostile previews.
+// The picture for a link: where the model is in it, and how hostile previews are handled.
 #include "filters/page/ModelPicture.h"
 
 #include "Testing/Fixtures/Meshes.h"
@@ -38,7 +38,7 @@ struct Pixels
     const auto* at = &this->rgb[(std::size_t{ y } * this->width + x) * 3];
     return { at[0], at[1], at[2] };
   }
-  // Whether it is another colour than the ground, which is the same along a row.
+  // Whether the pixel differs from the background, which has the same colour along a row.
   bool IsModel(unsigned x, unsigned y) const
   {
     const auto here = this->At(x, y), ground = this->At(0, y);
@@ -175,7 +175,7 @@ TEST_F(TestModelPicture, ColoursAreTheModels)
 namespace
 {
 
-// The JSON of a .glb, once its lengths are right.
+// Returns the JSON of a .glb, after checking the lengths in it.
 nlohmann::json JsonOf(const std::vector<std::uint8_t>& glb)
 {
   const auto word = [&glb](std::size_t at)
@@ -240,7 +240,7 @@ TEST_F(TestModelPicture, AsGltfItStandsOnTheOriginInMetres)
 namespace
 {
 
-// What an accessor of a .glb has, as it lies in the buffer.
+// The values of an accessor of a .glb, as stored in the buffer.
 template <class T>
 std::vector<T> ValuesOf(const std::vector<std::uint8_t>& glb, const nlohmann::json& json,
   const nlohmann::json& accessor, std::size_t width)
@@ -271,7 +271,7 @@ std::vector<Vec3> VectorsOf(
   return vectors;
 }
 
-// Its lowest corner first, in the same direction.
+// The same triangle, beginning with its lowest corner.
 Triangle FromLowest(Triangle triangle)
 {
   std::rotate(triangle.begin(), std::min_element(triangle.begin(), triangle.end()), triangle.end());
@@ -283,7 +283,7 @@ Triangle FromLowest(Triangle triangle)
 TEST_F(TestModelPicture, AsGltfItHasThePreviewsTriangles)
 {
   Mesh mesh = Upright();
-  for (Vec3& point : mesh.points) // no mirror image of itself
+  for (Vec3& point : mesh.points) // so that it is not its own mirror image
   {
     point = { point[0] + 0.3 * point[2] + 5, point[1] + 0.2 * point[0] * point[2], point[2] - 7 };
   }
@@ -316,10 +316,11 @@ TEST_F(TestModelPicture, AsGltfItHasThePreviewsTriangles)
              normals = VectorsOf(*glb, json, "NORMAL");
   ASSERT_EQ(positions.size(), piece->positions.size());
   ASSERT_EQ(normals.size(), positions.size());
-  std::vector<VertexId> vertexAt; // of the preview
+  std::vector<VertexId> vertexAt; // for each vertex of the file, that of the preview
   for (const Vec3& position : positions)
   {
-    // x to the right of who looks along +y, y up from where it stands, z to who looks; metres
+    // x to the right for a viewer looking along +y; y up from the base; z towards the viewer;
+    // metres.
     const Vec3 back{ middle[0] + 1000 * position[0], middle[1] - 1000 * position[2],
       box.lo[2] + 1000 * position[1] };
     const auto nearest = std::min_element(piece->positions.begin(), piece->positions.end(),
@@ -367,7 +368,7 @@ TEST_F(TestModelPicture, HostilePreviewsAreErrors)
   }
   EXPECT_EQ(DrawModelPicture(info, std::vector<std::uint8_t>((4u << 20) + 1)).GetError().code,
     ErrorCode::LimitExceeded);
-  auto odd = info; // directions that no store should have
+  auto odd = info; // with directions that no store should have
   for (const Vec3& wrong :
     { Vec3{ 0, 0, 0 }, Vec3{ 1e300, 1e300, 1e300 }, Vec3{ NAN, 0, 0 }, Vec3{ 0, 1, 0 } })
   {

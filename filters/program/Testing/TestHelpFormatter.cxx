@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The help's lines fit, and lose nothing.
+// The lines of the help fit the width, and no text is lost.
 #include "filters/program/HelpFormatter.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// However the work of a program ends, the person gets one line and an exit code.
+// However the work of a program ends, the user gets one line and an exit code.
 #include "filters/program/Program.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ struct Ending
   std::string said;
 };
 
-// A program whose work is to throw.
+// A program whose work only throws.
 template <class Exception>
 Ending RunThrowing(const Exception& exception)
 {
@@ -52,7 +52,7 @@ TEST(TestProgram, EveryExceptionBecomesOneLine)
   expect(RunThrowing(42), "unexpected: an exception without a message");
 }
 
-// An error of an input ends with advice, after the place, unless its message has some.
+// An error of an input ends with advice, after the place, unless its message already contains some.
 TEST(TestProgram, RefusalsSayWhatToDo)
 {
   const auto said = [](const Error& error)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Rates and times left are reported when they can be known, and are right then.
+// Rates and remaining times are reported once they can be known, and are then right.
 #include "filters/program/ProgressEstimate.h"
 
 #include <gtest/gtest.h>
@@ -44,7 +44,7 @@ TEST(ProgressEstimate, MeasuresAStepFromWhereItBegan)
   ASSERT_TRUE(estimate.Left());
   EXPECT_NEAR(estimate.Left()->seconds, 0.48 / 0.05, 1e-9);
   EXPECT_FALSE(estimate.Left()->whole);
-  // Anew: as where the build in memory gives way to the one out of core.
+  // The step begins again, as when a build in memory is replaced by one out of core.
   estimate.Add("encode", 0, 13);
   EXPECT_FALSE(estimate.Rate());
   estimate.Add("encode", 0.5, 18);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a line of progress says, and that lines go on while nothing is reported.
+// The content of a progress line; and that lines continue while nothing is reported.
 #include "filters/program/ProgressReporter.h"
 
 #include <gtest/gtest.h>
@@ -34,7 +34,7 @@ TEST(ProgressReporter, ReportsStepTimeRateAndRest)
   state.unit = "B";
   state.left.reset();
   EXPECT_EQ(ProgressText(state), "levels 35 %, 42 s, 2.1 MB/s");
-  // At the ends of a step the fraction says nothing; the time shows that the work goes on.
+  // At the ends of a step the fraction has no meaning; the time shows that the work continues.
   EXPECT_EQ(ProgressText({ "surface", 0, 12, {}, {}, {} }), "surface, 12 s");
   EXPECT_EQ(ProgressText({ "write", 1, 12, {}, {}, {} }), "write, 12 s");
 }

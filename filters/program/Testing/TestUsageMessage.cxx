@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is reported of wrong command lines: the cause, where CLI11 reports what follows from it.
+// Messages for wrong command lines report the cause, where CLI11 reports its consequence.
 #include "filters/program/HelpFormatter.h"
 #include "filters/program/UsageMessage.h"
 
@@ -13,7 +13,7 @@ using namespace kdstream;
 namespace
 {
 
-// A program with commands, and options of every kind.
+// The message of a program with options of every kind.
 std::string MessageOf(std::vector<std::string> arguments)
 {
   CLI::App app("", "kdstream-test");
@@ -33,7 +33,7 @@ std::string MessageOf(std::vector<std::string> arguments)
   app.add_option("--temp-dir", folder)->check(CLI::ExistingDirectory);
   app.add_option("--credit", color)->excludes(titleOption);
   app.add_flag("--all", all)->needs(titleOption);
-  std::reverse(arguments.begin(), arguments.end()); // as CLI11 wants a vector
+  std::reverse(arguments.begin(), arguments.end()); // the order that CLI11 requires for a vector
   try
   {
     app.parse(arguments);
@@ -102,7 +102,7 @@ TEST(UsageMessage, CommandsToo)
     MessageOfCommand({ "inof", "m.kds" }), "there is no command \"inof\"; did you mean info?");
   EXPECT_EQ(
     MessageOfCommand({ "frobnicate" }), "there is no command \"frobnicate\"; use info or extract");
-  // Help of a command that there is not would be that of the program.
+  // The help of a command that does not exist would be the help of the program.
   EXPECT_EQ(MessageOfCommand({ "frobnicate", "--help" }),
     "there is no command \"frobnicate\"; use info or extract");
   EXPECT_EQ(
@@ -110,7 +110,7 @@ TEST(UsageMessage, CommandsToo)
   EXPECT_EQ(MessageOfCommand({ "--help" }), "");
   EXPECT_EQ(MessageOfCommand({ "info", "--help" }), "");
   EXPECT_EQ(MessageOfCommand({}), "a command is missing: info or extract");
-  // The command is named, whatever options follow it or stand before it.
+  // The command is named, whatever options precede or follow it.
   EXPECT_EQ(MessageOfCommand({ "inof", "m.kds", "--json" }),
     "there is no command \"inof\"; did you mean info?");
   EXPECT_EQ(MessageOfCommand({ "--level", "3", "extrat", "m.kds" }),
@@ -142,7 +142,7 @@ TEST(UsageMessage, MessagesOfCli11AreInPlainWords)
     "give only one of --level or --partition, not 2");
 }
 
-// The option is named, and what would be right, whatever the words are.
+// The option and the right form are named, whatever CLI11's words are.
 TEST(UsageMessage, OtherErrorsAreThoseOfCli11)
 {
   const std::pair<std::string, std::vector<std::string>> cases[] = { { "other.ply",
@@ -167,7 +167,7 @@ TEST(UsageMessage, NamesMeant)
     << "letters swapped";
   EXPECT_EQ(NamesMeant("--levels", { "--level", "--partition" }), Names{ "--level" });
   EXPECT_EQ(NamesMeant("--xyz", { "--level", "--partition" }), Names{});
-  // The beginning of a name counts for more than a few slips.
+  // The beginning of a name counts more than a few wrong letters.
   EXPECT_EQ(NamesMeant("--vertice", { "--version", "--vertices-per-partition" }),
     Names{ "--vertices-per-partition" });
   EXPECT_EQ(NamesMeant("--mem", { "--median", "--memory" }), Names{ "--memory" });

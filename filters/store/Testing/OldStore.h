@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Stores as builds wrote them before levels carried numbers of vertices.
+// Stores as earlier builds wrote them, when only the original had arrays of numbers.
 #pragma once
 
 #include "filters/build/PieceWriting.h"
@@ -16,14 +16,14 @@
 namespace kdstream::fixtures
 {
 
-// The metadata without ranges of numbers.
+// Removes the ranges of numbers from the metadata.
 inline void ForgetScalars(const std::filesystem::path& file, ModelDescription info)
 {
   info.scalars = {};
   Sql(file, PutMetadata(WriteStoredModel(info)));
 }
 
-// `old`: of the same model as `now`, whose numbers only the original has.
+// Writes `old`: the model of the store `now`, but with numbers only in the original.
 inline void WriteOldStore(const std::filesystem::path& now, const std::filesystem::path& old)
 {
   const auto store = Store::Open(now);

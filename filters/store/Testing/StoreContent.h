@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The tables of a store, read and replaced by plain SQL: for the tests of stores that are damaged,
-// or hostile.
+// Reads and replaces the tables of a store by plain SQL, for the tests of damaged or hostile
+// stores.
 #pragma once
 
 #include "filters/codec/PartitionBoxes.h"
@@ -35,7 +35,7 @@ inline void Sql(const std::filesystem::path& file, const std::string& statements
   EXPECT_EQ(sqlite3_close(database), SQLITE_OK);
 }
 
-// An expression of SQL.
+// The data as an SQL expression.
 inline std::string Literal(std::span<const std::uint8_t> data)
 {
   std::string text = "x'";
@@ -48,7 +48,7 @@ inline std::string Literal(std::span<const std::uint8_t> data)
   return text + "'";
 }
 
-// The statement that makes these the metadata, whose checksum is right.
+// The SQL statement that replaces the metadata by this text, with the right checksum.
 inline std::string PutMetadata(const std::string& json)
 {
   return "UPDATE metadata SET checksum = " + std::to_string(MetadataChecksum("model", json)) +
@@ -111,7 +111,7 @@ inline std::vector<std::string> NamesOfBlobs(const Store& store)
   return names;
 }
 
-// The rows of the directory and of the content as they are, and back.
+// The blobs in the directory and in the content, which can be changed and written back.
 class StoreContent
 {
 public:
@@ -147,7 +147,7 @@ public:
     return this->Bytes.at(this->PlaceOf(name).begin);
   }
 
-  // The blob becomes another one, whose checksum is right, and those after it move.
+  // Replaces a blob and its checksum; the blobs after it move.
   void Replace(const std::string& name, std::span<const std::uint8_t> data)
   {
     BlobPlace& place = this->PlaceOf(name);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A folder for stores, for the tests of what is written into them and read back.
+// A folder for stores, for tests that write stores and read them back.
 #pragma once
 
 #include "filters/build/Builder.h"
@@ -17,7 +17,7 @@
 namespace kdstream::fixtures
 {
 
-// The folder is empty at first, and goes with the test.
+// The folder is empty at first, and removed after the test.
 class StoreTest : public ::testing::Test
 {
 protected:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Store: what is damaged is named, and the rest is read; a file that is written to while it is open
-// is read no more.
+// Store: damaged parts are reported by name, and all others can be read. Once a file is written to
+// while it is open, every read fails.
 #include "Testing/Fixtures/ErrorAt.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/store/StoreSchema.h"
@@ -28,7 +28,7 @@ class DamagedStore : public StoreTest
 {
 };
 
-// The bytes of `from` take the place of those of `to`, in the same file, as by cp.
+// Overwrites the bytes of `to` by those of `from`, in the same file, as cp does.
 void OverwriteInPlace(const fs::path& from, const fs::path& to)
 {
   std::ifstream in(from, std::ios::binary);
@@ -38,7 +38,7 @@ void OverwriteInPlace(const fs::path& from, const fs::path& to)
 
 }
 
-// Their bytes are right, and their length that of their characters.
+// The texts have the right bytes, and as many characters as bytes.
 TEST_F(DamagedStore, ATextIsNotABlob)
 {
   const std::vector<std::string> names{ "tree/1", "boxes/1", "levels/0/1" };
@@ -138,7 +138,7 @@ TEST_F(DamagedStore, EveryBlobThatIsDamagedIsNamed)
   EXPECT_EQ(damageOf("PRAGMA application_id = 5"), Messages{ "not a KdStream store" });
 }
 
-// A directory, whose checksums are right, whose blobs lie over each other, or are not there.
+// A directory with right checksums, but with blobs that overlap or do not exist.
 TEST_F(DamagedStore, ADirectoryThatLiesIsSurvived)
 {
   BuildOptions options;
@@ -159,7 +159,7 @@ TEST_F(DamagedStore, ADirectoryThatLiesIsSurvived)
     content.Write();
     return blob ? "" : blob.GetError().message;
   };
-  const std::uint64_t begin = 0; // of the first row of the directory
+  const std::uint64_t begin = 0; // where the content begins
   EXPECT_EQ(messageOf("levels/0/1", std::uint64_t{ 1 } << 61, 100), "levels/0/1: row is missing");
   EXPECT_EQ(
     messageOf("levels/0/1", ~std::uint64_t{ 0 }, 100), "levels/0/1: the directory is damaged");
@@ -167,7 +167,7 @@ TEST_F(DamagedStore, ADirectoryThatLiesIsSurvived)
   EXPECT_EQ(
     messageOf("levels/0/1", begin, (64U << 20) + 1), "levels/0/1: the directory is damaged");
   EXPECT_EQ(messageOf("levels/0/1", begin, 64U << 20), "levels/0/1: its row is too short");
-  // All of them are as long as the whole content.
+  // All blobs claim to be as long as the whole content.
   StoreContent content(this->File());
   for (std::size_t first = 0; first < content.Places.size(); ++first)
   {
@@ -222,8 +222,8 @@ TEST_F(DamagedStore, FlippedBytesAreNoticedAndTheRestIsRead)
       }
     }
   }
-  // Most of the file is live data; the rest is free space between rows, a considerable part when
-  // rows are as small as here.
+  // Most of the file is live data; the rest is free space between rows: a considerable part if rows
+  // are as small as here.
   EXPECT_GT(noticed + unopened, flips * 6 / 10);
   EXPECT_LT(unopened, flips / 4) << "a flip must rarely cost the whole store";
 }
@@ -239,7 +239,7 @@ TEST_F(DamagedStore, ARenameOverTheFileLeavesReadersOnTheOldOne)
   const auto before = store->Read(BlobOfPiece(id, store->Info().depths));
   ASSERT_TRUE(before);
   this->Build(Torus(97, 48), options);
-  // One connection is open on the old file, others are still to be opened.
+  // One connection to the old file is open; others are opened later.
   std::atomic<unsigned> wrong{ 0 };
   std::vector<std::thread> threads;
   for (unsigned t = 0; t < 8; ++t)
@@ -290,13 +290,13 @@ TEST_F(DamagedStore, AFileThatIsOverwrittenIsReadNoMore)
     return blob ? std::optional<ErrorCode>() : blob.GetError().code;
   };
 
-  // Its name, links and permissions are not its content.
+  // Name, links and permissions are not part of the content.
   fs::permissions(this->File(), fs::perms::owner_all);
   fs::rename(this->File(), this->File("moved.kds"));
   fs::create_hard_link(this->File("moved.kds"), this->File());
   EXPECT_EQ(read(id), std::nullopt);
 
-  // Another store of the same size, which says that it is as old.
+  // Overwritten by another store of the same size, with the time of the first one.
   const auto written = fs::last_write_time(this->File());
   OverwriteInPlace(other, this->File());
   fs::last_write_time(this->File(), written);
@@ -306,7 +306,7 @@ TEST_F(DamagedStore, AFileThatIsOverwrittenIsReadNoMore)
   EXPECT_EQ(read(id), ErrorCode::Changed) << "once changed is changed for ever";
 }
 
-// The tree of one of depth 30 would take 103 GB.
+// The tree of a store of depth 30 would take 103 GB.
 TEST_F(DamagedStore, ATinyStoreThatClaimsALotIsRefused)
 {
   this->Build(Torus(12, 6), {});
@@ -325,7 +325,8 @@ TEST_F(DamagedStore, ATinyStoreThatClaimsALotIsRefused)
       std::string::npos)
       << store.GetError().message;
   }
-  // Nor is that much memory taken for a file that is large only by a hole at its end.
+  // Nor is memory allocated in proportion to the file, if it is large only because of a hole at its
+  // end.
   fs::resize_file(this->File(), std::uintmax_t{ 31 } << 30);
   const auto hollow = Store::Open(this->File());
   ASSERT_TRUE(hollow) << hollow.GetError().message;

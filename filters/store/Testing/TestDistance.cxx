@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The stored geometric error of a level is true: no vertex of the original, and no point of its
-// triangles, is farther from the level. Measured by testing all of the level's triangles.
+// triangles, is farther from the level. Checked by brute force, against all triangles of the level.
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/core/TriangleDistance.h"
 #include "filters/core/VectorMath.h"
@@ -23,7 +23,7 @@ namespace
 
 using Corners = std::array<Vec3, 3>;
 
-// All triangles of a resolution; of one without, its vertices.
+// All triangles of a resolution; its vertices if it has no triangles.
 std::vector<Corners> TrianglesOf(const Store& store, Resolution resolution)
 {
   const ModelDescription& info = store.Info();
@@ -49,7 +49,7 @@ std::vector<Corners> TrianglesOf(const Store& store, Resolution resolution)
   return all;
 }
 
-// Corners, middles of edges, and the middle of each triangle.
+// Corners, midpoints of edges, and the centre of each triangle.
 std::vector<Vec3> SamplesOf(const std::vector<Corners>& triangles)
 {
   std::vector<Vec3> samples;
@@ -67,9 +67,9 @@ std::vector<Vec3> SamplesOf(const std::vector<Corners>& triangles)
   return samples;
 }
 
-// The largest distance of the samples from the triangles. For a sample that is not farther than the
-// farthest so far, triangles are tested only until this is certain, beginning with the nearest one
-// of the sample before.
+// The largest distance of the samples from the triangles. Triangles are tested from the one nearest
+// to the sample before; the test of a sample ends when it is certainly not farther than the
+// farthest so far.
 double Farthest(const std::vector<Vec3>& samples, const std::vector<Corners>& triangles)
 {
   double most = 0;
@@ -94,7 +94,7 @@ double Farthest(const std::vector<Vec3>& samples, const std::vector<Corners>& tr
   return std::sqrt(most);
 }
 
-// A ball with specks around it that are smaller than the cells of any level.
+// A ball, and around it specks that are smaller than the cells of any level.
 Mesh BallWithSpecks()
 {
   Mesh mesh = DisplacedSphere(4);
@@ -115,7 +115,7 @@ Mesh BallWithSpecks()
   return mesh;
 }
 
-// A hub with a rim, whose triangles are long and narrow.
+// A fan of long and narrow triangles between a hub and a rim.
 Mesh Fan(unsigned blades)
 {
   Mesh mesh;
@@ -135,7 +135,7 @@ Mesh Fan(unsigned blades)
 class TestDistance : public StoreTest
 {
 protected:
-  // Holds what the store says against the slow way, and what is found piece by piece.
+  // Compares the errors in the store, and those found piece by piece, with brute force.
   void Check(const Mesh& mesh, BuildOptions options = {})
   {
     options.tree.verticesPerPartition = 200;
@@ -198,7 +198,7 @@ TEST_F(TestDistance, HoldsForAllWaysToMakeLevels)
   this->Check(Torus(40, 24), options);
 }
 
-// Specks lie 0.4 to 0.6 off the ball; their planes show nothing of that.
+// Specks are 0.4 to 0.6 off the ball; this does not show in the planes of their triangles.
 TEST_F(TestDistance, WhatHasNoTriangleInALevelCounts)
 {
   this->Check(BallWithSpecks());
@@ -215,7 +215,7 @@ TEST_F(TestDistance, IsTheSameForAnyNumberOfThreads)
   const Mesh mesh = BallWithSpecks();
   this->Check(mesh);
   const std::vector<double> reported = this->Reported;
-  Execution backwards; // each item by itself, the last first
+  Execution backwards; // each item by itself, the last one first
   backwards.parallelFor = [](std::size_t count, std::size_t, const Execution::Body& body)
   {
     for (std::size_t i = count; i-- > 0;)

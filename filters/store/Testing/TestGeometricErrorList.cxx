@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// GeometricErrorList: the same as sorting all of them, whatever of it is in a file.
+// GeometricErrorList gives the same figures as sorting all errors, however many are in a file.
 #include "filters/store/GeometricErrorList.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ std::vector<float> Some(std::size_t count, unsigned kind, std::uint32_t seed)
     const auto any = static_cast<float>(random());
     value = kind == 0            ? any / 4294967296.0F              // all different
             : kind == 1          ? static_cast<float>(random() % 3) // most of them equal
-            : random() % 50 == 0 ? any * any * any * any * 1e-3F    // spikes, infinity among them
+            : random() % 50 == 0 ? any * any * any * any * 1e-3F    // spikes, some infinite
                                  : any * 1e-42F;                    // down to the smallest numbers
   }
   return values;
@@ -47,13 +47,13 @@ TEST(GeometricErrorList, IsSortingThemAll)
       {
         if (count / inMemory > 10000)
         {
-          continue; // a system call for each
+          continue; // would make a system call for each error
         }
         SCOPED_TRACE(std::to_string(count) + " of kind " + std::to_string(kind) + ", " +
                      std::to_string(inMemory) + " in memory");
         GeometricErrorList list(fs::temp_directory_path(), inMemory);
         std::mt19937 random(5);
-        for (std::uint32_t seed = 1; seed <= 3; ++seed) // one list after the other
+        for (std::uint32_t seed = 1; seed <= 3; ++seed) // several rounds with the same list
         {
           const std::vector<float> values = Some(count, kind, seed);
           for (std::size_t at = 0; at < count;)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Hostile stores: what a file makes SQLite do always ends, whatever its schema and its pages say,
-// and the error says what is wrong.
+// Hostile stores: whatever their schema and pages contain, SQLite's work always ends, and the error
+// says what is wrong.
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/store/StoreConnection.h"
 #include "filters/store/StoreEdit.h"
@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 namespace
 {
 
-// Of 40 partitions or so.
+// The good store has about 40 partitions.
 class HostileStore : public StoreTest
 {
 protected:
@@ -37,7 +37,7 @@ protected:
     fs::rename(this->File(), this->File("good"));
   }
 
-  // The good store, changed by these statements.
+  // Makes the store: the good one, changed by these statements.
   void Make(const std::string& statements)
   {
     fs::copy_file(this->File("good"), this->File(), fs::copy_options::overwrite_existing);
@@ -59,18 +59,18 @@ protected:
     std::ofstream(this->File(), std::ios::binary | std::ios::trunc) << bytes;
   }
 
-  // Why the store is not opened; "" where it is.
+  // Why the store cannot be opened; "" if it can.
   std::string Refusal() const
   {
     const auto store = Store::Open(this->File());
     return store ? "" : store.GetError().message;
   }
 
-  // The metadata become this text, under a right checksum.
+  // Replaces the metadata by this text, with the right checksum.
   void MakeMetadata(const std::string& json) { this->Make(PutMetadata(json)); }
 };
 
-// Numbers in pages: the highest byte comes first.
+// A number in a page, the highest byte first.
 std::uint32_t NumberAt(const std::string& bytes, std::size_t at, std::size_t size)
 {
   std::uint32_t number = 0;
@@ -89,7 +89,7 @@ void SetNumber(std::string& bytes, std::size_t at, std::size_t size, std::size_t
   }
 }
 
-// Counts without an end.
+// A recursive count that never ends.
 const std::string endless = "WITH RECURSIVE c(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM c) "
                             "SELECT count(*) FROM c";
 
@@ -118,15 +118,15 @@ TEST_F(HostileStore, AnotherSchemaIsRefusedAndNamed)
       "it has a view 'metadata'" },
     { "CREATE VIEW harmless AS SELECT 1", "it has a view 'harmless'" },
     { "CREATE VIEW \"\x1B[2J\n\" AS SELECT 1", "it has a view '?[2J?'" },
-    // Triggers, which would run where the store is edited.
+    // Triggers, which would run when the store is edited.
     { "CREATE TRIGGER t BEFORE UPDATE ON metadata BEGIN SELECT (" + endless + "); END",
       "it has a trigger 't'" },
-    // Indexes, with and without an expression; that of a table of its own.
+    // Indexes, with and without an expression, and one on a table that a store does not have.
     { "CREATE INDEX i ON content(part)", "it has an index 'i'" },
     { "CREATE INDEX i ON content(abs(part)) WHERE part > 3", "it has an index 'i'" },
     { "CREATE TABLE other (a UNIQUE)", "it has an index 'sqlite_autoindex_other_1'" },
     { "CREATE TABLE other (a)", "it has a table 'other'" },
-    // Columns that are computed, checked or more than there should be.
+    // Columns that are computed, checked or additional.
     { "ALTER TABLE directory ADD COLUMN g AS (hex(zeroblob(10000)))",
       "its table 'directory' differs from that of a store" },
     { "DROP TABLE content; CREATE TABLE content (part INTEGER PRIMARY KEY, data BLOB NOT NULL "
@@ -147,7 +147,7 @@ TEST_F(HostileStore, AnotherSchemaIsRefusedAndNamed)
       "NOT NULL)",
       "it has a table 'textures'" }, // of an earlier version
     { "ANALYZE", "it has a table 'sqlite_stat1'" },
-    // Texts, rows and numbers that are not a schema's.
+    // Texts, rows and numbers that do not belong in a schema.
     { "PRAGMA writable_schema = ON; INSERT INTO sqlite_schema VALUES ('table', 'content', "
       "'content', 3, 'CREATE TABLE content (a)')",
       "its table 'content' differs from that of a store" },
@@ -166,9 +166,9 @@ TEST_F(HostileStore, AnotherSchemaIsRefusedAndNamed)
       "its table 'content' differs from that of a store" },
     { "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET rootpage = -3 WHERE name = 'content'",
       "it has a virtual table 'content'" },
-    // More than a page of it.
+    // A statement longer than a page.
     { "CREATE TABLE huge (a /* " + std::string(196950, 'x') + " */)", "it has a table 'huge'" },
-    // Forms of the file.
+    // Properties of the file.
     { "PRAGMA page_size = 512; VACUUM", "its page size is not that of a store, 1024 bytes" },
     { "PRAGMA page_size = 65536; VACUUM", "its page size is not that of a store, 1024 bytes" },
     { "PRAGMA journal_mode = WAL", "it uses a write-ahead log" },
@@ -222,7 +222,7 @@ TEST_F(HostileStore, ATableThatIsMissingIsNamed)
   }
 }
 
-// Each byte of the header and of the schema becomes another one: refused, or read as before.
+// If any byte of the header or of the schema is changed, the store is refused or read as before.
 TEST_F(HostileStore, AnyByteOfTheFirstPageMayBeAnotherOne)
 {
   const std::string good = this->Bytes();
@@ -275,8 +275,8 @@ TEST_F(HostileStore, MetadataThatAreTooMuchAreRefused)
   EXPECT_EQ(this->Refusal(), "metadata: it contains a value that is too large");
 }
 
-// A store of an earlier version, whose rows verify reads in order. The table of the pieces becomes
-// 400^6 leaves: each page leads 400 times to the next.
+// A store of an earlier version, whose rows verify reads in order. The table of pieces becomes a
+// tree of 400^6 leaves: each page leads 400 times to the next.
 TEST_F(HostileStore, ATreeWithoutAnEndIsEnded)
 {
   fs::copy_file(fs::path(KDSTREAM_KEPT_STORES) / "version-9.kds", this->File());
@@ -329,7 +329,7 @@ TEST_F(HostileStore, ATreeWithoutAnEndIsEnded)
   EXPECT_EQ(damage.front().message, "pieces: takes too long to read for a store");
 }
 
-// Files beside the store are not the store's: they are neither read nor removed.
+// Files beside the store do not belong to it: they are neither read nor removed.
 TEST_F(HostileStore, AJournalBesideTheStoreIsNotTouched)
 {
   this->Make("");
@@ -351,7 +351,7 @@ TEST_F(HostileStore, AJournalBesideTheStoreIsNotTouched)
   EXPECT_EQ(this->FilesInFolder(), 5u) << "the good one, the store, and what lies beside it";
 }
 
-// A list of free pages that is a ring, and pages that are free and used: an edit ends.
+// A list of free pages that forms a ring, and pages that are both free and used: an edit must end.
 TEST_F(HostileStore, FreePagesThatAreARingAreSurvived)
 {
   this->Make("DELETE FROM content WHERE part > 1");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Stores of versions before 13, as earlier builds wrote them: they are read as ever, and what is
-// wrong with them is named as ever.
+// Stores of versions before 13, written by earlier builds: they are read as before, and their
+// damage is reported as before.
 #include "Testing/Fixtures/ErrorAt.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/store/StoreEdit.h"
@@ -22,7 +22,7 @@ namespace
 class KeptVersions : public StoreTest
 {
 protected:
-  // A copy of the kept store of that version, changed by these statements.
+  // Makes the store: a copy of the kept one of this version, changed by these statements.
   void Make(int version, const std::string& statements = "")
   {
     const fs::path kept =
@@ -31,7 +31,7 @@ protected:
     Sql(this->File(), statements);
   }
 
-  // What verify finds, or why the store is not opened.
+  // What Verify reports, or why the store cannot be opened.
   std::vector<std::string> DamageOf(int version, const std::string& statements)
   {
     this->Make(version, statements);

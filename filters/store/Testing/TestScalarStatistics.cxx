@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The ranges of arrays that viewers colour by, whatever the order of the pieces.
+// The ranges of the arrays that viewers can colour by; the order of pieces must not matter.
 #include "filters/store/ScalarStatistics.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ const std::vector<AttributeInfo> all{ { "RGB", AttributeType::UInt8, AttributeAs
                                         3 },
   intensity, { "area", AttributeType::Float32, AttributeAssociation::Cell, 1 }, height, kind };
 
-// Pieces with this number of own vertices, and one ghost whose values do not count.
+// A piece with `own` own vertices, and one ghost whose values do not count.
 Piece PieceOf(NodeId node, std::uint32_t own, std::mt19937& random)
 {
   Piece piece;

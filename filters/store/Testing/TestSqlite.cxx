@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Names of files that SQLite cannot be given, and files that cannot be read.
+// File names that cannot be passed to SQLite, and files that cannot be read.
 #include "Testing/Fixtures/ErrorAt.h"
 #include "filters/store/Sqlite.h"
 
@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 namespace
 {
 
-// A current folder that somebody has removed: relative names lead nowhere then.
+// If the current folder was removed, relative names lead nowhere.
 TEST(TestSqlite, ARemovedCurrentFolderIsAnError)
 {
   const fs::path before = fs::current_path();
@@ -34,7 +34,7 @@ TEST(TestSqlite, ARemovedCurrentFolderIsAnError)
   EXPECT_TRUE(fixtures::FailsAt(opened, ErrorCode::InputOutput));
 }
 
-// What the system refuses may pass: it is not taken for damage.
+// A read that the system refuses may succeed later, so it does not count as damage.
 TEST(TestSqlite, AReadThatFailsIsNotDamage)
 {
   const fs::path file =
@@ -65,7 +65,7 @@ TEST(TestSqlite, AReadThatFailsIsNotDamage)
   ::close(unreadable);
 }
 
-// A file with some numbers, and what `more` makes of it.
+// A file with some numbers, changed by the statements `more`.
 class StrangersFile
 {
 public:
@@ -105,7 +105,7 @@ TEST(TestSqlite, AStatementThatDoesNotEndIsEnded)
     const auto counted = QueryInteger(database->get(), endless + "SELECT count(*) FROM c");
     ASSERT_FALSE(counted);
     EXPECT_TRUE(fixtures::FailsAt(counted, ErrorCode::Damaged));
-    // All rows of a statement count together.
+    // The work for all rows of a statement counts together.
     auto rows = Statement::Prepare(database->get(), (endless + "SELECT x FROM c").c_str());
     ASSERT_TRUE(rows);
     Result<bool> row = true;
@@ -116,7 +116,7 @@ TEST(TestSqlite, AStatementThatDoesNotEndIsEnded)
     }
     EXPECT_FALSE(row);
     EXPECT_LT(count, 1'100'000u);
-    // The next one may take as long again.
+    // Each further statement may take as long again.
     EXPECT_EQ(QueryInteger(database->get(), "SELECT n FROM numbers").Value(), 7);
     rows->Reset();
     EXPECT_TRUE(rows->Step());
@@ -136,7 +136,7 @@ TEST(TestSqlite, ViewsAndTriggersOfAFileDoNotRun)
   ASSERT_TRUE(Execute(byName->get(), "UPDATE numbers SET n = 8"));
   EXPECT_FALSE(QueryInteger(byName->get(), "SELECT n FROM seen"));
   EXPECT_EQ(QueryInteger(byName->get(), "SELECT count(*) FROM told").Value(), 0);
-  // Nor is what is written to another file, or the schema itself.
+  // Neither can another file be attached, nor the schema be written.
   EXPECT_FALSE(Execute(byName->get(), "ATTACH '/tmp/other' AS other"));
   EXPECT_TRUE(Execute(byName->get(), "PRAGMA writable_schema = ON"));
   EXPECT_FALSE(Execute(byName->get(), "DELETE FROM sqlite_schema"));

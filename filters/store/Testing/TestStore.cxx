@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Builder and Store: what goes in comes out, and what is wrong is said.
+// Builder and Store: what is written can be read back, and errors are reported.
 #include "Testing/Fixtures/ErrorAt.h"
 #include "Testing/Fixtures/Invariants.h"
 #include "Testing/Fixtures/Meshes.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Attributes through the store: what goes in comes out bit for bit, levels have what they should.
+// Attributes in a store: they come back bit for bit, and levels have the arrays that they should.
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/ErrorAt.h"
 #include "Testing/Fixtures/Meshes.h"
@@ -67,7 +67,7 @@ std::vector<AttributeInfo> InfosOf(const std::vector<Attribute>& attributes)
   return infos;
 }
 
-// The fixtures' meshes that are small enough for thousands of bytes a vertex.
+// Calls `check` for the fixtures' meshes that are small enough for thousands of bytes a vertex.
 template <class Check>
 void ForAll(const Check& check)
 {
@@ -146,7 +146,7 @@ TEST_F(StoreAttributes, AFileComesBackThroughTheStore)
       ASSERT_TRUE(reader);
       const Result<Mesh> out = ReadMesh(**reader, {});
       ASSERT_TRUE(out);
-      if (!mesh.triangles.empty()) // a PLY without faces has no place for their arrays
+      if (!mesh.triangles.empty()) // a PLY without faces cannot store their arrays
       {
         EXPECT_EQ(InfosOf(out->attributes), InfosOf(mesh.attributes));
       }
@@ -187,7 +187,7 @@ TEST_F(StoreAttributes, LevelsHaveNormalsAndColours)
   const std::vector<AttributeInfo> expected = ArraysOfLevels(store->Info().attributes);
   EXPECT_GE(expected.size(), 2U);
   EXPECT_EQ(InfosOf(level->attributes), expected);
-  // Mixed with the original: what both have.
+  // Drawn together with a piece of the original: only the arrays that both have.
   const PieceId partition{ Resolution::Original(), NodeOfPartition(1, store->Info().depths) };
   const auto mixed = DrawStorePieces(*store, Resolution::Level(7), std::array{ partition });
   ASSERT_TRUE(mixed);

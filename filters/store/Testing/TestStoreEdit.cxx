@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// EditStore: other texts, the same content; or nothing has changed.
+// EditStore: either the texts change and the content stays, or nothing changes at all.
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/store/StoreEdit.h"
 #include "filters/store/StoreSchema.h"
@@ -28,7 +28,7 @@ TEST_F(StoreEditTest, TextsAreChangedAndTheContentStays)
   options.title = "Statu";
   options.credit = "somebody";
   const ModelDescription before = this->Build(Torus(96, 48), options).info;
-  const auto open = *Store::Open(this->File()); // as a server has it
+  const auto open = *Store::Open(this->File()); // as a server would have it open
   const PieceId id{ Resolution::Original(), 32 };
   const auto piece = open->Read(BlobOfPiece(id, open->Info().depths));
   const auto edited = EditStore(this->File(), { "Statue", "", {}, std::string(9000, 'u') });
@@ -44,7 +44,7 @@ TEST_F(StoreEditTest, TextsAreChangedAndTheContentStays)
   EXPECT_EQ(WriteStoredModel(store->Info()), WriteStoredModel(expected));
   EXPECT_EQ(WriteStoredModel(*edited), WriteStoredModel(expected));
   EXPECT_EQ(store->Info().digest, before.digest);
-  // And back: nothing is left of it.
+  // The inverse edit restores everything.
   ASSERT_TRUE(EditStore(this->File(), { "Statu", "somebody", {}, "" }));
   EXPECT_EQ(WriteStoredModel((*Store::Open(this->File()))->Info()), WriteStoredModel(before));
   EXPECT_EQ(this->FilesInFolder(), 1U);
@@ -89,7 +89,7 @@ TEST_F(StoreEditTest, AnEditThatFailsChangesNothing)
     EditStore(this->File(), { "t", {}, {}, {} }, cancelled).GetError().code, ErrorCode::Cancelled);
   EXPECT_TRUE(bytes() == whole);
   EXPECT_EQ(EditStore(this->File("no.kds"), {}).GetError().code, ErrorCode::NotFound);
-  // Another build puts its store in place while this one is copied.
+  // Another build replaces the store while it is being copied.
   std::string other;
   Execution replacing;
   replacing.progress = [&](std::string_view, double)

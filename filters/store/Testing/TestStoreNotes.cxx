@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Notes beside a store: written completely or not at all, and no file of that name can stop or
+// Notes beside a store: they are written completely or not at all, and no file of that name can
 // block a reader.
 #include "filters/store/StoreNotes.h"
 
@@ -103,7 +103,7 @@ TEST_F(TestStoreNotes, InvalidValuesAreRefused)
   fs::create_directory(this->File);
   EXPECT_EQ(this->Wrong().code, ErrorCode::InvalidInput);
   fs::remove(this->File);
-  ASSERT_EQ(::mkfifo(this->File.c_str(), 0600), 0); // that nobody writes to
+  ASSERT_EQ(::mkfifo(this->File.c_str(), 0600), 0); // nobody writes to it
   EXPECT_EQ(this->Wrong().code, ErrorCode::InvalidInput);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Textures of partitions in stores: they go in beside the pieces, and come out as they were.
+// Textures in stores: they are added beside the pieces, and come back unchanged.
 #include "Testing/Fixtures/ErrorAt.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/build/ExternalBuilder.h"
@@ -21,7 +21,7 @@ using namespace kdstream::fixtures;
 namespace
 {
 
-// Of a vertex: where its corners lie in every tile.
+// The texture coordinate of a vertex: the same in every tile.
 TileCoordinate CornerAt(const Vec3& point)
 {
   return { float(std::nearbyint((point[0] + 2) * 1000) / tileSteps),
@@ -80,7 +80,7 @@ public:
   }
 };
 
-// Longer bytes than any store takes.
+// More bytes than any store takes.
 class TooLarge : public PlainTextures
 {
 public:
@@ -103,7 +103,7 @@ TextureTile PlainTileOf(const Piece& piece)
   return tile;
 }
 
-// Tiles of levels too; whoever makes one finds the finer ones.
+// Textures of levels too. Whenever one is made, the finer ones must be readable.
 class TexturesOfLevels : public PlainTextures
 {
 public:
@@ -170,7 +170,7 @@ protected:
 TEST_F(StoreTextures, ComeBackWithTheirCorners)
 {
   Mesh mesh = Shuffled(DisplacedSphere(4), 3);
-  for (VertexId v = 0; v < 200; ++v) // vertices twice, in all orders
+  for (VertexId v = 0; v < 200; ++v) // triangles with repeated vertices, in all orders
   {
     const std::array<Triangle, 4> thin{ { { v, v, v + 9 }, { v + 9, v, v }, { v, v + 9, v },
       { v, v, v } } };
@@ -190,7 +190,7 @@ TEST_F(StoreTextures, ComeBackWithTheirCorners)
   EXPECT_EQ(
     (*store)->Read(protocol::BlobId::Texture(std::uint32_t(info.partitions))).GetError().message,
     "the model has no textures/" + std::to_string(info.partitions));
-  // Texts are changed without them.
+  // An edit of texts keeps the textures.
   ASSERT_TRUE(EditStore(this->File(), { "a title" }));
   const auto edited = Store::Open(this->File());
   ASSERT_TRUE(edited);
@@ -216,7 +216,7 @@ TEST_F(StoreTextures, AreTheSameOutOfCore)
   this->ExpectCorners(**store);
 }
 
-// In memory and out of core, by any number of threads: each piece of a level has its own.
+// In memory and out of core, with any number of threads: each piece of a level has its own texture.
 TEST_F(StoreTextures, LevelsHaveThemToo)
 {
   Mesh mesh = Shuffled(DisplacedSphere(5), 4);

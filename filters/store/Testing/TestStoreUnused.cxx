@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Vertices that no triangle uses: nothing that is shown depends on them, and they come back
+// Vertices that no triangle uses: nothing that is displayed depends on them, and they come back
 // unchanged, whichever builder wrote the store.
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/Meshes.h"
@@ -36,7 +36,7 @@ BuildOptions Options(bool lossless = false)
   return options;
 }
 
-// A mesh as of a survey: in metres, far from the origin.
+// A mesh as from a survey: in metres, far from the origin.
 Mesh Survey()
 {
   Mesh mesh = Shuffled(HeightField(40), 3);
@@ -48,7 +48,7 @@ Mesh Survey()
   return mesh;
 }
 
-// The same with vertices that no triangle uses before, among and after the others.
+// The mesh with additional vertices that no triangle uses, before, among and after the others.
 Mesh WithStrays(const Mesh& mesh, const std::vector<Vec3>& strays)
 {
   Mesh all{ {}, {}, mesh.scalarType, {} };
@@ -94,7 +94,7 @@ Mesh Original(const Store& store)
   return std::move(*mesh);
 }
 
-// All that a viewer gets of two stores is the same.
+// Two stores must look the same to a viewer.
 void ExpectSameLooks(const Store& a, const Store& b)
 {
   ModelDescription one = a.Info(), other = b.Info();
@@ -137,7 +137,7 @@ protected:
     return std::string((std::istreambuf_iterator<char>(file)), {});
   }
 
-  // What verify finds after the change, or why the store is not opened.
+  // What Verify reports after the change, or why the store cannot be opened.
   std::vector<std::string> DamageOf(const std::function<void()>& change)
   {
     std::filesystem::copy_file(this->File(), this->File("good"));
@@ -180,7 +180,7 @@ TEST_F(StoreUnused, AScanWithOneStrayVertexLooksAsWithoutIt)
   }
 }
 
-// So do those that lie within the box: they are not vertices of the surface either.
+// Vertices within the box come back too: they are not vertices of the surface either.
 TEST_F(StoreUnused, TheyComeBackExactlyWhereverTheyLie)
 {
   const Mesh survey = Survey();
@@ -234,7 +234,7 @@ TEST_F(StoreUnused, OutOfCoreTheStoreIsTheSame)
       std::vector<Vec3> strays = RandomPoints(9000, 1e6);
       strays.insert(strays.end(), strays.begin(), strays.begin() + 500); // welded to each other
       Mesh mesh = WithStrays(Survey(), strays);
-      mesh.points.push_back(mesh.points[mesh.triangles[0][0]]); // and to one that is used
+      mesh.points.push_back(mesh.points[mesh.triangles[0][0]]); // welded to one that is used
       mesh = attributes ? WithAttributes(mesh, 3) : mesh;
       ASSERT_TRUE(WriteMesh(this->File("mesh.ply"), mesh));
       BuildOptions options = Options(lossless);
@@ -298,7 +298,7 @@ TEST_F(StoreUnused, DamageIsNamed)
     Messages{ "unused/1: wrong checksum" });
   EXPECT_EQ(put([](StoreContent& content) { content.Places.pop_back(); }),
     Messages{ "unused/2: row is missing" });
-  // The last one, which is shorter, in the place of the first; and a piece of the surface.
+  // In place of the first part: the last one, which is shorter; then a piece of the surface.
   const std::vector<std::uint8_t> last = *this->Open()->ReadUnusedBlob(2);
   const auto putFirst = [&](std::span<const std::uint8_t> data)
   { return put([&](StoreContent& content) { content.Replace("unused/0", data); }); };
@@ -308,7 +308,7 @@ TEST_F(StoreUnused, DamageIsNamed)
     *this->Open()->Read(BlobOfPiece(this->Open()->PieceIds().back(), this->Open()->Info().depths));
   ASSERT_EQ(putFirst(piece).size(), 1U);
   EXPECT_EQ(putFirst(piece).front().rfind("unused/0: ", 0), 0U);
-  // Other arrays than the model's.
+  // An array that the model does not have.
   Piece other = *this->Open()->ReadUnused(0);
   other.attributes.push_back(
     { { "more", AttributeType::UInt8, AttributeAssociation::Point, 1 }, {} });
@@ -317,7 +317,7 @@ TEST_F(StoreUnused, DamageIsNamed)
     Messages{ "unused/0: its attributes differ from the metadata" });
 }
 
-// No memory is taken for what is only claimed.
+// No memory is allocated for vertices that are only claimed.
 TEST_F(StoreUnused, MoreThanTheFileHoldsAreRefused)
 {
   this->Build(WithStrays(Survey(), RandomPoints(20, 5)), Options());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// StoreWriter: a store is there whole or not at all, and whoever could not read it cannot read what
-// is unfinished.
+// StoreWriter: a store exists completely or not at all, and nobody can read an unfinished store who
+// could not read the finished one.
 #include "Testing/Fixtures/ErrorAt.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/core/tree/PieceDepth.h"
@@ -38,7 +38,7 @@ mode_t PermissionsOf(const fs::path& file)
   return state.st_mode & 0777;
 }
 
-// The umask of this process until it goes.
+// Sets the umask of this process while it exists.
 struct Umask
 {
   mode_t before;
@@ -65,7 +65,8 @@ TEST_F(StoreWriterTest, ABlobThatNoServerSendsIsNotWritten)
   EXPECT_TRUE(FailsAt(refused, ErrorCode::LimitExceeded, "partitions/0"));
 }
 
-// For a noisy scan of 41,000 vertices: schema, metadata and directory do not shrink with the mesh.
+// Tested with a noisy scan of 41,000 vertices, because schema, metadata and directory do not shrink
+// with the mesh.
 TEST_F(StoreWriterTest, TheContainerTakesAtMostATwentiethOfTheBlobs)
 {
   Mesh scan = DisplacedSphere(7);
@@ -139,7 +140,8 @@ TEST_F(StoreWriterTest, AStoreThatIsReplacedKeepsItsPermissions)
   }
 }
 
-// At every report of progress: nobody can open an output that is readable only in the store.
+// At every report of progress, an unfinished file must not be readable by more users than the
+// store.
 TEST_F(StoreWriterTest, AnUnfinishedFileHasThePermissionsOfTheStore)
 {
   const auto readable = [&](const BuildOptions& options)
@@ -169,13 +171,13 @@ TEST_F(StoreWriterTest, AnUnfinishedFileHasThePermissionsOfTheStore)
   EXPECT_EQ(readable({}), mode_t{ 0600 }) << "the store that is replaced is private";
 }
 
-// In a process of its own, since the limit stays: files of at most this size.
+// Limits the size of files. Runs in a process of its own, because the limit stays.
 TEST_F(StoreWriterTest, AFullDiskSaysHowMuchTheStoreTakes)
 {
   BuildOptions options;
   options.tree.verticesPerPartition = 100;
   Mesh mesh = Torus(96, 48);
-  // Most of the store is in the original: SQLite holds back 2 MB before it writes.
+  // SQLite holds back 2 MB before it writes, so most of the store must be in the original.
   std::mt19937 random(1);
   mesh.attributes.push_back(
     { { "bytes", AttributeType::UInt8, AttributeAssociation::Point, 255 }, {} });

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Tokens with any header and claims, correctly signed: for tests. A second implementation of what
-// Token.cxx writes, by other means, so that each checks the other.
+// For tests: tokens with any header and claims, correctly signed. This is a second implementation
+// of what Token.cxx writes, by other means, so that each checks the other.
 #pragma once
 
 #include "server/access/TokenKeys.h"

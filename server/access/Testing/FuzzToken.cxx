@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// libFuzzer's entry to tokens and their keys. The first byte chooses: a token as it is; correctly
-// signed claims, so that code after the signature check is reached; a header before such claims; a
-// file of keys; the fields of a request.
+// libFuzzer's entry to tokens and their keys. The first byte chooses what the rest is: a token as
+// it is; claims, which are correctly signed, so that code after the signature check is reached; a
+// header in front of such claims; a file of keys; or the fields of a request.
 #include "server/access/Token.h"
 #include "server/access/TokenGuard.h"
 #include "server/access/TokenKeys.h"

@@ -73,7 +73,7 @@ TEST_F(Quotas, ItsFileIsOnlyForItsOwner)
   EXPECT_GE(files, 1u);
 }
 
-// Else two servers would go on with two files, or one with none.
+// Otherwise two servers would continue with different files, or one with no file.
 TEST_F(Quotas, AFileThatIsRemovedOrReplacedIsNoticed)
 {
   const auto book = this->Open(Share(0.002)); // 2 of 1000
@@ -123,7 +123,7 @@ TEST_F(Quotas, AShareOfTheModelInAWindow)
   EXPECT_FALSE(May(*book, "ann", 0)) << "and counts anew";
 }
 
-// A clock that was years ahead for a while leaves nobody refused for years.
+// After a clock was years ahead for a while, nobody is refused for years.
 TEST_F(Quotas, OutliveAClockThatWasAhead)
 {
   auto limits = Share(0.002); // 2 of 1000
@@ -150,7 +150,7 @@ TEST_F(Quotas, OutliveAClockThatWasAhead)
   EXPECT_TRUE(May(*book, "ann", 5)) << "but it counts from now on";
 }
 
-// However far the clock is set back: nobody has a quota twice for it.
+// However far the clock is set back, nobody gets a quota twice.
 TEST_F(Quotas, AClockThatIsSetBackForgetsNothing)
 {
   constexpr std::int64_t steps[] = { 1, 99, 101, 1'000, 100'000 }; // the window has 100 seconds
@@ -168,7 +168,7 @@ TEST_F(Quotas, AClockThatIsSetBackForgetsNothing)
   }
 }
 
-// A clock that goes back a little, or is a little late, does not give a new quota either.
+// Nor does a clock that goes back a little, or is a little late, give a new quota.
 TEST_F(Quotas, AClockThatIsALittleSlowGivesNoMore)
 {
   QuotaLimits limits;
@@ -178,7 +178,7 @@ TEST_F(Quotas, AClockThatIsALittleSlowGivesNoMore)
   const auto region = [&books](int server)
   { return !*books[server]->TakeRegion("ann", Model("m")); };
   int had = 0;
-  for (int i = 0; i < 120; ++i) // two minutes of two servers, one of which is a second behind
+  for (int i = 0; i < 120; ++i) // two minutes; one server is a second behind
   {
     had += region(0) ? 1 : 0;
     this->time -= second;
@@ -192,7 +192,7 @@ TEST_F(Quotas, AClockThatIsALittleSlowGivesNoMore)
   EXPECT_FALSE(May(*books[1], "ann", 2));
 }
 
-// Another precision, another title, another conversion: one original.
+// Builds with another precision or title, or by another conversion, have the same original.
 TEST_F(Quotas, BuildsOfOneInputCountTogether)
 {
   auto limits = Share(0.002); // 2 of 1000
@@ -226,7 +226,7 @@ TEST_F(Quotas, BuildsOfOneInputCountTogether)
   EXPECT_FALSE(may(coarse, 10));
 }
 
-// Half as many partitions are twice as much each.
+// If a model has half as many partitions, each counts twice as much.
 TEST_F(Quotas, BuildsThatAreDividedOtherwiseCountByTheirShare)
 {
   const auto book = this->Open(Share(0.01));
@@ -251,8 +251,8 @@ TEST_F(Quotas, BuildsThatAreDividedOtherwiseCountByTheirShare)
   EXPECT_FALSE(may(many, 0));
 }
 
-// Entries made before a store gave its input (also by older servers) count as those of the input;
-// and none of them twice.
+// Entries made before a store gave its input (also by older servers) count as entries of the input;
+// none of them counts twice.
 TEST_F(Quotas, WhatWasHadBeforeTheInputWasKnownCounts)
 {
   const auto book = this->Open(Share(0.004)); // 4 of 1000
@@ -282,7 +282,7 @@ TEST_F(Quotas, WhatWasHadBeforeTheInputWasKnownCounts)
   EXPECT_FALSE(may(coarse, 7));
 }
 
-// A store of the same content from two files, and another of one of them.
+// One store is built from two files with the same content, another store from only one of them.
 TEST_F(Quotas, InputsOfOneContentAreOneOriginal)
 {
   const auto book = this->Open(Share(0.003)); // 3 of 1000
@@ -317,7 +317,7 @@ TEST_F(Quotas, AreKeptOverRestarts)
     EXPECT_FALSE(May(*book, "ann", 3));
   }
   this->time += 50 * second;
-  const auto book = this->Open(Share(0.002)); // what is old is thrown away
+  const auto book = this->Open(Share(0.002)); // removes expired entries
   EXPECT_TRUE(May(*book, "ann", 3));
   EXPECT_TRUE(May(*book, "ann", 4));
   EXPECT_FALSE(May(*book, "ann", 5));
@@ -336,7 +336,7 @@ TEST_F(Quotas, BytesASecond)
   EXPECT_TRUE(May(*book, "bob", 0, "m", 1));
   this->time += 5 * second;
   EXPECT_TRUE(May(*book, "ann", 0, "m", 1'000));
-  // In the long run no more than that.
+  // In the long run the rate is not exceeded.
   std::uint64_t had = 0;
   for (int i = 0; i < 1000; ++i)
   {
@@ -346,7 +346,7 @@ TEST_F(Quotas, BytesASecond)
   EXPECT_NEAR(static_cast<double>(had), 500'000, 12'000);
 }
 
-// What one quota refuses counts for none.
+// A request that one quota refuses does not count against any quota.
 TEST_F(Quotas, OfWhatIsRefusedNothingIsEntered)
 {
   auto limits = Share(0.002);
@@ -377,7 +377,7 @@ TEST_F(Quotas, RegionsAMinute)
   EXPECT_FALSE(*book->TakeRegion("bob", Model("m")));
 }
 
-// What two servers with one file give together: no partition more than a single one would.
+// Two servers with one file together give no partition more than a single server would.
 TEST_F(Quotas, TwoServersGiveNoMoreThanOne)
 {
   const std::unique_ptr<QuotaBook> books[] = { this->Open(Share(0.1)), this->Open(Share(0.1)) };
@@ -410,7 +410,7 @@ TEST_F(Quotas, TwoServersGiveNoMoreThanOne)
   EXPECT_EQ(all.size(), 100u);
 }
 
-// Nothing is given where it cannot be entered.
+// Nothing is delivered if it cannot be recorded.
 TEST_F(Quotas, AFileThatSomebodyKeepsLockedIsAnError)
 {
   const auto book = this->Open(Share(0.1));
@@ -427,7 +427,8 @@ TEST_F(Quotas, AFileThatSomebodyKeepsLockedIsAnError)
   EXPECT_TRUE(May(*book, "ann", 1));
 }
 
-// Readers that wait for a locked file keep others waiting: each of them no longer than one would.
+// Requests that wait for a locked file make others wait, but each waits no longer than it would by
+// itself.
 TEST_F(Quotas, ManyWhoFindTheFileLockedWaitTogether)
 {
   const auto book = this->Open(Share(0.1));

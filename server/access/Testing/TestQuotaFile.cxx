@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The quotas' file while something is wrong with it: nothing is allowed; and afterwards the earlier
-// entries count again by themselves, no more and no less.
+// The quotas' file while something is wrong with it: nothing is allowed. Afterwards, without a
+// restart, exactly the earlier entries count again.
 #include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/store/Sqlite.h"
 #include "server/access/QuotaBook.h"
@@ -39,11 +39,11 @@ protected:
   const fixtures::TemporaryFolder folder;
   const fs::path place = this->folder.Path / "place", file = this->place / "quotas.db";
   std::atomic<std::int64_t> time{ 1'000'000 * second };
-  std::atomic<int> throwing{ 0 }; // the so manieth look at the clock from now on throws
+  std::atomic<int> throwing{ 0 }; // n: the n-th look at the clock from now throws
 
   void SetUp() override { fs::create_directory(this->place); }
 
-  // Of 1000 partitions each name may have `most`.
+  // Each subject may have `most` of 1000 partitions.
   std::unique_ptr<QuotaBook> Open(double most, const fs::path& at)
   {
     QuotaLimits limits;
@@ -87,7 +87,8 @@ protected:
   }
 };
 
-// Runs `work` on a thread that may mount what no other sees. Whether it may.
+// Runs `work` on a thread whose mounts no other thread sees. Returns whether the system allows
+// this.
 template <class Work>
 bool WithMounts(const Work& work)
 {
@@ -106,11 +107,11 @@ bool WithMounts(const Work& work)
   return may;
 }
 
-// A server of its own process, as SQLite shares what it knows of a file within a process.
+// A server in a process of its own, because SQLite shares its knowledge of a file within a process.
 class OtherServer
 {
 public:
-  // REQUIRES: no book is open yet, nor is there another thread.
+  // REQUIRES: no book is open yet, and there is no other thread.
   template <class OpenBook>
   explicit OtherServer(const OpenBook& openBook)
   {
@@ -143,7 +144,7 @@ public:
   OtherServer& operator=(const OtherServer&) = delete;
   ~OtherServer() { this->Stop(); }
 
-  // 'y': she may have it, 'n': she may not, 'f': it fails.
+  // 'y': the subject may have it, 'n': she may not, 'f': the call fails.
   char Take(std::uint32_t partition) const
   {
     char answer = '-';
@@ -229,7 +230,7 @@ TEST_F(QuotaFile, AnExceptionInATransactionEntersNothing)
   EXPECT_FALSE(May(*other, 100));
   EXPECT_FALSE(*TakeRegion(*book)) << "she had none";
   EXPECT_TRUE(*TakeRegion(*other));
-  // While the file is opened again.
+  // An exception while the file is opened again.
   fs::rename(this->place, this->folder / "away");
   EXPECT_NE(WhyNot(*book, 1), "");
   fs::rename(this->folder / "away", this->place);
@@ -238,7 +239,7 @@ TEST_F(QuotaFile, AnExceptionInATransactionEntersNothing)
   EXPECT_TRUE(May(*book, 1));
 }
 
-// It takes no more bytes for a while.
+// The file can take no more bytes for a while.
 TEST_F(QuotaFile, ADiskThatTakesNoMore)
 {
   const auto book = this->Open(900);
@@ -306,7 +307,7 @@ TEST_F(QuotaFile, AFullFileSystem)
   }
 }
 
-// What was its log must not be taken for the other's.
+// The log of the earlier file must not be taken for the new file's log.
 TEST_F(QuotaFile, AFileThatIsReplacedByAnother)
 {
   const auto another = this->place / "another.db";
@@ -352,14 +353,14 @@ TEST_F(QuotaFile, AFileThatIsInvalidForAWhile)
   spoil(std::string(10'000, 'x'));
   EXPECT_TRUE(May(*book, 1));
   {
-    // A quota file that is cut off.
+    // A truncated quota file.
     const auto bytes = fixtures::ReadWhole(this->file);
     spoil(bytes.substr(0, bytes.size() / 2 + 100));
   }
   EXPECT_TRUE(May(*book, 2));
   EXPECT_FALSE(May(*book, 3));
   {
-    // Tables of others.
+    // A database with other tables of these names.
     fs::rename(this->file, kept);
     {
       const auto database = OpenForWriting(this->file);
@@ -378,7 +379,7 @@ TEST_F(QuotaFile, PermissionsThatAreTakenAndGivenBack)
 {
   const auto book = this->Open(2);
   EXPECT_TRUE(May(*book, 1));
-  // Nothing is forbidden to root: as somebody else.
+  // Root may do everything, so the test runs as another user.
   const bool isRoot = ::geteuid() == 0;
   constexpr uid_t nobody = 65534;
   for (const auto& each : fs::directory_iterator(this->place))
@@ -386,7 +387,7 @@ TEST_F(QuotaFile, PermissionsThatAreTakenAndGivenBack)
     ASSERT_TRUE(!isRoot || ::chown(each.path().c_str(), nobody, nobody) == 0);
   }
   fs::permissions(this->folder.Path, fs::perms::group_exec | fs::perms::others_exec,
-    fs::perm_options::add); // the group stays root's
+    fs::perm_options::add); // root stays in the file's group
   ASSERT_TRUE(!isRoot || ::chown(this->place.c_str(), nobody, nobody) == 0);
   struct Back
   {
@@ -441,7 +442,7 @@ TEST_F(QuotaFile, AFileSystemThatIsNotMounted)
       }
       EXPECT_TRUE(May(*book, 2));
       EXPECT_FALSE(May(*book, 3));
-      // A new, empty disk.
+      // A new, empty disk in this place.
       ASSERT_EQ(::umount2(this->place.c_str(), MNT_DETACH), 0);
       EXPECT_NE(WhyNot(*book, 3), "");
       ASSERT_TRUE(MountMemory(this->place));
@@ -453,7 +454,7 @@ TEST_F(QuotaFile, AFileSystemThatIsNotMounted)
   }
 }
 
-// The second to notice that the file was removed takes nothing from the new one.
+// The second server to notice that the file was removed takes nothing from the new file.
 TEST_F(QuotaFile, TwoServersLoseNothingWhereItIsRemoved)
 {
   const auto book = this->Open(3), other = this->Open(3);
@@ -470,9 +471,8 @@ TEST_F(QuotaFile, TwoServersLoseNothingWhereItIsRemoved)
   EXPECT_TRUE(May(*this->Open(3), 4));
 }
 
-// The server that notices removes the log. The other server, which gets no request in between, must
-// not continue to use it.
-// A new file becomes one with a log, for which SQLite does not wait by itself.
+// Opening a new file switches it to a write-ahead log. If another server has the file locked,
+// SQLite does not wait for this switch by itself.
 TEST_F(QuotaFile, AServerWaitsForAnotherThatOpensTheNewFileToo)
 {
   const auto other = OpenForWriting(this->file);
@@ -489,6 +489,8 @@ TEST_F(QuotaFile, AServerWaitsForAnotherThatOpensTheNewFileToo)
   EXPECT_TRUE(May(*book, 0));
 }
 
+// The server that notices that the file is gone removes the log. The other server, which gets no
+// request in between, must not continue to use that log.
 TEST_F(QuotaFile, TwoServersGiveWhatOneWouldWhereItGoesAndComes)
 {
   const auto log = fs::path(this->file.string() + "-wal");

@@ -12,7 +12,7 @@ namespace
 
 constexpr std::int64_t now = 1000;
 
-// What ReadToken says; "" where the token is valid.
+// The message of ReadToken; "" if the token is valid.
 std::string Refusal(
   const std::string& token, const TokenKeys& keys = forged::Keys(), std::int64_t time = now)
 {
@@ -42,7 +42,7 @@ TEST(Token, SaysWhatItsBearerMayHave)
   EXPECT_FALSE(claims->AllowsModel("*"));
 }
 
-// RFC 7515, A.1: the signature of the example, whose claims are not ours.
+// RFC 7515, A.1: the signature of the standard's example, whose claims are not ours.
 TEST(Token, AgreesWithTheStandardsExample)
 {
   const std::string key = "\x03\x23\x35\x4b\x2b\x0f\xa5\xbc\x83\x7e\x06\x65\x77\x7b\xa6\x8f\x5a\xb3"
@@ -108,7 +108,7 @@ TEST(Token, OnlyOneAlgorithmIsTaken)
     EXPECT_EQ(RefusalOfHeader(R"({"alg":)" + algorithm + "}"), other) << algorithm;
   }
   EXPECT_EQ(RefusalOfHeader(R"({"typ":"JWT"})"), other);
-  // As from an attacker who confuses algorithms: without a signature, or with another one.
+  // As an attacker would try who confuses algorithms: no signature, or one by another algorithm.
   const std::string none =
     forged::Base64(R"({"alg":"none"})") + "." + forged::Base64(forged::claims) + ".";
   EXPECT_EQ(Refusal(none), other);
@@ -239,8 +239,8 @@ TEST(Token, MayBeRevoked)
   EXPECT_EQ(Refusal(token, keys), "the token has been revoked");
 }
 
-// Truncated at each byte, and with each bit of each byte changed. (Two bits of the signature's last
-// digit are not part of it.)
+// The token is truncated at each byte, and each bit of each byte is changed. (Two bits of the
+// signature's last digit do not belong to the signature.)
 TEST(Token, NothingButTheTokenItselfIsValid)
 {
   const auto token = forged::Token(forged::header, forged::claims);

@@ -38,7 +38,7 @@ TEST(Keys, EarlierOnesAndWhatIsRevoked)
                    "3\"}],\"revoked\":[\"t1\",\"t2\"],\"revoked_subjects\":[\"ann\"]}");
   ASSERT_TRUE(keys) << keys.GetError().message;
   EXPECT_EQ(keys->keys.size(), 3u);
-  EXPECT_EQ(keys->keys[0].id, "b"); // which signs
+  EXPECT_EQ(keys->keys[0].id, "b"); // the key that signs
   EXPECT_EQ(keys->Find("a")->secret, secret + "2");
   EXPECT_EQ(keys->Find("")->secret, secret + "3");
   EXPECT_EQ(keys->Find("c"), nullptr);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-serve as a process, and a folder of small stores for it: what its tests share.
+// What the tests of kdstream-serve share: the program as a process, and a folder of small stores.
 #pragma once
 
 #include "Testing/Fixtures/RunningProgram.h"
@@ -37,19 +37,19 @@ public:
   {
   }
 
-  // The next one but that it is open to all.
+  // The next line on stderr, skipping the warning that the server is open to all.
   std::string ErrorLine() const
   {
     auto line = this->AnyErrorLine();
     return line.rfind(openToAll, 0) == 0 ? this->AnyErrorLine() : line;
   }
 
-  // Waits for the line; the port in it.
+  // Waits for the line that gives the server's address, and returns the port in it.
   std::uint16_t Port(const std::string& scheme = "http") const
   {
     return PortIn(this->OutLine(), "listening on " + scheme + "://127.0.0.1:");
   }
-  // The same for the line that says where the metrics are.
+  // Waits for the line that gives the address of the metrics, and returns the port in it.
   std::uint16_t AdminPort() const
   {
     return PortIn(this->ErrorLine(), "kdstream-serve: metrics on http://127.0.0.1:");

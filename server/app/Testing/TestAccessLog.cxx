@@ -110,7 +110,7 @@ TEST_F(Log, APipeThatNobodyReadsCostsLinesOnly)
     ASSERT_TRUE(log);
     for (int i = 0; i < lines; ++i)
     {
-      (*log)->Write(this->record); // would wait for ever
+      (*log)->Write(this->record); // would wait forever
     }
     ::fcntl(reader, F_SETFL, 0);
     char part[65536];
@@ -128,8 +128,8 @@ TEST_F(Log, APipeThatNobodyReadsCostsLinesOnly)
   EXPECT_GT(lost, 0u);
 }
 
-// A file that may not grow takes a part of the lines: the others are counted. When the file takes
-// lines again, these begin on a line of their own, and the lost ones are reported.
+// A file that may not grow takes some of the lines, and the others are counted. When the file takes
+// lines again, the next one begins on a line of its own, and the lost lines are reported.
 TEST_F(Log, WhatADiskDoesNotTakeIsCounted)
 {
   std::signal(SIGXFSZ, SIG_IGN);
@@ -149,9 +149,9 @@ TEST_F(Log, WhatADiskDoesNotTakeIsCounted)
       const auto text = fixtures::ReadWhole(this->file);
       return static_cast<std::uint64_t>(std::count(text.begin(), text.end(), '\n'));
     };
-    // until the last of them is done with
+    // Wait until each line is either written or counted as lost.
     EXPECT_TRUE(fixtures::Eventually([&] { return (*log)->Lost() + written() >= 100; }));
-    EXPECT_GT((*log)->Lost(), 80u); // some 16 lines have room
+    EXPECT_GT((*log)->Lost(), 80u); // there is room for about 16 lines
     EXPECT_TRUE(fixtures::ReadWhole(this->file).ends_with(" 250.0\n")) << "whole lines, or none";
     ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
     this->record.target = "/after";

@@ -92,7 +92,7 @@ TEST_F(Watch, FollowsALink)
   EXPECT_FALSE(watch.HasChanged());
 }
 
-// The new one may have the old one's number on the disk.
+// The new folder may get the same inode as the old one.
 TEST_F(Watch, FollowsAFolderThatIsMadeAnew)
 {
   auto watch = this->Open();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-serve as a process: its line, its signals, its exit codes.
+// kdstream-serve as a process: its output, its signals, its exit codes.
 #include "Testing/Fixtures/Eventually.h"
 #include "filters/model/ModelJson.h"
 #include "filters/protocol/Testing/AskedBlobs.h"
@@ -19,7 +19,7 @@ using namespace kdstream;
 namespace
 {
 
-// A server with a file that is more than sockets hold.
+// A server with a file that is larger than the buffers of sockets.
 class Ending : public Serve
 {
 protected:
@@ -36,7 +36,7 @@ protected:
   {
     return { this->stores, "--port", "0", "--web", this->folder, "--drain", drain };
   }
-  // Asks for the file, until the server has begun with it.
+  // Requests the file, and waits until the server has begun to send it.
   static void AskForIt(HttpTestClient& client, std::uint16_t port)
   {
     client.Send("GET /large HTTP/1.1\r\nHost: x\r\n\r\n");
@@ -81,7 +81,7 @@ TEST_F(Serve, ServesAFolderUntilItIsStopped)
   EXPECT_NE(text.find(" 127.0.0.1 \"GET /api/models.json\" 200 "), std::string::npos) << text;
 }
 
-// What others have put into the folder cannot forge a line, nor steer a terminal.
+// Names of files that others have put into the folder cannot forge a line, nor control a terminal.
 TEST_F(Serve, NamesOfFilesMakeNoLines)
 {
   this->Build("one.kds");
@@ -109,8 +109,8 @@ TEST_F(Serve, NamesItsSite)
   EXPECT_EQ(wrong.Wait(), 2);
 }
 
-// More clients connect than there are descriptors: those without a slot are closed at once, and the
-// server itself never runs out: new stores are read, and the administrator is answered.
+// More clients connect than there are descriptors. Clients without a slot are disconnected at once,
+// and the server itself never runs out: new stores are read, and the administrator is answered.
 TEST_F(Serve, RunsOutOfPlacesBeforeDescriptors)
 {
 #ifdef __SANITIZE_ADDRESS__
@@ -136,9 +136,9 @@ TEST_F(Serve, RunsOutOfPlacesBeforeDescriptors)
     std::vector<std::unique_ptr<HttpTestClient>> crowd;
     for (int i = 0; i < 100; ++i)
     {
-      crowd.push_back(std::make_unique<HttpTestClient>(port)); // says nothing
+      crowd.push_back(std::make_unique<HttpTestClient>(port)); // sends nothing
     }
-    for (std::size_t i = crowd.size(); i > 60; --i) // those who came last
+    for (std::size_t i = crowd.size(); i > 60; --i) // the last ones that connected
     {
       turnedAway += crowd[i - 1]->Ends() ? 1 : 0;
     }
@@ -150,7 +150,7 @@ TEST_F(Serve, RunsOutOfPlacesBeforeDescriptors)
     this->Build("two.kds");
     serve.Signal(SIGHUP);
     std::uint32_t request = 1;
-    EXPECT_TRUE(fixtures::Eventually( // with the crowd still there
+    EXPECT_TRUE(fixtures::Eventually( // while the crowd is still connected
       [&]
       {
         connected.Ask({ ++request, protocol::OpenRequest{ "two" } });
@@ -182,7 +182,7 @@ TEST_F(Serve, DoesNotStartWithTooFewDescriptors)
     "kdstream-serve: error: this process may open 32 descriptors");
 }
 
-// Even if no descriptor is left to count the others with.
+// The count works even if no descriptor is left for listing the others.
 TEST_F(Serve, CountsItsDescriptorsThoughTheyHaveRunOut)
 {
 #ifdef __SANITIZE_ADDRESS__
@@ -213,7 +213,8 @@ TEST_F(Serve, CountsItsDescriptorsThoughTheyHaveRunOut)
     }
   }
   EXPECT_GT(reported, 0u);
-  // As many as it asks for are enough, for a folder with more stores than descriptors, too.
+  // As many descriptors as the message asks for are enough, even for a folder with more stores than
+  // descriptors.
   constexpr int models = 90;
   for (int i = 0; i < models; ++i)
   {
@@ -250,7 +251,7 @@ TEST_F(Serve, StreamsHaveTheLimitsOfItsOptions)
   stream.SendText(std::string(8001, ' '));
   while (stream.Receive())
   {
-    // Why it ends.
+    // The messages that say why the stream ends.
   }
   EXPECT_EQ(stream.CloseCode(), 1009u);
   Process small({ this->stores, "--max-message", "4095" });
@@ -268,7 +269,7 @@ TEST_F(Serve, TakesAllTheDescriptorsThatItMayHave)
   EXPECT_EQ(serve.ErrorLine(), "") << "enough for all clients";
 }
 
-// More warnings than fit into a pipe that nobody reads.
+// The server writes more warnings than fit into a pipe that nobody reads.
 TEST_F(Serve, WaitsForNobodyWhoReadsWhatItSays)
 {
   this->Build("one.kds");
@@ -344,7 +345,7 @@ TEST_F(Serve, StoresAppearChangeAndGoByThemselves)
     const auto bytes = fixtures::ReadWhole(this->stores / "one.kds");
     std::ofstream slow(this->stores / "two.kds", std::ios::binary);
     slow << bytes.substr(0, bytes.size() / 2) << std::flush;
-    this->Build("three.kds"); // while two is half there
+    this->Build("three.kds"); // while two is only half written
     EXPECT_TRUE(fixtures::Eventually([&] { return !digest("three").empty(); }));
     EXPECT_EQ(digest("two"), "");
     slow << bytes.substr(bytes.size() / 2);
@@ -354,7 +355,7 @@ TEST_F(Serve, StoresAppearChangeAndGoByThemselves)
   EXPECT_TRUE(fixtures::Eventually([&] { return digest("one").empty(); }));
   fs::rename(log, this->folder / "old.log");
   serve.Signal(SIGHUP);
-  // What is logged just as the file is made may still go to the old one.
+  // A line that is logged just as the new file is created may still go to the old file.
   EXPECT_TRUE(fixtures::Eventually(
     [&]
     {
@@ -396,7 +397,8 @@ TEST_F(Ending, TakesNoLongerThanItMay)
     "kdstream-serve: warning: the server stops before all requests are answered");
 }
 
-// As a phone that sleeps: it neither asks for anything nor answers that the stream ends.
+// The client is like a phone that sleeps: it requests nothing, and does not answer when the stream
+// ends.
 TEST_F(Ending, WaitsForNobodyWhoSleeps)
 {
   Process serve(this->Arguments("6"));
@@ -488,7 +490,7 @@ TEST_F(Serve, FindsThePageThatIsInstalledWithIt)
   EXPECT_EQ(client.Get("/", "Accept-Encoding: br, gzip;q=0\r\n")->body, "installed");
 }
 
-// Who writes to it may never come.
+// Nobody may ever write to the pipe, so the server must not wait for it.
 TEST_F(Serve, NoSecretsComeByAPipe)
 {
   const auto pipe = this->folder / "pipe";
@@ -531,20 +533,20 @@ TEST_F(Serve, ReportsWhyItCannotServe)
     { { this->stores, "--port", port }, 1 },
     { { this->stores, "--port", "0", "--host", "no-such-host.invalid" }, 1 },
     { { this->stores, "--port", "0", "--web", this->folder / "missing" }, 1 },
-    { { this->stores, "--port", "0", "--web", this->stores }, 1 }, // no page
+    { { this->stores, "--port", "0", "--web", this->stores }, 1 }, // the folder has no page
     { { this->stores, "--port", "0", "--access-log", this->folder / "missing/log" }, 1 },
     { { this->stores, "--port", "0", "--access-log", this->stores / "one.kds" }, 2 },
   };
   for (const auto& [arguments, code] : wrong)
   {
     Process serve(arguments);
-    EXPECT_EQ(serve.OutLine(), ""); // it has ended
-    serve.Signal(SIGTERM);          // if it has not
+    EXPECT_EQ(serve.OutLine(), ""); // the program has ended
+    serve.Signal(SIGTERM);          // in case it has not ended
     EXPECT_EQ(serve.ErrorLine().substr(0, 23), "kdstream-serve: error: ");
     EXPECT_EQ(serve.Wait(), code) << (arguments.empty() ? "" : arguments.back());
   }
   EXPECT_EQ(fs::file_size(this->stores / "one.kds"), bytes) << "no line of a log in a store";
-  // In our words.
+  // The message is ours, not the system's.
   const auto line = [](const std::string& directory)
   {
     Process serve({ directory, "--port", "0" });
@@ -561,7 +563,7 @@ TEST_F(Serve, ReportsWhyItCannotServe)
                            "needs the folder of the stores; its only command is token)");
 }
 
-// Values without a meaning are refused, and only these.
+// Values without a meaning are refused, and only those.
 TEST_F(Serve, RefusesValuesThatMeanNothing)
 {
   const std::string seconds = "a number from 0.001 to 1000000";
@@ -597,7 +599,7 @@ TEST_F(Serve, RefusesValuesThatMeanNothing)
   {
     Process serve({ this->stores, "--port", "0", option[0], option[1] });
     EXPECT_EQ(serve.OutLine(), "") << option[1];
-    serve.Signal(SIGTERM); // if it has not ended
+    serve.Signal(SIGTERM); // in case it has not ended
     EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: error: " + option[0] + ": \"" + option[1] +
                                    "\" is not " + what + " (see --help)");
     EXPECT_EQ(serve.Wait(), 2);
@@ -608,7 +610,8 @@ TEST_F(Serve, RefusesValuesThatMeanNothing)
   EXPECT_NE(good.Port(), 0);
 }
 
-// A file that is too large to be served is reported once, and not as the server's fault.
+// A file that is too large to be served is reported once, and does not count as the server's
+// failure.
 TEST_F(Serve, SaysWhatOfThePageItCannotServe)
 {
   std::ofstream(this->folder / "index.html") << "home";
@@ -633,7 +636,7 @@ TEST_F(Serve, SaysWhatOfThePageItCannotServe)
   EXPECT_EQ(serve.Wait(), 0);
 }
 
-// Who comes by IPv4 to a socket of IPv6 is logged as he is, and counted so.
+// A log that cannot grow loses lines, which is reported; requests are still answered.
 TEST_F(Serve, AFullLogEndsNothing)
 {
   this->Build("one.kds");
@@ -659,6 +662,7 @@ TEST_F(Serve, AFullLogEndsNothing)
   EXPECT_EQ(serve.Wait(), 0);
 }
 
+// A client that connects by IPv4 to an IPv6 socket is logged, and counted, under its IPv4 address.
 TEST_F(Serve, LogsAddressesOfIPv4AsThatOnASocketOfIPv6)
 {
   const auto log = this->folder / "access.log";

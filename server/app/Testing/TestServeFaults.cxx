@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // kdstream-serve on a failing system: the disk, descriptors, memory, the log's reader, the clock,
-// TLS. Only the request that needs it fails; this is reported and counted; and when the system
-// works again everything does, without a restart.
+// TLS. Only the request that needs the failing part fails; the failure is reported and counted.
+// When the system works again, everything works, without a restart.
 #include "Testing/Faults/Faults.h"
 #include "Testing/Fixtures/Eventually.h"
 #include "filters/model/ModelJson.h"
@@ -35,7 +35,7 @@ namespace
 
 const std::string library = KDSTREAM_FAULTS;
 
-// Kills a process that has not ended in time: then what it is asked fails instead of waiting.
+// Kills a process that has not ended in time, so that requests to it fail instead of waiting.
 class Deadline
 {
 public:
@@ -66,7 +66,7 @@ private:
   std::mutex Mutex;
   std::condition_variable Changed;
   bool Over = false;
-  std::thread Thread; // after what it uses
+  std::thread Thread; // declared after the members that it uses
 };
 
 class Faulty : public Serve
@@ -93,7 +93,7 @@ protected:
   }
   std::vector<std::string> Arguments(const std::vector<std::string>& more = {}) const
   {
-    // Nothing that was read is kept, so that each answer needs the disk.
+    // No blob is kept in memory, so each answer needs the disk.
     std::vector<std::string> arguments{ this->stores, "--port", "0", "--cache-memory", "0" };
     arguments.insert(arguments.end(), more.begin(), more.end());
     return arguments;
@@ -103,7 +103,7 @@ protected:
     return "kdstream-serve: warning: " + (fs::canonical(this->folder) / "page").string() +
            ": the file cannot be read: " + reason;
   }
-  // What a metric is now.
+  // The present value of a metric.
   static std::uint64_t Count(std::uint16_t port, const std::string& name)
   {
     const auto metrics = HttpTestClient(port).Get("/metrics");
@@ -141,7 +141,7 @@ protected:
     options.tree.partitions = 128;
     EXPECT_TRUE(BuildStore(std::move(mesh), "grid.ply", this->stores / name, options));
   }
-  // Keys in a file, and a token of them.
+  // Writes keys to a file, and makes a token with them.
   std::string MakeToken() const
   {
     std::ofstream(this->keys) << R"({"secret":"0123456789abcdef0123456789abcdef"})";
@@ -152,7 +152,7 @@ protected:
     EXPECT_EQ(process.Wait(), 0);
     return token;
   }
-  // The status of the answer; 0 for none.
+  // The status of the answer; 0 if there is none.
   static unsigned Ask(std::uint16_t port, const std::string& target)
   {
     const auto answer = HttpTestClient(port).Get(target);
@@ -194,7 +194,7 @@ TEST_F(Faulty, ADiskThatCannotBeRead)
            std::to_string(partition) + ": cannot be read or written: Input/output error";
   };
 
-  // SQLite keeps pages in memory, so each request is for another partition.
+  // SQLite keeps pages in memory, so each request asks for a different partition.
   this->faults->reading = EIO;
   for (std::uint32_t partition = 0; partition < 3; ++partition)
   {
@@ -218,7 +218,7 @@ TEST_F(Faulty, ADiskThatCannotBeRead)
   EXPECT_EQ(serve.ErrorLine(), warning(0));
   EXPECT_EQ(serve.ErrorLine(), this->PageWarning("Input/output error"));
   this->Build("two.kds");
-  serve.Signal(SIGHUP); // or it would be taken for half of a copy, for a while
+  serve.Signal(SIGHUP); // otherwise it would be taken for an unfinished copy
   EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: warning: " + (this->stores / "two.kds").string() +
                                  ": cannot be read or written: Input/output error; this store is "
                                  "left out, the others are served")
@@ -245,7 +245,8 @@ TEST_F(Faulty, ADiskThatCannotBeRead)
   EXPECT_EQ(serve.ErrorLine(), warning(100)) << "said again, after it had been well";
 }
 
-// The disk of one store: all else is served, the folder is followed, and the signals are heeded.
+// The disk of one store hangs. Everything else is served, the folder is followed, and signals are
+// obeyed.
 TEST_F(Faulty, ADiskThatHangsOnOneStore)
 {
   std::ofstream(this->folder / "index.html") << "home";
@@ -275,7 +276,8 @@ TEST_F(Faulty, ADiskThatHangsOnOneStore)
   EXPECT_EQ(serve.Wait(), 0);
 }
 
-// The whole folder's: what has been opened is served as far as it is in memory.
+// The disk of the whole folder hangs. Stores that have been opened are served as far as they are in
+// memory.
 TEST_F(Faulty, AFolderThatHangs)
 {
   const auto hanging = this->folder / "hangs";
@@ -313,8 +315,8 @@ TEST_F(Faulty, AFolderThatHangsAtTheStart)
   EXPECT_EQ(serve.Wait(), 0);
 }
 
-// Files of the server itself: keys, certificate, logs, quotas, pages. One at a time: the first one
-// that hangs would hide the others.
+// Files of the server itself hang: keys, certificate, logs, quotas, pages. The test takes one at a
+// time, because the first one that hangs would hide the others.
 TEST_F(Faulty, FilesOfItsOwnThatHang)
 {
   const auto hanging = this->folder / "hangs";
@@ -367,7 +369,7 @@ TEST_F(Faulty, NoDescriptors)
   EXPECT_EQ(client.Get("/page")->status, 503u);
   EXPECT_EQ(client.Get(blob)->status, 200u) << "a store is open already";
   this->Build("two.kds");
-  // The folder is read every so often: whichever of the two comes first.
+  // The folder is also read at intervals, so either of the two warnings may come first.
   const std::set<std::string> reported{ serve.ErrorLine(), serve.ErrorLine() };
   EXPECT_EQ(
     reported, (std::set<std::string>{ this->PageWarning("Too many open files"),
@@ -399,13 +401,13 @@ TEST_F(Faulty, NoMemoryForAConnection)
   const auto list = client.Get("/api/models.json")->body;
   this->faults->leastBytes = 2000;
   this->faults->allocation = ENOMEM;
-  // A connection needs more: it is ended, and the next accepted.
+  // A new connection needs more memory than there is: it is ended, and the next one is accepted.
   EXPECT_FALSE(HttpTestClient(port).Get("/api/models.json"));
   EXPECT_EQ(client.Get("/api/models.json")->body, list) << "who is in stays in";
   this->faults->Clear();
   EXPECT_EQ(HttpTestClient(port).Get("/api/models.json")->body, list);
   EXPECT_GE(Count(port, "kdstream_failures_total{what=\"connection\"}"), 1u);
-  // The folder of stores is read every so often, and may have lacked the memory too.
+  // The folder of stores is also read at intervals, and may have lacked memory, too.
   const auto ofFolder = this->stores.string() + ": cannot be read: Cannot allocate memory";
   auto line = serve.ErrorLine();
   while (line.find(ofFolder) != std::string::npos)
@@ -415,8 +417,8 @@ TEST_F(Faulty, NoMemoryForAConnection)
   EXPECT_EQ(line, "kdstream-serve: error: a connection was closed after an error: out of memory");
 }
 
-// Every n-th allocation fails, whatever it is for, while clients ask for all kinds of things and
-// stores are added. Each client gets an answer or loses its connection; the server survives, and
+// Every n-th allocation fails, whatever it is for, while clients send requests of all kinds and
+// stores are added. Each client gets an answer or loses its connection. The server survives, and
 // works afterwards.
 TEST_F(Faulty, MemoryThatFailsNowAndThen)
 {
@@ -470,20 +472,20 @@ TEST_F(Faulty, MemoryThatFailsNowAndThen)
   ASSERT_TRUE(stream.Await(1).opened);
   stream.Ask({ 2, protocol::AskPartitions({ 0 }) });
   EXPECT_EQ(stream.Await(2).blobs.size(), 1u);
-  // no slot stays taken: three, and who asks
+  // No slot stays taken: there are three clients, and the one that reads the metric.
   EXPECT_TRUE(fixtures::Eventually([&] { return Count(port, "kdstream_connections") <= 4; }));
   stream.Close();
   serve.Signal(SIGTERM);
   EXPECT_EQ(serve.Wait(), 0);
 }
 
-// Each system call of a session fails in its turn, only it or the thirty calls after it too (while
-// nothing works at all, every client waits). The session gets answers or loses its connection, no
-// slot stays taken, and the next session is served. A seeded part of the calls in every test run,
-// all with KDSTREAM_ALL_FAULTS=1.
+// Each system call of a session fails in its turn: either this call only, or the thirty calls after
+// it, too (while nothing works at all, every client waits). The session gets answers or loses its
+// connection, no slot stays taken, and the next session is served. Every test run tries some of the
+// calls, chosen by a seed; KDSTREAM_ALL_FAULTS=1 tries all.
 TEST_F(Faulty, EachStepOfASession)
 {
-  constexpr unsigned deadline = 600; // seconds: a client that waits for ever ends the test
+  constexpr unsigned deadline = 600; // seconds: a client that waits forever ends the test
   ::alarm(deadline);
   std::ofstream(this->folder / "index.html") << "home";
   std::ofstream(this->folder / "page") << "page";
@@ -529,8 +531,8 @@ TEST_F(Faulty, EachStepOfASession)
     stream.Close();
     return served;
   };
-  // A client that connects while others are closed for lack of a descriptor is closed with them,
-  // and may ask again; otherwise the first request is answered.
+  // If a client connects while the server closes others for lack of a descriptor, it is
+  // disconnected with them, and may ask again. Otherwise the first request is answered.
   const auto isAnswered = [port](bool mayAskAgain)
   {
     const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
@@ -561,7 +563,7 @@ TEST_F(Faulty, EachStepOfASession)
       const auto call = all ? i / 2 + 1 : 1 + random() % calls;
       if (kind == &Faults::accepting && i % 2 == 1)
       {
-        continue; // nobody would come in
+        continue; // no client would get in
       }
       (this->faults->*kind).Fail(reason, call, i % 2 == 0 ? call : call + 30);
       lost += session() < whole ? 1 : 0;
@@ -573,7 +575,7 @@ TEST_F(Faulty, EachStepOfASession)
     const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
     for (int served = 0; served != whole && std::chrono::steady_clock::now() < end;)
     {
-      served = session(); // what could not be had is not tried again at once
+      served = session(); // a failed blob is not retried at once
       EXPECT_TRUE(served == whole || std::chrono::steady_clock::now() < end);
     }
   }
@@ -687,7 +689,7 @@ TEST_F(Faulty, QuotasWhileMemoryFailsNowAndThen)
     this->faults->allocation = 0;
   }
   this->faults->Clear();
-  // What was entered and did not arrive may be had again.
+  // A partition that was recorded but did not arrive may be requested again.
   HttpTestClient client(port);
   std::set<std::size_t> all;
   for (std::size_t partition = 0; partition < blobs.size(); ++partition)
@@ -706,7 +708,7 @@ TEST_F(Faulty, QuotasWhileMemoryFailsNowAndThen)
   EXPECT_EQ(serve.Wait(), 0);
 }
 
-// Nobody reads the server's output: its stderr is full, and so is the pipe of its log.
+// Nobody reads the server's output: its stderr is full, and so is the pipe for its log.
 TEST_F(Faulty, PipesThatNobodyReads)
 {
   const auto log = this->folder / "access.log";
@@ -718,7 +720,7 @@ TEST_F(Faulty, PipesThatNobodyReads)
   const auto port = serve.Port();
   HttpTestClient client(port);
   const auto blob = BlobOf(client);
-  // Some 100 bytes a request into either pipe, which hold 65536.
+  // Each request adds about 100 bytes to either pipe, which holds 65536.
   for (int i = 0; i < 3000; ++i)
   {
     ASSERT_EQ(client.Get(blob)->status, 200u);
@@ -726,14 +728,14 @@ TEST_F(Faulty, PipesThatNobodyReads)
   for (std::uint32_t partition = 0; partition < 10; ++partition)
   {
     const auto other = BlobOf(client, 10 * partition, "grid");
-    this->faults->reading = EIO; // of which it warns
+    this->faults->reading = EIO; // which causes warnings
     EXPECT_EQ(client.Get(other)->status, 503u);
     this->faults->Clear();
     EXPECT_EQ(client.Get(other)->status, 200u);
   }
   this->Build("broken.kds");
   std::ofstream(this->stores / "broken.kds") << "nonsense";
-  serve.Signal(SIGHUP); // warns, too
+  serve.Signal(SIGHUP); // causes a warning, too
   this->Build("two.kds");
   EXPECT_TRUE(fixtures::Eventually([&] { return Has(port, "two"); }));
   ::close(reader);
@@ -765,7 +767,8 @@ TEST_F(Faulty, AClockThatJumps)
     EXPECT_TRUE(fixtures::Eventually([&] { return Has(port, name); }));
     std::ofstream(this->stores / ("broken" + name + ".kds")) << "nonsense";
     serve.Signal(SIGHUP);
-    // The one of before may be said twice: seen, and read again.
+    // The warning about the previous file may come twice: when the file is noticed, and when the
+    // folder is read again.
     EXPECT_TRUE(fixtures::Eventually(
       [&]
       {
@@ -779,8 +782,8 @@ TEST_F(Faulty, AClockThatJumps)
   EXPECT_EQ(serve.Wait(), 0);
 }
 
-// Tokens depend on the clock: an expired token ends its sessions, and is valid again when the clock
-// is corrected.
+// Whether a token is valid depends on the clock: an expired token ends its sessions, and is valid
+// again when the clock is corrected.
 TEST_F(Faulty, ATokenWhileTheClockJumps)
 {
   const auto token = this->MakeToken();
@@ -797,14 +800,15 @@ TEST_F(Faulty, ATokenWhileTheClockJumps)
     EXPECT_EQ(client.Get("/api/models.json", fields)->status, 401u);
     while (stream.Receive())
     {
-      // Why it ends.
+      // The messages that say why the stream ends.
     }
     EXPECT_EQ(stream.CloseCode(), 1008u);
     this->faults->Clear();
   }
 }
 
-// A damaged store is reported even if its time is far ahead of the clock, which was set back.
+// A damaged store is reported even if its file's time is far ahead of the clock, because the clock
+// was set back.
 TEST_F(Faulty, AClockThatWasSetBackHidesNothing)
 {
   Process serve(this->Arguments());
@@ -866,7 +870,8 @@ TEST_F(Faulty, MemoryThatFailsNowAndThenUnderTls)
       const auto answer = client.Receive(end);
       EXPECT_TRUE(answer.empty() || answer.starts_with("HTTP/1.1 ")) << answer;
     }
-    fs::last_write_time(this->keys, fs::file_time_type::clock::now()); // they are read again
+    // So that they are read again.
+    fs::last_write_time(this->keys, fs::file_time_type::clock::now());
     serve.Signal(SIGHUP);
   }
   this->faults->Clear();

@@ -18,7 +18,7 @@ using namespace kdstream;
 namespace
 {
 
-// A server whose clients need tokens, and what makes them.
+// A server whose clients need tokens, and the command that makes tokens.
 class Guarded : public Serve
 {
 protected:
@@ -32,7 +32,7 @@ protected:
     this->Build("two.kds");
     this->WriteKeys("");
   }
-  // more: further members.
+  // more: further members of the file.
   void WriteKeys(const std::string& more) const
   {
     const auto next = this->folder / "next.json";
@@ -63,7 +63,7 @@ protected:
       .Get("/api/models.json", "Authorization: Bearer " + token + "\r\n")
       ->status;
   }
-  // Seconds until `token` is answered so, but not more than two.
+  // The time in seconds until `token` gets this status, but not more than two.
   static double TimeUntil(unsigned status, std::uint16_t port, const std::string& token)
   {
     const auto begin = std::chrono::steady_clock::now();
@@ -125,7 +125,7 @@ TEST_F(Guarded, FollowsItsFileWithinASecond)
 
   const auto begin = std::chrono::steady_clock::now();
   this->WriteKeys(",\"revoked\":[\"" + first.id + "\"]");
-  EXPECT_TRUE(stream.Receive()); // why
+  EXPECT_TRUE(stream.Receive()); // why the stream ends
   EXPECT_FALSE(stream.Receive());
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(1));
   EXPECT_EQ(StatusFor(port, first.token), 401u);
@@ -142,7 +142,8 @@ TEST_F(Guarded, FollowsItsFileWithinASecond)
   EXPECT_NE(serve.ErrorLine().find("the earlier keys stay valid"), std::string::npos);
   EXPECT_EQ(StatusFor(port, second.token), 200u);
 
-  // Another secret: all tokens of before are void, but with the one of before beside it.
+  // With another secret, all earlier tokens become invalid; with the earlier secret beside it, they
+  // are valid again.
   this->WriteKeys(",\"id\":\"a\"");
   EXPECT_LT(TimeUntil(401, port, second.token), 1);
   const auto third = this->Make({ "--models", "*", "--detail", "regions" });
@@ -151,7 +152,7 @@ TEST_F(Guarded, FollowsItsFileWithinASecond)
   EXPECT_EQ(StatusFor(port, third.token), 200u);
 }
 
-// The file cannot be read now: try again when it changes: then it is read later.
+// If the file cannot be read for lack of descriptors when it changes, the server reads it later.
 TEST_F(Guarded, FollowsItsFileThoughDescriptorsHaveRunOut)
 {
 #ifdef __SANITIZE_ADDRESS__
@@ -166,18 +167,18 @@ TEST_F(Guarded, FollowsItsFileThoughDescriptorsHaveRunOut)
     std::vector<std::unique_ptr<HttpTestClient>> crowd;
     for (int i = 0; i < 100; ++i)
     {
-      crowd.push_back(std::make_unique<HttpTestClient>(port)); // says nothing
+      crowd.push_back(std::make_unique<HttpTestClient>(port)); // sends nothing
     }
     EXPECT_TRUE(crowd.back()->Ends()) << "turned away";
     this->WriteKeys(",\"revoked\":[\"" + made.id + "\"]");
-    std::this_thread::sleep_for(std::chrono::milliseconds(600)); // it looks twice
+    std::this_thread::sleep_for(std::chrono::milliseconds(600)); // the server looks twice
   }
   EXPECT_TRUE(stream.Receive()) << "why";
   EXPECT_FALSE(stream.Receive());
   EXPECT_EQ(stream.CloseCode(), 1008u);
 }
 
-// Requests in flight when the server is asked to end may take long.
+// The server may take long to finish requests in flight after it was asked to end.
 TEST_F(Guarded, FollowsItsFileWhileItEnds)
 {
   Mesh sheet;
@@ -199,18 +200,18 @@ TEST_F(Guarded, FollowsItsFileWhileItEnds)
   const auto opened = stream.Await(1).opened;
   ASSERT_TRUE(opened);
   constexpr std::uint32_t times = 12;
-  std::vector<std::uint32_t> asked; // more than sockets hold
+  std::vector<std::uint32_t> asked; // more than the buffers of sockets hold
   for (std::uint32_t p = 0; p < times * opened->model.partitions; ++p)
   {
     asked.push_back(p / times);
   }
   stream.Ask({ 2, protocol::AskPartitions(asked) });
-  ASSERT_TRUE(stream.Receive()); // it has begun
+  ASSERT_TRUE(stream.Receive()); // the answer has begun
   serve.Signal(SIGTERM);
   EXPECT_TRUE(
     fixtures::Eventually([&] { return HttpTestClient(port).Get("/readyz")->status != 200; }));
   this->WriteKeys(",\"revoked\":[\"" + made.id + "\"]");
-  std::this_thread::sleep_for(std::chrono::seconds(1)); // what it may take
+  std::this_thread::sleep_for(std::chrono::seconds(1)); // the longest time that revoking may take
   const auto answer = stream.Await(2);
   ASSERT_TRUE(answer.error) << answer.blobs.size() << " of " << asked.size();
   EXPECT_EQ(answer.error->code, 401u);
@@ -218,7 +219,7 @@ TEST_F(Guarded, FollowsItsFileWhileItEnds)
   EXPECT_EQ(serve.Wait(), 0);
 }
 
-// Restarts included; and who got what stands in the audit log.
+// Quotas are kept across restarts, and the audit log says who got what.
 TEST_F(Guarded, KeepsQuotasAndAccounts)
 {
   const auto quotas = this->folder / "quotas.db", audit = this->folder / "audit.log";
@@ -253,7 +254,7 @@ TEST_F(Guarded, KeepsQuotasAndAccounts)
   EXPECT_GT(FindMember(*line, "bytes")->GetInt(), 0);
 }
 
-// With its sign and without, as one writes it.
+// The share is accepted with and without its percent sign.
 TEST_F(Guarded, TakesAShareInPercent)
 {
   for (const char* const share : { "5", "5%", "0.5%", "100%" })

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Frames of a WebSocket's client as tests write them, right and wrong, and reading a server's
-// frames. Written from RFC 6455, not from the server's code.
+// WebSocket frames of a client as tests write them, correct and wrong ones, and a reader of a
+// server's frames. Written from RFC 6455, not from the server's code.
 #pragma once
 
 #include <cstdint>
@@ -18,9 +18,9 @@ struct ClientFrame
   bool isLast = true;
   unsigned reserved = 0; // three bits
   bool isMasked = true;
-  // How the length is written: 0: as it should be, 2 or 8: in as many bytes.
+  // How many bytes the length is written in: 0: as many as it should be; 2 or 8: this many.
   unsigned lengthBytes = 0;
-  std::optional<std::uint64_t> length = {}; // as the frame says, if it is not the payload's
+  std::optional<std::uint64_t> length = {}; // in the frame, if it is not the payload's length
   std::uint32_t mask = 0x12345678;
 
   std::string Bytes() const
@@ -57,7 +57,7 @@ inline std::string TextFrame(std::string payload)
   return ClientFrame{ 1, std::move(payload) }.Bytes();
 }
 
-// status: 0: none.
+// status: 0: the frame has none.
 inline std::string CloseFrame(unsigned status, const std::string& reason = {})
 {
   std::string payload;
@@ -81,10 +81,10 @@ struct ServerFrame
 {
   unsigned opcode = 0;
   std::string payload;
-  bool isRight = false; // whole, unmasked, no reserved bits
+  bool isRight = false; // it is whole and unmasked, and no reserved bits are set
 };
 
-// Takes the next frame from the front of the bytes, if it is there.
+// Takes the next frame from the front of the bytes, if a whole frame is there.
 inline std::optional<ServerFrame> TakeServerFrame(std::string& bytes)
 {
   const auto at = [&bytes](std::size_t i)

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// libFuzzer's entry to the code above Beast: the bytes of a connection become requests, and these
-// are answered as in a server, once without and once with tokens, from real stores and files. Input
-// that begins with "PROXY", or the signature of its second version, goes through the reader of a
-// proxy's header first. DIGEST is replaced by that of the model tetrahedron, and VERSION by that of
-// its tileset, so that its blobs and tiles are found.
+// libFuzzer's entry to the code above Beast. The bytes of a connection become requests, which are
+// answered as in a server, once without and once with tokens, from real stores and files. Input
+// that begins with "PROXY", or with the signature of version 2, first goes through the reader of a
+// proxy's header. DIGEST is replaced by the digest of the model tetrahedron, and VERSION by the
+// version of its tileset, so that the model's blobs and tiles are found.
 //
 // For any input an answer is valid HTTP: it lies within its source, no field breaks its line, an
 // answer given at once equals the one given later, and without a token nothing of a model is sent.
@@ -183,7 +183,7 @@ void ReplaceAll(std::string& text, std::string_view name, const std::string& by)
   }
 }
 
-// Of the tetrahedron's tileset, which refers to its tiles by it.
+// The version of the tetrahedron's tileset, which is part of the addresses of its tiles.
 std::string VersionOfTileset()
 {
   const auto root = kdstream::Answer(
@@ -205,7 +205,7 @@ std::string WithDigest(std::string_view bytes)
   return text;
 }
 
-// The bytes of the header; nothing if it has no end, or is not a header.
+// The length of the header in bytes; 0 if it has no end, or is not a header.
 std::size_t TakeProxyHeader(std::string_view bytes)
 {
   ProxyHeader header;

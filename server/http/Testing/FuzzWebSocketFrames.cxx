@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// libFuzzer's entry to the reader of WebSocket frames: the first byte sets the size of the parts in
-// which the others arrive (0: all at once).
+// libFuzzer's entry to the reader of WebSocket frames. The first byte sets the size of the parts in
+// which the other bytes arrive (0: all at once).
 //
-// For any input the events do not depend on the parts, nothing follows a Close or an error, a
+// For any input the events do not depend on the parts, and nothing follows a Close or an error. A
 // message is at most as large as the limit and is UTF-8, and a control frame's payload has at most
 // 125 bytes.
 #include "server/http/WebSocketFrames.h"
@@ -30,7 +30,7 @@ void Require(bool holds, const char* what)
   }
 }
 
-// Names the events one after another; partBytes: 0: all bytes at once.
+// The events in words, one after the other. partBytes: the size of the parts; 0: all bytes at once.
 std::string EventsOf(std::string_view bytes, std::size_t partBytes)
 {
   using Event = WebSocketReader::Event;

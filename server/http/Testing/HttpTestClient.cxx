@@ -23,7 +23,7 @@ tcp::endpoint Loopback(std::uint16_t port)
   return { asio::ip::address_v4::loopback(), port };
 }
 
-// Whether the message ends its request.
+// Takes a message of the answer. Returns whether the message ends its request.
 bool Take(const protocol::ServerMessage& message, StreamTestClient::Answer& answer)
 {
   if (const auto* begin = std::get_if<protocol::BeginAnswer>(&message.body))
@@ -85,7 +85,7 @@ bool HttpTestClient::Connects(std::uint16_t port)
 
 void HttpTestClient::Send(const std::string& bytes)
 {
-  beast::error_code error; // the server may have closed already
+  beast::error_code error; // the server may have closed the stream already
   asio::write(this->Peer->socket, asio::buffer(bytes), error);
 }
 

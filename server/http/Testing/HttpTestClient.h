@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Blocking clients for the tests of the server: plain bytes, HTTP, and the stream. This header
+// Blocking clients for the tests of the server: for plain bytes, HTTP, and the stream. This header
 // hides Boost.
 #pragma once
 
@@ -18,7 +18,7 @@
 namespace kdstream
 {
 
-// One connection to 127.0.0.1.
+// One connection to the server, at 127.0.0.1.
 class HttpTestClient
 {
 public:
@@ -35,13 +35,13 @@ public:
   static bool Connects(std::uint16_t port);
 
   void Send(const std::string& bytes);
-  // Says that nothing more is sent.
+  // Ends the client's side of the connection: nothing more is sent.
   void EndOutput();
-  // The next answer, or nothing if the connection ends instead.
+  // The next answer, or nothing if the connection ends without one.
   std::optional<Response> Receive(bool head = false);
   std::optional<Response> Get(
     const std::string& target, const std::string& fields = "", const std::string& method = "GET");
-  // Whether the server ends the connection without a further byte.
+  // Whether the server ends the connection without sending another byte.
   bool Ends();
 
 private:
@@ -49,7 +49,7 @@ private:
   std::unique_ptr<Connection> Peer;
 };
 
-// One WebSocket to 127.0.0.1.
+// One WebSocket to the server, at 127.0.0.1.
 class StreamTestClient
 {
 public:
@@ -58,10 +58,11 @@ public:
   explicit StreamTestClient(std::uint16_t port);
   ~StreamTestClient();
 
-  // Offers these subprotocols, and sends this as Authorization unless it is empty.
+  // Opens the stream. Offers these subprotocols, and sends `authorization` as that field unless it
+  // is empty.
   bool Open(const std::string& subprotocols = std::string(protocol::streamSubprotocol),
     const std::string& authorization = {});
-  std::string Subprotocol() const; // that the server has chosen
+  std::string Subprotocol() const; // the one that the server has chosen
 
   void Ask(const protocol::ClientMessage& message);
   void SendText(const std::string& text);
@@ -81,7 +82,7 @@ public:
     std::size_t frames = 0;
   };
 
-  // Receives until `request` has ended. onFrame: after each frame.
+  // Receives messages until the answer to `request` has ended. onFrame: called after each frame.
   Answer Await(std::uint32_t request, const std::function<void(std::size_t frames)>& onFrame = {});
 
   void Close();

@@ -23,10 +23,10 @@ class RawSocket
 {
 public:
   using Milliseconds = std::chrono::milliseconds;
-  // For what comes, but on a busy machine not soon.
+  // For bytes that will come, but may take a while on a busy machine.
   static constexpr std::chrono::seconds patience{ 60 };
 
-  // receiveBytes: of the system's buffer; 0: its own choice.
+  // receiveBytes: the size of the system's receive buffer; 0: the system chooses.
   explicit RawSocket(std::uint16_t port, int receiveBytes = 0)
     : Handle(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0))
   {
@@ -59,7 +59,7 @@ public:
 
   bool IsConnected() const { return this->Connected; }
 
-  // Whether all was sent within the time.
+  // Sends the bytes. Returns whether all were sent within the time.
   bool Send(std::string_view bytes, Milliseconds time = Milliseconds(1000))
   {
     const auto until = std::chrono::steady_clock::now() + time;
@@ -76,7 +76,8 @@ public:
     return bytes.empty();
   }
 
-  // What comes next; "": nothing within the time, or HasEnded.
+  // Receives the next bytes. "" if nothing comes within the time, or if the connection ends
+  // (HasEnded).
   std::string Receive(Milliseconds time, std::size_t bytes = 65536)
   {
     std::string received(bytes, '\0');
@@ -91,7 +92,8 @@ public:
   }
   bool HasEnded() const { return this->Ended; }
 
-  // Adds to `received` until `end` is in it. Whether that came within the time.
+  // Appends received bytes to `received` until it contains `end`. Returns whether it did within the
+  // time.
   bool ReceiveUntil(std::string_view end, std::string& received, Milliseconds time)
   {
     const auto until = std::chrono::steady_clock::now() + time;
@@ -106,7 +108,8 @@ public:
     }
     return true;
   }
-  // Whether the other side ends the connection within the time; what it sends is dropped.
+  // Returns whether the other side ends the connection within the time; what it still sends is
+  // dropped.
   bool AwaitEnd(Milliseconds time)
   {
     std::string dropped;
@@ -115,7 +118,7 @@ public:
   }
 
   void EndOutput() { ::shutdown(this->Handle, SHUT_WR); }
-  // The connection ends by a reset.
+  // Ends the connection by a reset.
   void Reset()
   {
     const linger at{ 1, 0 };

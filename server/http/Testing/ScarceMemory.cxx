@@ -5,8 +5,9 @@
 #include <cstdlib>
 #include <new>
 
-// Both kinds of new, because sorts allocate their buffers by the second, and free them by the same
-// delete. Not inlined: g++ would report a mismatch of malloc and delete.
+// Both kinds of new are replaced, because sorts allocate their buffers by the second kind, and free
+// them by the same delete. They are not inlined, because g++ would report a mismatch of malloc and
+// delete.
 [[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t& /*no throw*/) noexcept
 {
   return kdstream::ScarceMemory::FailsNow(size) ? nullptr : std::malloc(size == 0 ? 1 : size);

@@ -11,15 +11,15 @@
 namespace kdstream
 {
 
-// While an object exists, a single allocation fails: number `n`, from 0, of those of at least
-// `leastBytes` made since.
+// While an object of this class exists, a single allocation fails: number `n`, counted from 0 among
+// the allocations of at least `leastBytes` that have been made since it was constructed.
 class ScarceMemory
 {
 public:
   enum class Where
   {
     Everywhere,
-    OtherThreads // those of this thread are not counted: it is the client of what is tested
+    OtherThreads // this thread's are not counted: it is the client in the test
   };
 
   ScarceMemory(long n, Where where, std::size_t leastBytes = 0)
@@ -37,11 +37,12 @@ public:
   ScarceMemory(const ScarceMemory&) = delete;
   ScarceMemory& operator=(const ScarceMemory&) = delete;
 
-  // On this thread allocation number `n` from now fails; for -1, none does.
+  // On this thread, allocation number `n` from now fails; -1: no allocation fails.
   static void FailHere(long n) { untilFailureHere = n; }
 
   bool HasFailed() const { return failedBytes != 0; }
-  // Waits until the allocation has failed, for a minute at most; how many bytes it was for, or 0.
+  // Waits until the allocation has failed, for at most a minute. Returns the size of that
+  // allocation in bytes, or 0.
   std::size_t AwaitFailure() const
   {
     const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(1);

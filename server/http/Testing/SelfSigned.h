@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Certificates made for a test.
+// Makes certificates for tests.
 #pragma once
 
 #include <openssl/pem.h>
@@ -20,7 +20,7 @@ inline PrivateKey MakeKey()
   return { EVP_RSA_gen(2048), EVP_PKEY_free };
 }
 
-// With a passphrase, if one is given.
+// Writes the key, protected by a passphrase unless that is empty.
 inline void WriteKey(const std::filesystem::path& file, EVP_PKEY* key, std::string passphrase = {})
 {
   std::FILE* out = std::fopen(file.c_str(), "w");
@@ -30,7 +30,8 @@ inline void WriteKey(const std::filesystem::path& file, EVP_PKEY* key, std::stri
   std::fclose(out);
 }
 
-// A certificate signed by itself, valid for this number of seconds from an hour ago on.
+// Writes a self-signed certificate. Its validity begins an hour ago and lasts for this number of
+// seconds.
 inline void WriteCertificate(
   const std::filesystem::path& file, EVP_PKEY* key, const std::string& name, long seconds = 7200)
 {
@@ -49,7 +50,7 @@ inline void WriteCertificate(
   std::fclose(out);
 }
 
-// Both, anew.
+// Writes a new key and a certificate for it.
 inline void WriteSelfSigned(const std::filesystem::path& certificate,
   const std::filesystem::path& key, const std::string& name = "localhost")
 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A server on real sockets with one model made up in memory: what its tests share.
+// What the tests of the server share: a server on real sockets, with one model made up in memory.
 #pragma once
 
 #include "Testing/Fixtures/Eventually.h"
@@ -62,7 +62,7 @@ protected:
     return found;
   }
 
-  // One that waits for no client for long when it ends.
+  // Options for a server that, when it ends, waits only briefly for its clients.
   static HttpServerOptions Hasty()
   {
     HttpServerOptions hasty;
@@ -92,7 +92,7 @@ protected:
     return *FindRegion(this->model->TrueBoxes(), this->model->GetDepths(), cell, rings);
   }
 
-  // Whether the blobs are the region's, in order, byte for byte.
+  // Whether the answer's blobs are those of the region, in order, byte for byte.
   bool IsRegion(const StreamTestClient::Answer& answer, std::uint32_t cell, unsigned rings) const
   {
     const auto region = this->Region(cell, rings);

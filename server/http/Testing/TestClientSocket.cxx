@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// TLS below a connection, without a server: which thread computes what.
+// TLS of a connection, without a server: which thread does which computation.
 #include "Testing/Fixtures/TemporaryFolder.h"
 #include "server/http/ClientSocket.h"
 #include "server/http/Testing/SelfSigned.h"
@@ -18,8 +18,8 @@
 using namespace kdstream;
 using asio::ip::tcp;
 
-// The socket's thread only moves bytes. While nobody does the work that it gives away, it is free
-// for other sockets.
+// The socket's thread only moves bytes. Until another thread does the work that it has passed on,
+// it is free for other sockets.
 TEST(ClientSocket, LeavesTheHandshakeToOthers)
 {
   const fixtures::TemporaryFolder folder;

@@ -10,7 +10,7 @@ using namespace kdstream;
 namespace
 {
 
-// "whole", "none", or "begin+length".
+// The parsed range as text: "whole", "none", or "begin+length".
 std::string Range(std::string_view field, std::size_t size)
 {
   const auto answer = ParseRange(field, size);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A slot becomes free when its client has left or its limits are over, even if a disk hangs, a
-// client continues to send, or a timer is lost.
+// A slot becomes free when its client has left or its time is over, even if a disk hangs, a client
+// continues to send, or a timer is lost.
 #include "Testing/Fixtures/Eventually.h"
 #include "server/http/ServerState.h"
 #include "server/http/Testing/ClientFrames.h"
@@ -47,7 +47,7 @@ protected:
   }
 };
 
-// One whose timers do not work.
+// A connection whose timers do not work.
 class Forgetful final : public Drainable
 {
 public:
@@ -94,7 +94,7 @@ TEST_F(ConnectionSlots, ARequestsIsFreeWhenItsClientIsReset)
   this->EndHanging();
 }
 
-// A tileset that is not made in time is not called a fault of a disk.
+// If making a tileset takes too long, this is not reported as a disk's failure.
 TEST_F(ConnectionSlots, WhatTakesLongToMakeIsAskedForAgain)
 {
   const auto port = this->Start();
@@ -107,7 +107,7 @@ TEST_F(ConnectionSlots, WhatTakesLongToMakeIsAskedForAgain)
   this->EndHanging();
 }
 
-// A client that has only closed its sending side may wait for an answer, but not for ever.
+// A client that has only closed its sending side may wait for an answer, but not forever.
 TEST_F(ConnectionSlots, AReaderIsWaitedForOnlyForALimitedTime)
 {
   const auto port = this->Start();
@@ -122,14 +122,14 @@ TEST_F(ConnectionSlots, AReaderIsWaitedForOnlyForALimitedTime)
   EXPECT_TRUE(client.AwaitEnd(RawSocket::patience));
   EXPECT_TRUE(this->AwaitMetric("kdstream_connections 0"));
   this->EndHanging();
-  // Once the disk answers again; until then the client is asked to retry.
+  // Reading works again once the disk answers; until then the client is asked to retry.
   EXPECT_TRUE(fixtures::Eventually(
     [&] {
       return HttpTestClient(port).Get(this->Blob(protocol::BlobId::Partition(3)))->status == 200;
     }));
 }
 
-// The socket's timers do not go off where there is always something to read.
+// The socket's timers do not expire while there is always something to read.
 TEST_F(ConnectionSlots, WhoSendsOnAndOnAfterTheEndKeepsNone)
 {
   const auto port = this->Start();
@@ -145,7 +145,7 @@ TEST_F(ConnectionSlots, WhoSendsOnAndOnAfterTheEndKeepsNone)
         client.Send(begin);
         std::string answer;
         client.ReceiveUntil("\r\n\r\n", answer, RawSocket::patience);
-        client.Send(CloseFrame(1000)); // a stream ends by this
+        client.Send(CloseFrame(1000)); // this ends a stream
         const std::string noise(65536, 'x');
         while (!stop && client.Send(noise, 1000ms))
         {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Random sessions of clients that do anything: WebSocket, HTTP, TLS and a proxy's header, right,
-// wrong, truncated anywhere, ended in any way or not at all. Whatever they do, no slot is lost, and
+// Random sessions of clients that do anything: WebSocket, HTTP, TLS and a proxy's header; correct,
+// wrong, cut off anywhere, ended in any way or not at all. Whatever they do, no slot is lost, and
 // later clients are served.
 //
-// KDSTREAM_HOSTILE_SESSIONS: how many (600); KDSTREAM_HOSTILE_SEED: which (34).
+// KDSTREAM_HOSTILE_SESSIONS: the number of sessions (600); KDSTREAM_HOSTILE_SEED: their seed (34).
 #include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/protocol/Testing/RandomMessages.h"
 #include "server/http/Testing/ClientFrames.h"
@@ -65,7 +65,7 @@ private:
   protocol::RandomMessages Messages;
 };
 
-// What carries a session's bytes: TCP, or TLS over it.
+// Carries a session's bytes, by TCP or by TLS over it.
 class Carrier
 {
 public:
@@ -82,7 +82,7 @@ public:
   Carrier(const Carrier&) = delete;
   Carrier& operator=(const Carrier&) = delete;
 
-  // In one piece, or in several.
+  // Sends the bytes in one piece, or in several.
   void Send(const std::string& bytes)
   {
     if (this->Tls == nullptr)
@@ -126,11 +126,12 @@ public:
     return true;
   }
 
-  // A handshake, of which the client may be false at any stage. Whether it is done.
+  // A handshake in which the client may misbehave at any stage. Returns whether it has been
+  // completed.
   bool ShakeHands()
   {
     this->Context = SSL_CTX_new(TLS_client_method());
-    if (this->Random.OneIn(3)) // where there is renegotiation
+    if (this->Random.OneIn(3)) // a version that has renegotiation
     {
       SSL_CTX_set_max_proto_version(this->Context, TLS1_2_VERSION);
     }
@@ -163,7 +164,7 @@ public:
     return false;
   }
 
-  // What only TLS has.
+  // Misbehaves in ways that only TLS allows.
   void Misbehave()
   {
     if (this->Tls == nullptr || !this->Random.OneIn(4))
@@ -173,7 +174,7 @@ public:
     switch (this->Random.UpTo(5))
     {
       case 0:
-        SSL_shutdown(this->Tls); // and goes on
+        SSL_shutdown(this->Tls); // but the session continues
         break;
       case 1:
         SSL_renegotiate(this->Tls);
@@ -201,7 +202,7 @@ public:
   void SendPlain(const std::string& bytes)
   {
     std::string_view left = bytes;
-    // Some byte by byte, as far as that is interesting.
+    // Sometimes byte by byte, or in small pieces; after 200 pieces, the rest at once.
     const unsigned most = this->Random.OneIn(8) ? 1 : this->Random.OneIn(3) ? 40 : 1u << 20;
     for (int pieces = 0; !left.empty(); ++pieces)
     {
@@ -252,7 +253,7 @@ public:
   {
   }
 
-  // The header of the PROXY protocol.
+  // Sends a header of the PROXY protocol.
   void Introduce()
   {
     std::string header = "PROXY TCP4 10." + std::to_string(this->Random.UpTo(255)) + ".0." +
@@ -317,7 +318,7 @@ private:
     std::string bytes;
     switch (this->Random.UpTo(11))
     {
-      case 0: // pipelined
+      case 0: // pipelined requests
         for (unsigned n = this->Random.UpTo(20); n > 0; --n)
         {
           bytes += this->Get(this->Random.OneIn(2) ? this->Blob : "/api/models.json");
@@ -349,7 +350,7 @@ private:
       case 8:
         bytes = "HEAD " + this->Blob + " HTTP/1.0\r\n\r\n" + this->Get("/");
         break;
-      case 9: // nothing is read of much
+      case 9: // many answers, few of which are read
         for (int n = 0; n < 60; ++n)
         {
           bytes += this->Get(this->Blob);
@@ -378,7 +379,7 @@ private:
     frame.mask = this->Random.Word();
     switch (this->Random.UpTo(17))
     {
-      case 0: // no JSON, and the begin of another message; then what is not UTF-8
+      case 0: // not JSON, then part of a message; then bytes that are not UTF-8
         this->Below.Send(TextFrame("[") + ClientFrame{ 1, "aa", true, 0, true, 0, 10, 0 }.Bytes());
         if (this->Random.OneIn(2))
         {
@@ -424,7 +425,7 @@ private:
       case 9:
         this->Below.Send(CloseFrame(1000) + this->Random.Bytes(20000));
         return;
-      case 10: // pings whose pongs nobody reads
+      case 10: // pings; nobody reads their pongs
         frame.opcode = 9;
         frame.payload = std::string(125, 'p');
         for (int n = 0; n < 500; ++n)
@@ -433,7 +434,7 @@ private:
           this->Below.Send(frame.Bytes());
         }
         return;
-      case 11: // a large answer, of which little is taken
+      case 11: // a large answer, little of which is read
         this->Below.Send(TextFrame(R"({"type":"open","request":1,"model":"dragon"})") +
                          TextFrame(R"({"type":"region","request":2,"node":1,"rings":3})"));
         this->Below.Receive(20ms);
@@ -450,7 +451,7 @@ private:
       case 14:
         frame.payload = this->Random.Mutated(this->Random.Message());
         break;
-      case 15: // more requests than there may be, and than are answered
+      case 15: // more requests than are allowed
         for (int n = 0; n < 100; ++n)
         {
           this->Below.Send(TextFrame(this->Random.OneIn(3) ? "{}" : this->Random.Message()));
@@ -475,7 +476,7 @@ private:
   std::string Blob;
 };
 
-// How a client leaves.
+// The ways in which a client leaves.
 void Leave(RawSocket& socket, RandomGenerator& generator, std::vector<RawSocket>& left)
 {
   switch (generator.UpTo(11))
@@ -493,7 +494,7 @@ void Leave(RawSocket& socket, RandomGenerator& generator, std::vector<RawSocket>
     case 5:
       socket.AwaitEnd(20ms);
       break;
-    case 6: // not at all: half of it is said, or all
+    case 6: // it does not leave; it may close its sending side
       if (left.size() < 20)
       {
         if (generator.OneIn(2))
@@ -516,7 +517,7 @@ protected:
   void SetUp() override
   {
     this->model = this->catalog.Add("dragon", 2, 4, 200'000);
-    this->options.maximumConnections = 150; // so that idle ones lose their slots, too
+    this->options.maximumConnections = 150; // few, so that idle clients lose their slots, too
     this->options.requestTimeout = 700ms;
     this->options.answerTimeout = 700ms;
     this->options.streamTimeout = 1500ms;
@@ -534,7 +535,7 @@ protected:
     const auto blob = this->Blob(protocol::BlobId::Partition(3));
     std::atomic<long> next{ 0 };
     constexpr unsigned clients = 8;
-    std::vector<std::vector<RawSocket>> left(clients); // open for as long as the server wants
+    std::vector<std::vector<RawSocket>> left(clients); // kept open until the server closes them
     std::vector<std::thread> threads;
     for (unsigned t = 0; t < clients; ++t)
     {
@@ -565,7 +566,7 @@ protected:
       thread.join();
     }
     EXPECT_TRUE(this->HasNobody());
-    // They get far enough to be hostile.
+    // Enough sessions get far enough to open a stream.
     const auto metrics = HttpTestClient(this->AdminPort()).Get("/metrics")->body;
     const std::string name = "\nkdstream_streams_total ";
     const auto streams = std::atol(metrics.c_str() + metrics.find(name) + name.size());
@@ -573,7 +574,7 @@ protected:
     std::cout << sessions << " sessions, " << streams << " streams\n";
   }
 
-  // Whether all slots are free before long: the limits above are over then.
+  // Whether all slots become free in time; all limits above are shorter.
   bool HasNobody()
   {
     const auto until = std::chrono::steady_clock::now() + RawSocket::patience;
@@ -591,7 +592,7 @@ protected:
     return false;
   }
 
-  // Whether a client that behaves gets all it asks for.
+  // Checks that a well-behaved client gets everything that it asks for.
   void Serve()
   {
     StreamTestClient client(this->server->Port());
@@ -638,7 +639,7 @@ TEST_F(HostileSessions, ThroughAProxyOverTlsKeepNoSlot)
   this->Attack(true, true);
 }
 
-// The server stops while they are at it, and is not kept.
+// The server stops while hostile clients are connected, and they do not keep it from ending.
 TEST_F(HostileSessions, DoNotKeepTheServerFromEnding)
 {
   this->options.drainTimeout = 300ms;

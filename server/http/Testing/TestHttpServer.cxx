@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The server on real sockets: what the routes cannot show by themselves.
+// The server on real sockets: behaviour that the routes cannot show by themselves.
 #include "Testing/Fixtures/Eventually.h"
 #include "filters/model/ModelJson.h"
 #include "filters/protocol/Testing/AskedBlobs.h"
@@ -177,7 +177,8 @@ TEST_F(Server, RefusesWhatIsNotARequest)
   EXPECT_EQ(statusOf("GET /" + std::string(20000, 'x') + " HTTP/1.1\r\nHost: a\r\n\r\n"), 431u);
 }
 
-// Requests that a proxy could read differently from the server, or for whose end it would wait.
+// Requests that a proxy could read differently from the server, or for whose end the server would
+// wait.
 TEST_F(Server, RefusesWhatIsMoreThanOneRequest)
 {
   const auto port = this->Start();
@@ -233,7 +234,7 @@ TEST_F(Server, HalfARequestIsLogged)
   this->options.requestTimeout = std::chrono::milliseconds(50);
   const auto port = this->Start();
   {
-    HttpTestClient idle(port); // asks for nothing
+    HttpTestClient idle(port); // sends no request
   }
   HttpTestClient slow(port);
   slow.Send("GET /a HTTP/1.1\r\nHost: a\r\n");
@@ -258,7 +259,8 @@ TEST_F(Server, HalfARequestIsLogged)
 
 TEST_F(Server, SurvivesHostileBytes)
 {
-  this->options.requestTimeout = std::chrono::milliseconds(100); // some are not whole requests
+  // Short, as some requests are incomplete.
+  this->options.requestTimeout = std::chrono::milliseconds(100);
   const auto port = this->Start();
   RandomMessages random(13);
   const std::string good =
@@ -304,7 +306,7 @@ TEST_F(Server, AnswersForTheHostsThatAreSpecified)
   EXPECT_EQ(statusFor("10.0.0.7", "/healthz"), 200u);
 }
 
-// A stranger's page may have a name that leads to this machine (DNS rebinding).
+// A stranger's page may have a host name that leads to this machine (DNS rebinding).
 TEST_F(Server, AnswersNoStrangersNameAtLoopback)
 {
   this->options.admin = ListenAddress{};

@@ -14,7 +14,7 @@ using namespace kdstream;
 namespace
 {
 
-// Whose readers lack memory once they have read a blob.
+// A model whose readers run out of memory after they have read a blob.
 class ScarceModel : public MemoryModel
 {
 public:
@@ -25,7 +25,7 @@ public:
     ScarceMemory::FailHere(this->failing);
     return bytes;
   }
-  std::atomic<long> failing{ -1 }; // which allocation
+  std::atomic<long> failing{ -1 }; // which allocation fails
 };
 
 std::unique_ptr<HttpServer> Start(const Catalog& catalog)
@@ -39,8 +39,8 @@ std::unique_ptr<HttpServer> Start(const Catalog& catalog)
 
 }
 
-// Each allocation fails in its turn, from a client's connect until its connection, an object of
-// more than 4096 bytes, is made.
+// Each allocation fails in its turn, from a client's connect until the server's object for the
+// connection is made, which has more than 4096 bytes.
 TEST(MemoryRunsOut, TheServerGoesOnListening)
 {
   const MemoryCatalog catalog;
@@ -48,7 +48,7 @@ TEST(MemoryRunsOut, TheServerGoesOnListening)
   long tried = 0;
   for (std::size_t failed = 0; failed < connectionBytes; ++tried)
   {
-    const auto server = Start(catalog); // a new one: nothing else goes on in it
+    const auto server = Start(catalog); // a new one, in which nothing else happens
     ASSERT_TRUE(server);
     {
       const ScarceMemory scarce(tried, ScarceMemory::Where::OtherThreads);
@@ -78,8 +78,8 @@ TEST(MemoryRunsOut, ASlotIsGivenBack)
   EXPECT_FALSE(state.TakeSlot());
 }
 
-// A reader's result gets back to the connection, whichever of its allocations fails. A reader that
-// ended the connection itself would do so while the connection's thread uses the socket.
+// A reader's result gets back to the connection, whichever of the reader's allocations fails. If a
+// reader ended the connection itself, it would do so while the connection's thread uses the socket.
 TEST(MemoryRunsOut, WhatWasReadIsAnswered)
 {
   MemoryCatalog catalog;
@@ -89,7 +89,7 @@ TEST(MemoryRunsOut, WhatWasReadIsAnswered)
   ASSERT_TRUE(server);
   const auto target =
     protocol::BlobPath("dragon", model->Description().digest, protocol::BlobId::Partition(3));
-  constexpr long enough = 60; // more than a reader makes
+  constexpr long enough = 60; // more allocations than a reader makes
   for (long failing = 0; failing < enough; ++failing)
   {
     model->failing = failing;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pages of models as a server answers them: heads, refusals, pictures, oEmbed, caching; and whose
-// address they name.
+// Pages of models as a server answers them: heads, refusals, pictures, oEmbed, caching, and which
+// address the pages name.
 #include "server/access/Testing/ForgedToken.h"
 #include "server/http/Routes.h"
 
@@ -112,7 +112,7 @@ TEST_F(ModelPages, EachModelHasAPage)
     Holds(TextOf(this->Get("/m/dragon")), "<link rel=\"canonical\" href=\"../m/dragon\">"));
 }
 
-// Without scripts it leads to each model.
+// Without scripts the page has a link to each model.
 TEST_F(ModelPages, AllModelsHaveAPage)
 {
   const auto response = this->Get("/m/");
@@ -317,7 +317,7 @@ protected:
     this->options.web = *StaticFiles::Open(this->folder / "");
   }
   void TearDown() override { this->server.reset(); }
-  // What the page of a request with these fields calls its own address.
+  // The address that the page names as its own, if a request has these fields.
   std::string Canonical(std::uint16_t port, const std::string& host, const std::string& fields = "")
   {
     HttpTestClient client(port);

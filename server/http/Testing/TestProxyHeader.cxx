@@ -21,7 +21,7 @@ struct Outcome
   std::size_t taken = 0;
 };
 
-// Lets the header take what it wants of the bytes.
+// Gives the header as many bytes as it wants to take.
 Outcome Feed(const std::string& bytes)
 {
   ProxyHeader header;
@@ -42,7 +42,7 @@ Outcome Feed(const std::string& bytes)
   }
 }
 
-// The client of a header that is whole, and of which nothing is left.
+// The client in the header, which must be complete, with no bytes left over.
 std::string ClientOf(const std::string& header)
 {
   const auto outcome = Feed(header + "GET / HTTP/1.1\r\n\r\n");
@@ -51,7 +51,7 @@ std::string ClientOf(const std::string& header)
   return outcome.client;
 }
 
-// Version 2, after the signature: command, family, addresses and more.
+// Version 2 after its signature: command, family, addresses and more.
 std::string Binary(unsigned command, unsigned family, const std::string& rest)
 {
   std::string header = "\r\n\r\n\0\r\nQUIT\n"s;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A failure that thousands have is reported once a minute.
+// A failure that occurs thousands of times is reported once a minute.
 #include "server/http/RareMessages.h"
 
 #include <gtest/gtest.h>

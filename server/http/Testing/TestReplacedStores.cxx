@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What readers get while their store is replaced by a rename, overwritten in place and truncated:
-// the bytes of the digest that they asked for, or an error that these are gone.
+// What readers get while their store is replaced by a rename, overwritten in place, or truncated:
+// the bytes of the digest that they asked for, or an error that says that these are gone.
 #include "Testing/Fixtures/Eventually.h"
 #include "server/http/HttpServer.h"
 
@@ -50,7 +50,7 @@ Mesh Sheet(std::uint32_t side, double height)
   return mesh;
 }
 
-// What the readers have seen, by status (200: a whole blob with the right bytes).
+// Counts what the readers have seen, by status (200: a whole blob with the right bytes).
 class Tally
 {
 public:
@@ -67,7 +67,7 @@ public:
   }
   std::size_t Total() const { return this->All; }
 
-  // Each reader calls this once, when it has its connection and its opened model.
+  // Each reader calls this once, when it is connected and has opened the model.
   void Begin() { ++this->Begun; }
   unsigned Readers() const { return this->Begun; }
 
@@ -88,7 +88,7 @@ protected:
            fresh = this->folder / "new.kds";
   StoreCatalog catalog{ this->folder / "served", [](const fs::path&, const std::string&) {} };
   std::unique_ptr<HttpServer> server;
-  std::map<std::string, std::string> blobs; // by path, digest included
+  std::map<std::string, std::string> blobs; // by path, which includes the digest
   ModelDescription reported;                // of the old model
 
   void SetUp() override
@@ -124,7 +124,7 @@ protected:
     return info;
   }
 
-  // The partitions of the old model, one by one.
+  // Reads the partitions of the old model, one by one.
   void ReadByGet(Tally& tally, const std::atomic<bool>& stop) const
   {
     HttpTestClient client(this->server->Port());
@@ -170,7 +170,7 @@ protected:
     }
   }
 
-  // What 16 readers see of `replace`, which is done while all of them read.
+  // Counts what 16 readers see of `replace`, which is called while all of them read.
   template <class Replace>
   std::map<unsigned, std::size_t> SeenWhile(const Replace& replace) const
   {
@@ -187,7 +187,7 @@ protected:
       const auto before = tally.Total();
       EXPECT_TRUE(fixtures::Eventually([&] { return tally.Total() >= before + more; }));
     };
-    // a model that is replaced now cannot be opened
+    // wait for this first: a model that is being replaced cannot be opened
     EXPECT_TRUE(fixtures::Eventually([&] { return tally.Readers() >= readers; }));
     wait(500);
     replace();
@@ -216,7 +216,7 @@ TEST_F(ReplacedStores, ARenameLeavesReadersOnTheOldStore)
     [this]
     {
       fs::rename(this->fresh, this->served);
-      ASSERT_TRUE(this->catalog.Reload()); // GETs of the old digest are in their grace
+      ASSERT_TRUE(this->catalog.Reload()); // the old digest can still be read
     });
   EXPECT_EQ(seen.size(), 1u) << "not only 200";
   EXPECT_EQ(seen.count(200), 1u);

@@ -40,7 +40,7 @@ protected:
     return std::string(data + response.begin, response.length);
   }
 
-  // The status, if the answer is a JSON error.
+  // The status, if the answer is an error in JSON.
   unsigned ErrorOf(const HttpResponse& response) const
   {
     EXPECT_EQ(response.Field("Content-Type"), "application/json");
@@ -167,7 +167,7 @@ TEST_F(Site, WhatMayPassIs503AndWhatHasChanged410)
   EXPECT_NE(this->metrics.Text({}).find("kdstream_failed_blobs_total 2\n"), std::string::npos);
 }
 
-// The thread of the event loop asks first.
+// The thread of the event loop asks first, and must not wait for a disk.
 TEST_F(Site, WhatTakesADiskIsNotAnsweredAtOnce)
 {
   const auto atOnce = [this](const std::string& path)
@@ -187,7 +187,7 @@ TEST_F(Site, WhatTakesADiskIsNotAnsweredAtOnce)
   EXPECT_EQ(atOnce("/readyz"), 200u) << "as far as one can see";
 }
 
-// A request is resolved once: the second pass reads, and looks nothing up.
+// A request is looked up only once: the second step reads, and looks nothing up again.
 TEST_F(Site, WhatIsReadIsWhatWasFound)
 {
   const auto path = this->Blob(BlobId::Partition(3));
@@ -197,7 +197,7 @@ TEST_F(Site, WhatIsReadIsWhatWasFound)
   ASSERT_TRUE(reading);
   EXPECT_EQ(reading->source, this->model.get());
   EXPECT_EQ(reading->part, "partitions/3");
-  this->catalog.Add("dragon", 2, 4, 3000); // replaced meanwhile
+  this->catalog.Add("dragon", 2, 4, 3000); // the model is replaced meanwhile
   const auto answer = reading->Answer();
   EXPECT_EQ(answer.status, 200u);
   EXPECT_EQ(Text(answer), std::string(bytes.begin(), bytes.end()));
@@ -328,7 +328,7 @@ TEST_F(Site, OriginsAreAllowedByName)
 namespace
 {
 
-// A site with a page of two files, of which one is also there as gzip.
+// A site with a page of two files, one of which also exists as gzip.
 class Page : public Site
 {
 protected:
@@ -410,7 +410,7 @@ TEST_F(Page, GzipKeepsHeadTagsAndRangesRight)
   EXPECT_EQ(this->Ask(Gzip("GET", plainTag)).status, 200u) << "the other one's tag";
   EXPECT_EQ(this->Ask({ "GET", "/", tag, "", "" }).status, 200u) << "the other one's tag";
 
-  // A range is a range of the bytes that are sent, and its tag is that of these bytes.
+  // A range counts in the bytes that are sent, and its tag is the tag of these bytes.
   const auto part = this->Ask(Gzip("GET", "", "bytes=90-"));
   EXPECT_EQ(part.status, 206u);
   EXPECT_EQ(part.Field("Content-Range"), "bytes 90-99/100");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Tilesets as a server makes them on request: the tiles are those that kdstream-store exports,
-// boxes enclose what is below, tokens decide how deep they go, and the original's tiles count.
+// Tilesets as a server makes them on request. The tiles are the same as kdstream-store exports,
+// boxes enclose everything below them, tokens decide how deep tilesets go, and the original's tiles
+// count.
 #include "server/access/Testing/ForgedToken.h"
 #include "server/http/Routes.h"
 
@@ -36,7 +37,7 @@ std::string BodyOf(const HttpResponse& response)
   return response.body ? std::string(response.body->begin(), response.body->end()) : "";
 }
 
-// The corners of a tile's box: axes are those of the coordinates.
+// The two corners of a tile's box, whose axes are the axes of the coordinates.
 std::pair<Vec3, Vec3> EndsOf(const Json& tile)
 {
   const auto& box = tile["boundingVolume"]["box"];
@@ -73,7 +74,8 @@ protected:
   Metrics metrics;
   std::unique_ptr<Routes> routes;
 
-  // With levels that are cut into several pieces, and numbered by rank and by partition.
+  // Builds a store whose levels are cut into several pieces; some are numbered by rank, others by
+  // partition.
   void Build(const Mesh& mesh = fixtures::HeightField(180), std::uint32_t perPartition = 60,
     std::uint32_t cellVertices = 1)
   {
@@ -118,8 +120,9 @@ protected:
 
   const std::string base = "/api/models/hill/3dtiles/";
 
-  // Calls visit(tile, place of its content below the tileset's folder or ""), external tilesets
-  // followed, and checks that boxes and errors enclose those of children.
+  // Calls visit(tile, path of its content below the tileset's folder, or "") for all tiles,
+  // including those of external tilesets. Checks that the boxes and errors of tiles enclose those
+  // of their children.
   void Walk(const std::string& token,
     const std::function<void(const Json&, const std::string&)>& visit, std::string file = {}) const
   {
@@ -150,7 +153,7 @@ protected:
     };
     walk(Json::parse(BodyOf(response))["root"]);
   }
-  // "11/0.glb" and so on: without the version.
+  // The contents by their path without the version: "11/0.glb" and so on.
   std::map<std::string, std::string> Contents(const std::string& token = {}) const
   {
     std::map<std::string, std::string> found;
@@ -170,8 +173,8 @@ protected:
 
 TEST_F(ServedTiles, TheyAreTheExportedOnes)
 {
-  // A sanitizer makes the large one slow: it has levels that are numbered by rank, in several
-  // pieces, and tilesets in tilesets.
+  // The large model has levels that are numbered by rank and have several pieces, and tilesets in
+  // tilesets. It is too slow with a sanitizer.
   this->Build(
     fixtures::HeightField(fixtures::sanitized ? 120 : 370), fixtures::sanitized ? 60 : 120);
   const auto& depths = this->catalog->Find("hill")->Description().depths;
@@ -202,7 +205,7 @@ TEST_F(ServedTiles, TheyAreTheExportedOnes)
   }
 }
 
-// Many partitions below one piece of the finest level: tilesets of groups of them.
+// If many partitions are below one piece of the finest level, groups of them have tilesets.
 TEST_F(ServedTiles, GroupsOfPartitionsHaveTilesets)
 {
   this->Build(fixtures::HeightField(100), 10, 200);
@@ -210,7 +213,7 @@ TEST_F(ServedTiles, GroupsOfPartitionsHaveTilesets)
     this->folder, "store", { "export", "hill.kds", "tiles", "--format", "3dtiles", "--quiet" });
   ASSERT_EQ(exported.exitCode, 0) << exported.err;
   std::vector<std::string> groups;
-  std::size_t partitions = 0; // that show something
+  std::size_t partitions = 0; // tiles that show something
   for (const auto& entry : fs::directory_iterator(this->folder / "tiles" / "original"))
   {
     partitions += entry.path().extension() == ".glb";
@@ -243,8 +246,8 @@ TEST_F(ServedTiles, GroupsOfPartitionsHaveTilesets)
   EXPECT_EQ(this->Contents(Token("levels")).size(), 1u);
 }
 
-// Served boxes are larger than exported ones, which are those of what is shown; so all of that is
-// inside.
+// Exported boxes just enclose what is shown. Served boxes are larger, so they enclose all of that,
+// too.
 TEST_F(ServedTiles, BoxesEncloseTheExportedOnes)
 {
   this->Build(fixtures::DisplacedSphere(5));
@@ -303,7 +306,7 @@ TEST_F(ServedTiles, TheyAreCachedByWhatTheyAre)
     return at == std::string::npos ? -1 : std::stoi(text.substr(at + name.size()));
   };
   const std::string tile = this->Contents().at("original/0.glb");
-  const int before = misses(); // of tilesets
+  const int before = misses(); // for tilesets
   EXPECT_GT(before, 0);
   const auto first = this->Get(tile);
   EXPECT_EQ(first.Field("Cache-Control"), "public, max-age=31536000, immutable");
@@ -314,7 +317,7 @@ TEST_F(ServedTiles, TheyAreCachedByWhatTheyAre)
   EXPECT_EQ(std::get<HttpResponse>(found).body, first.body);
   EXPECT_EQ(misses(), before + 1);
 
-  // Another description is another version: its credit is in the tiles.
+  // Another description is another version, because the tiles contain its credit.
   const auto edited =
     fixtures::RunTool(this->folder, "store", { "edit", "hill.kds", "--credit", "Ben", "--quiet" });
   ASSERT_EQ(edited.exitCode, 0) << edited.err;
@@ -460,7 +463,7 @@ TEST_F(ServedTiles, CloudsAndStoresWithoutLevels)
     Answer(others, { "GET", "/api/models/octree/3dtiles/tileset.json", "", "", "" }).status, 404u);
 }
 
-// A piece that cannot be read is the server's failure, and nothing of it is kept.
+// A piece that cannot be read is a failure of the server, and nothing of it is kept.
 TEST_F(ServedTiles, DamageIsNotATile)
 {
   MemoryCatalog memory; // its blobs are not pieces

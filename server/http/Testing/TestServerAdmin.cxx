@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What operates the server asks it: is it alive, is it ready, how does it do.
+// What the operator of a server asks: whether it is alive, whether it is ready, and how well it
+// runs.
 #include "filters/protocol/Testing/AskedBlobs.h"
 #include "server/http/Testing/ServerTest.h"
 
@@ -76,11 +77,11 @@ TEST_F(Admin, IsReadyWhileThereIsAModel)
   const auto status = [this]
   {
     const auto answer = HttpTestClient(this->Start()).Get("/readyz");
-    this->server.reset(); // so that nobody looks at the models while they change
+    this->server.reset(); // so nobody reads the models while they change
     return answer->status;
   };
   EXPECT_EQ(status(), 200u) << "of any host";
-  this->model->fails = ErrorCode::Changed; // its store was overwritten, and is not opened again yet
+  this->model->fails = ErrorCode::Changed; // its store was overwritten, and is not yet opened again
   EXPECT_EQ(status(), 503u);
   this->catalog.Add("lucy", 3, 3, 100);
   EXPECT_EQ(status(), 200u);
@@ -95,9 +96,9 @@ TEST_F(Admin, CountsHowLongClientsWait)
   ASSERT_TRUE(stream.Open());
   stream.Ask({ 1, OpenRequest{ "dragon" } });
   stream.Await(1);
-  stream.Ask({ 2, RegionRequest{ 1, 3, {} } }); // of 128 partitions
+  stream.Ask({ 2, RegionRequest{ 1, 3, {} } }); // a region of 128 partitions
   ASSERT_TRUE(this->IsRegion(stream.Await(2), 1, 3));
-  stream.Ask({ 3, AskPieces(0, { 1 }) }); // one blob: the first and the last
+  stream.Ask({ 3, AskPieces(0, { 1 }) }); // one blob, which is the first and the last
   ASSERT_TRUE(stream.Await(3).end);
   HttpTestClient client(port);
   client.Get(this->Blob(BlobId::Partition(0)));
@@ -106,8 +107,8 @@ TEST_F(Admin, CountsHowLongClientsWait)
   EXPECT_TRUE(Has(metrics, "kdstream_first_blob_seconds_bucket{le=\"+Inf\"} 2\n"));
   EXPECT_TRUE(Has(metrics, "kdstream_last_blob_seconds_count 2\n"));
   EXPECT_TRUE(Has(metrics, "kdstream_answer_seconds_count 1\n"));
-  // Opening, searching the region, 128 partitions, the preview, and the last: each in its own
-  // request.
+  // Opening the model, searching the region, 128 partitions, the preview, and the partition by GET:
+  // one task each.
   EXPECT_TRUE(Has(metrics, "kdstream_reader_queue_length_bucket{le=\"0\"} 0\n"));
   EXPECT_TRUE(Has(metrics, "kdstream_reader_queue_length_bucket{le=\"1\"} 132\n"));
   EXPECT_TRUE(Has(metrics, "kdstream_reader_wait_seconds_count 132\n"));

@@ -53,7 +53,7 @@ protected:
     this->model->diskHangs = hangs;
     this->model->diskHangs.notify_all();
   }
-  // Asks for a partition of the store that hangs.
+  // Requests a partition of the store whose disk hangs.
   void Ask(std::uint16_t port, std::uint32_t partition)
   {
     this->askers.push_back(std::make_unique<HttpTestClient>(port));
@@ -64,7 +64,7 @@ protected:
   {
     return BlobPath("other", this->other->Description().digest, BlobId::Partition(0));
   }
-  // Whether the metrics come to have the line.
+  // Whether the metrics contain the line before long.
   static bool Has(HttpTestClient& client, const std::string& line)
   {
     const auto until = std::chrono::steady_clock::now() + 20s;
@@ -101,7 +101,7 @@ TEST_F(Disks, AnyNumberWhoAskForAStoreThatHangsDelayNobodyElse)
     stream->Ask({ 2, RegionRequest{ 1, 1, {} } });
   }
   HttpTestClient client(port);
-  // With the four that have opened it.
+  // Including the four tasks that have opened the model.
   ASSERT_TRUE(Has(
     client, "kdstream_reader_queue_length_count " + std::to_string(4 + 2 * eachWay + 4) + "\n"));
   EXPECT_EQ(this->model->hanging, 1);
@@ -127,7 +127,7 @@ TEST_F(Disks, AnyNumberWhoAskForAStoreThatHangsDelayNobodyElse)
   }
 }
 
-// Nor do those who ask for what is made of its blobs: tiles and pictures of other models are made.
+// Tiles and pictures of a store that hangs do not delay tiles and pictures of other models.
 TEST_F(Disks, TilesAndPicturesOfAStoreThatHangsDelayNoOthers)
 {
   const fixtures::TemporaryFolder pages;
@@ -201,7 +201,7 @@ TEST_F(Disks, WhoWaitsForTooLongGetsABusyAnswer)
   EXPECT_EQ(stream.Await(3).blobs.size(), 3u);
 }
 
-// Or a thousand of them would keep everybody out.
+// Otherwise a thousand clients that wait for a disk would keep everybody else out.
 TEST_F(Disks, WhoWaitsForADiskLosesTheSlotToOthers)
 {
   this->options.maximumConnections = 4;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which clients are let in, how much each may have, and which have to go.
+// Which clients are admitted, how much each may have, and which ones have to leave.
 #include "Testing/Fixtures/Eventually.h"
 #include "filters/protocol/Testing/AskedBlobs.h"
 #include "server/http/Testing/ServerTest.h"
@@ -58,7 +58,7 @@ TEST_F(Limits, RefusesMoreConnectionsThanItHasSlots)
     EXPECT_TRUE(refused.Ends());
   }
   connected.pop_back();
-  for (unsigned status = 503; status == 503;) // the server notices the free slot when it does
+  for (unsigned status = 503; status == 503;) // until the server notices the free slot
   {
     status = HttpTestClient(port).Get("/healthz")->status;
     EXPECT_TRUE(status == 503 || status == 200);
@@ -95,7 +95,7 @@ TEST_F(Limits, AnAddressHasALimitedNumberOfConnections)
   }
   EXPECT_TRUE(this->MetricsHave("kdstream_refusals_total{reason=\"address\"} 1\n", first));
   second.reset();
-  for (unsigned status = 429; status == 429;) // the server notices the free slot when it does
+  for (unsigned status = 429; status == 429;) // until the server notices the free slot
   {
     status = HttpTestClient(port).Get("/healthz")->status;
     EXPECT_TRUE(status == 429 || status == 200);
@@ -108,7 +108,7 @@ TEST_F(Limits, WhoAsksTooOftenGetsAnErrorAndStaysConnected)
   const auto port = this->Start();
   HttpTestClient client(port);
   StreamTestClient stream(port);
-  ASSERT_TRUE(stream.Open()); // one
+  ASSERT_TRUE(stream.Open()); // one request
   stream.Ask({ 1, OpenRequest{ "dragon" } });
   EXPECT_TRUE(stream.Await(1).opened);
   for (int i = 0; i < 3; ++i)
@@ -118,7 +118,7 @@ TEST_F(Limits, WhoAsksTooOftenGetsAnErrorAndStaysConnected)
   const auto refused = client.Get("/healthz");
   ASSERT_TRUE(refused);
   EXPECT_EQ(refused->status, 429u);
-  const auto seconds = refused->Field("Retry-After"); // one comes back every twelve
+  const auto seconds = refused->Field("Retry-After"); // one becomes available every 12 s
   EXPECT_TRUE(seconds == "12" || seconds == "11") << seconds;
   EXPECT_EQ(refused->body, "{\"error\":\"too many requests: try again in " + seconds + " s\"}\n");
   EXPECT_TRUE(client.Get("/healthz")) << "the connection stays";
@@ -139,7 +139,7 @@ TEST_F(Limits, SlotsOfIdleConnectionsAreTakenBack)
   {
     EXPECT_EQ(client.Get("/healthz")->status, 200u);
     const auto line = "{status=\"200\"} " + std::to_string(++answers) + "\n";
-    // until the server knows that the client has its answer
+    // Wait until the server knows that the client has its answer.
     EXPECT_TRUE(fixtures::Eventually([&] { return this->MetricsHave(line, admin); }));
   };
   HttpTestClient longest(port);
@@ -163,13 +163,13 @@ TEST_F(Limits, SlotsOfIdleStreamsAreTakenBackButOfNoOthers)
   ASSERT_TRUE(busy.Open());
   busy.Ask({ 1, OpenRequest{ "dragon" } });
   busy.Await(1);
-  busy.Ask({ 2, RegionRequest{ 1, 3, {} } }); // 64 MB, which nobody takes yet
+  busy.Ask({ 2, RegionRequest{ 1, 3, {} } }); // 64 MB, which nobody reads yet
   StreamTestClient idle(port);
   ASSERT_TRUE(idle.Open());
   idle.Ask({ 1, OpenRequest{ "dragon" } });
   ASSERT_TRUE(idle.Await(1).opened);
   unsigned status = 503;
-  // until the server knows that the client has its answer
+  // Wait until the server knows that the client has its answer.
   EXPECT_TRUE(fixtures::Eventually(
     [&]
     {
@@ -206,7 +206,7 @@ TEST_F(Limits, WhoTakesTooLittleIsDropped)
     }));
 }
 
-// However long its answer may take as a whole: ten minutes here.
+// A client that reads nothing is dropped soon, although its whole answer may take ten minutes here.
 TEST_F(Limits, WhoTakesNothingAtAllIsDroppedSoon)
 {
   this->options.answerTimeout = std::chrono::milliseconds(50);
@@ -218,12 +218,12 @@ TEST_F(Limits, WhoTakesNothingAtAllIsDroppedSoon)
   HttpTestClient other(port);
   EXPECT_TRUE(fixtures::Eventually(
     [&] { return this->MetricsHave("kdstream_refusals_total{reason=\"slow\"} 1\n", other); }));
-  // What it was sent, into the buffers of the system, is logged and counted.
+  // The bytes that went into the system's buffers are logged and counted.
   const auto& whole = *this->model->blobs.at(BlobId::Partition(1));
   const auto logged = this->AwaitRecord(this->Blob(BlobId::Partition(1))).bytes;
   EXPECT_GE(logged, 4096u);
   EXPECT_LT(logged, whole.size());
-  // Who takes it is sent all of it.
+  // A client that reads is sent all of it.
   const auto blob = other.Get(this->Blob(BlobId::Partition(1)));
   ASSERT_TRUE(blob);
   EXPECT_EQ(blob->body, std::string(whole.begin(), whole.end()));

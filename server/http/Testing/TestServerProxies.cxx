@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// After a trusted proxy the client is the one that the proxy names; otherwise it is the peer.
+// Behind a trusted proxy the client is the one that the proxy names; otherwise it is the peer.
 #include "filters/protocol/Testing/RandomMessages.h"
 #include "server/http/Testing/ServerTest.h"
 
@@ -20,7 +20,7 @@ const std::string binaryHeader =
   "\r\n\r\n\0\r\nQUIT\n\x21\x11\0\x0c\1\2\3\4\5\6\7\x08\xc3\x50\1\xbb"s;
 const std::string localHeader = "\r\n\r\n\0\r\nQUIT\n\x20\0\0\0"s;
 
-// The status of the answer to these bytes, or 0 where the connection ends without one.
+// The status of the answer to these bytes; 0 if the connection ends without an answer.
 unsigned StatusOf(std::uint16_t port, const std::string& bytes)
 {
   HttpTestClient client(port);
@@ -47,7 +47,7 @@ TEST_F(Proxies, AProxysClientsAreCountedByTheirOwnAddress)
   EXPECT_EQ(first.Get("/api/stream", upgrade + "1.2.3.4\r\n")->status, 101u);
   EXPECT_EQ(second.Get("/api/stream", upgrade + "6.6.6.6, 1.2.3.4\r\n")->status, 429u);
   EXPECT_EQ(third.Get("/api/stream", upgrade + "1.2.3.5\r\n")->status, 101u);
-  HttpTestClient pooled(port); // one connection of the proxy, for many
+  HttpTestClient pooled(port); // one connection of the proxy, used for many clients
   for (int i = 0; i < 3; ++i)
   {
     EXPECT_EQ(pooled.Get("/healthz", "X-Forwarded-For: 1.2.3.9\r\n")->status, 200u);
@@ -55,7 +55,7 @@ TEST_F(Proxies, AProxysClientsAreCountedByTheirOwnAddress)
   EXPECT_EQ(pooled.Get("/healthz", "X-Forwarded-For: 1.2.3.9\r\n")->status, 429u);
   EXPECT_EQ(pooled.Get("/healthz", "X-Forwarded-For: 1.2.3.10\r\n")->status, 200u);
   this->server->Stop();
-  // Streams are logged when they end, here beside the last request.
+  // Streams are logged when they end, so the last request is not the last record.
   EXPECT_NE(std::find_if(this->records.begin(), this->records.end(),
               [](const AccessRecord& record)
               { return record.client == "1.2.3.10" && record.target == "/healthz"; }),
@@ -104,7 +104,7 @@ TEST_F(Proxies, ANamedClientHasItsOwnSlots)
   EXPECT_EQ(first.Receive()->status, 200u);
   EXPECT_EQ(StatusOf(port, textHeader + askHealth), 429u);
   EXPECT_EQ(StatusOf(port, "PROXY TCP4 1.2.3.5 5.6.7.8 1 443\r\n" + askHealth), 200u);
-  // A proxy before the proxy: its client is logged as ever.
+  // There is a second proxy in front of the first; the client that it names is logged as usual.
   const std::string forwarded =
     "PROXY TCP4 10.1.1.1 5.6.7.8 1 443\r\n"
     "GET /healthz HTTP/1.1\r\nHost: x\r\nX-Forwarded-For: 9.9.9.9\r\n\r\n";

@@ -67,7 +67,7 @@ TEST_F(QuotaServer, GivesEachNameItsShare)
 {
   const auto port = this->StartWith(Share(2.5 / 128));
   EXPECT_EQ(this->Get(port, 3, Bearer("ann")).status, 200u);
-  // What sends no byte of it counts nothing.
+  // A request for which no byte of the blob is sent does not count.
   EXPECT_EQ(this->Get(port, 4, Bearer("ann"), "HEAD").status, 200u);
   EXPECT_EQ(this->Get(port, 5, Bearer("ann") + "If-None-Match: *\r\n").status, 304u);
   EXPECT_EQ(this->Get(port, 5, Bearer("ann") + "Range: bytes=999999-\r\n").status, 416u);
@@ -79,7 +79,7 @@ TEST_F(QuotaServer, GivesEachNameItsShare)
   const int seconds = std::stoi(refused.Field("Retry-After"));
   EXPECT_GT(seconds, 86400 - 100);
   EXPECT_LE(seconds, 86400);
-  // The same by a stream.
+  // Streams count against the same quota.
   StreamTestClient client(port);
   ASSERT_TRUE(client.Open("kdstream.v2, " + Token("ann")));
   client.Ask({ 1, OpenRequest{ "dragon" } });
@@ -94,7 +94,7 @@ TEST_F(QuotaServer, GivesEachNameItsShare)
   HttpTestClient watcher(port);
   EXPECT_TRUE(MetricsHave("kdstream_refusals_total{reason=\"quota\"} 2\n", watcher));
   this->server.reset();
-  ASSERT_EQ(this->taken.size(), 5u); // 3, 6; by stream again; bob's
+  ASSERT_EQ(this->taken.size(), 5u); // 3 and 6, both again by stream, and bob's
   EXPECT_EQ(this->taken.back().subject, "bob");
   EXPECT_EQ(this->taken.back().client, "127.0.0.1");
 }
@@ -102,7 +102,7 @@ TEST_F(QuotaServer, GivesEachNameItsShare)
 TEST_F(QuotaServer, BytesTooFastAreToBeAskedForAgain)
 {
   QuotaLimits limits;
-  limits.bytesPerSecond = 100; // one partition, of some 20,000 bytes, is many seconds' worth
+  limits.bytesPerSecond = 100; // one partition has some 20,000 bytes: the rate of many seconds
   const auto port = this->StartWith(limits);
   EXPECT_EQ(this->Get(port, 3, Bearer("ann")).status, 200u);
   const auto refused = this->Get(port, 3, Bearer("ann"));
@@ -110,8 +110,8 @@ TEST_F(QuotaServer, BytesTooFastAreToBeAskedForAgain)
   EXPECT_GT(std::stoi(refused.Field("Retry-After")), 60);
 }
 
-// Neither the only thread of the event loop nor the only reader waits for the file; only requests
-// for the original do.
+// Neither the only thread of the event loop nor the only reader waits for the quotas' file. Only
+// requests for the original wait.
 TEST_F(QuotaServer, AFileThatIsLockedDelaysOnlyThoseWhoTake)
 {
   this->options.threads = 1;
@@ -130,16 +130,17 @@ TEST_F(QuotaServer, AFileThatIsLockedDelaysOnlyThoseWhoTake)
   reader.Send("GET " + this->Blob(BlobId::Partition(3)) + " HTTP/1.1\r\nHost: x\r\n" +
               Bearer("ann") + "\r\n");
   stream.Ask({ 2, RegionRequest{ 128, 0, {} } });
-  // with the opening
+  // the request that opened the model is the other one
   EXPECT_TRUE(fixtures::Eventually(
     [&] { return MetricsHave("kdstream_reader_wait_seconds_count 2\n", watcher); }));
   EXPECT_EQ(watcher.Get(this->Blob(BlobId::LevelPiece(0, 1)), Bearer("bob"))->status, 200u);
-  ASSERT_TRUE(Execute(other->get(), "COMMIT")); // sooner than the file is given up
+  ASSERT_TRUE(Execute(other->get(), "COMMIT")); // before the server gives up
   EXPECT_EQ(reader.Receive()->status, 200u);
   EXPECT_TRUE(stream.Await(2).end);
 }
 
-// A tag that is not the blob's makes the answer a whole one, which counts; the blob's own none.
+// If the tag is not the blob's, the whole blob is sent, which counts. If it is, nothing is sent or
+// counted.
 TEST_F(QuotaServer, AFileThatIsLockedDelaysOnlyThoseWhoTakeWhateverTheyHave)
 {
   this->options.threads = 1;
@@ -160,11 +161,11 @@ TEST_F(QuotaServer, AFileThatIsLockedDelaysOnlyThoseWhoTakeWhateverTheyHave)
   EXPECT_EQ(watcher.Get(this->Blob(BlobId::LevelPiece(0, 1)), Bearer("bob"))->status, 200u);
   const auto tag = "\"" + this->model->Description().digest + "/partitions/3\"";
   EXPECT_EQ(watcher.Get(blob, "If-None-Match: " + tag + "\r\n" + Bearer("bob"))->status, 304u);
-  ASSERT_TRUE(Execute(other->get(), "COMMIT")); // sooner than the file is given up
+  ASSERT_TRUE(Execute(other->get(), "COMMIT")); // before the server gives up
   EXPECT_EQ(reader.Receive()->status, 200u);
 }
 
-// For a range beyond the partition nothing is sent or counted, however many requests wait.
+// For a range beyond the partition's end nothing is sent or counted, however many requests wait.
 TEST_F(QuotaServer, AFileThatIsLockedDelaysNoRangeThatLiesBeyond)
 {
   this->options.threads = 1;
@@ -187,14 +188,14 @@ TEST_F(QuotaServer, AFileThatIsLockedDelaysNoRangeThatLiesBeyond)
     EXPECT_EQ(beyond.status, 416u);
   }
   EXPECT_TRUE(MetricsHave("kdstream_refusals_total{reason=\"quota\"} 0\n", watcher));
-  ASSERT_TRUE(Execute(other->get(), "COMMIT")); // sooner than the file is given up
+  ASSERT_TRUE(Execute(other->get(), "COMMIT")); // before the server gives up
   EXPECT_EQ(taker.Receive()->status, 200u);
   EXPECT_EQ(ranger.Receive()->status, 206u);
   this->server.reset();
   EXPECT_EQ(this->taken.size(), 2u);
 }
 
-// Clients of two servers with one quota file, all at the same time, never exceed the quota.
+// Clients of two servers with the same quota file, all at the same time, never exceed the quota.
 TEST_F(QuotaServer, TwoWithOneFileGiveWhatOneWould)
 {
   const auto limits = Share(20.0 / 128);

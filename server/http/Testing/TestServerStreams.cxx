@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Streams on real sockets: what the conversation cannot show by itself.
+// Streams on real sockets: behaviour that the conversation cannot show by itself.
 #include "Testing/Fixtures/Eventually.h"
 #include "filters/protocol/Testing/AskedBlobs.h"
 #include "filters/protocol/Testing/RandomMessages.h"
@@ -62,7 +62,7 @@ TEST_F(Streams, FiftyClientsAtOnceGetTheirRegions)
         StreamTestClient client(port);
         const bool open = client.Open();
         ++connected;
-        // all at once
+        // wait, so that all clients ask at once
         EXPECT_TRUE(fixtures::Eventually([&] { return connected >= clients; }));
         client.Ask({ 1, OpenRequest{ "dragon" } });
         const auto opened = client.Await(1);
@@ -88,7 +88,7 @@ TEST_F(Streams, FiftyClientsAtOnceGetTheirRegions)
 
 TEST_F(Streams, CancelStopsTheStream)
 {
-  // 64 MB, much more than the sockets hold.
+  // 64 MB: much more than the buffers of sockets hold.
   this->model = this->catalog.Add("dragon", 2, 6, 1000000);
   StreamTestClient client(this->Start());
   ASSERT_TRUE(client.Open());
@@ -125,7 +125,7 @@ TEST_F(Streams, AClientThatNeverReadsStopsNobody)
     silent.back()->Ask({ 1, OpenRequest{ "dragon" } });
     silent.back()->Ask({ 2, RegionRequest{ 1, 3, {} } });
   }
-  HttpTestClient deaf(port); // asks for many blobs and takes none
+  HttpTestClient deaf(port); // requests many blobs and reads none
   for (std::uint32_t p = 0; p < 60; ++p)
   {
     deaf.Send("GET " + this->Blob(BlobId::Partition(p)) + " HTTP/1.1\r\nHost: x\r\n\r\n");
@@ -176,7 +176,8 @@ TEST_F(Streams, ConversationsThatCannotGoOnAreClosedWithTheirReason)
   };
   EXPECT_EQ(closeCode([](auto& client) { client.SendText("nonsense"); }), 1007);
   EXPECT_EQ(closeCode([](auto& client) { client.SendText(std::string(5000, ' ')); }), 1009);
-  // Far too large: the server does not read to the end, so that the reason may be lost on its way.
+  // The message is far too large. The server does not read it to its end, so the reason may not
+  // arrive.
   EXPECT_NE(closeCode([](auto& client) { client.SendText(std::string(500000, ' ')); }), 1000);
   EXPECT_EQ(closeCode([](auto& client) { client.SendBinary("x"); }), 1003);
   EXPECT_EQ(HttpTestClient(port).Get("/healthz")->status, 200u);

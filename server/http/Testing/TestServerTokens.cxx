@@ -45,7 +45,7 @@ protected:
   {
     return HttpTestClient(this->port).Get(target, fields).value_or(HttpTestClient::Response());
   }
-  // Whether a stream opens that offers these subprotocols.
+  // Whether a stream that offers these subprotocols can be opened.
   bool Streams(const std::string& subprotocols) const
   {
     StreamTestClient client(this->port);
@@ -58,7 +58,7 @@ protected:
 TEST_F(Tokens, WithoutAValidOneNothingOfModelsIsReportedByGet)
 {
   const std::string other =
-    forged::Token(forged::header, forged::claims, std::string(32, 'x')); // by somebody else
+    forged::Token(forged::header, forged::claims, std::string(32, 'x')); // signed by somebody else
   const auto expired =
     forged::Token(forged::header, R"({"sub":"ann","exp":999,"models":"*","detail":"regions"})");
   const std::string dragon = "/api/models/dragon/model.json";
@@ -101,7 +101,7 @@ TEST_F(Tokens, AllowWhatTheySayByGet)
   EXPECT_EQ(piece.Field("Vary"), "Authorization");
   const auto partition = this->Blob(BlobId::Partition(3));
   EXPECT_EQ(this->Get(partition, levels).status, 403u);
-  // It does not even say that the client has the blob already.
+  // The answer does not even reveal that the client already has the blob.
   EXPECT_EQ(this->Get(partition, levels + "If-None-Match: *\r\n").status, 403u);
   EXPECT_EQ(HttpTestClient(this->port).Get(partition, levels, "HEAD")->status, 403u);
   EXPECT_EQ(this->Get(partition, Bearer(Token("regions"))).status, 200u);
@@ -142,7 +142,7 @@ TEST_F(Tokens, AllowWhatTheySayOnAStream)
   EXPECT_FALSE(region.begin) << "which partitions it has";
 }
 
-// The promise: a stream ends within a second. One client loads, the other one is idle.
+// A stream must end within a second. One client loads a region, the other one is idle.
 TEST_F(Tokens, EndAStreamWhenTheyExpireOrAreRevoked)
 {
   using Clock = std::chrono::steady_clock;
@@ -156,7 +156,7 @@ TEST_F(Tokens, EndAStreamWhenTheyExpireOrAreRevoked)
     busy.Ask({ 1, OpenRequest{ "dragon" } });
     ASSERT_TRUE(busy.Await(1).opened);
     Clock::time_point ended;
-    std::size_t after = 0; // frames
+    std::size_t after = 0; // frames received after that
     std::uint32_t request = 2;
     busy.Ask({ request, RegionRequest{ 1, 3, {} } });
     const auto answer = busy.Await(request,
@@ -197,7 +197,7 @@ TEST_F(Tokens, AreInNoLogAndRefusalsAreCounted)
   EXPECT_TRUE(this->Streams("kdstream.v2, " + token));
   HttpTestClient client(this->port);
   EXPECT_TRUE(MetricsHave("kdstream_refusals_total{reason=\"token\"} 1\n", client));
-  // The same on a stream: a model, a detail, and the stream itself.
+  // On a stream: a model is refused, then a detail, and then the stream itself ends.
   StreamTestClient stream(this->port);
   ASSERT_TRUE(stream.Open("kdstream.v2, " + token));
   stream.Ask({ 1, OpenRequest{ "vase" } });

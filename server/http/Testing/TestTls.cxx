@@ -73,7 +73,7 @@ protected:
     return { bytes.begin(), bytes.end() };
   }
 
-  // Why a server does not start with these files.
+  // Why a server does not start with these files; "" if it does.
   std::string Refusal(const fs::path& certificate_, const fs::path& key_) const
   {
     HttpServerOptions wrong;
@@ -127,7 +127,7 @@ TEST_F(Tls, BlobsComeWhole)
       head += byte;
     }
     EXPECT_EQ(client.Receive(whole.size()), whole) << p;
-    client.ChangeKeys(); // the server has to answer that, too
+    client.ChangeKeys(); // the server has to answer this, too
   }
   client.Send("GET /healthz HTTP/1.0\r\n\r\n");
   EXPECT_TRUE(client.EndsProperly());
@@ -154,24 +154,24 @@ TEST_F(Tls, StreamsOverTls)
     EXPECT_NE(received.find(whole.substr(0, 60000)), std::string::npos) << p;
   }
   EXPECT_GT(received.size(), bytes);
-  // Speaking before the answer has come is refused, not mixed up.
+  // Frames that are sent before the upgrade has been answered are refused, not mixed up.
   EXPECT_EQ(
     Exchange(server->Port(), this->upgrade + open, "\r\n\r\n").substr(0, 12), "HTTP/1.1 400");
 }
 
-// The connection goes with the server: one that was left over would keep the client waiting.
+// All connections end with the server. One that was left would keep the client waiting.
 TEST_F(Tls, EndsWhileAClientTakesNothing)
 {
   const auto blob =
     protocol::BlobPath("dragon", this->model->Description().digest, protocol::BlobId::Partition(0));
   auto server = this->Start();
   TlsTestClient client(server->Port());
-  for (int i = 0; i < 300; ++i) // more than the sockets' buffers hold
+  for (int i = 0; i < 300; ++i) // more than the buffers of sockets hold
   {
     client.Send("GET " + blob + " HTTP/1.1\r\nHost: a\r\n\r\n");
   }
   EXPECT_EQ(client.Receive("\r\n\r\n").substr(0, 15), "HTTP/1.1 200 OK");
-  server.reset(); // comes back: with an end or without, as far as the server had come
+  server.reset(); // returns, however much of the answers has been sent
   while (!client.Receive(1).empty())
   {
   }
@@ -187,7 +187,7 @@ TEST_F(Tls, SpeaksNothingElse)
 TEST_F(Tls, SurvivesHostileHandshakes)
 {
   const auto server = this->Start();
-  // What a client says first.
+  // The first message of a client.
   const std::unique_ptr<SSL_CTX, void (*)(SSL_CTX*)> context(
     SSL_CTX_new(TLS_client_method()), SSL_CTX_free);
   const std::unique_ptr<SSL, void (*)(SSL*)> session(SSL_new(context.get()), SSL_free);
@@ -211,7 +211,7 @@ TEST_F(Tls, GoesOnListeningWhereThereIsNoMemoryForAConnection)
 {
   const auto server = this->Start();
   ASSERT_TRUE(server);
-  for (long n = 0; n < 2; ++n) // what TLS has of the connection, and the connection itself
+  for (long n = 0; n < 2; ++n) // TLS's data of the connection, and the connection itself
   {
     const ScarceMemory scarce(n, ScarceMemory::Where::OtherThreads, 4096);
     EXPECT_EQ(Exchange(server->Port(), this->ask, "ok\n"), "");
@@ -233,7 +233,7 @@ TEST_F(Tls, ReadsItsCertificateAgainOnReload)
   before.Send(this->ask);
   EXPECT_EQ(before.Receive("ok\n").substr(0, 15), "HTTP/1.1 200 OK") << "earlier ones go on";
 
-  // A file that is not a certificate, or not one of this key, is not used.
+  // A file that is not a certificate, or not the certificate of this key, is not used.
   std::ofstream(this->certificate) << "half a certif";
   auto kept = server->ReloadTls();
   ASSERT_FALSE(kept);
@@ -282,7 +282,7 @@ TEST_F(Tls, SaysWhatIsWrongWithItsFiles)
   EXPECT_EQ(this->Refusal(this->certificate, other),
     other.string() + ": contains the private key of another certificate than " +
       this->certificate.string());
-  WriteKey(other, another.get(), "secret"); // which the server must not ask the terminal for
+  WriteKey(other, another.get(), "secret"); // the server must not ask the terminal for it
   EXPECT_EQ(this->Refusal(this->certificate, other),
     other.string() + ": contains no private key in PEM format without a passphrase");
 }

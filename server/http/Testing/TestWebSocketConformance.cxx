@@ -20,7 +20,7 @@ namespace
 struct WebSocketStep
 {
   std::string bytes;
-  bool awaitsAnswer = false; // goes on when one more frame has come
+  bool awaitsAnswer = false; // continues when one more frame has arrived
 };
 
 const WebSocketStep untilAnswered{ "", true };
@@ -28,9 +28,10 @@ const WebSocketStep untilAnswered{ "", true };
 struct WebSocketCase
 {
   std::string name;
-  std::vector<WebSocketStep> steps; // then the client closes with 1000, unless that has been tried
+  // Then the client closes with 1000, unless the case tests closing.
+  std::vector<WebSocketStep> steps;
   unsigned closedWith = 1000;
-  std::size_t texts = 0; // of the server
+  std::size_t texts = 0; // messages from the server
   std::vector<std::string> pongs = {};
 };
 
@@ -40,7 +41,7 @@ struct Outcome
   std::size_t texts = 0;
   std::vector<std::string> pongs;
   unsigned closedWith = 0; // 0: no Close frame
-  std::size_t wrong = 0;   // frames that must not be
+  std::size_t wrong = 0;   // frames that the server must not send
   bool ended = false;
 };
 
@@ -96,7 +97,7 @@ private:
                                                   : 1 + this->Random() % bytes.size();
       if (!this->Socket.Send(bytes.substr(0, count), RawSocket::patience))
       {
-        return; // the server has ended
+        return; // the server has ended the connection
       }
       bytes.remove_prefix(count);
     }
@@ -117,7 +118,7 @@ private:
     while (const auto frame = TakeServerFrame(this->Received))
     {
       ++this->Frames;
-      const bool isLate = this->Result.closedWith != 0; // nothing comes after a Close frame
+      const bool isLate = this->Result.closedWith != 0; // nothing may follow a Close frame
       this->Result.wrong += frame->isRight && !isLate ? 0u : 1u;
       switch (frame->opcode)
       {
@@ -261,7 +262,7 @@ TEST_F(WebSocketConformance, PingsAndPongs)
   });
 }
 
-// Of many pings at once at least the last is answered; and they delay no other answer.
+// If many pings come at once, at least the last one is answered; and they delay no other answer.
 TEST_F(WebSocketConformance, OfManyPingsTheLastIsAnswered)
 {
   RawSocket socket(this->Start());
@@ -296,7 +297,7 @@ TEST_F(WebSocketConformance, OfManyPingsTheLastIsAnswered)
   EXPECT_EQ(texts, 1);
 }
 
-// Section 5.2: no extension has been agreed on.
+// Section 5.2: reserved bits must be 0, because no extension has been agreed on.
 TEST_F(WebSocketConformance, ReservedBits)
 {
   std::vector<WebSocketCase> cases;
@@ -391,7 +392,7 @@ TEST_F(WebSocketConformance, Utf8)
   {
     const auto whole = quoted(text);
     cases.push_back({ "whole", { { TextFrame(whole) }, untilAnswered }, 1000, 1 });
-    for (std::size_t cut = 1; cut < whole.size(); ++cut) // amid characters, too
+    for (std::size_t cut = 1; cut < whole.size(); ++cut) // also within characters
     {
       cases.push_back({ "in two parts",
         { { FrameOf(1, whole.substr(0, cut), false) + FrameOf(0, whole.substr(cut)) },
@@ -409,7 +410,8 @@ TEST_F(WebSocketConformance, Utf8)
     cases.push_back({ "wrong", { { TextFrame(whole) } }, 1007 });
     cases.push_back({ "wrong in parts",
       { { FrameOf(1, whole.substr(0, 10), false) + FrameOf(0, whole.substr(10)) } }, 1007 });
-    // At its first wrong byte: no more comes of the message.
+    // The error is reported at the first wrong byte, although the rest of the message does not
+    // come.
     cases.push_back({ "wrong and begun", { { FrameOf(1, whole, false) }, untilAnswered }, 1007 });
   }
   cases.push_back({ "a text that ends amid a character", { { TextFrame("{}\xe2\x82") } }, 1007 });
@@ -433,7 +435,7 @@ TEST_F(WebSocketConformance, Closing)
     { "noise after it", { { CloseFrame(1000) + std::string(100000, '\xff') } } },
     { "the begin of a message before it", { { FrameOf(1, "{", false) + CloseFrame(1000) } } },
     { "after a message", { { TextFrame("{}") }, untilAnswered, { CloseFrame(1000) } }, 1000, 1 },
-    // The server closes; what follows is dropped, and its Close frame is the only one.
+    // The server closes. Later bytes are dropped, and the server sends no second Close frame.
     { "an answer to the server's",
       { { TextFrame("[") }, untilAnswered, untilAnswered, { CloseFrame(1007) } }, 1007, 1 },
     { "none, and a second message that is wrong",
@@ -460,7 +462,8 @@ TEST_F(WebSocketConformance, Closing)
   this->Check(cases);
 }
 
-// Section 10.4. The conversation refuses 4097 bytes in words; beyond 64 KiB nobody reads on.
+// Section 10.4. The conversation refuses 4097 bytes with a message; beyond 64 KiB the server does
+// not read on.
 TEST_F(WebSocketConformance, Limits)
 {
   const std::string spaces(40000, ' ');
@@ -474,7 +477,7 @@ TEST_F(WebSocketConformance, Limits)
   });
 }
 
-// Who says nothing any more, or only half, does not keep a slot.
+// A client that sends nothing more, or only half a message, does not keep its slot.
 TEST_F(WebSocketConformance, ConnectionsThatAreLeftOpenAreEnded)
 {
   this->options.answerTimeout = std::chrono::milliseconds(200);

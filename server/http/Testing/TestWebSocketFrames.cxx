@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Frames without sockets: the same events however the bytes are divided, and only those that RFC
-// 6455 allows. TestWebSocketConformance tests what a client sees.
+// Frames without sockets. The events are the same however the bytes are divided, and only those
+// that RFC 6455 allows. TestWebSocketConformance tests what a client sees.
 #include "server/http/Testing/ClientFrames.h"
 #include "server/http/WebSocketFrames.h"
 
@@ -19,7 +19,7 @@ using WebSocketEvent = WebSocketReader::Event;
 
 constexpr std::size_t mostMessageBytes = 1000;
 
-// All events in words.
+// All events, in words.
 std::vector<std::string> EventsOf(std::string_view bytes, const std::vector<std::size_t>& cuts = {})
 {
   WebSocketReader reader(mostMessageBytes);
@@ -66,7 +66,7 @@ std::vector<std::string> EventsOf(std::string_view bytes, const std::vector<std:
   return events;
 }
 
-// Anything: whole conversations, some with a bit turned over.
+// Random bytes: whole conversations, some with a flipped bit.
 std::string RandomFrames(std::mt19937& random)
 {
   const auto upTo = [&random](unsigned most)
@@ -110,7 +110,8 @@ TEST(WebSocketFrames, AMessageHasALimitedSizeInAllItsParts)
   EXPECT_EQ(EventsOf(TextFrame(most + "x")), tooLarge);
   EXPECT_EQ(
     EventsOf(ClientFrame{ 1, most, false }.Bytes() + ClientFrame{ 0, "x" }.Bytes()), tooLarge);
-  // At once: what is announced is not waited for, and no memory is taken for it.
+  // Reported at once: the reader does not wait for the announced bytes, and allocates no memory for
+  // them.
   ClientFrame huge;
   huge.length = std::uint64_t{ 1 } << 62;
   EXPECT_EQ(EventsOf(huge.Bytes()), tooLarge);
@@ -120,7 +121,7 @@ TEST(WebSocketFrames, AnErrorIsReportedAtItsFirstByte)
 {
   EXPECT_EQ(EventsOf("\xf1"), std::vector<std::string>{ "error 1002" }) << "reserved bits";
   EXPECT_EQ(EventsOf(std::string_view("\x81\x01", 2)), std::vector<std::string>{ "error 1002" });
-  // The surrogate's second byte, though more is to come.
+  // The error is at the second byte of the surrogate, although more bytes are to come.
   auto begun = TextFrame("ab\xed\xa0\x80 and so on");
   begun.resize(6 + 4);
   EXPECT_EQ(EventsOf(begun), std::vector<std::string>{ "error 1007" });
@@ -157,7 +158,8 @@ TEST(WebSocketFrames, CutsMakeNoDifference)
 
 TEST(WebSocketFrames, Utf8IsWhatTheStandardSaysForAllCharacters)
 {
-  // All sequences of up to three bytes, and those of four by their first and second.
+  // All sequences of up to three bytes, and sequences of four bytes with every first and second
+  // byte.
   const auto isWhole = [](std::string_view text)
   {
     Utf8Check check;

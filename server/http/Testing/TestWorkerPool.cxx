@@ -19,7 +19,7 @@ using namespace std::chrono_literals;
 namespace
 {
 
-// Long enough for anything that is to happen on a machine that is busy.
+// Long enough for anything that should happen, even on a busy machine.
 constexpr auto deadline = 20s;
 
 // A disk that answers when the test lets it.
@@ -62,7 +62,7 @@ bool Await(const Holds& holds)
 class Workers : public testing::Test
 {
 protected:
-  Disk disk; // outlives the pool's threads
+  Disk disk; // declared first, so that it outlives the pool's threads
   std::array<char, 300> sources{};
   std::atomic<int> done{ 0 }, givenUp{ 0 };
   WorkerPool pool;
@@ -81,7 +81,7 @@ protected:
       },
       [this] { ++this->givenUp; }, &this->sources.at(source), part });
   }
-  // Whether a task of that source is done, in time.
+  // Whether a task of this source is done in time.
   bool Works(std::size_t source)
   {
     auto reported = std::make_shared<std::promise<bool>>();
@@ -124,7 +124,7 @@ TEST_F(Workers, WhoWantsTheSameWaitsWithoutAThread)
   EXPECT_TRUE(Await([this] { return this->done == 100; }));
 }
 
-// Even one thread is enough. At each look one is replaced.
+// Even one thread is enough: at each look one blocked thread is replaced.
 TEST_F(Workers, ThreadsThatAreHeldAreReplaced)
 {
   this->pool.Start(1, { 1ms, 1h });

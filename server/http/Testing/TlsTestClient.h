@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One TLS connection to 127.0.0.1, for tests; blocking. It believes any certificate.
+// For tests: one blocking TLS connection to 127.0.0.1 that accepts any certificate.
 #pragma once
 
 #include <openssl/ssl.h>
@@ -15,7 +15,7 @@ namespace kdstream
 class TlsTestClient
 {
 public:
-  // introduction: what is sent before TLS begins.
+  // introduction: bytes that are sent before TLS begins.
   explicit TlsTestClient(std::uint16_t port, const std::string& introduction = {})
     : Context(SSL_CTX_new(TLS_client_method()))
   {
@@ -49,7 +49,8 @@ public:
     return name;
   }
 
-  // The next write makes the server change its key, and answer that it has.
+  // Marks the session, so that the next write makes the server change its key, and reply that it
+  // has.
   void ChangeKeys() { SSL_key_update(this->Session(), SSL_KEY_UPDATE_REQUESTED); }
 
   void Send(const std::string& bytes)
@@ -60,7 +61,7 @@ public:
     }
   }
 
-  // What the server sends, until `end` has come or it stops sending.
+  // Receives what the server sends, until that contains `end` or the server stops sending.
   std::string Receive(const std::string& end)
   {
     std::string received;
@@ -72,7 +73,7 @@ public:
     }
     return received;
   }
-  // The next `count` bytes, or fewer if the server stops sending.
+  // Receives the next `count` bytes, or fewer if the server stops sending.
   std::string Receive(std::size_t count)
   {
     std::string received(count, '\0');
@@ -86,7 +87,7 @@ public:
     return received;
   }
 
-  // How the server ends: whether it says so before its connection ends.
+  // Whether the server announces the end before its connection ends.
   bool EndsProperly()
   {
     this->Receive(std::string("\0 never", 7));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A request's answer, read if necessary: what a connection and its reader do one after the other.
+// The complete answer to a request, read if necessary: does in one call what a connection and its
+// reader do.
 #pragma once
 
 #include "server/http/Routes.h"

@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // libFuzzer's entry to a server's conversation with one client. Each line of the input is a step:
 //
-//   {…}  a message from the client, as it is (so are lines that begin with anything else not below)
-//   b    a binary one
+//   {…}  a message from the client, as it is (as is any line that begins with no letter below)
+//   b    a binary message
 //   p N  up to N messages are sent
 //   e    the conversation's task is started elsewhere; f N: number N of these tasks ends
 //   d    the server is stopping
-//   t N  the clock goes N seconds on
+//   t N  the clock advances by N seconds
 //   x N  the model: 0 whole, 1 in memory, 2 cannot be read, 3 changed, 4 damaged, 5 no memory,
 //        6 its tree is damaged
 //   o N  as the first line: the client has a token for 0 everything, 1 levels, 2 previews
 //
-// For any input the server follows the protocol: what it sends is well formed, blobs are the
-// model's, a request that was begun ends once and says what was sent; and it comes to rest.
+// For any input the server follows the protocol: the messages that it sends are well formed, blobs
+// belong to the model, and a request that was begun ends once and says what was sent. In the end
+// the conversation is idle.
 #include "server/access/Testing/ForgedToken.h"
 #include "server/session/Conversation.h"
 #include "server/session/Testing/MemoryCatalog.h"
@@ -144,7 +145,7 @@ public:
     }
   }
 
-  // Whatever came before, it comes to rest.
+  // Whatever happened before, in the end the conversation becomes idle.
   void End()
   {
     while (!this->Away.empty())
@@ -277,7 +278,7 @@ private:
 
   Conversation ConversationTest;
   protocol::FrameAssembler Assembler;
-  std::map<std::uint32_t, Request> Requests; // that were begun and have not ended
+  std::map<std::uint32_t, Request> Requests; // begun, and not ended
   std::vector<std::shared_ptr<Task>> Away;
 };
 

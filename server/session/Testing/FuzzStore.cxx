@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// libFuzzer's entry to stores: the input is a store's file. It is served as by a server, blob by
-// blob, and read and verified as by a program. Mutations change bytes; or the columns of a row,
-// with a corrected checksum, so that code after the checksums is reached; or the schema, which
-// SQLite itself must recognize as a store's if the store is opened.
+// libFuzzer's entry to stores: the input is a store's file. It is served as a server would, blob by
+// blob, and read and verified as a program would. Mutations change bytes, or the columns of a row,
+// with a corrected checksum, so that code after the checksums is reached. Others change the schema;
+// if the store can still be opened, SQLite itself must see a store's schema.
 #include "filters/codec/PartitionBoxes.h"
 #include "filters/codec/Seal.h"
 #include "filters/codec/TreePage.h"
@@ -33,8 +33,8 @@ using namespace kdstream;
 
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t most);
 
-// Opening waits for a store that was written in the last 20 ms: so here the time is a second ahead
-// of file times, or there would be only fifty runs a second.
+// Opening a store waits if the file was written in the last 20 ms. So the clock is a second ahead
+// of file times here; otherwise there would be only fifty runs a second.
 extern "C" int clock_gettime(clockid_t clock, timespec* time)
 {
   const auto result = static_cast<int>(::syscall(SYS_clock_gettime, clock, time));
@@ -56,7 +56,7 @@ void Require(bool holds, const char* what)
   }
 }
 
-// In memory, where there is such a folder.
+// The folder is in memory if the system has such a file system.
 class Folder
 {
 public:
@@ -105,7 +105,7 @@ void Serve(const ServedModel& model)
   (void)model.Boxes().HasValue();
   for (const auto& id : BlobsOf(model.Description()))
   {
-    const auto size = model.BlobSize(id); // first: what was read is in memory
+    const auto size = model.BlobSize(id); // before reading, which puts the blob into memory
     const auto bytes = model.ReadBlob(id);
     Require(!bytes || (size && *size == (*bytes)->size()), "a blob of another size");
     Require(bytes || !bytes.GetError().message.empty(), "an error without a message");
@@ -183,7 +183,7 @@ bool MutateMetadata(sqlite3* database)
     json, MetadataChecksum("model", text), 0);
 }
 
-// The last bytes of a blob are a checksum of its own.
+// A mutated blob. If the blob ends with a checksum of its own, the checksum is corrected.
 std::vector<std::uint8_t> MutatedBlob(std::span<const std::uint8_t> blob)
 {
   if (!IsSealed(blob))
@@ -251,7 +251,7 @@ bool Insert(
   return sqlite3_step(insert.get()) == SQLITE_DONE;
 }
 
-// A blob becomes another one, or its place does. Of stores with a directory.
+// Changes a blob, or a blob's place, in a store that has a directory.
 bool MutateContent(sqlite3* database, std::uint64_t choice)
 {
   std::vector<std::uint8_t> content;
@@ -302,7 +302,7 @@ bool MutateContent(sqlite3* database, std::uint64_t choice)
   return done;
 }
 
-// If a later mutation of a row runs one of these, it ends by itself.
+// Changes of the schema. Each must end by itself if a later mutation of a row runs it.
 constexpr std::array schemaChanges{
   "ALTER TABLE metadata RENAME TO m; CREATE VIEW metadata AS SELECT * FROM m",
   "ALTER TABLE pieces RENAME TO p; CREATE VIEW pieces AS SELECT * FROM p",
@@ -403,7 +403,7 @@ void Read(const std::filesystem::path& file)
     "a whole store with unused vertices that cannot be read");
 }
 
-// 0 where it has no such row.
+// Returns the new size; 0 if the store has no row of the chosen kind.
 std::size_t MutateRow(std::uint8_t* data, std::size_t size, std::size_t most, std::uint64_t choice)
 {
   const auto database = Deserialized(data, size);

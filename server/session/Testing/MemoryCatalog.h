@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Models made up in memory, from a seed: for tests of what stands on a Catalog.
+// For tests of code that uses a Catalog: models made up in memory, from a seed.
 #pragma once
 
 #include "filters/core/tree/KdTree.h"
@@ -21,7 +21,8 @@ class MemoryModel : public ServedModel
 {
 public:
   // A model of random points with 2^partitionDepth partitions. Each partition's blob has
-  // `blobBytes` bytes, plus or minus a half; the others, including those of its texture, are small.
+  // `blobBytes` bytes, plus or minus a half. The other blobs, including those of its texture, are
+  // small.
   MemoryModel(std::string id, std::uint64_t seed, unsigned partitionDepth, std::size_t blobBytes)
     : Random(seed)
   {
@@ -101,18 +102,18 @@ public:
   }
 
   std::map<protocol::BlobId, BlobBytes> blobs;
-  bool inMemory = false; // all blobs
-  bool unclear = false;  // whether it has changed takes a disk to tell
-  // While it is set, readers of blobs or of the tree wait.
+  bool inMemory = false; // whether FindBlob finds all blobs
+  bool unclear = false;  // only a disk can tell whether the model has changed
+  // While this is set, readers of blobs or of the tree wait.
   std::atomic<bool> diskHangs{ false };
   mutable std::atomic<int> hanging{ 0 };
   std::set<protocol::BlobId> damaged;
   bool treeDamaged = false;
-  std::optional<ErrorCode> fails;    // how every blob does
-  std::atomic<bool> throws{ false }; // want of memory
+  std::optional<ErrorCode> fails;    // the error of reading any blob
+  std::atomic<bool> throws{ false }; // lack of memory
   mutable std::atomic<std::size_t> reads{ 0 };
 
-  ModelDescription& Retell() { return this->Reported; } // before it is served
+  ModelDescription& Retell() { return this->Reported; } // call this before it is served
   const TreeDepths& GetDepths() const { return this->Depths; }
   std::span<const Box> TrueBoxes() const { return this->Tree; }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A conversation without a socket: its tasks are done where its messages are pulled.
+// For tests: a conversation without a socket, whose tasks run when its messages are pulled.
 #pragma once
 
 #include "server/session/Conversation.h"
@@ -9,7 +9,7 @@
 namespace kdstream
 {
 
-// The next message, or nothing until more is received; at most one blob is read.
+// The next message, or nothing until the conversation receives more. Reads at most one blob.
 inline std::optional<Conversation::Message> PullMessage(Conversation& conversation)
 {
   for (;;)

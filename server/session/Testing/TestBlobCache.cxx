@@ -21,7 +21,7 @@ protected:
   BlobCache::Model model = this->cache.AddModel();
   std::atomic<std::size_t> reads{ 0 };
 
-  // A blob of this size; `number` is in each of its bytes.
+  // A blob of this size, each byte of which is `number`.
   BlobBytes Get(std::uint32_t number, std::size_t bytes = 100)
   {
     const auto blob = this->cache.Get(this->model, BlobId::Partition(number),
@@ -48,7 +48,7 @@ TEST_F(Cache, WhatWasAskedForLastIsKept)
   EXPECT_EQ(this->cache.Use().bytes, 1000u);
   this->Get(0);
   EXPECT_EQ(this->reads, 10u);
-  this->Get(10); // in the place of 1, which is the oldest now
+  this->Get(10); // replaces 1, which is now the oldest
   EXPECT_EQ(this->cache.Use().bytes, 1000u);
   this->Get(0);
   this->Get(2);
@@ -62,7 +62,7 @@ TEST_F(Cache, WhatWasAskedForLastIsKept)
 
 TEST_F(Cache, WhatSomebodyHoldsIsFoundThoughItIsNotKept)
 {
-  const auto held = this->Get(0, 5000); // larger than all of the cache
+  const auto held = this->Get(0, 5000); // larger than the whole cache
   EXPECT_EQ(this->cache.Use().bytes, 0u);
   EXPECT_EQ(this->Get(0), held);
   EXPECT_EQ(this->reads, 1u);
@@ -73,14 +73,14 @@ TEST_F(Cache, WhatSomebodyHoldsIsFoundThoughItIsNotKept)
   EXPECT_EQ(this->cache.Find(this->model, BlobId::Partition(0)), held);
 }
 
-// A disk may hold the one who reads.
+// A disk may block the thread that reads, so nobody waits for it.
 TEST_F(Cache, NobodyWaitsForWhoeverReadsTheSame)
 {
   BlobBytes second;
   const auto first = this->cache.Get(this->model, BlobId::Partition(7),
     [&]() -> Result<BlobBytes>
     {
-      second = this->Get(7); // meanwhile
+      second = this->Get(7); // another read of the same blob
       return std::make_shared<const std::vector<std::uint8_t>>(100, 7);
     });
   ASSERT_TRUE(first);

@@ -17,7 +17,7 @@ using namespace kdstream::protocol;
 namespace
 {
 
-// A conversation, and the receiving side of it.
+// A conversation and its client.
 class ConversationTest : public testing::Test
 {
 protected:
@@ -87,7 +87,7 @@ protected:
     return answer ? *answer : none;
   }
 
-  // The request was answered only by an error.
+  // Expects that the request is answered by an error and nothing else.
   void ExpectError(const ClientMessage& message, unsigned code)
   {
     this->answers.clear();
@@ -102,7 +102,7 @@ protected:
     EXPECT_FALSE(this->conversation.Closing());
   }
 
-  // The model can be opened, or is being replaced.
+  // Expects that the model can be opened, or that it is being replaced.
   void ExpectOpened(std::uint32_t request, bool opened)
   {
     this->answers.clear();
@@ -156,7 +156,7 @@ TEST_F(ConversationTest, BlobsComeInTheOrderAskedFor)
   EXPECT_EQ(this->Last<EndAnswer>(), (EndAnswer{ some.size(), bytes, 0, false }));
 }
 
-// Each kind had a message of its own once.
+// In an earlier version of the protocol each kind of blob had its own message.
 TEST_F(ConversationTest, MessagesOfBeforeAreRefusedWithWhatToSendInstead)
 {
   this->OpenModel();
@@ -220,7 +220,7 @@ TEST_F(ConversationTest, WhatTheModelDoesNotHaveIsAnErrorOfTheRequest)
   this->ExpectError({ 6, AskPartitions({ 0, 128 }) }, 404);
   this->ExpectError({ 7, RegionRequest{ 256, 1, {} } }, 400);
   this->answers.clear();
-  this->Ask({ 8, AskPieces(0, { 1 }) }); // and it goes on
+  this->Ask({ 8, AskPieces(0, { 1 }) }); // the conversation continues
   this->Finish();
   EXPECT_EQ(this->Last<EndAnswer>().blobs, 1u);
 }
@@ -436,7 +436,7 @@ TEST_F(ConversationTest, AtMostSixteenUnfinishedRequests)
   {
     this->Ask({ request, AskPartitions({ request }) });
   }
-  this->Ask({ 5, AskPieces(0, { 1 }) }); // that of an unfinished request
+  this->Ask({ 5, AskPieces(0, { 1 }) }); // the id of an unfinished request
   this->conversation.Receive(R"({"type":"dance","request":6})");
   ASSERT_TRUE(this->Step());
   EXPECT_EQ(this->answers.back().request, 17u);
@@ -522,7 +522,7 @@ TEST_F(ConversationTest, AChangedStoreEndsTheRequest)
   EXPECT_EQ(this->Last<ErrorAnswer>().code, 410);
   EXPECT_FALSE(this->Last<ErrorAnswer>().blob);
   EXPECT_EQ(this->conversation.Counted().failedBlobs, 0u);
-  this->ExpectOpened(2, false); // its id is free again
+  this->ExpectOpened(2, false); // the id 2 is free again
   this->model->fails.reset();
   this->ExpectOpened(3, true);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Models whose stores are released while nobody reads them: they are opened again, and if another
-// file is there by then, this is noticed.
+// Models whose stores are released while nobody reads them. They are opened again; if another file
+// is there by then, this is noticed.
 #include "Testing/Fixtures/Meshes.h"
 #include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/build/Builder.h"
@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 namespace
 {
 
-// Three stores, of which two may be open.
+// Three stores, two of which may be open.
 class SomeOpenStores : public testing::Test
 {
 protected:
@@ -114,7 +114,7 @@ TEST_F(SomeOpenStores, ABlobInMemoryIsSentOfAStoreThatWasLetGo)
   EXPECT_EQ(model->FindBlob(BlobId::Partition(0)), nullptr) << "that takes a disk";
   EXPECT_EQ(*Read(*model), *bytes);
   EXPECT_EQ(model->FindBlob(BlobId::Partition(0)), *bytes) << "it is open again";
-  // Where the file is another one it is not sent.
+  // If another file has replaced it, it is not sent.
   ASSERT_TRUE(Read(*this->models[1]) && Read(*this->models[2]));
   this->Build(this->File(0), 33);
   EXPECT_EQ(Read(*model).GetError().code, ErrorCode::Changed);
@@ -129,7 +129,7 @@ TEST_F(SomeOpenStores, AFileThatWasReplacedWhileItWasReadIsNoticed)
   EXPECT_EQ(this->models[0]->BlobSize(BlobId::Partition(0)).GetError().code, ErrorCode::Changed);
   EXPECT_FALSE(this->models[0]->IsFile(this->File(0)));
   EXPECT_FALSE(this->IsOpen(0));
-  // One that is not there for a while is the same when it comes back.
+  // A file that is absent for a while is the same one when it comes back.
   ASSERT_TRUE(Read(*this->models[1]));
   EXPECT_FALSE(this->IsOpen(0));
   fs::rename(this->File(2), this->folder / "away");
@@ -144,7 +144,7 @@ TEST_F(SomeOpenStores, AFileThatWasReplacedWhileItWasReadIsNoticed)
   EXPECT_TRUE(this->models[2]->IsFile(this->File(2)));
 }
 
-// Another store of the same size in the same file, which says that it is as old.
+// Another store of the same size is written into the same file, with the same file times.
 TEST_F(SomeOpenStores, AFileThatWasOverwrittenWhileItWasReadIsNoticed)
 {
   const fs::path other = this->folder / "other";
@@ -165,7 +165,7 @@ TEST_F(SomeOpenStores, AFileThatWasOverwrittenWhileItWasReadIsNoticed)
   EXPECT_EQ(model->CheckUnchanged().GetError().code, ErrorCode::Changed);
 }
 
-// For who still asks for what another file has replaced.
+// For clients that still read a model whose file has been replaced.
 TEST_F(SomeOpenStores, WhatStaysOpenIsReadThoughItsNameLeadsElsewhere)
 {
   ASSERT_TRUE(this->IsOpen(2));

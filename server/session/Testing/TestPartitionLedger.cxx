@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Quotas and records of the original, as a conversation meets them.
+// Quotas and records of the original, seen from a conversation.
 #include "server/session/PartitionLedger.h"
 
 #include "Testing/Fixtures/TemporaryFolder.h"
@@ -52,7 +52,7 @@ protected:
     std::optional<ErrorAnswer> error;
     bool ended = false;
   };
-  // What answers the request.
+  // Everything that answers the request.
   static Heard Ask(Conversation& conversation, const ClientMessage& message)
   {
     conversation.Receive(WriteClientMessage(message));
@@ -85,7 +85,7 @@ QuotaLimits Share(double share)
 
 }
 
-// Whether a blob has to be read or is in memory.
+// The quota counts in the same way whether a blob has to be read or is in memory.
 TEST_F(Ledger, AConversationGetsItsShareAndANoticeWhenThereIsMore)
 {
   for (const bool inMemory : { false, true })
@@ -94,7 +94,7 @@ TEST_F(Ledger, AConversationGetsItsShareAndANoticeWhenThereIsMore)
     this->time += 1000;
     this->refusals = 0;
     this->records.clear();
-    const auto ledger = this->With(Share(0.25)); // 8
+    const auto ledger = this->With(Share(0.25)); // 8 of 32
     Conversation conversation(this->catalog, ConversationLimits(), this->Ann(ledger));
     Ask(conversation, { 1, OpenRequest{ "dragon" } });
     const auto heard = Ask(conversation, { 2, RegionRequest{ 1, 3, {} } });
@@ -107,7 +107,8 @@ TEST_F(Ledger, AConversationGetsItsShareAndANoticeWhenThereIsMore)
     EXPECT_FALSE(heard.ended);
     EXPECT_EQ(this->refusals, 1);
 
-    // What was had may be had again, and what is not of the original is not counted.
+    // Partitions that the client has had may be requested again, and blobs that are not of the
+    // original do not count.
     const std::vector<std::uint32_t> had(heard.partitions.begin(), heard.partitions.end());
     EXPECT_EQ(Ask(conversation, { 3, AskPartitions(had) }).partitions, heard.partitions);
     EXPECT_TRUE(Ask(conversation, { 4, AskPieces(0, { 1 }) }).ended);
@@ -147,7 +148,8 @@ TEST_F(Ledger, EveryPartitionIsRecorded)
   EXPECT_EQ(record.bytes, this->model->blobs.at(BlobId::Partition(7))->size());
 }
 
-// However it was built anew: another precision, other texts.
+// However the model is built again, with another precision or other texts, it has the same
+// original.
 TEST_F(Ledger, BuildsOfOneInputAreOneOriginal)
 {
   const auto ledger = this->With(Share(0.25)); // 8 of 32
@@ -175,7 +177,8 @@ TEST_F(Ledger, BuildsOfOneInputAreOneOriginal)
   {
     EXPECT_EQ(record.original, builds[0].inputDigest) << "for who reads the audit log";
   }
-  // More partitions, each of which is less; and of a store that does not name its input.
+  // A build with more, smaller partitions of the same input; and a store that does not name its
+  // input.
   ModelDescription finer = builds[0], another = builds[0];
   finer.digest = std::string(32, 'c');
   finer.partitions *= 2;

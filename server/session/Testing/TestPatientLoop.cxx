@@ -17,7 +17,7 @@ namespace
 
 constexpr std::chrono::milliseconds patience{ 700 }, leisure{ 60'000 };
 
-// What threads share that are abandoned.
+// Shared with threads that are abandoned.
 struct Work
 {
   std::promise<void> tell;

@@ -21,7 +21,7 @@ class Access : public testing::Test
 {
 protected:
   MemoryCatalog catalog;
-  // P = 12: deeper than the preview.
+  // Its partition depth is 12, which is deeper than the preview.
   std::shared_ptr<MemoryModel> model = this->catalog.Add("dragon", 1, 12, 100);
   std::int64_t time = 1000;
   std::shared_ptr<TokenGuard> guard =
@@ -46,7 +46,7 @@ protected:
     return Conversation(this->catalog, ConversationLimits(), this->For(detail));
   }
 
-  // The messages that answer these, errors and others; and how many frames.
+  // The errors and ends of requests, and the blobs that were received.
   struct Heard
   {
     std::map<std::uint32_t, unsigned> errors; // code by request
@@ -92,7 +92,7 @@ TEST_F(Access, EachDetailHasItsBlobs)
 {
   ASSERT_EQ(PreviewLevel(this->model->Description()), 11u);
   const auto box = BlobId::PartitionBoxes(1u << 7);
-  const auto deepPage = BlobId::TreePage(1u << 7); // tells of the depths down to 12
+  const auto deepPage = BlobId::TreePage(1u << 7); // describes the depths down to 12
   EXPECT_EQ(this->StatusOf("preview", BlobId::LevelPiece(11, 1)), 200u);
   EXPECT_EQ(this->StatusOf("preview", BlobId::LevelPiece(0, 1)), 200u);
   EXPECT_EQ(this->StatusOf("preview", BlobId::LevelPiece(12, 2)), 403u);
@@ -143,7 +143,7 @@ TEST_F(Access, AConversationGivesWhatTheTokenAllows)
     { 7, AskPartitions({ 0 }) }, { 8, BlobsRequest{ { BlobId::PartitionBoxes(1u << 7) } } },
     { 9, BlobsRequest{ { BlobId::LevelPiece(0, 1), BlobId::Partition(3) } } } };
   const std::map<std::string, std::uint32_t> first{ { "preview", 3 }, { "levels", 6 },
-    { "regions", 10 } }; // request that is refused, and those after it
+    { "regions", 10 } }; // the first request that is refused; all later ones are, too
   for (const auto& [detail, firstRefused] : first)
   {
     auto conversation = this->ConversationTest(detail);
@@ -163,7 +163,7 @@ TEST_F(Access, AConversationGivesWhatTheTokenAllows)
   }
 }
 
-// Resolutions finer than the token allows are not listed either, by GET as on a stream.
+// Resolutions finer than the token allows are not listed either, neither by GET nor on a stream.
 TEST_F(Access, ADescriptionHasNoMoreThanTheTokenAllows)
 {
   const auto& all = this->model->Description();
@@ -220,7 +220,7 @@ TEST_F(Access, AnIdleConversationEndsToo)
   EXPECT_EQ(conversation.Closing(), CloseReason::NotPermitted);
 }
 
-// What was being read meanwhile is not sent.
+// A blob that is being read when the token expires is not sent.
 TEST_F(Access, ABlobThatIsReadForAnExpiredTokenStaysHere)
 {
   auto conversation = this->ConversationTest("regions");

@@ -64,7 +64,7 @@ protected:
     return report->info;
   }
 
-  // Flips a byte of the file where these bytes lie.
+  // Flips a byte of the file where it contains these bytes.
   void Damage(const std::string& name, const std::vector<std::uint8_t>& bytes)
   {
     std::fstream file(this->folder / name, std::ios::in | std::ios::out | std::ios::binary);
@@ -151,7 +151,7 @@ TEST_F(Folder, NotesLieBesideTheStoreAndMayChange)
   EXPECT_TRUE(this->reports.empty());
 
   put(FormatNotes({ { "One", "", "model=sheet" } }));
-  EXPECT_TRUE(this->catalog.ReadNotes("sheet")); // before anybody looks
+  EXPECT_TRUE(this->catalog.ReadNotes("sheet")); // before the folder is looked at
   this->catalog.Refresh();
   EXPECT_EQ(counted(), 1u);
 
@@ -227,7 +227,7 @@ TEST_F(Folder, DescribesAndReadsAStore)
   EXPECT_EQ((*boxes)[1], info.box);
 }
 
-// A few bytes for each partition.
+// A texture of a few bytes for each partition.
 class SmallTextures : public PieceTextures
 {
 public:
@@ -262,16 +262,17 @@ TEST_F(Folder, TexturesAreReadLikePartitions)
   }
   const auto missing = static_cast<std::uint32_t>(reported.partitions);
   EXPECT_EQ(model->ReadBlob(BlobId::Texture(missing)).GetError().code, ErrorCode::NotFound);
-  // With a permission for less, textures are not listed.
+  // A permission for less detail does not list textures.
   EXPECT_FALSE(WithDetail(reported, ModelDetail::Levels).textures);
-  // A plain model has none.
+  // A plain model has no textures.
   this->Build("plain.kds", 20);
   ASSERT_TRUE(this->catalog.Reload());
   EXPECT_EQ(
     this->catalog.Find("plain")->ReadBlob(BlobId::Texture(0)).GetError().code, ErrorCode::NotFound);
 }
 
-// As many and as long as a store can hold: the description must still be one that clients take.
+// With as many attributes, and as long names, as a store can hold, clients must still accept the
+// description.
 TEST_F(Folder, ReportsEveryAttribute)
 {
   Mesh mesh = Sheet(30);
@@ -367,7 +368,7 @@ TEST_F(Folder, ADamagedBlobIsReportedOnceAndTheRestIsRead)
   EXPECT_NE(this->reports[0].find("partitions/3"), std::string::npos) << this->reports[0];
 }
 
-// Without the id before it, and the build after it.
+// The description in the store has no id at its beginning, but a build at its end.
 TEST_F(Folder, WhatIsReportedIsWhatTheStoreKeeps)
 {
   this->Build("sheet.kds", 40, "A \"sheet\"");
@@ -379,7 +380,7 @@ TEST_F(Folder, WhatIsReportedIsWhatTheStoreKeeps)
   EXPECT_EQ(kept.substr(0, kept.find(",\"build\":{")) + "}", "{" + reported.substr(begin.size()));
 }
 
-// Each tile that is asked for needs the hash, and the description may have a MiB.
+// Each request for a tile needs the hash, and the description may be as large as 1 MiB.
 TEST_F(Folder, ADescriptionIsHashedOnce)
 {
   this->Build("sheet.kds", 40, "A sheet");
@@ -393,7 +394,7 @@ TEST_F(Folder, ADescriptionIsHashedOnce)
   EXPECT_EQ(model->JsonHash(hash), first);
 }
 
-// However right its checksum is.
+// A blob without bytes is damaged even if its checksum is correct.
 TEST_F(Folder, ABlobOfNoBytesIsDamaged)
 {
   this->Build("sheet.kds", 40);
@@ -415,7 +416,8 @@ TEST_F(Folder, ABlobOfNoBytesIsDamaged)
   EXPECT_TRUE(model->ReadBlob(BlobId::Partition(1)));
 }
 
-// Fuzz targets start from them: a new version of the store needs new ones (WriteSmallStores).
+// Fuzz targets start from these stores. A new version of the store format needs new ones
+// (WriteSmallStores).
 TEST_F(Folder, TheSmallStoresThatAreKeptAreWhole)
 {
   std::size_t stores = 0;
@@ -469,7 +471,7 @@ TEST_F(Folder, AReloadKeepsWhatHasNotChangedAndWhatCannotBeReplaced)
   EXPECT_TRUE(sheet->ReadBlob(BlobId::Partition(0)));
 }
 
-// Stores that vanish while the folder is read are gone; nothing more is reported.
+// A store that vanishes while the folder is read counts as removed; nothing more is reported.
 TEST_F(Folder, AStoreThatGoesWhileTheFolderIsReadIsGone)
 {
   std::ofstream(this->folder / "first.kds") << "nonsense";
@@ -488,12 +490,12 @@ TEST_F(Folder, AStoreThatGoesWhileTheFolderIsReadIsGone)
   ASSERT_TRUE(watched.Reload());
   EXPECT_EQ(this->reports, reported);
   EXPECT_FALSE(watched.Find("going"));
-  // One that is served already.
+  // The same for a store that is already served.
   fs::remove(this->folder / "first.kds");
   this->Build("going.kds", 30);
   ASSERT_TRUE(watched.Reload());
   EXPECT_TRUE(watched.Find("going"));
-  this->Build("going.kds", 30); // the report about the link has removed it
+  this->Build("going.kds", 30); // it was removed when the link was reported
   std::ofstream(this->folder / "first.kds") << "nonsense";
   this->reports.clear();
   ASSERT_TRUE(watched.Reload());
@@ -524,7 +526,7 @@ TEST_F(Folder, AnOverwrittenStoreIsOpenedAgain)
   EXPECT_TRUE(found->CheckUnchanged());
 }
 
-// Nothing happens in the folder that is served.
+// The folder that is served does not change at all.
 TEST_F(Folder, AStoreThatALinkLeadsToIsSeenWhenItIsReplaced)
 {
   const auto elsewhere = this->temporary / "elsewhere.kds", next = this->temporary / "next.kds";
@@ -688,7 +690,7 @@ TEST_F(Folder, AStoreThatIsCutOffInPlaceIsNotCalledServed)
   EXPECT_EQ(this->catalog.Models().size(), 1u);
 }
 
-// While it may still be written it is waited for, for a few seconds.
+// While the file may still be being written, the server waits, for a few seconds.
 TEST_F(Folder, AStoreThatWasCutOffAMomentAgoIsWaitedForThenDamaged)
 {
   this->Build("a.kds", 20);

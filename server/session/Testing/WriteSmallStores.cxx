@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Writes the small stores of Corpus/FuzzStore, from which the fuzz targets start: one of each kind,
-// as small as possible. WriteSmallStores FOLDER
+// Writes the small stores of Corpus/FuzzStore, from which the fuzz targets start: one store of each
+// kind, as small as possible. Usage: WriteSmallStores FOLDER
 #include "filters/baselines/stores/Baselines.h"
 #include "filters/build/Builder.h"
 
@@ -21,7 +21,7 @@ Mesh Tetrahedron()
   return mesh;
 }
 
-// side x side vertices, coloured.
+// A surface of side × side coloured vertices.
 Mesh Sheet(std::uint32_t side)
 {
   Mesh mesh;
@@ -72,7 +72,7 @@ int main(int argc, char** argv)
   Mesh points = Tetrahedron();
   points.triangles.clear();
   Mesh strays = Sheet(5);
-  strays.triangles.resize(12); // of half its vertices
+  strays.triangles.resize(12); // only half of its vertices remain in use
   const bool good =
     Write(folder / "tetrahedron.kds", Tetrahedron(), plain) &&
     Write(folder / "lossless.kds", Tetrahedron(), lossless) &&

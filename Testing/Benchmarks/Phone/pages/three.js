@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A mesh from a file by three.js, as its examples do it: ?mesh=NAME.ply or NAME.glb.
+// Shows a mesh from a file with three.js, as its examples do: ?mesh=NAME.ply or NAME.glb.
 
 import { AmbientLight, Color, DirectionalLight, Mesh, MeshLambertMaterial, PerspectiveCamera, Scene, Vector3, WebGLRenderer } from "three";
 import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";

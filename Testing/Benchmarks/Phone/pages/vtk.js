@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A mesh from a file by vtk.js, as its examples do it: ?mesh=NAME.ply.
+// Shows a mesh from a file with vtk.js, as its examples do: ?mesh=NAME.ply.
 
 import "@kitware/vtk.js/Rendering/Profiles/Geometry";
 import vtkPLYReader from "@kitware/vtk.js/IO/Geometry/PLYReader";

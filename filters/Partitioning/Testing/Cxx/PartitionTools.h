@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the tests of partition filters share.
+// Shared by the tests of partition filters.
 #pragma once
 
 #include "filters/adapter/Testing/FilterTools.h"
@@ -37,7 +37,7 @@ inline bool IsGhost(vtkDataSetAttributes* data, vtkIdType i)
   return (Value(data, vtkDataSetAttributes::GhostArrayName(), i) & 1) != 0;
 }
 
-// Points that belong to the partition.
+// The number of points that belong to the partition.
 inline vtkIdType OwnPoints(vtkPolyData& partition)
 {
   vtkIdType own = 0;

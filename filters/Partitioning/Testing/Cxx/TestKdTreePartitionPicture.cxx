@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A picture of the partitions, pulled apart.
+// A picture of the partitions, moved apart.
 #include "filters/Partitioning/Testing/Cxx/PartitionTools.h"
 #include "filters/adapter/Testing/WritePicture.h"
 

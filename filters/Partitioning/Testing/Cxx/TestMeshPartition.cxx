@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What all partition filters give: nothing is lost, ghosts are marked, data are passed.
+// What holds for all partition filters: nothing is lost, ghosts are marked, data are passed.
 #include "filters/Partitioning/Testing/Cxx/PartitionTools.h"
 
 #include <gtest/gtest.h>
@@ -22,10 +22,12 @@ struct Input
   PolyData mesh;
 };
 
-// With the arrays "Point" and "Cell": the input's point or cell of each one in the output.
+// Inputs with the arrays "Point" and "Cell", which hold in the output the number of each input
+// point or cell.
 std::vector<Input> Inputs()
 {
-  PolyData soup = MakePlate(12); // edges of three triangles, repeated and degenerate triangles
+  PolyData soup = MakePlate(12); // has edges of three triangles, and repeated and degenerate
+                                 // triangles
   for (const Ids& triangle : { Ids{ 0, 1, 100 }, Ids{ 1, 0, 50 }, Ids{ 0, 1, 12 }, Ids{ 0, 1, 12 },
          Ids{ 5, 5, 90 }, Ids{ 7, 7, 7 }, Ids{ 143, 0, 70 } })
   {
@@ -49,7 +51,7 @@ vtkNew<Filter> Cut(vtkPolyData* input, vtkIdType verticesPerPartition)
   return filter;
 }
 
-// For each point of the input the partition that owns it; every point must have exactly one.
+// For each point of the input the partition that owns it; every point must have exactly one owner.
 std::vector<std::size_t> Owners(vtkMeshPartition& filter, vtkIdType points)
 {
   std::vector<std::size_t> owners(static_cast<std::size_t>(points), SIZE_MAX);
@@ -77,7 +79,7 @@ class MeshPartition : public ::testing::Test
 };
 TYPED_TEST_SUITE(MeshPartition, PartitionFilters);
 
-// The cell's corners as the input's points.
+// The corners of a cell, as points of the input.
 Ids InputPoints(vtkPolyData& partition, vtkIdType cell)
 {
   Ids points = CellPoints(partition, cell);
@@ -121,7 +123,7 @@ TYPED_TEST(MeshPartition, CellsGoWhereTheirPointsAreAndTheLowestOwnsThem)
     SCOPED_TRACE(input.name);
     const auto filter = Cut<TypeParam>(input.mesh, 60);
     const std::vector<std::size_t> owners = Owners(*filter, input.mesh->GetNumberOfPoints());
-    std::map<vtkIdType, std::set<std::size_t>> found; // cell -> partitions
+    std::map<vtkIdType, std::set<std::size_t>> found; // partitions of each cell
     const std::vector<vtkPolyData*> partitions = Partitions(*filter);
     ASSERT_TRUE(partitions.size() > 1 || input.name == std::string("repeated point"));
     for (std::size_t p = 0; p < partitions.size(); ++p)
@@ -217,7 +219,7 @@ TYPED_TEST(MeshPartition, CellsOfAllKinds)
   input->GetCellData()->SetGlobalIds(globalIds);
   const auto filter = Cut<TypeParam>(input, 10);
   ASSERT_GT(Partitions(*filter).size(), 4U);
-  std::map<vtkIdType, std::multiset<Ids>> elements; // cell -> what it was cut into
+  std::map<vtkIdType, std::multiset<Ids>> elements; // the elements of each cell
   for (vtkPolyData* partition : Partitions(*filter))
   {
     EXPECT_EQ(partition->GetNumberOfStrips(), 0);
@@ -239,7 +241,7 @@ TYPED_TEST(MeshPartition, CellsOfAllKinds)
   EXPECT_EQ(elements, expected);
 }
 
-// A cell that was cut up and one without elements are not two whole ones.
+// A split cell and one without elements must not count as two whole cells.
 TYPED_TEST(MeshPartition, GlobalIdsOfCellsThatAreWhole)
 {
   for (const bool isCut : { true, false })
@@ -337,7 +339,8 @@ TYPED_TEST(MeshPartition, PassesDataOfEveryKind)
   }
 }
 
-// As on one rank of several: cells of other ranks, and points that only these use, are not cut.
+// An input as on one rank of several: cells of other ranks, and points that only these use, are
+// dropped.
 TYPED_TEST(MeshPartition, GhostsInTheInputAreDropped)
 {
   const PolyData input = MakePlate(20); // rows of 20 points, and of 38 triangles
@@ -363,7 +366,7 @@ TYPED_TEST(MeshPartition, GhostsInTheInputAreDropped)
       cells += !IsGhost(partition->GetCellData(), c);
     }
   }
-  EXPECT_EQ(points, 11 * 20); // the row along the cut is others', and used
+  EXPECT_EQ(points, 11 * 20); // the row along the cut belongs to others, but is used
   EXPECT_EQ(cells, 10 * 38);
   EXPECT_EQ(
     vtkPolyData::SafeDownCast(filter->GetOutputDataObject(1))->GetNumberOfPoints(), 11 * 20);

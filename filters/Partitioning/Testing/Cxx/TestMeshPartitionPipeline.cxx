@@ -206,8 +206,8 @@ TYPED_TEST(MeshPartitionPipeline, RunsAgainOnlyWhenSomethingChanged)
   EXPECT_EQ(observer.runs, 5);
 }
 
-// Port 1 without port 0: the partition of each point, and nothing is cut. Then port 0, without
-// partitioning again.
+// If only port 1 is requested, it has the partition of each point, and nothing is cut. When port 0
+// is requested afterwards, points are not assigned again.
 TYPED_TEST(MeshPartitionPipeline, IdsDoNotCutAnything)
 {
   vtkNew<TypeParam> filter, both;
@@ -246,11 +246,11 @@ TYPED_TEST(MeshPartitionPipeline, IdsDoNotCutAnything)
     << observer.error;
 }
 
-// Points are assigned again if a block was changed in place, which the composite's own time does
-// not show, and if a block was replaced by another one with the same time.
+// Points are assigned again if a block was changed in place, which does not change the composite's
+// own time, and if a block was replaced by another one with the same time.
 TYPED_TEST(MeshPartitionPipeline, BlocksChangedInPlaceAreFoundOutAgain)
 {
-  const PolyData older = MakePlate(20); // of the same number of points as MakeSphere(20)
+  const PolyData older = MakePlate(20); // has the same number of points as MakeSphere(20)
   vtkNew<vtkMultiBlockDataSet> blocks, inner;
   const PolyData block = MakeSphere(20);
   inner->SetBlock(0, block);

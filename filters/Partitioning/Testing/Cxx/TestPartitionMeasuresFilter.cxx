@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// vtkPartitionMeasures: tables, arrays that it takes and refuses, pipelines.
+// vtkPartitionMeasures: tables, accepted and refused arrays, pipelines.
 #include "filters/Partitioning/Testing/Cxx/PartitionTools.h"
 #include "filters/adapter/Testing/SmpBackend.h"
 
@@ -32,7 +32,7 @@ double At(vtkPartitionMeasures& filter, int port, vtkIdType row, const char* col
   return array ? array->GetTuple1(row) : -1;
 }
 
-// A plate of 7 × 7 points and an array that cuts it at x = 0.4: three columns and four.
+// A plate of 7 × 7 points, and an array that divides it at x = 0.4 into three and four columns.
 template <class Array>
 PolyData CutPlate(double low, double high)
 {
@@ -57,7 +57,7 @@ void ExpectEmpty(vtkPartitionMeasures& filter)
 TEST(PartitionMeasuresFilter, ByHand)
 {
   vtkNew<vtkPartitionMeasures> filter;
-  filter->SetInputData(CutPlate<vtkIdTypeArray>(5, -2)); // in the order of the numbers
+  filter->SetInputData(CutPlate<vtkIdTypeArray>(5, -2)); // rows are in the order of the numbers
   filter->Update();
   ASSERT_EQ(Table(*filter, 0)->GetNumberOfRows(), 2);
   const struct
@@ -102,7 +102,7 @@ TEST(PartitionMeasuresFilter, TakesAnyNumericTypeAndArray)
   filter->SetInputArrayToProcess(0, 0, 0, vtkDataObject::FIELD_ASSOCIATION_POINTS, "Region");
   filter->Update();
   EXPECT_EQ(Table(*filter, 0)->GetNumberOfRows(), 2);
-  vtkNew<vtkIdTypeArray> large; // beyond what a double holds
+  vtkNew<vtkIdTypeArray> large; // larger than a double can hold exactly
   large->SetName("Large");
   for (vtkIdType i = 0; i < 49; ++i)
   {

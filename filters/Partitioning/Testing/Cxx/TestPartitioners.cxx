@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What each partition filter does of its own: sizes, numbers of partitions, options, bad input.
+// What is particular to each partition filter: sizes, numbers of partitions, options, bad input.
 #include "filters/Partitioning/Testing/Cxx/PartitionTools.h"
 
 #include <algorithm>
@@ -91,8 +91,7 @@ TEST(OctreePartition, CubesOfAtMostNAndNoneEmpty)
       {
         EXPECT_EQ(sizes, std::vector<vtkIdType>{ 900 }) << "one place is not split";
       }
-      else if (most >
-               40) // the seam and the poles of the sphere are repeated points, and on the line
+      else if (most > 40) // points repeat at the seam and the poles of the sphere, and on the line
       {
         EXPECT_LE(*std::max_element(sizes.begin(), sizes.end()), most);
       }
@@ -102,7 +101,7 @@ TEST(OctreePartition, CubesOfAtMostNAndNoneEmpty)
 
 TEST(OctreePartition, TheNumberOfPartitionsIsTheNearestPossible)
 {
-  // A plate of 32 × 32 points: 1, 4, 16, 64 … cubes.
+  // A plate of 32 × 32 points is cut into 1, 4, 16, 64 … cubes.
   const PolyData plate = MakePlate(32);
   const std::pair<vtkIdType, std::size_t> cases[] = { { 1, 1 }, { 2, 1 }, { 3, 4 }, { 4, 4 },
     { 10, 4 }, { 11, 16 }, { 64, 64 }, { 100, 64 }, { 1000, 1024 } };
@@ -130,7 +129,7 @@ TEST(KMeansPartition, ExactlyAsManyAsRequestedNoneEmpty)
   }
 }
 
-// The clusters follow the surface: two plates on top of each other share none.
+// Clusters follow the surface: with two plates, one above the other, each cluster is on one plate.
 TEST(KMeansPartition, ClustersFollowTheSurface)
 {
   PolyData plates = MakePlate(20);
@@ -187,7 +186,7 @@ TEST(KMeansPartition, OptionsAreClampedPrintedAndUsed)
     EXPECT_NE(text.str().find(line), std::string::npos) << line;
   }
 
-  // Each changes the result, and so makes the filter run again.
+  // Each of these changes the result, so the filter must run again.
   const PolyData input = MakeSphere(40);
   vtkNew<vtkKMeansPartition> other;
   FilterObserver observer(other);

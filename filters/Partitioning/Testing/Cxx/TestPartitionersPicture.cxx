@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The same surface cut by the k-d tree, the octree and k-means, side by side, as in the paper's
-// Fig. 5. Each cell is drawn once, because the driver decides which of two coincident cells is
-// visible.
+// Fig. 5. Each cell is drawn only once, because otherwise the driver would decide which of two
+// coincident cells is visible.
 #include "filters/Partitioning/Testing/Cxx/PartitionTools.h"
 #include "filters/adapter/Testing/WritePicture.h"
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// vtkKdClusterSimplification: the levels of core, threads, progress, abort, errors, re-execution.
+// vtkKdClusterSimplification: comparison with the levels of core, threads, progress, abort, errors,
+// re-execution.
 #include "filters/adapter/Testing/FilterTools.h"
 #include "filters/adapter/Testing/SmpBackend.h"
 #include "filters/core/Weld.h"
@@ -43,7 +44,7 @@ vtkSmartPointer<vtkKdClusterSimplification> MakeFilter(
   return filter;
 }
 
-// What core makes of a mesh of triangles, down to depth 0.
+// The levels that core makes of a triangle mesh, down to depth 0.
 ClusterLevels LevelsByCore(vtkPolyData& input, const Options& options)
 {
   Mesh mesh;

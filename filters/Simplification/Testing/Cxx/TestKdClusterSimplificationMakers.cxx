@@ -33,8 +33,8 @@ Filter MakeFilter(const PolyData& input, int maker)
   return filter;
 }
 
-// Adds arrays to points and cells: one that is linear in the places, so that the mean of its values
-// is the value at the mean place; the classes of two halves; a constant.
+// Adds arrays to points and cells: the place, whose mean must be the mean place; classes for two
+// halves; a constant.
 void AddArrays(vtkPolyData& mesh)
 {
   const auto add = [](vtkDataSetAttributes* data, vtkIdType count, const auto& placeOf)
@@ -78,7 +78,7 @@ double Distance(const std::array<double, 3>& a, const double* b)
   return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
 }
 
-// The points and triangles of a mesh of triangles.
+// Converts a triangle mesh to points and triangles.
 Mesh MeshOf(vtkPolyData& input)
 {
   Mesh mesh;
@@ -112,7 +112,7 @@ void ExpectLevel(vtkPolyData& output, const ClusterLevel& level)
   }
 }
 
-// A point array of cluster ids.
+// Adds a point array of cluster ids.
 void AddClusters(vtkPolyData& mesh, const char* name, const std::vector<double>& ids)
 {
   vtkNew<vtkDoubleArray> array;
@@ -161,7 +161,7 @@ TEST(KdClusterSimplificationMakers, CollapseMeetsATarget)
     EXPECT_GE(triangles, target > 60 ? target - 3 : 0);
   }
   filter->SetTargetNumberOfTriangles(1000000);
-  filter->SetDepth(2); // not used
+  filter->SetDepth(2); // must have no effect
   filter->Update();
   const std::string all = Describe(*filter->GetOutput());
   filter->SetTargetNumberOfTriangles(0);
@@ -229,7 +229,7 @@ TEST(KdClusterSimplificationMakers, AnyClustersFromAnArray)
   const Filter filter = MakeFilter(input, vtkKdClusterSimplification::Collapse);
   UseClusters(*filter, "Mine");
   filter->WeldOff();
-  filter->SetDepth(1); // neither is used
+  filter->SetDepth(1); // neither has an effect
   filter->SetTargetNumberOfTriangles(17);
   for (const bool byComponents : { true, false })
   {
@@ -243,7 +243,7 @@ TEST(KdClusterSimplificationMakers, AnyClustersFromAnArray)
     EXPECT_EQ(filter->GetFinestDepth(), -1);
   }
   EXPECT_EQ(filter->GetOutput()->GetNumberOfPoints(), 100);
-  UseClusters(*filter, ""); // takes it back
+  UseClusters(*filter, ""); // no longer by the array
   filter->Update();
   EXPECT_GT(filter->GetFinestDepth(), 1);
   EXPECT_LE(filter->GetOutput()->GetNumberOfPolys(), 17);
@@ -261,7 +261,7 @@ TEST(KdClusterSimplificationMakers, PointsOfDifferentClustersAreNotWelded)
   EXPECT_EQ(Point(*filter->GetOutput(), 1), (Vec3{ 0, 0, 0 }));
 }
 
-// Beyond 2^53, where doubles are no longer exact.
+// Ids beyond 2^53, where doubles are no longer exact.
 TEST(KdClusterSimplificationMakers, LargeClusterIdsAreExact)
 {
   const PolyData input = MakePoints({ { 0, 0, 0 }, { 1, 0, 0 }, { 5, 0, 0 } });
@@ -311,7 +311,7 @@ TEST(KdClusterSimplificationMakers, ArraysThatAreNotClusters)
   }
 }
 
-// Normals up, colours as they are given, and an array that is not carried.
+// Normals pointing up, the given colours, and an array that levels do not carry.
 PolyData MakeColored(int side)
 {
   PolyData input = MakePlate(side);
@@ -358,7 +358,7 @@ TEST(KdClusterSimplificationMakers, NormalsAndColorsAreAveraged)
     {
       EXPECT_EQ(red, 101) << "100.5, rounded up";
     }
-    EXPECT_TRUE(red == 100 || red == 101) << red; // of a collapse that of the place
+    EXPECT_TRUE(red == 100 || red == 101) << red; // after a collapse, the colour at the new place
     EXPECT_EQ(data->GetScalars()->GetComponent(0, 1), 7);
     EXPECT_EQ(data->GetScalars()->GetComponent(0, 2), 255);
   }
@@ -461,7 +461,7 @@ TEST(KdClusterSimplificationMakers, OptionsAreClampedAndPrinted)
 
 TEST(KdClusterSimplificationMakers, ArraysComeAlong)
 {
-  const PolyData input = MakeSphere(80); // of radius 1
+  const PolyData input = MakeSphere(80); // radius 1
   input->GetPointData()->Initialize();
   input->GetCellData()->Initialize();
   AddArrays(*input);
@@ -480,7 +480,7 @@ TEST(KdClusterSimplificationMakers, ArraysComeAlong)
       filter->SetDepth(depth);
       filter->Update();
       vtkPolyData* const output = filter->GetOutput();
-      const double size = depth == 8 ? 0.35 : 0.15; // of a cluster, about
+      const double size = depth == 8 ? 0.35 : 0.15; // about the size of a cluster
       for (vtkDataSetAttributes* data :
         std::array<vtkDataSetAttributes*, 2>{ output->GetPointData(), output->GetCellData() })
       {
@@ -517,7 +517,8 @@ TEST(KdClusterSimplificationMakers, ArraysComeAlong)
   }
 }
 
-// Arrays that identify points and cells have no means, whatever their numbers are.
+// Arrays that identify points and cells have no meaningful means, whatever the type of their
+// numbers.
 TEST(KdClusterSimplificationMakers, IdsAreLeftOutWhateverTheirType)
 {
   for (const int type : { VTK_ID_TYPE, VTK_DOUBLE, VTK_FLOAT })
@@ -555,7 +556,7 @@ TEST(KdClusterSimplificationMakers, IdsAreLeftOutWhateverTheirType)
   }
 }
 
-// A level of a store is one of the points that triangles use.
+// The levels of a store depend only on points that triangles use.
 TEST(KdClusterSimplificationMakers, PointsThatNoTriangleUsesDecideNothing)
 {
   for (const int maker :
@@ -564,7 +565,7 @@ TEST(KdClusterSimplificationMakers, PointsThatNoTriangleUsesDecideNothing)
     const PolyData plain = MakeSphere(40), strewn = MakeSphere(40);
     plain->GetPointData()->Initialize();
     strewn->GetPointData()->Initialize();
-    vtkNew<vtkPoints> points; // every other one is used
+    vtkNew<vtkPoints> points; // every second one is used
     for (vtkIdType i = 0; i < plain->GetNumberOfPoints(); ++i)
     {
       points->InsertNextPoint(plain->GetPoint(i));
@@ -606,7 +607,7 @@ TEST(KdClusterSimplificationMakers, PointsThatNoTriangleUsesDecideNothing)
   }
 }
 
-// Where nothing is simplified, arrays are what they were, bit by bit.
+// If nothing is simplified, arrays must be unchanged, bit by bit.
 TEST(KdClusterSimplificationMakers, ArraysOfAMeshThatIsNotSimplifiedAreTheSame)
 {
   const PolyData input = MakePlate(9);
@@ -634,7 +635,7 @@ TEST(KdClusterSimplificationMakers, ArraysOfAMeshThatIsNotSimplifiedAreTheSame)
   }
 }
 
-// Points that are welded count all.
+// Points that are welded must all count.
 TEST(KdClusterSimplificationMakers, ArraysOfClustersAreMeansOverAllTheirPoints)
 {
   const PolyData input = MakePoints({ { 0, 0, 0 }, { 0, 0, 0 }, { 1, 0, 0 }, { 2, 0, 0 } });

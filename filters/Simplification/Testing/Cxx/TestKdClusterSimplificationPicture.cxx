@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A picture of two levels: quadric with sheets on the left, the paper's on the right.
+// A picture of two levels: with quadrics and sheets on the left, by the paper's method on the
+// right.
 #include "filters/adapter/Testing/FilterTools.h"
 #include "filters/adapter/Testing/WritePicture.h"
 

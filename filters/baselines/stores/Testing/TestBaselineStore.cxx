@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Stores by the baselines: partitions without levels.
+// Stores made by the baselines: partitions without levels.
 #include "Testing/Fixtures/Invariants.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/baselines/stores/Baselines.h"
@@ -110,7 +110,7 @@ TEST_P(BaselineStore, AnswersRegionsByItsPartitionsBoxes)
   std::set<std::uint32_t> expected;
   for (std::uint32_t p = 0; p < info.partitions; ++p)
   {
-    // Of the vertices themselves: the boxes in the store must be theirs.
+    // The boxes in the store must be those of the stored vertices.
     const Piece piece =
       *store->ReadPiece({ Resolution::Original(), NodeOfPartition(p, info.depths) });
     Box box;

@@ -132,7 +132,7 @@ TEST(ExternalOctree, ACellCostsTwoReadsAndAWrite)
   ASSERT_TRUE(octree);
   EXPECT_EQ(octree->statistics.distributions, 1U);
   EXPECT_EQ(octree->statistics.distributedRecords, 40000U);
-  EXPECT_EQ(octree->statistics.bytesRead, 4 * bytes); // survey, counts, groups, in memory
+  EXPECT_EQ(octree->statistics.bytesRead, 4 * bytes); // survey, counts, groups, cells in memory
   EXPECT_EQ(octree->statistics.bytesWritten, 2 * bytes);
   EXPECT_EQ(octree->statistics.peakBytesOnDisk, 2 * bytes);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Stores by an octree, built out of core: byte for byte the same as in memory, for any limit and
-// threads, however often the build was killed.
+// number of threads, and however often the build was killed.
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/baselines/stores/Baselines.h"
@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 namespace
 {
 
-// Further vertices where the first one lies, each with a triangle of its own.
+// Adds vertices in the place of the first one, each with a triangle of its own.
 Mesh WithCopiesOfTheFirst(Mesh mesh, VertexId count)
 {
   for (VertexId i = 0; i < count; ++i)
@@ -59,7 +59,7 @@ protected:
     const Status status = WriteMesh(this->Folder / "in.ply", mesh);
     ASSERT_TRUE(status) << status.GetError().message;
   }
-  // The store's bytes; it is removed.
+  // Returns the bytes of the store, and removes it.
   std::string Take()
   {
     std::ifstream stream(this->Folder / "m.kds", std::ios::binary);
@@ -67,7 +67,7 @@ protected:
     fs::remove(this->Folder / "m.kds");
     return bytes;
   }
-  // As a build in memory makes them.
+  // Returns the bytes of the store that a build in memory makes.
   std::string InMemory()
   {
     BuildOptions options = this->Options;
@@ -98,8 +98,8 @@ protected:
     return fs::is_empty(this->Folder / "spill") && !fs::exists(this->Folder / "m.kds");
   }
 
-  // A build in a process of its own that is killed before the k-th file operation or progress
-  // report. Returns whether it was killed.
+  // Runs a build in a process of its own, which is killed before the k-th file operation or
+  // progress report. Returns whether it was killed.
   bool BuildAndKill(std::size_t k)
   {
     return BuildAndKillAt(
@@ -109,7 +109,7 @@ protected:
   fs::path Folder;
   BuildOptions Options;
   ExternalBuildProbe Probe;
-  std::uint64_t Merged = 0; // by the grid, of the last store in memory
+  std::uint64_t Merged = 0; // by the grid; of the last store built in memory
 };
 
 }
@@ -238,7 +238,7 @@ TEST_F(ExternalOctreeStore, KilledAnywhereItLeavesNoStoreAndGoesOn)
         ASSERT_FALSE(report) << "blocks of more memory are in the files";
         EXPECT_NE(report.GetError().message.find("had more memory"), std::string::npos);
         this->Probe.stepMemory = 4 * unit;
-        report = this->External(); // what was done is still there
+        report = this->External(); // the finished phases are still there
       }
       ASSERT_TRUE(report) << report.GetError().message;
       EXPECT_EQ(report->resumedPhases, phase + 1);
@@ -282,7 +282,7 @@ TEST_F(ExternalOctreeStore, ACancelOrAnErrorLeavesNothing)
     EXPECT_TRUE(this->NothingLeft());
   }
 
-  // This number of vertices in one place are one partition, whatever is wanted.
+  // These vertices in one place form one partition, whatever size is wanted.
   this->Write(WithCopiesOfTheFirst(Torus(96, 48), 2000));
   this->Options.weld = false;
   const auto report = this->External();
