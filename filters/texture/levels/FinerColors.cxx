@@ -24,6 +24,25 @@ constexpr std::uint64_t texelsOfLargeImage = 1 << 21;
 // edge.
 constexpr double agreeing = 0.7, turningAway = 0.5;
 
+// Catmull and Rom's cubic weights for a place along one axis, in texels from the centre of texel 0:
+// of the two texels on either side of it. Beyond the picture its edge goes on.
+struct CubicTaps
+{
+  std::array<std::size_t, 4> texels{};
+  std::array<double, 4> weights{};
+
+  CubicTaps(double place, std::size_t side)
+  {
+    place = std::clamp(place, 0.0, double(side - 1));
+    const auto first = static_cast<std::size_t>(place);
+    const double t = place - double(first);
+    this->texels = { first - std::min<std::size_t>(first, 1), first, std::min(first + 1, side - 1),
+      std::min(first + 2, side - 1) };
+    this->weights = { t * (-0.5 + t * (1 - 0.5 * t)), 1 + t * t * (-2.5 + 1.5 * t),
+      t * (0.5 + t * (2 - 1.5 * t)), t * t * (-0.5 + 0.5 * t) };
+  }
+};
+
 }
 
 Picture HalfOf(const Picture& picture)
@@ -444,22 +463,25 @@ Color FinerColors::ColorOn(
   return this->ColorAt(*shown.picture, along(0) * shown.scale - 0.5, along(1) * shown.scale - 0.5);
 }
 
-// Interpolates between the centres of four texels.
+// Catmull and Rom's cubic interpolation between the centres of sixteen texels. Between four it
+// would blur: a level is sampled from the next finer one, so a coarse one has been through it many
+// times.
 Color FinerColors::ColorAt(const Picture& picture, double x, double y) const
 {
-  const auto inside = [](double at, std::size_t side)
-  { return std::clamp(at, 0.0, double(side - 1)); };
-  x = inside(x, picture.width);
-  y = inside(y, picture.height);
-  const auto left = static_cast<std::size_t>(x), upper = static_cast<std::size_t>(y);
-  const std::size_t right = std::min(left + 1, picture.width - 1);
-  const std::size_t lower = std::min(upper + 1, picture.height - 1);
-  const double h = x - double(left), w = y - double(upper);
+  const CubicTaps across(x, picture.width), down(y, picture.height);
   Color color{};
-  this->AddTexel(picture, left, upper, (1 - h) * (1 - w), color);
-  this->AddTexel(picture, right, upper, h * (1 - w), color);
-  this->AddTexel(picture, left, lower, (1 - h) * w, color);
-  this->AddTexel(picture, right, lower, h * w, color);
+  for (std::size_t j = 0; j < 4; ++j)
+  {
+    for (std::size_t i = 0; i < 4; ++i)
+    {
+      this->AddTexel(
+        picture, across.texels[i], down.texels[j], across.weights[i] * down.weights[j], color);
+    }
+  }
+  for (std::size_t k = 0; k < color.size(); ++k)
+  {
+    color[k] = std::clamp(color[k], 0.0, k < 3 ? 1.0 : 255.0);
+  }
   return color;
 }
 
