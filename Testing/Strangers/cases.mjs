@@ -599,7 +599,7 @@ export const cases = [
   one("points that may have their numbers first", "a.xyz", numbered((i) => 5 * ((7 * i) % 40)), { triangles: 0 }, { says: /they could be "number x y z" too/ }),
   one("points with a time first", "a.txt", numbered((i) => 1600000000 + i / 4), { ...cloud, box: boxOfCloud }, { says: /time/, isRead: false }),
   one("points that a line counts too few", "a.pts", `30\n${rowsOf(" ")}\n`, cloud, { says: /10 points or faces are in the file but its header does not count/ }),
-  one("points that a line counts too many", "a.pts", `50\n${rowsOf(" ")}\n`, cloud, { mustRefuse: true, refused: /line 1 counts 50 points, and 40 are there/ }),
+  one("points that a line counts too many", "a.pts", `50\n${rowsOf(" ")}\n`, cloud, { mustRefuse: true, refused: /line 1 declares 50 points, but the file has 40/ }),
   one("a .vtp", "a.vtp", vtp(8, 6), cube),
   one("a .vtp that counts too few polygons", "a.vtp", vtp(8, 5), { triangles: 10 }, { says: /1 point or face is in the file but its header does not count/ }),
   one("a .vtp that counts too many points", "a.vtp", vtp(9, 6), cube, { mustRefuse: true, refused: /a\.vtp: is damaged/ }),
@@ -754,7 +754,7 @@ export const cases = [
   one("a .vtk with a polygon of two corners", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons.replace("6 30", "7 33"), "2 0 1"]), cube, { says: /1 face has fewer than three corners and is dropped: POLYGONS: cell 6/ }),
   one("a .vtp with a polygon of two corners", "a.vtp", vtp(8, 7).replace("3 0 4 7</D", "3 0 4 7 0 1</D").replace("24</D", "24 26</D"), cube, { says: /1 face has fewer than three corners/ }),
   one("a .vtk that counts too few polygons", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons.replace("6 30", "5 30")]), cube, { says: /1 point or face is in the file but its header does not count it: POLYGONS \(line 14\) counts 5 cells/ }),
-  one("a .vtk that counts too many polygons", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons.replace("6 30", "7 30")]), cube, { mustRefuse: true, refused: /POLYGONS \(line 14\) counts 7 cells, and has 6/ }),
+  one("a .vtk that counts too many polygons", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons.replace("6 30", "7 30")]), cube, { mustRefuse: true, refused: /POLYGONS \(line 14\) declares 7 cells, but has 6/ }),
   one("a .vtk with METADATA after its polygons", "a.vtk", `${vtk("POLYDATA", [vtkPoints, vtkPolygons])}METADATA\nINFORMATION 0\n\n`, cube, { isRead: false }),
   one("a .vtk with values for other points", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons, "POINT_DATA 5", "SCALARS q float", "LOOKUP_TABLE default", "1 2 3 4 5"]), cube,
     { mustRefuse: true, refused: /POINT_DATA \(line 21\) has values for 5 points, but there are 8/ }),
@@ -868,7 +868,7 @@ export const cases = [
   one("a .vtp with a comment before its bytes", "a.vtp", vtpBase64(base64Of(96)).replace("<Points>", '<!-- "> <x format=\'binary\'> --><Points>'), cube, { isRead: false }),
   one("a text STL with a remark before it", "a.stl", `; made by hand\n${stlText()}`, cube, { mustRefuse: true, refused: /is not an STL file: a text begins with 'solid'/ }),
   // Parts of a .vtk that contradict each other.
-  ...[["too few coordinates", "3 2 2", "2 float\n0 1", /holds 2 X_COORDINATES, and DIMENSIONS counts 3/], ["too many coordinates", "2 2 2", "3 float\n0 1 2", /holds 3 X_COORDINATES, and DIMENSIONS counts 2/]].map(([what, sides, x, refused]) =>
+  ...[["too few coordinates", "3 2 2", "2 float\n0 1", /holds 2 X_COORDINATES, but DIMENSIONS requires 3/], ["too many coordinates", "2 2 2", "3 float\n0 1 2", /holds 3 X_COORDINATES, but DIMENSIONS requires 2/]].map(([what, sides, x, refused]) =>
     one(`a .vtk with ${what}`, "a.vtk", vtk("RECTILINEAR_GRID", [`DIMENSIONS ${sides}`, `X_COORDINATES ${x}`, "Y_COORDINATES 2 float\n0 1", "Z_COORDINATES 2 float\n0 1"]), {}, { mustRefuse: true, refused })),
   one("a .vtk without one of its coordinates", "a.vtk", vtk("RECTILINEAR_GRID", ["DIMENSIONS 2 2 2", "X_COORDINATES 2 float\n0 1", "Y_COORDINATES 2 float\n0 1"]), {}, { mustRefuse: true, refused: /holds 0 Z_COORDINATES/ }),
   one("a .vtk of an image with sides below 1", "a.vtk", vtk("STRUCTURED_POINTS", ["DIMENSIONS -3 3 3", "ORIGIN 0 0 0", "SPACING 1 1 1"]), {}, { mustRefuse: true, refused: /DIMENSIONS \(line 5\) has '-3' \(line 5\), which is not a number of points/ }),
