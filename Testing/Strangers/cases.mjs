@@ -200,6 +200,12 @@ function las({ counted = 300, held = 300, color = () => [200, 100, 50] } = {}) {
   return bytes;
 }
 
+// With another box in its header.
+function lasBox(bytes, low, high) {
+  [0, 1, 2].forEach((axis) => [high, low].forEach((value, i) => bytes.writeDoubleLE(value, 179 + 16 * axis + 8 * i)));
+  return bytes;
+}
+
 const pcd = (fields, data) => ["# .PCD v0.7", "VERSION 0.7", fields, "SIZE 4 4 4", "TYPE F F F", "COUNT 1 1 1", "WIDTH 40",
   "HEIGHT 1", "VIEWPOINT 0 0 0 1 0 0 0", "POINTS 40", `DATA ${data}`, ""].join("\n");
 const pcdMore = (type, size) => pcd("FIELDS x y z label", "ascii").replace("SIZE 4 4 4", `SIZE 4 4 4 ${size}`).replace("TYPE F F F", `TYPE F F F ${type}`).replace("COUNT 1 1 1", "COUNT 1 1 1 1");
@@ -910,4 +916,7 @@ export const cases = [
   ...[["U", 1, "255"], ["I", 2, "-32768"], ["U", 8, "18446744073709551615"], ["I", 8, "-9223372036854775808"]].map(([type, size, number]) =>
     one(`a PCD with ${number}, which just fits`, "a.pcd", pcdMore(type, size) + rowsOf(" ").replace(/$/gm, ` ${number}`), { ...cloud, box: boxOfCloud }, { isRead: false })),
   one("a PCD with whole numbers as decimals", "a.pcd", pcdMore("U", 1) + rowsOf(" ").replace(/$/gm, " 2.55e2"), { ...cloud, box: boxOfCloud }, { isRead: false }),
+  one("a LAS whose header has another box", "a.las", lasBox(las(), 5000, 6000), { triangles: 0 }, { says: /300 of 300 points are outside of the box that the header states/ }),
+  one("a LAS whose header has no box", "a.las", lasBox(las(), 0, 0), { triangles: 0 }, { silent: /outside of the box/ }),
+  one("a LAS whose header has a large box", "a.las", lasBox(las(), -1e9, 1e9), { triangles: 0 }, { silent: /outside of the box/ }),
 ];
