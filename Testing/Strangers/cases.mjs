@@ -200,8 +200,15 @@ function las({ counted = 300, held = 300, color = () => [200, 100, 50] } = {}) {
   return bytes;
 }
 
+// With another box in its header.
+function lasBox(bytes, low, high) {
+  [0, 1, 2].forEach((axis) => [high, low].forEach((value, i) => bytes.writeDoubleLE(value, 179 + 16 * axis + 8 * i)));
+  return bytes;
+}
+
 const pcd = (fields, data) => ["# .PCD v0.7", "VERSION 0.7", fields, "SIZE 4 4 4", "TYPE F F F", "COUNT 1 1 1", "WIDTH 40",
   "HEIGHT 1", "VIEWPOINT 0 0 0 1 0 0 0", "POINTS 40", `DATA ${data}`, ""].join("\n");
+const pcdMore = (type, size) => pcd("FIELDS x y z label", "ascii").replace("SIZE 4 4 4", `SIZE 4 4 4 ${size}`).replace("TYPE F F F", `TYPE F F F ${type}`).replace("COUNT 1 1 1", "COUNT 1 1 1 1");
 const floats = (rows) => Buffer.from(new Float32Array(rows.flat()).buffer);
 
 const utf16 = (text) => Buffer.from(`\ufeff${text}`, "utf16le");
@@ -898,4 +905,18 @@ export const cases = [
     { says: /color_r, color_g, color_b/, colors: [[200, 100, 50]] }),
   one("a tileset with long metadata and without content", "tileset.json", JSON.stringify({ asset: { version: "1.1" }, schema: { id: "s", description: "word ".repeat(30000) }, geometricError: 2,
     root: { boundingVolume: { sphere: [0, 0, 0, 9] }, geometricError: 1 } }), cube, { mustRefuse: true, refused: /: holds no points/ }),
+  // Numbers that a library reads as others: '1.#QNAN' as 1, and values that do not fit their field.
+  ...["1.#QNAN", "-1.#IND", "1.#INF00"].flatMap((number) => [
+    one(`a PCD with ${number}`, "a.pcd", pcd("FIELDS x y z", "ascii").replaceAll("40", "41") + rowsOf(" ") + `\n${number} 0 0\n`, { ...cloud, box: boxOfCloud }, { isRead: false, says: /1 point is not finite/ }),
+    one(`an OFF with ${number}`, "a.off", offOf().replace("8 6 12", "9 6 12 # counts").replace("\n4 ", `\n${number} 0 0 # none\n4 `), cube, { isRead: false, says: /1 point is not finite/ }),
+  ]),
+  ...[["I", 4, "2.5"], ["U", 1, "300"], ["U", 4, "-1"], ["I", 2, "40000"], ["U", 4, "1.87e-38"]].map(([type, size, number]) =>
+    one(`a PCD with ${number} in a field of TYPE ${type}, SIZE ${size}`, "a.pcd", pcdMore(type, size) + rowsOf(" ").replace(/$/gm, ` ${number}`), cloud,
+      { mustRefuse: true, refused: new RegExp(`line 12: '${number}' is not a whole number that fits the field 'label' \\(TYPE ${type}, SIZE ${size}\\)`) })),
+  ...[["U", 1, "255"], ["I", 2, "-32768"], ["U", 8, "18446744073709551615"], ["I", 8, "-9223372036854775808"]].map(([type, size, number]) =>
+    one(`a PCD with ${number}, which just fits`, "a.pcd", pcdMore(type, size) + rowsOf(" ").replace(/$/gm, ` ${number}`), { ...cloud, box: boxOfCloud }, { isRead: false })),
+  one("a PCD with whole numbers as decimals", "a.pcd", pcdMore("U", 1) + rowsOf(" ").replace(/$/gm, " 2.55e2"), { ...cloud, box: boxOfCloud }, { isRead: false }),
+  one("a LAS whose header has another box", "a.las", lasBox(las(), 5000, 6000), { triangles: 0 }, { says: /300 of 300 points are outside of the box that the header states/ }),
+  one("a LAS whose header has no box", "a.las", lasBox(las(), 0, 0), { triangles: 0 }, { silent: /outside of the box/ }),
+  one("a LAS whose header has a large box", "a.las", lasBox(las(), -1e9, 1e9), { triangles: 0 }, { silent: /outside of the box/ }),
 ];
