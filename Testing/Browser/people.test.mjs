@@ -79,6 +79,16 @@ test("the picture has the whole screen, and what is written over it is read whol
   }
 });
 
+test("beside the list the credit breaks, too", async () => {
+  const visit = await Visit.phone(browser);
+  await visit.open(server.url);
+  await visit.until("the preview of the first", ({ mode, model, idle }) => mode === "browsing" && model === "pebble" && idle);
+  const lines = await visit.page.locator("#credit > :first-child").evaluate((each) => each.clientHeight / parseFloat(getComputedStyle(each).fontSize));
+  assert.ok(lines > 2, `${lines} times its letters' height`);
+  await visit.picture("people-5-beside-the-list");
+  await visit.close();
+});
+
 test("help by its button and by ?", async () => {
   for (const [make, what] of [[Visit.phone, "One finger"], [Visit.desktop, "Drag"]]) {
     const visit = await make(browser);
