@@ -51,6 +51,9 @@ function(kdstream_configure_target target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wconversion -ffp-contract=off)
   if(CMAKE_CXX_COMPILER_ID STREQUAL GNU AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
     target_compile_options(${target} PRIVATE -Wno-restrict) # warns wrongly about "text" + string: GCC bug 105651
+  elseif(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+    # It takes any function that has a temporary as an argument and returns a reference for one that returns the temporary.
+    target_compile_options(${target} PRIVATE -Wno-dangling-reference)
   endif()
   if(CMAKE_UNITY_BUILD AND CMAKE_CXX_COMPILER_ID STREQUAL GNU)
     # The unit is not a header, although another one includes it.

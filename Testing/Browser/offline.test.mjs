@@ -105,7 +105,7 @@ test("what was seen opens without the server, and the rest says that it is not t
   await eventually("a mark in the list", marks, (count) => count >= 1);
   await visit.picture("offline-1-list");
 
-  // Full screen needs more than was viewed; a missing blob is not an error.
+  // Full screen needs blobs that were never fetched. That they are missing is not an error.
   await visit.tap(await visit.centre());
   await visit.until("full screen", ({ mode, shownLevel }) => mode === "full screen" && shownLevel !== null);
   await visit.picture("offline-2-full-screen");

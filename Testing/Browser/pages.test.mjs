@@ -73,6 +73,8 @@ test("without scripts there are texts and a picture", async () => {
   }
   await page.locator("#no-script a").click();
   assert.deepEqual(await page.locator("#no-script li").allInnerTexts(), ["A pebble", "A shell"]);
+  assert.deepEqual(await page.locator("#no-script li").evaluateAll((all) => all.map((each) => getComputedStyle(each).listStylePosition)),
+    ["inside", "inside"], "bullets stand beside their titles");
   await page.goto(server.url); // a page made of files
   await page.locator("#no-script a").click();
   await page.locator("#no-script li a").last().click(); // a locator by text does not search in here

@@ -32,6 +32,7 @@ test("lengths have the unit and the digits that one reads", () => {
     [0.1254921, 4e-4, "m", "12.55 cm", "0.04 cm"],
     [0.1254921, 4e-8, "m", "12.549 cm", ""],
     [0.1254921, 0, "m", "12.549 cm", ""],
+    [5.296e-4, 1e-9, "m", "529.60 µm", ""],
     [0.004, 1.2e-5, "metre", "4.00 mm", "0.02 mm"],
     [3.2e-5, 0, "m", "32 µm", ""],
     [1234567, 3, "mm", "1.2346 km", ""],
@@ -76,6 +77,16 @@ test("the picture has the whole screen, and what is written over it is read whol
     await visit.picture(`people-2-full-${viewport.width}`);
     await visit.close();
   }
+});
+
+test("beside the list the credit breaks, too", async () => {
+  const visit = await Visit.phone(browser);
+  await visit.open(server.url);
+  await visit.until("the preview of the first", ({ mode, model, idle }) => mode === "browsing" && model === "pebble" && idle);
+  const lines = await visit.page.locator("#credit > :first-child").evaluate((each) => each.clientHeight / parseFloat(getComputedStyle(each).fontSize));
+  assert.ok(lines > 2, `${lines} times its letters' height`);
+  await visit.picture("people-5-beside-the-list");
+  await visit.close();
 });
 
 test("help by its button and by ?", async () => {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The field's words. A search of the product code for a term of the field finds the code for it. No
 // identifier uses a word that was replaced by such a term (doc/design.md#words), in C++ or in
-// JavaScript; JavaScript of tests is checked, too.
+// JavaScript; JavaScript of tests is checked, too. A search of the documents for terms of the field
+// finds a page.
 #include "Testing/Documents/References.h"
 
 #include <gtest/gtest.h>
@@ -149,6 +150,16 @@ const char* const terms[] = { "frustum", "level of detail", "screen-space error"
   "non-manifold", "texture atlas", "anti-aliased", "localization", "clipping plane",
   "quadric error", "checkpoint" };
 
+// What strangers may search the site of documents for.
+const char* const searches[] = { "frustum culling", "level of detail", "LOD selection",
+  "screen-space error", "geometric error", "geomorph", "hysteresis", "ambient occlusion",
+  "prefetch", "in flight", "backoff", "rate limit", "memory budget", "progressive mesh",
+  "mesh compression", "mesh simplification", "quadric-error", "edge collapse", "bounding volume",
+  "out of core", "ghost", "point cloud", "laser scan", "texture atlas", "clipping plane",
+  "watertight", "non-manifold", "graceful shutdown", "path traversal", "denial of service",
+  "reverse proxy", "load balancing", "CDN", "CORS", "custom element", "headless", "draco",
+  "meshopt" };
+
 std::regex ExpressionOf(const std::string& term)
 {
   return std::regex(
@@ -228,6 +239,24 @@ TEST(Words, OfTheFieldAreFoundInProductCode)
       [&](const auto& each)
       { return IsProductCode(each.first) && std::regex_search(each.second, expression); }))
       << "no product code says \"" << term << "\"";
+  }
+}
+
+TEST(Words, OfTheFieldAreFoundInDocuments)
+{
+  const SourceTree tree = ReadSourceTree(KDSTREAM_SOURCE_TREE);
+  const auto isDocument = [](const std::string& path)
+  {
+    return path == "README.md" || (path.starts_with("doc/") && path.ends_with(".md") &&
+                                    !path.starts_with("doc/decisions/"));
+  };
+  for (const char* term : searches)
+  {
+    const std::regex expression = ExpressionOf(term);
+    EXPECT_TRUE(std::any_of(tree.texts.begin(), tree.texts.end(),
+      [&](const auto& each)
+      { return isDocument(each.first) && std::regex_search(each.second, expression); }))
+      << "no document says \"" << term << "\"";
   }
 }
 

@@ -200,8 +200,15 @@ function las({ counted = 300, held = 300, color = () => [200, 100, 50] } = {}) {
   return bytes;
 }
 
+// With another box in its header.
+function lasBox(bytes, low, high) {
+  [0, 1, 2].forEach((axis) => [high, low].forEach((value, i) => bytes.writeDoubleLE(value, 179 + 16 * axis + 8 * i)));
+  return bytes;
+}
+
 const pcd = (fields, data) => ["# .PCD v0.7", "VERSION 0.7", fields, "SIZE 4 4 4", "TYPE F F F", "COUNT 1 1 1", "WIDTH 40",
   "HEIGHT 1", "VIEWPOINT 0 0 0 1 0 0 0", "POINTS 40", `DATA ${data}`, ""].join("\n");
+const pcdMore = (type, size) => pcd("FIELDS x y z label", "ascii").replace("SIZE 4 4 4", `SIZE 4 4 4 ${size}`).replace("TYPE F F F", `TYPE F F F ${type}`).replace("COUNT 1 1 1", "COUNT 1 1 1 1");
 const floats = (rows) => Buffer.from(new Float32Array(rows.flat()).buffer);
 
 const utf16 = (text) => Buffer.from(`\ufeff${text}`, "utf16le");
@@ -599,7 +606,7 @@ export const cases = [
   one("points that may have their numbers first", "a.xyz", numbered((i) => 5 * ((7 * i) % 40)), { triangles: 0 }, { says: /they could be "number x y z" too/ }),
   one("points with a time first", "a.txt", numbered((i) => 1600000000 + i / 4), { ...cloud, box: boxOfCloud }, { says: /time/, isRead: false }),
   one("points that a line counts too few", "a.pts", `30\n${rowsOf(" ")}\n`, cloud, { says: /10 points or faces are in the file but its header does not count/ }),
-  one("points that a line counts too many", "a.pts", `50\n${rowsOf(" ")}\n`, cloud, { mustRefuse: true, refused: /line 1 counts 50 points, and 40 are there/ }),
+  one("points that a line counts too many", "a.pts", `50\n${rowsOf(" ")}\n`, cloud, { mustRefuse: true, refused: /line 1 declares 50 points, but the file has 40/ }),
   one("a .vtp", "a.vtp", vtp(8, 6), cube),
   one("a .vtp that counts too few polygons", "a.vtp", vtp(8, 5), { triangles: 10 }, { says: /1 point or face is in the file but its header does not count/ }),
   one("a .vtp that counts too many points", "a.vtp", vtp(9, 6), cube, { mustRefuse: true, refused: /a\.vtp: is damaged/ }),
@@ -754,7 +761,7 @@ export const cases = [
   one("a .vtk with a polygon of two corners", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons.replace("6 30", "7 33"), "2 0 1"]), cube, { says: /1 face has fewer than three corners and is dropped: POLYGONS: cell 6/ }),
   one("a .vtp with a polygon of two corners", "a.vtp", vtp(8, 7).replace("3 0 4 7</D", "3 0 4 7 0 1</D").replace("24</D", "24 26</D"), cube, { says: /1 face has fewer than three corners/ }),
   one("a .vtk that counts too few polygons", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons.replace("6 30", "5 30")]), cube, { says: /1 point or face is in the file but its header does not count it: POLYGONS \(line 14\) counts 5 cells/ }),
-  one("a .vtk that counts too many polygons", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons.replace("6 30", "7 30")]), cube, { mustRefuse: true, refused: /POLYGONS \(line 14\) counts 7 cells, and has 6/ }),
+  one("a .vtk that counts too many polygons", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons.replace("6 30", "7 30")]), cube, { mustRefuse: true, refused: /POLYGONS \(line 14\) declares 7 cells, but has 6/ }),
   one("a .vtk with METADATA after its polygons", "a.vtk", `${vtk("POLYDATA", [vtkPoints, vtkPolygons])}METADATA\nINFORMATION 0\n\n`, cube, { isRead: false }),
   one("a .vtk with values for other points", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons, "POINT_DATA 5", "SCALARS q float", "LOOKUP_TABLE default", "1 2 3 4 5"]), cube,
     { mustRefuse: true, refused: /POINT_DATA \(line 21\) has values for 5 points, but there are 8/ }),
@@ -868,7 +875,7 @@ export const cases = [
   one("a .vtp with a comment before its bytes", "a.vtp", vtpBase64(base64Of(96)).replace("<Points>", '<!-- "> <x format=\'binary\'> --><Points>'), cube, { isRead: false }),
   one("a text STL with a remark before it", "a.stl", `; made by hand\n${stlText()}`, cube, { mustRefuse: true, refused: /is not an STL file: a text begins with 'solid'/ }),
   // Parts of a .vtk that contradict each other.
-  ...[["too few coordinates", "3 2 2", "2 float\n0 1", /holds 2 X_COORDINATES, and DIMENSIONS counts 3/], ["too many coordinates", "2 2 2", "3 float\n0 1 2", /holds 3 X_COORDINATES, and DIMENSIONS counts 2/]].map(([what, sides, x, refused]) =>
+  ...[["too few coordinates", "3 2 2", "2 float\n0 1", /holds 2 X_COORDINATES, but DIMENSIONS requires 3/], ["too many coordinates", "2 2 2", "3 float\n0 1 2", /holds 3 X_COORDINATES, but DIMENSIONS requires 2/]].map(([what, sides, x, refused]) =>
     one(`a .vtk with ${what}`, "a.vtk", vtk("RECTILINEAR_GRID", [`DIMENSIONS ${sides}`, `X_COORDINATES ${x}`, "Y_COORDINATES 2 float\n0 1", "Z_COORDINATES 2 float\n0 1"]), {}, { mustRefuse: true, refused })),
   one("a .vtk without one of its coordinates", "a.vtk", vtk("RECTILINEAR_GRID", ["DIMENSIONS 2 2 2", "X_COORDINATES 2 float\n0 1", "Y_COORDINATES 2 float\n0 1"]), {}, { mustRefuse: true, refused: /holds 0 Z_COORDINATES/ }),
   one("a .vtk of an image with sides below 1", "a.vtk", vtk("STRUCTURED_POINTS", ["DIMENSIONS -3 3 3", "ORIGIN 0 0 0", "SPACING 1 1 1"]), {}, { mustRefuse: true, refused: /DIMENSIONS \(line 5\) has '-3' \(line 5\), which is not a number of points/ }),
@@ -898,4 +905,18 @@ export const cases = [
     { says: /color_r, color_g, color_b/, colors: [[200, 100, 50]] }),
   one("a tileset with long metadata and without content", "tileset.json", JSON.stringify({ asset: { version: "1.1" }, schema: { id: "s", description: "word ".repeat(30000) }, geometricError: 2,
     root: { boundingVolume: { sphere: [0, 0, 0, 9] }, geometricError: 1 } }), cube, { mustRefuse: true, refused: /: holds no points/ }),
+  // Numbers that a library reads as others: '1.#QNAN' as 1, and values that do not fit their field.
+  ...["1.#QNAN", "-1.#IND", "1.#INF00"].flatMap((number) => [
+    one(`a PCD with ${number}`, "a.pcd", pcd("FIELDS x y z", "ascii").replaceAll("40", "41") + rowsOf(" ") + `\n${number} 0 0\n`, { ...cloud, box: boxOfCloud }, { isRead: false, says: /1 point is not finite/ }),
+    one(`an OFF with ${number}`, "a.off", offOf().replace("8 6 12", "9 6 12 # counts").replace("\n4 ", `\n${number} 0 0 # none\n4 `), cube, { isRead: false, says: /1 point is not finite/ }),
+  ]),
+  ...[["I", 4, "2.5"], ["U", 1, "300"], ["U", 4, "-1"], ["I", 2, "40000"], ["U", 4, "1.87e-38"]].map(([type, size, number]) =>
+    one(`a PCD with ${number} in a field of TYPE ${type}, SIZE ${size}`, "a.pcd", pcdMore(type, size) + rowsOf(" ").replace(/$/gm, ` ${number}`), cloud,
+      { mustRefuse: true, refused: new RegExp(`line 12: '${number}' is not a whole number that fits the field 'label' \\(TYPE ${type}, SIZE ${size}\\)`) })),
+  ...[["U", 1, "255"], ["I", 2, "-32768"], ["U", 8, "18446744073709551615"], ["I", 8, "-9223372036854775808"]].map(([type, size, number]) =>
+    one(`a PCD with ${number}, which just fits`, "a.pcd", pcdMore(type, size) + rowsOf(" ").replace(/$/gm, ` ${number}`), { ...cloud, box: boxOfCloud }, { isRead: false })),
+  one("a PCD with whole numbers as decimals", "a.pcd", pcdMore("U", 1) + rowsOf(" ").replace(/$/gm, " 2.55e2"), { ...cloud, box: boxOfCloud }, { isRead: false }),
+  one("a LAS whose header has another box", "a.las", lasBox(las(), 5000, 6000), { triangles: 0 }, { says: /300 of 300 points are outside of the box that the header states/ }),
+  one("a LAS whose header has no box", "a.las", lasBox(las(), 0, 0), { triangles: 0 }, { silent: /outside of the box/ }),
+  one("a LAS whose header has a large box", "a.las", lasBox(las(), -1e9, 1e9), { triangles: 0 }, { silent: /outside of the box/ }),
 ];

@@ -31,9 +31,9 @@ public:
   // element of each block, and the end.
   CellRange RangeHere(std::span<const VertexId> begin, unsigned depth) const;
 
-  // Numbers the clusters of a level over all ranks, after each rank has made those in its blocks of
-  // the finer level. Clusters move to lower places in the files, and the entries `mapped` of `map`
-  // become lower. Sets states.area to the area of all clusters.
+  // Numbers the clusters of a level over all ranks without gaps, after each rank has made the
+  // clusters in its own blocks of the finer level. Moves clusters down in the files, and changes
+  // the entries `mapped` of `map` to the new numbers. Sets states.area to the area of all clusters.
   Status Settle(LevelFile& level, LevelStates& states, SpillFile& map, const CellRange& mapped);
   // Changes to blocks of a smaller depth: clusters move to the ranks that have these blocks.
   Status MakeBlocks(LevelFile& level, LevelStates& states, unsigned blockDepth);

@@ -69,6 +69,7 @@ Result<EncodedTexture> TiledTextures::MakeOfLevel(
     this->Finer.Keep(id, made);
     return std::shared_ptr<const FinerColors>(std::move(made));
   };
+  tiles.goesOn = finer.goesOn;
   LevelTileOptions options;
   options.quality = this->Options.quality == 0 ? options.quality : this->Options.quality;
   options.mostBytes = piece.id.node == 1 ? mostBytesOfOnePiece : 0;

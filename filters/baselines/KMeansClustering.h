@@ -23,7 +23,7 @@ struct KMeansOptions
   // K itself, 1 … n: exactly this number of clusters.
   std::optional<std::uint32_t> partitions;
   std::uint32_t iterations = 5; // at least 1; the paper's five
-  // The weights of the parts of the cost: each 0 to 10^6, that of the distance above 0.
+  // The weights of the terms of the cost, from 0 to 10^6. distanceWeight must be above 0.
   double distanceWeight = 1;
   double compactnessWeight = 4; // gave the straightest boundaries among 0, 1, 4 on four meshes
   double countWeight = 1;

@@ -6,6 +6,8 @@
 #include "filters/core/tree/PieceDepth.h"
 
 #include <algorithm>
+#include <atomic>
+#include <thread>
 #include <utility>
 
 namespace kdstream
@@ -35,16 +37,50 @@ CodecContext CodecOf(const ModelDescription& model)
   return codec;
 }
 
+// Whether to go on, asked by all threads. Only the thread that made it asks the caller's progress;
+// the others follow.
+class SharedProgress
+{
+public:
+  explicit SharedProgress(const Execution& execution)
+    : Caller(execution)
+  {
+  }
+
+  Status Report(double fraction)
+  {
+    this->Fraction = fraction;
+    return this->Caller.Report("encode", fraction);
+  }
+
+  bool GoesOn()
+  {
+    if (std::this_thread::get_id() == this->Thread &&
+        !this->Caller.progress("encode", this->Fraction))
+    {
+      this->IsStopped = true;
+    }
+    return !this->IsStopped;
+  }
+
+private:
+  const Execution& Caller;
+  const std::thread::id Thread = std::this_thread::get_id();
+  double Fraction = encodedBeforeLevelTextures; // only of that thread
+  std::atomic<bool> IsStopped = false;
+};
+
 class LevelTextureMaker
 {
 public:
   LevelTextureMaker(const PieceTextures& textures, const std::vector<Box>& boxes,
-    const ModelDescription& model, const StoreWriter& store)
+    const ModelDescription& model, const StoreWriter& store, SharedProgress& progress)
     : Textures(textures)
     , Boxes(boxes)
     , Model(model)
     , Codec(CodecOf(model))
     , Store(store)
+    , Progress(progress)
   {
   }
 
@@ -67,6 +103,7 @@ public:
       place.id.resolution = finer;
     }
     pieces.read = [&](std::size_t place) { return this->ReadFiner(pieces.places[place].id); };
+    pieces.goesOn = [this] { return this->Progress.GoesOn(); };
     return this->Textures.MakeOfLevel(*piece, pieces);
   }
 
@@ -111,6 +148,7 @@ private:
   const ModelDescription& Model;
   const CodecContext Codec;
   const StoreWriter& Store;
+  SharedProgress& Progress;
 };
 
 }
@@ -118,7 +156,8 @@ private:
 Status WriteLevelTextures(const PieceTextures& textures, const std::vector<Box>& boxes,
   const ModelDescription& model, StoreWriter& writer, StepClock& clock, const Execution& execution)
 {
-  const LevelTextureMaker maker(textures, boxes, model, writer);
+  SharedProgress progress(execution);
+  const LevelTextureMaker maker(textures, boxes, model, writer, progress);
   double all = 0, made = 0; // numbers of pieces
   for (unsigned depth = 0; depth <= model.depths.finest; ++depth)
   {
@@ -150,7 +189,7 @@ Status WriteLevelTextures(const PieceTextures& textures, const std::vector<Box>&
       clock.Finish("write");
       made += double(count);
       constexpr double before = encodedBeforeLevelTextures;
-      KDSTREAM_TRY(execution.Report("encode", before + (1 - before) * made / all));
+      KDSTREAM_TRY(progress.Report(before + (1 - before) * made / all));
     }
   }
   return {};

@@ -41,6 +41,8 @@ struct FinerPieces
   std::vector<Place> places;
   // Reads the piece at a place and its texture. May be called any number of times.
   std::function<Result<FinerPiece>(std::size_t)> read;
+  // Called often while a texture is made; returns false to stop. Null: never.
+  std::function<bool()> goesOn = nullptr;
 };
 
 // Its functions may be called by several threads at the same time.
@@ -56,7 +58,7 @@ public:
   // the piece. Errors: InvalidInput if the piece has none; InputOutput; LimitExceeded.
   virtual Result<EncodedTexture> Make(Piece& piece) const = 0;
   // Makes the texture of a piece of a level. REQUIRES: Describe().levels. Errors: those of
-  // finer.read; Damaged; LimitExceeded.
+  // finer.read; Damaged; LimitExceeded; Cancelled.
   virtual Result<EncodedTexture> MakeOfLevel(
     const Piece& /*piece*/, const FinerPieces& /*finer*/) const
   {

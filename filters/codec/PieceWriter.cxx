@@ -82,8 +82,8 @@ void PieceWriter::WriteOwnKeys()
     this->Symbols.Number(contexts::single, own == 0 ? 0 : this->Content.keys[0]);
     return;
   }
-  // Within a partition these first vertices ascend: each is stored as the number of vertices in
-  // between.
+  // A key holds a partition and an index. Keys ascend, so each is stored as its difference from the
+  // lowest key that can follow the one before.
   std::uint64_t partition = 0, index = 0; // the lowest key that the next vertex can have
   for (std::size_t v = 0; v < own; ++v)
   {

@@ -182,7 +182,8 @@ private:
     const Triangle& theirs = this->Triangles[other];
     for (std::size_t k = 0; k < 3; ++k)
     {
-      // If the surface is oriented, the edge runs the other way there; otherwise either way.
+      // The other triangle has the edge in the opposite direction, or in the same direction if the
+      // surface is inconsistently oriented.
       for (const std::size_t turn : { std::size_t{ 1 }, std::size_t{ 2 } })
       {
         const std::size_t a = (k + turn) % 3, b = (k + 3 - turn) % 3;

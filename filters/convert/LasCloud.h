@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <vector>
 
@@ -81,6 +82,7 @@ public:
     }
     ForeignMesh result = std::move(this->Output);
     result.mesh.scalarType = ScalarType::Float64;
+    this->CheckBox(result);
     result.mesh.points = std::move(this->Points);
     if (this->DimChannels + this->BrightChannels > 0)
     {
@@ -99,6 +101,35 @@ public:
   }
 
 private:
+  // The header's box is not used. But where it does not hold the points, its scale or offset may be
+  // wrong as well. Many programs leave a box of zeros.
+  void CheckBox(ForeignMesh& result) const
+  {
+    const Box& box = this->Header.box;
+    if (box.lo == box.hi && box.lo == Vec3{})
+    {
+      return;
+    }
+    const auto isOutside = [this, &box](const Vec3& point)
+    {
+      bool outside = false;
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        const double most = 2 * std::abs(this->Header.scale[k]); // some boxes are rounded
+        outside = outside || point[k] < box.lo[k] - most || point[k] > box.hi[k] + most;
+      }
+      return outside;
+    };
+    const auto outside = std::count_if(this->Points.begin(), this->Points.end(), isOutside);
+    if (outside > 0)
+    {
+      result.tolerance.Tell(
+        std::to_string(outside) + " of " + std::to_string(this->Points.size()) +
+        " points are outside of the box that the header states: if its scale or "
+        "offset is wrong as well, so are the coordinates");
+    }
+  }
+
   // Adds an array, unless all its values are the same.
   template <class T>
   void AddArray(

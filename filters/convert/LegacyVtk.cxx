@@ -417,7 +417,7 @@ private:
     if (found < cells)
     {
       return this->Damaged(
-        "counts " + std::to_string(cells) + " cells, and has " + std::to_string(found), true);
+        "declares " + std::to_string(cells) + " cells, but has " + std::to_string(found), true);
     }
     this->Cells = found;
     this->Forgiven.Count(Lapse::NotCounted, found - cells,

@@ -9,6 +9,7 @@
 #include "filters/meshio/TextLines.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <map>
 #include <optional>
@@ -35,6 +36,21 @@ std::string InCase(std::string_view word, bool upper)
   }
   return text;
 }
+
+// What a column of a text may hold. PCL cuts off decimals, and values that do not fit wrap around.
+struct Column
+{
+  std::size_t field = 0;
+  bool isWhole = false;       // a whole number
+  double least = 0, most = 0; // its range
+  bool takesNan = false;      // PCL reads it as 0
+
+  bool Holds(double value) const
+  {
+    return !this->isWhole || (this->takesNan && std::isnan(value)) ||
+           (value >= this->least && value <= this->most && value == std::floor(value));
+  }
+};
 
 class HeaderReader
 {
@@ -100,12 +116,12 @@ public:
     return header;
   }
 
-  // Checks the lines of an ascii body, because PCL reads a word that is not a number as zero, and
-  // skips lines that are too short. Returns the offset after the claimed points, if the bytes there
-  // are not points. Call it after Read.
+  // Checks the lines of an ascii body, because PCL reads a word that is not a number as zero,
+  // cuts off what does not fit a field, and skips lines that are too short. Returns the offset
+  // after the claimed points, if the bytes there are not points. Call it after Read.
   Result<std::uint64_t> CheckAsciiBody(PcdHeader& header)
   {
-    this->FindPlaces();
+    this->FindColumns();
     const std::uint64_t claimed = header.points;
     header.hasOddLines = this->Lines.EndWithReturns();
     std::vector<std::string_view> words;
@@ -188,14 +204,24 @@ private:
     {
       this->Precision.Add(words[place]);
     }
-    for (const std::string_view word : words)
+    for (std::size_t i = 0; i < words.size(); ++i)
     {
       double value = 0;
-      if (ParseNumber(word, value) != NumberTextError::None)
+      if (ParseNumber(words[i], value) != NumberTextError::None)
       {
-        return this->Lines.Wrong(QuotedText(word) + " is not a number" + DecimalCommaHint(word));
+        return this->Lines.Wrong(
+          QuotedText(words[i]) + " is not a number" + DecimalCommaHint(words[i]));
       }
-      header.hasOddLines = header.hasOddLines || !WithPlainExponent(word).empty();
+      if (!this->Columns[i].Holds(value))
+      {
+        const std::size_t field = this->Columns[i].field;
+        return this->Lines.Wrong(
+          QuotedText(words[i]) + " is not a whole number that fits the field " +
+          QuotedText(this->Values.at("FIELDS")[field]) + " (TYPE " +
+          this->Values.at("TYPE")[field] + ", SIZE " + this->Values.at("SIZE")[field] + ")");
+      }
+      header.hasOddLines = header.hasOddLines || !WithPlainExponent(words[i]).empty() ||
+                           !SpecialNumber(words[i]).empty();
     }
     return {};
   }
@@ -247,8 +273,8 @@ private:
     header.textOfFloats = header.textOfFloats && !this->Precision.FloatsSuffice();
   }
 
-  // Finds the columns of x, y and z in a text.
-  void FindPlaces()
+  // Finds what the columns of a text hold, and which of them are x, y and z.
+  void FindColumns()
   {
     const auto& fields = this->Values.at("FIELDS");
     const auto counts = this->Values.find("COUNT");
@@ -260,13 +286,32 @@ private:
       {
         ParseNumber(counts->second[i], count);
       }
-      if (fields[i] == "x" || fields[i] == "y" || fields[i] == "z")
+      const bool isPlace = fields[i] == "x" || fields[i] == "y" || fields[i] == "z";
+      if (isPlace)
       {
         this->Places.push_back(column);
       }
+      this->Columns.insert(this->Columns.end(), count, this->ColumnOf(i, isPlace));
       column += count;
     }
     std::erase_if(this->Places, [column](std::size_t place) { return place >= column; });
+  }
+
+  Column ColumnOf(std::size_t field, bool isPlace) const
+  {
+    Column column;
+    column.field = field;
+    const std::string& type = this->Values.at("TYPE")[field];
+    std::uint64_t size = 0;
+    if (type != "F" && ParseNumber(this->Values.at("SIZE")[field], size) == NumberTextError::None)
+    {
+      const int bits = static_cast<int>(8 * size) - (type == "I" ? 1 : 0);
+      column.isWhole = true;
+      column.most = std::ldexp(1.0, bits) - 1;
+      column.least = type == "I" ? -std::ldexp(1.0, bits) : 0;
+      column.takesNan = !isPlace;
+    }
+    return column;
   }
 
   // Whether x, y and z are floats of four bytes.
@@ -415,6 +460,7 @@ private:
 
   TextLines Lines;
   std::map<std::string, std::vector<std::string>> Values;
+  std::vector<Column> Columns;     // of a text
   std::vector<std::size_t> Places; // columns of x, y and z
   DecimalPrecision Precision;      // of the decimals of x, y and z
   std::uint64_t BodyBegin = 0;

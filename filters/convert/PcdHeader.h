@@ -29,8 +29,9 @@ struct PcdHeader
   std::uint64_t bodyBegin = 0; // offset in the file
   std::string text;            // an equivalent header in the form that PCL reads
   Tolerance tolerance;         // of data that the header does not count
-  bool hasOddLines = false;    // lines of points with #, with only \r at their end, or with
-                               // Fortran's exponents: PCL does not know these
+  bool hasOddLines = false;    // lines of points with #, with only \r at their end, with
+                               // Fortran's exponents or numbers such as 1.#QNAN: PCL does not know
+                               // these
   bool hasViewpoint = false;   // the scanner's position is given
   bool textOfFloats = false;   // PCL reads x, y and z as floats, which lose decimals
 };

@@ -8,6 +8,8 @@
 #include "filters/convert/PcdHeader.h"
 #include "filters/convert/PointAttributes.h"
 #include "filters/core/VectorMath.h"
+#include "filters/meshio/NumberText.h"
+#include "filters/meshio/TextLines.h"
 
 #include <pcl/PCLPointCloud2.h>
 #include <pcl/console/print.h>
@@ -59,7 +61,21 @@ std::optional<AttributeType> TypeOf(const Field& field)
   }
 }
 
-// The text without comments, with line breaks and exponents as PCL needs them.
+// Appends the words of a line, with exponents and numbers that are not finite as PCL needs them.
+void AppendPlainWords(std::string_view line, std::ostream& lines)
+{
+  std::vector<std::string_view> words;
+  SplitWords(line, " \t\r", words);
+  for (const std::string_view word : words)
+  {
+    const std::string_view special = SpecialNumber(word);
+    const std::string plain = WithPlainExponent(word);
+    lines << (!special.empty() ? special : !plain.empty() ? std::string_view(plain) : word) << ' ';
+  }
+  lines << '\n';
+}
+
+// The text without comments, with line breaks and numbers as PCL needs them.
 std::stringstream PlainLines(std::istream& text)
 {
   std::stringstream lines;
@@ -72,13 +88,7 @@ std::stringstream PlainLines(std::istream& text)
       const std::size_t begin = line.find_first_not_of(" \t");
       if (begin != std::string::npos && line[begin] != '#')
       {
-        for (std::size_t i = begin + 1; i < line.size(); ++i)
-        {
-          const bool isAfterNumber =
-            line[i - 1] == '.' || (line[i - 1] >= '0' && line[i - 1] <= '9');
-          line[i] = isAfterNumber && (line[i] == 'd' || line[i] == 'D') ? 'e' : line[i];
-        }
-        lines << line << '\n';
+        AppendPlainWords(line, lines);
       }
     }
   }

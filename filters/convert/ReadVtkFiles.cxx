@@ -520,9 +520,9 @@ Status CheckGrid(vtkDataSet& grid, std::vector<std::string>& dropped)
       const vtkIdType count = all[k] ? all[k]->GetNumberOfTuples() : 0;
       if (count != sides[k])
       {
-        return Error{ ErrorCode::InvalidInput, std::string("holds ") + std::to_string(count) + " " +
-                                                 "XYZ"[k] + "_COORDINATES, and DIMENSIONS counts " +
-                                                 std::to_string(sides[k]) };
+        return Error{ ErrorCode::InvalidInput,
+          std::string("holds ") + std::to_string(count) + " " + "XYZ"[k] +
+            "_COORDINATES, but DIMENSIONS requires " + std::to_string(sides[k]) };
       }
     }
   }

@@ -234,10 +234,9 @@ private:
     }
     if (this->SinceCount < this->Counted)
     {
-      return BadInput("truncated: line " + std::to_string(this->CountLine) + " counts " +
-                        std::to_string(this->Counted) + " points, and " +
-                        std::to_string(this->SinceCount) +
-                        (this->SinceCount == 1 ? " is" : " are") + " there",
+      return BadInput("truncated: line " + std::to_string(this->CountLine) + " declares " +
+                        std::to_string(this->Counted) + " points, but the file has " +
+                        std::to_string(this->SinceCount),
         Remedy::CopyAgain);
     }
     this->Out.tolerance.Count(Lapse::NotCounted, this->SinceCount - this->Counted,

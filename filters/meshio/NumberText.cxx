@@ -27,6 +27,16 @@ std::string_view SpecialNumber(std::string_view word)
   return none ? "nan" : std::string_view();
 }
 
+std::size_t FindComment(std::string_view text)
+{
+  std::size_t at = text.find('#');
+  while (at != std::string_view::npos && text.substr(0, at).ends_with("1."))
+  {
+    at = text.find('#', at + 1);
+  }
+  return at;
+}
+
 std::string WithPlainExponent(std::string_view word)
 {
   constexpr std::string_view digits = "0123456789";

@@ -95,6 +95,10 @@ inline bool ScanDecimal(std::string_view word, PlainDecimal& decimal)
 // 1.#QNAN00, 1.#INF. Empty for all other words.
 std::string_view SpecialNumber(std::string_view word);
 
+// Where a comment begins: at the first # that is not part of a number such as 1.#QNAN; npos if
+// there is none.
+std::size_t FindComment(std::string_view text);
+
 // Returns the number with an e in place of the D or d that Fortran writes before the exponent
 // (1.0D+00); empty for all other words.
 std::string WithPlainExponent(std::string_view word);

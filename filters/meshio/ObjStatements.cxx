@@ -72,17 +72,6 @@ bool TakesName(std::string_view keyword)
          std::find(keywords.begin(), keywords.end(), keyword) != keywords.end();
 }
 
-// The first # that is not part of a number such as 1.#QNAN.
-std::size_t FindComment(std::string_view text)
-{
-  std::size_t at = text.find('#');
-  while (at != std::string_view::npos && text.substr(0, at).ends_with("1."))
-  {
-    at = text.find('#', at + 1);
-  }
-  return at;
-}
-
 bool EndsInBackslash(std::string_view text)
 {
   while (!text.empty() && IsBlank(text.back()))

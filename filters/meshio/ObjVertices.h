@@ -17,10 +17,10 @@ namespace kdstream
 // MiB, whatever the file. Disk: 48 bytes for each place, 8 for a texture coordinate, 12 for a
 // normal, 4 for a corner, 4 for a face, and 16 for each further vertex.
 //
-// Vertex i is place i with the first combination in which a corner uses this place. Further
-// combinations become further vertices, in order of first appearance. Each combination is one
-// vertex, unless a place has more than 64 combinations: then there are duplicates, which welding
-// joins.
+// A place is a position of the file, a `v` line. Vertex i is place i, with the texture coordinate
+// and the normal of the first corner that uses it. Every other combination of a place becomes a
+// vertex after these, in order of first appearance. If a place has more than 64 combinations, some
+// become several equal vertices, which welding joins.
 class ObjVertices
 {
 public:

@@ -98,7 +98,8 @@ public:
   // The rest of the line after the last word, up to longestWord bytes. Valid until the next call.
   // Errors: InputOutput.
   Result<std::string_view> RestOfLine();
-  // Moves `count` bytes further in this rest. REQUIRES: no other call since RestOfLine.
+  // Skips the first `count` bytes of the result of RestOfLine. REQUIRES: no other call since
+  // RestOfLine.
   void Skip(std::size_t count) { this->Cursor += count; }
 
   // The offset of the byte after the last word. The source may stand further on, because the end of

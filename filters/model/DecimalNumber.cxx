@@ -240,8 +240,8 @@ struct Interval
       each->MultiplyAdd(10, 0);
     }
   }
-  // Whether the digits so far are near enough: as they are, or with the last digit increased by
-  // one.
+  // Whether the digits so far already identify the number. ReachesDown: as they are. ReachesUp: if
+  // the last digit is increased by one.
   bool ReachesDown() const
   {
     return this->hasEnds ? !this->less.IsLess(this->value) : this->value.IsLess(this->less);

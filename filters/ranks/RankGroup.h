@@ -108,10 +108,10 @@ public:
     return in;
   }
 
-  // The same in rounds, so that the bytes in flight do not grow with the total. make(round, lists)
-  // -> Status fills the empty lists of one of this rank's rounds; take(from, span) -> Status gets
-  // the elements received from a rank. All ranks make the same number of rounds, that of the rank
-  // that needs the most.
+  // Exchanges lists in rounds, so that the bytes in flight do not grow with the total.
+  // make(round, lists) -> Status fills the empty lists `lists`, one for each rank, for a round.
+  // take(from, span) -> Status takes the elements that rank `from` has sent. rounds: of this rank.
+  // If other ranks need more rounds, this rank takes part in them with empty lists.
   template <class T, class Make, class TakeList>
   Status ExchangeInRounds(std::uint64_t rounds, const Make& make, const TakeList& take)
   {

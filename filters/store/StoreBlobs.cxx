@@ -241,7 +241,7 @@ constexpr std::array<const char*, 2 * tableCount> rowQueries{
   "SELECT length(data) FROM textures WHERE partition = ? AND typeof(data) = 'blob'",
   "SELECT length(data) FROM unused WHERE part = ? AND typeof(data) = 'blob'",
 };
-// A row's checksum covers all its columns, except these two, which its id repeats.
+// Finds rows whose resolution or node contradicts their id. The checksum covers all other columns.
 constexpr const char* selectMislabelled =
   "SELECT id, quote(resolution), quote(node) FROM pieces "
   "WHERE resolution IS NOT id >> 32 OR node IS NOT id & 0xFFFFFFFF";

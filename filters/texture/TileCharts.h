@@ -25,9 +25,10 @@ struct TextureSet
   std::vector<std::uint32_t> shown{};
 };
 
-// For each material, a number for its picture as the material shows it. The first material that
-// uses a picture gets the picture's own number. A material with another factor or alpha mode gets a
-// number from textures.pictures on; equal ones get the same number. Without a picture: noPicture.
+// Numbers the shown pictures, and returns the number of each material's. A shown picture is a
+// picture with a colour factor and an alpha mode. Picture i as the first material that uses it
+// shows it has the number i; as others show it, it has a number from textures.pictures on. A
+// material without a picture has noPicture.
 std::vector<std::uint32_t> NumberShownPictures(const TextureSet& textures);
 
 // The triangles of a partition's piece.

@@ -109,7 +109,7 @@ public:
     else if (this->Colors)
     {
       std::array<std::uint8_t, 4> color{ 0, 0, 0, 255 };
-      for (std::size_t k = 0; k < this->Colors->components; ++k)
+      for (std::size_t k = 0; k < std::min<std::size_t>(this->Colors->components, 4); ++k)
       {
         color[k] = static_cast<std::uint8_t>(this->Colors->Get(v, k));
       }

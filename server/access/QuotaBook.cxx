@@ -102,11 +102,11 @@ std::int64_t SystemMicroseconds()
     .count();
 }
 
-// The time from which a pace continues: the stored `due`, or now. A pace beyond `latest` means that
-// a clock was ahead, of this server or of another one with the same file. If the pace is only a
-// little beyond `latest`, it still counts; otherwise each step back of the clock would give a whole
-// new quota. If it is far beyond, it begins again from now; otherwise nobody would be served until
-// the clock has caught up.
+// The time from which a rate limit continues: the stored `due`, or now if that is later. A `due`
+// after `latest` means that a clock was ahead: this server's, or that of another server with the
+// same file. If the difference is small, `due` still counts: otherwise each time the clock is set
+// back, clients would get a new quota. If the difference is large, the limit starts again from now:
+// otherwise nobody would be served until the clock has caught up.
 std::int64_t DueFrom(std::optional<std::int64_t> due, std::int64_t now, std::int64_t latest)
 {
   return due && *due <= latest + clocksDiffer ? std::max(now, *due) : now;

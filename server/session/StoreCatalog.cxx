@@ -374,8 +374,8 @@ void StoreCatalog::Publish(State state)
   this->Present = std::make_shared<const State>(std::move(state));
 }
 
-// Adds the model of `file`: the new one, or the old one if the file is unchanged or there is no new
-// one. found: null while a disk blocks the file.
+// Adds the model of `file`. If the file is unchanged or cannot be opened, this is the old model.
+// found: the result of opening the file; null while its disk does not respond.
 void StoreCatalog::Add(State& state, const std::filesystem::path& file, const std::string& id,
   const std::shared_ptr<const StoreModel>& old, const Opening* found) const
 {

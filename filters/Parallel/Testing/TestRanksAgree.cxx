@@ -155,7 +155,8 @@ TEST(RanksAgree, ARankWithoutMemoryForWhatComesIsTheErrorOfAll)
 {
   const TemporaryFolder folder;
   const Outcome outcome = RunProgram(folder, KDSTREAM_MPIRUN,
-    Ranks(2, { std::string(KDSTREAM_PROGRAMS) + "/RanksAgainstOne", folder.Path.string(), "room" }));
+    Ranks(
+      2, { std::string(KDSTREAM_PROGRAMS) + "/RanksAgainstOne", folder.Path.string(), "room" }));
   EXPECT_EQ(outcome.exitCode, 0) << outcome.out << outcome.err;
 }
 

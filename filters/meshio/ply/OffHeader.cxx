@@ -169,7 +169,7 @@ Result<bool> OffText::NextLine()
     {
       return false;
     }
-    this->Rest = this->Lines.Line().substr(0, this->Lines.Line().find('#'));
+    this->Rest = this->Lines.Line().substr(0, FindComment(this->Lines.Line()));
     if (!std::all_of(this->Rest.begin(), this->Rest.end(), IsBlank))
     {
       return true;

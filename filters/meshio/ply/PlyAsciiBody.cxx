@@ -272,8 +272,9 @@ Error AsciiBody::TooShort(const PlyPlace& place, std::uint64_t there, std::uint6
       std::to_string(all) + (isPoint ? " coordinates" : " values") };
 }
 
-// A record ends with its line, unless all values of elements are on one line. If lines are records,
-// a record may take several lines, but no line may have parts of two records.
+// Called after the last value that the header names. If each record has lines of its own, skips
+// what the line has beyond these values; a line that already holds values of the next record is an
+// error. If lines have no meaning in this file (Lines::Free), does nothing.
 Status AsciiBody::EndRecord(const PlyPlace& place, bool isSkipped)
 {
   const std::uint64_t all = std::exchange(this->Words, 0);

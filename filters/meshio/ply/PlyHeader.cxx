@@ -253,8 +253,8 @@ private:
     }
     if (words.size() <= nameBegin)
     {
-      return this->Bad(property.isList ? "a list property has two types and a name"
-                                       : "a property has a type and a name");
+      return this->Bad(property.isList ? "a list property needs two types and a name"
+                                       : "a property needs a type and a name");
     }
     if (property.isList)
     {

@@ -61,7 +61,7 @@ TEST_F(TestPhaseBlob, BucketsComeBack)
     EXPECT_FALSE(RecordBuckets<std::uint64_t>::Restore(
       std::move(*folder.TakeFile("buckets", "buckets")), shorter));
   }
-  // Twice as many records a block; more records than the file has.
+  // Damaged numbers: of records in a block, and of records in the file.
   for (const std::size_t place : { 0U, 16U })
   {
     std::vector<std::byte> wrong = whole;

@@ -3,8 +3,8 @@
 // distribution of its coordinates. With these the cell can be split without an extra pass.
 #pragma once
 
-#include "filters/core/tree/PointRecord.h"
 #include "filters/core/tree/OrderKey.h"
+#include "filters/core/tree/PointRecord.h"
 
 #include <algorithm>
 #include <array>

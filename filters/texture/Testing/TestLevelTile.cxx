@@ -414,3 +414,25 @@ TEST(LevelTile, WrongImagesAreErrors)
   ASSERT_FALSE(made);
   EXPECT_EQ(made.GetError().code, ErrorCode::Damaged);
 }
+
+TEST(LevelTile, StopsWithinAPiece)
+{
+  PaintedSphere sphere;
+  Piece level = Joined(HalfSphere(12, false), HalfSphere(12, true));
+  std::size_t asked = 0;
+  sphere.tiles.goesOn = [&asked]
+  {
+    ++asked;
+    return true;
+  };
+  const auto whole = MakeLevelTile(level, sphere.tiles, {});
+  ASSERT_TRUE(whole) << whole.GetError().message;
+  EXPECT_GE(asked, whole->counts.texels / 2 / FinerTiles::texelsBetween); // some have no owner
+
+  asked = 0;
+  sphere.tiles.goesOn = [&asked] { return ++asked < 2; };
+  const auto stopped = MakeLevelTile(level, sphere.tiles, {});
+  ASSERT_FALSE(stopped);
+  EXPECT_EQ(stopped.GetError().code, ErrorCode::Cancelled);
+  EXPECT_EQ(asked, 2U);
+}

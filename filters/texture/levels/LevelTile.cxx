@@ -349,6 +349,7 @@ private:
     {
       if (this->Owners[texel] != noOwner)
       {
+        KDSTREAM_TRY(this->AskToGoOn());
         place = this->NearestPlace(this->PointOf(texel), place);
         texelsOf[place].push_back(texel);
       }
@@ -372,6 +373,17 @@ private:
     return Plus(plane.corner, Plus(Times(plane.right, x), Times(plane.down, y)));
   }
 
+  // Called for each texel: asks after every texelsBetween of them.
+  Status AskToGoOn()
+  {
+    if (++this->SinceAsked < FinerTiles::texelsBetween || !this->Finer.goesOn)
+    {
+      return {};
+    }
+    this->SinceAsked = 0;
+    return this->Finer.goesOn() ? Status{} : Status(Error{ ErrorCode::Cancelled, "cancelled" });
+  }
+
   Status SampleFrom(std::size_t place, const std::vector<std::uint32_t>& texels)
   {
     const auto finer = this->Finer.read(place);
@@ -393,6 +405,7 @@ private:
       const bool follows = i > 0 && texels[i - 1] + 1 == texels[i] &&
                            this->ChartOf(texels[i - 1]) == this->ChartOf(texels[i]);
       near = follows ? near : above;
+      KDSTREAM_TRY(this->AskToGoOn());
       this->SampleTexel(texels[i], colors, *shown, near);
       above = near;
     }
@@ -445,6 +458,7 @@ private:
   std::vector<std::uint8_t> Texels;   // RGBA
   std::vector<bool> HasColor;
   bool HasAlpha = false;
+  std::size_t SinceAsked = 0; // texels since Finer.goesOn was called
   TextureTile Tile;
   TileCounts Counts;
 };

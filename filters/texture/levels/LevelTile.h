@@ -45,6 +45,9 @@ struct FinerTiles
   std::vector<Place> places;
   // Reads the tile at a place. May be called several times for a place.
   std::function<Result<std::shared_ptr<const FinerColors>>(std::size_t)> read;
+  // Called after at most texelsBetween texels; returns false to stop. Null: never.
+  std::function<bool()> goesOn = nullptr;
+  static constexpr std::size_t texelsBetween = 1024;
 };
 
 // Makes a tile of the piece's triangles, in the charts of GrowLevelCharts, with a gutter of two
@@ -59,7 +62,7 @@ struct FinerTiles
 // Time: O(texels + triangles log triangles) for triangles of about the same size, plus the time for
 // the finer pieces. Memory: about 30 bytes a texel, and one decoded finer tile. The same input and
 // version of libwebp give the same bytes. Errors: those of finer.read; Damaged if a finer tile's
-// image cannot be decoded; LimitExceeded if libwebp refuses.
+// image cannot be decoded; LimitExceeded if libwebp refuses; Cancelled.
 Result<MadeTile> MakeLevelTile(
   const Piece& piece, const FinerTiles& finer, const LevelTileOptions& options);
 

@@ -39,8 +39,8 @@ std::unique_ptr<HttpServer> Start(const Catalog& catalog)
 
 }
 
-// Each allocation fails in its turn, from a client's connect until the server's object for the
-// connection is made, which has more than 4096 bytes.
+// One server after the other: in each, another allocation of accepting a client fails. The last is
+// that of the connection's object, which is known by its size: more than 4096 bytes.
 TEST(MemoryRunsOut, TheServerGoesOnListening)
 {
   const MemoryCatalog catalog;

@@ -45,7 +45,7 @@ export function formatLength(value, error, unit, of = value) {
   const longest = Math.max(Math.abs(of * factor), size);
   const byError = error > 0 ? -orderOf(error * factor) : Infinity;
   const places = Math.min(byError, mostDigits - 1 - orderOf(longest));
-  const text = write(value * factor, places, places === byError);
+  const text = write(value * factor, places, error > 0);
   return shown ? figure(text, shown) : text;
 }
 

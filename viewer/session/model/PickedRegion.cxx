@@ -146,8 +146,8 @@ void PickedRegion::FollowZoom(double pointsPerUnit)
   }
 }
 
-// Keeps the earlier regions, if together they are within the budget, and not larger than a single
-// region may be.
+// Adds the partitions of the last region to those of earlier regions. Keeps at most as many as fit
+// the budget, and as a single region may have; the oldest go first.
 void PickedRegion::Keep(const Region& last)
 {
   this->Earlier.insert(this->Earlier.begin(), last.partitions.begin(), last.partitions.end());

@@ -35,8 +35,8 @@ public:
   // Continues as far as the known part of the tree allows; the tree records as missing what else is
   // needed. True if the region has changed. keepsLast: the last region is kept, too.
   bool Follow(bool keepsLast);
-  // treeBlobs: how many more pages and boxes were requested. Beyond the limit, the pick ends with a
-  // message.
+  // Counts tree pages and boxes that were requested for the pick. If there are too many, the pick
+  // ends with a message.
   void NoteAsked(std::size_t treeBlobs);
   void DropPick();
 
