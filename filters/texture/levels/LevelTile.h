@@ -23,7 +23,7 @@ struct LevelTileOptions
   unsigned quality = 90; // of WebP, 1-100
   // The number of texels on the surface for each vertex of the piece. Fewer if the finer texels are
   // farther apart.
-  double texelsPerVertex = 36;
+  double texelsPerVertex = 25;
   // The largest side of a tile, in texels. If a side would be longer, texels are farther apart.
   std::int64_t mostSide = 1024;
   // The maximum size of the image in bytes. If it would be larger, texels are farther apart. 0: no
