@@ -155,9 +155,10 @@ vec3 lit(vec3 normal)
 // The visible side is lit, whichever way a triangle faces. Near an outline, an interpolated normal
 // may face away a little; then it is clamped (as in viewer/rendering/ScenePart.cxx). If no triangle
 // at a point has an area, the normal faces the eye.
-// Where the rasterizer rounds corners to few places (SwiftShader: 1/16 pixel), thin triangles at
-// outlines are turned over by that and lit as the other side: a few dark or bright pixels.
-// Clamping for back faces, too, would light insides of bowls wrongly near their outlines.
+// With SwiftShader, but not with Mesa's software driver, a few pixels at outlines are dark or
+// bright: samples there count as back faces and are lit as the other side. Probably it rounds the
+// corners of thin triangles, which turns them over. Clamping for back faces, too, would light
+// insides of bowls wrongly near their outlines.
 inline constexpr const char* surfaceFragment = R"(
 centroid in float fromEye;
 void main()

@@ -23,7 +23,7 @@
     + ":host([theme=light]){background:#e9e7e2}:host([hidden]){display:none}iframe{display:block;border:0;width:100%;height:100%}"
     + "button{position:absolute;inset:0;width:100%;height:100%;padding:0;border:0;background:none;cursor:pointer}"
     + "button[aria-disabled=true]{pointer-events:none}button img{display:block;width:100%;height:100%;object-fit:cover}"
-    + "[part=logo]{position:absolute;right:8px;bottom:8px;max-width:25%;max-height:15%;pointer-events:none}";
+    + "[part=logo]{position:absolute;right:8px;bottom:92px;max-width:25%;max-height:15%;pointer-events:none}";
   const make = (name, part, properties) => {
     const element = Object.assign(document.createElement(name), properties);
     element.part = part;

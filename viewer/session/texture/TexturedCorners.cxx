@@ -2,6 +2,8 @@
 // A textured part as renderers draw it: see TexturedCorners.h.
 #include "viewer/session/texture/TexturedCorners.h"
 
+#include "filters/core/VectorMath.h"
+
 #include <algorithm>
 
 namespace kdstream
@@ -67,29 +69,32 @@ TexturedCorners TexturedCornersOf(
 UnitNormals NormalsOf(
   const TexturedCorners& textured, const Surface& surface, const UnitNormals& normals)
 {
-  UnitNormals split;
-  if (normals.empty())
-  {
-    return split;
-  }
-  std::vector<Vec3> points;
+  UnitNormals split(normals.empty() ? 0 : textured.points.size());
+  std::vector<Vec3> sums(split.size());
   std::vector<VertexId> vertices(surface.points.size());
-  for (const VertexId point : textured.points)
+  for (std::size_t i = 0; i < split.size(); ++i)
   {
-    points.push_back(surface.points[point]);
-    ++vertices[point];
+    ++vertices[textured.points[i]];
   }
-  split = ComputeVertexNormals(points, textured.triangles);
+  for (std::size_t i = 0; i < textured.triangles.size() && !split.empty(); ++i)
+  {
+    const Triangle& corners = surface.triangles[i];
+    const Vec3 a = surface.points[corners[0]];
+    const Vec3 area = Cross(surface.points[corners[1]] - a, surface.points[corners[2]] - a);
+    for (const VertexId vertex : textured.triangles[i])
+    {
+      sums[vertex] = Plus(sums[vertex], area);
+    }
+  }
   for (std::size_t i = 0; i < split.size(); ++i)
   {
     const VertexId point = textured.points[i];
-    const auto &own = split[i], &shared = normals[point];
+    const auto own = UnitNormal(sums[i]), shared = normals[point];
     const float cosine = own[0] * shared[0] + own[1] * shared[1] + own[2] * shared[2];
-    if (vertices[point] == 1 || cosine > smooth || own == std::array<float, 3>{} ||
-        surface.sources[point].resolution.IsOriginal())
-    {
-      split[i] = shared;
-    }
+    split[i] = vertices[point] == 1 || cosine > smooth || own == std::array<float, 3>{} ||
+                   surface.sources[point].resolution.IsOriginal()
+                 ? shared
+                 : own;
   }
   return split;
 }
