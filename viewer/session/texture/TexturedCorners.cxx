@@ -69,14 +69,18 @@ TexturedCorners TexturedCornersOf(
 UnitNormals NormalsOf(
   const TexturedCorners& textured, const Surface& surface, const UnitNormals& normals)
 {
-  UnitNormals split(normals.empty() ? 0 : textured.points.size());
+  if (normals.empty())
+  {
+    return {};
+  }
+  UnitNormals split(textured.points.size());
   std::vector<Vec3> sums(split.size());
   std::vector<VertexId> vertices(surface.points.size());
-  for (std::size_t i = 0; i < split.size(); ++i)
+  for (const VertexId point : textured.points)
   {
-    ++vertices[textured.points[i]];
+    ++vertices[point];
   }
-  for (std::size_t i = 0; i < textured.triangles.size() && !split.empty(); ++i)
+  for (std::size_t i = 0; i < textured.triangles.size(); ++i)
   {
     const Triangle& corners = surface.triangles[i];
     const Vec3 a = surface.points[corners[0]];
