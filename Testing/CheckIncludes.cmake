@@ -144,7 +144,7 @@ check(server/http server/pages server/tiles filters/page server/session server/a
 check(server/app filters/page server/http server/session server/access filters/protocol filters/program filters/store filters/model ${core})
 check(viewer/session/section viewer/session/Camera.h viewer/session/Picker.h filters/model ${core})
 check(viewer/session/appearance viewer/session/Geometry.h filters/model ${core})
-check(viewer/session/texture viewer/session/Camera.h filters/protocol filters/model filters/codec ${core})
+check(viewer/session/texture viewer/session/Camera.h viewer/session/appearance/VertexNormals.h filters/protocol filters/model filters/codec ${core})
 check(viewer/session/requests viewer/session/SessionTypes.h)
 set(session viewer/session/Camera.h viewer/session/Geometry.h viewer/session/Picker.h viewer/session/SessionOptions.h viewer/session/SessionTypes.h)
 check(viewer/session/model ${session} viewer/session/section viewer/session/texture filters/protocol filters/model filters/codec ${core})
