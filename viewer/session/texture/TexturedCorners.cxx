@@ -74,6 +74,7 @@ UnitNormals NormalsOf(
     return {};
   }
   UnitNormals split(textured.points.size());
+  // As ComputeVertexNormals, but without a copy of the points: that would be more code in the page.
   std::vector<Vec3> sums(split.size());
   std::vector<VertexId> vertices(surface.points.size());
   for (const VertexId point : textured.points)
