@@ -326,14 +326,19 @@ function readAttributes(symbols, heads, vertices, numbers, triangleCount) {
     const size = sizes[head.type], width = 8 * size, sign = 1n << BigInt(width - 1);
     const tuples = head.association === 0 ? vertices.length : triangleCount;
     const known = [];
+    const bits = head.coarse ? 4 : width; // of coarse colours, whose steps are of 17
     head.values = new Uint8Array(tuples * head.components * size);
     for (let t = 0; t < tuples; ++t) {
       const [i, j] = head.association === 0 ? vertices[t].gate : [Math.max(0, t - 1), Math.max(0, t - 1)];
       known[t] = new Array(head.components).fill(0n);
+      let red = 0n;
       for (let c = 0; c < head.components; ++c) {
-        const foretold = (known[i][c] + known[j][c]) >> 1n;
-        const value = BigInt.asUintN(width, foretold + symbols.bigSigned(context.attribute + which));
-        known[t][c] = value;
+        const difference = symbols.bigSigned(context.attribute + which);
+        red = c === 0 ? difference : red;
+        const foretold = ((known[i][c] + known[j][c]) >> 1n) + (head.coarse && (c === 1 || c === 2) ? red : 0n);
+        const coded = BigInt.asUintN(bits, foretold + difference);
+        known[t][c] = coded;
+        const value = head.coarse ? 17n * coded : coded;
         const isFloat = head.type >= 8, isSigned = !isFloat && head.type % 2 === 0;
         const raw = isFloat ? (value & sign ? value ^ sign : BigInt.asUintN(width, ~value)) : isSigned ? value ^ sign : value;
         const at = ((head.association === 0 ? numbers[t] : t) * head.components + c) * size;
@@ -402,6 +407,12 @@ export function decodePiece(blob, model, level, node) {
   const heads = Array.from({ length: reader.varint() }, () => ({
     name: new TextDecoder().decode(reader.take(reader.varint())), type: reader.byte(), association: reader.byte(),
     components: reader.byte() }));
+  for (const head of heads) {
+    head.coarse = (head.type & 64) !== 0;
+    head.type &= ~64;
+    need(!head.coarse || (["RGB", "RGBA"].includes(head.name) && head.type === 1 && head.association === 0 &&
+      head.components === head.name.length), "coarse, but not colours");
+  }
   need(heads.every((head) => head.type < 10 && head.association < 2), "unknown attribute type");
   const coarse = level !== null && level <= model.stitch; // own vertices have ancestors, too
   const levels = Math.max(0, (coarse ? level : model.stitch) - model.preview);

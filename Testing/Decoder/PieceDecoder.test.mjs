@@ -40,13 +40,13 @@ function checkTree(sample) {
 function checkTexture(sample) {
   const blob = new Uint8Array(Buffer.from(sample.blob, "hex"));
   const where = `texture ${textures}`;
-  const decoded = decodeTexture(blob, sample.triangles);
+  const decoded = decodeTexture(blob, sample.triangles, doubles(sample.positions));
   assert.deepEqual([decoded.width, decoded.height, decoded.format], [sample.width, sample.height, sample.format], where);
   assert.equal(Buffer.from(decoded.image).toString("hex"), sample.image, where);
   same(decoded.places, doubles(sample.places), where);
   same(decoded.given, doubles(sample.given), where);
   const cut = blob.slice(0, blob.length - 1 - (37 * textures % (blob.length - 12)));
-  assert.throws(() => decodeTexture(cut, sample.triangles), where);
+  assert.throws(() => decodeTexture(cut, sample.triangles, doubles(sample.positions)), where);
   ++textures;
 }
 

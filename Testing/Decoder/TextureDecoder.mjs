@@ -37,19 +37,55 @@ function readTables(symbols, triangles) {
   return { scale: 2 ** -halvings, charts };
 }
 
-// triangles: those of the piece. Returns the places of corners in texels; for an exact texture also `given`, which are
+// The places of a planar texture's corners.
+function readPlanar(symbols, triangles, positions, width, height) {
+  const texels = bitsToDouble(symbols.big(context.table)), charts = [], places = [], chartOf = [], lastAt = new Map();
+  const chartCount = symbols.number(context.table);
+  need(chartCount <= triangles.length, "too many charts");
+  for (let i = 0; i < chartCount; ++i) {
+    const turn = [0, 1, 2].map(() => symbols.signed(context.chartSource));
+    const place = [0, 1].map(() => symbols.signed(context.chartPlace));
+    need(turn.every((part) => Math.abs(part) <= 2048) && place.every((at) => Math.abs(at) <= 2 ** 46), "a chart out of range");
+    const [x, y, z] = turn.map((part) => part / 2048), w = Math.sqrt(Math.max(0, 1 - x * x - y * y - z * z));
+    charts.push({ place, axes: [[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+      [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)]] });
+  }
+  triangles.forEach((triangle, t) => {
+    const which = symbols.symbol(context.chartOf);
+    const other = which < 3 ? lastAt.get(triangle[which]) : null;
+    need(other !== undefined, "no chart there");
+    chartOf.push(which < 3 ? chartOf[other] : (t === 0 ? 0 : chartOf[t - 1]) + symbols.signed(context.chart));
+    const chart = charts[chartOf[t]];
+    need(chart, "no such chart");
+    for (const vertex of triangle) {
+      lastAt.set(vertex, t);
+      const from = [0, 1, 2].map((k) => positions[3 * vertex + k] - positions[k]);
+      const place = chart.axes.map((axis, k) =>
+        Math.fround((from[0] * axis[0] + from[1] * axis[1] + from[2] * axis[2]) * texels + chart.place[k] / 8));
+      need(place[0] >= 0 && place[0] <= width && place[1] >= 0 && place[1] <= height, "a corner outside");
+      places.push(...place);
+    }
+  });
+  symbols.finish();
+  return places;
+}
+
+// triangles, positions: those of the piece. Returns the places of corners in texels; for an exact texture also `given`, which are
 // u and v.
-export function decodeTexture(blob, triangles) {
+export function decodeTexture(blob, triangles, positions) {
   const reader = content(blob, "KDX");
   const count = reader.varint(), width = reader.varint(), height = reader.varint(), format = reader.byte();
   need(count === triangles.length, "another number of triangles");
   need(width >= 1 && width <= 16383 && height >= 1 && height <= 16383, "no picture");
   const exact = format >= 128;
-  // Steps in a texel.
-  const coarse = !exact && format >= 64, kind = format - (exact ? 128 : coarse ? 64 : 0), steps = coarse ? 8 : 256;
+  const coarse = !exact && format >= 64, planar = !exact && !coarse && format >= 32;
+  const kind = format - (exact ? 128 : coarse ? 64 : planar ? 32 : 0), steps = coarse ? 8 : 256; // in a texel
   need(kind >= 1 && kind <= 3, "no format");
   const image = reader.take(reader.varint());
   const symbols = new Symbols(reader, 14, 4);
+  if (planar) {
+    return { width, height, format: kind, image, places: readPlanar(symbols, triangles, positions, width, height), given: [] };
+  }
   const tables = exact ? readTables(symbols, count) : null;
   const recent = new Map(), lastAt = new Map(), pairs = [], chartOf = [];
   const equal = (a, b) => a[0] === b[0] && a[1] === b[1];

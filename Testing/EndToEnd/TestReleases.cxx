@@ -257,7 +257,7 @@ TEST_F(TestReleases, StoresAreRead)
             store.ReadPiece(PieceOfBlob(BlobId::Partition(partition), store.Info().depths));
           const auto blob = store.Read(BlobId::Texture(partition));
           ASSERT_TRUE(piece && blob);
-          const auto tile = DecodeTextureTile(*blob, piece->triangles);
+          const auto tile = DecodeTextureTile(*blob, piece->triangles, piece->positions);
           ASSERT_TRUE(tile) << tile.GetError().message;
           EXPECT_TRUE(tile->isExact);
         }

@@ -90,7 +90,7 @@ private:
     KDSTREAM_TRY(piece);
     const auto blob = this->Source.Read(this->TextureOf(id));
     KDSTREAM_TRY(blob);
-    Result<TextureTile> tile = DecodeTextureTile(*blob, piece->triangles);
+    Result<TextureTile> tile = DecodeTextureTile(*blob, piece->triangles, piece->positions);
     if (!tile)
     {
       return Error{ ErrorCode::Damaged,

@@ -590,7 +590,7 @@ private:
     const protocol::BlobId name = TextureOfPiece(textured.front(), model.depths);
     const auto blob = store.Read(name);
     KDSTREAM_TRY(blob);
-    const Result<TextureTile> tile = DecodeTextureTile(*blob, piece->triangles);
+    const Result<TextureTile> tile = DecodeTextureTile(*blob, piece->triangles, piece->positions);
     if (!tile)
     {
       return Error{ ErrorCode::Damaged, BlobName(name) + ": " + tile.GetError().message };

@@ -62,7 +62,8 @@ Result<EncodedTexture> TiledTextures::MakeOfLevel(
     }
     Result<FinerPiece> read = finer.read(place);
     KDSTREAM_TRY(read);
-    Result<TextureTile> tile = DecodeTextureTile(read->texture, read->piece.triangles);
+    Result<TextureTile> tile =
+      DecodeTextureTile(read->texture, read->piece.triangles, read->piece.positions);
     KDSTREAM_TRY(tile);
     auto made =
       std::make_shared<const FinerColors>(FinerTile{ std::move(read->piece), std::move(*tile) });

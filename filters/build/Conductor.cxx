@@ -46,7 +46,8 @@ bool HasLevelTextures(const ModelDescription& model)
 Status WriteParts(BuildBackEnd& backEnd, const ModelDescription& model, StoreWriter* writer)
 {
   BuildState& build = backEnd.State();
-  const CodecContext codec = model.Codec();
+  CodecContext codec = model.Codec();
+  codec.coarseColors = HasLevelTextures(model);
   const PieceEncoding encoding{ codec, build.Options.textures.get() };
   const double ofPieces = HasLevelTextures(model) ? encodedBeforeLevelTextures : 1;
   std::uint64_t triangles = 0; // of the resolution

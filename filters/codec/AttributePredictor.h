@@ -45,6 +45,16 @@ private:
   std::uint64_t Sign, Turned;
 };
 
+// A component of a coarse colour: 15 steps of 17.
+constexpr std::uint64_t CoarseOf(std::uint64_t component)
+{
+  return (component * 15 + 127) / 255;
+}
+constexpr std::uint64_t ComponentOfCoarse(std::uint64_t coarse)
+{
+  return coarse * 17;
+}
+
 // Predicts components, as ordered integers, from earlier ones. For vertices, which come in the
 // order of the walk, the prediction is the mean of the values at the gate's start and end. For
 // triangles, which come in the order of the piece, it is the value of the previous triangle.
@@ -74,6 +84,14 @@ public:
   void Set(std::size_t tuple, std::size_t component, std::uint64_t value)
   {
     this->Known[tuple * this->Components + component] = value;
+  }
+
+  // The same for a coarse colour. Green and blue mostly differ from their predictions as red does.
+  // ofRed: red's difference.
+  std::uint64_t PredictCoarse(std::size_t tuple, std::size_t component, std::int64_t ofRed) const
+  {
+    const bool follows = component == 1 || component == 2;
+    return this->Predict(tuple, component) + (follows ? static_cast<std::uint64_t>(ofRed) : 0);
   }
 
   // The difference from a prediction, as a signed number of the type's width; and the inverse.

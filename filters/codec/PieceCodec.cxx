@@ -24,6 +24,8 @@ constexpr std::string_view pieceMagic = "KDP";
 // reader's memory and time.
 constexpr std::uint64_t mostExpansion = 128;
 
+constexpr std::uint8_t coarseBit = 0x40; // in the byte of an attribute's type
+
 // About how many bytes the piece takes in memory.
 std::uint64_t DecodedBytes(const Piece& piece, const PieceShape& shape)
 {
@@ -54,19 +56,21 @@ void WriteHead(ByteWriter& writer, const Piece& piece, const PieceShape& shape)
     writer.Varint(shape.childNodes);
   }
   writer.Varint(piece.attributes.size());
-  for (const Attribute& attribute : piece.attributes)
+  for (std::size_t i = 0; i < piece.attributes.size(); ++i)
   {
+    const Attribute& attribute = piece.attributes[i];
     const auto name = std::span(
       reinterpret_cast<const std::uint8_t*>(attribute.name.data()), attribute.name.size());
     writer.Varint(name.size());
     writer.Raw(name);
-    writer.Byte(static_cast<std::uint8_t>(attribute.type));
+    writer.Byte(static_cast<std::uint8_t>(
+      static_cast<std::uint8_t>(attribute.type) | (shape.coarse[i] ? coarseBit : 0)));
     writer.Byte(static_cast<std::uint8_t>(attribute.association));
     writer.Byte(attribute.components);
   }
 }
 
-void ReadAttributeHeads(ByteReader& reader, Piece& piece)
+void ReadAttributeHeads(ByteReader& reader, Piece& piece, PieceShape& shape)
 {
   const std::uint64_t count = reader.Varint(mostAttributes);
   for (std::uint64_t i = 0; !reader.Failed() && i < count; ++i)
@@ -74,7 +78,9 @@ void ReadAttributeHeads(ByteReader& reader, Piece& piece)
     Attribute attribute;
     const auto name = reader.Raw(reader.Count(longestAttributeName));
     attribute.name.assign(reinterpret_cast<const char*>(name.data()), name.size());
-    const std::uint8_t type = reader.Byte(), association = reader.Byte();
+    const std::uint8_t head = reader.Byte(), association = reader.Byte();
+    const bool isCoarse = (head & coarseBit) != 0;
+    const std::uint8_t type = isCoarse ? head ^ coarseBit : head;
     attribute.components = reader.Byte();
     if (type > static_cast<std::uint8_t>(AttributeType::Float64) || association > 1)
     {
@@ -83,6 +89,12 @@ void ReadAttributeHeads(ByteReader& reader, Piece& piece)
     }
     attribute.type = static_cast<AttributeType>(type);
     attribute.association = static_cast<AttributeAssociation>(association);
+    if (isCoarse && RoleOf(attribute) != AttributeRole::Colors)
+    {
+      reader.Fail("a coarse attribute that is not of colours");
+      return;
+    }
+    shape.coarse.push_back(isCoarse);
     piece.attributes.push_back(std::move(attribute));
   }
 }
@@ -103,7 +115,7 @@ void ReadHead(ByteReader& reader, Piece& piece, PieceShape& shape)
   shape.steps = reader.Count(3 * shape.counts.triangles); // at most one step for each edge
   shape.childNodes = shape.HasChildNodes() ? reader.Count(most) : 0;
   piece.ownVertices = static_cast<std::uint32_t>(shape.counts.own);
-  ReadAttributeHeads(reader, piece);
+  ReadAttributeHeads(reader, piece, shape);
   if (!reader.Failed() && DecodedBytes(piece, shape) / mostExpansion > reader.Remaining())
   {
     reader.Fail("counts are too large for the bytes");
@@ -141,6 +153,11 @@ std::vector<std::uint8_t> EncodePiece(
 {
   const WalkCounts counts{ piece.ownVertices, piece.GhostCount(), piece.triangles.size() };
   PieceShape shape{ piece.id, context.depths, counts, 0, piece.childNodes.size() };
+  for (const Attribute& attribute : piece.attributes)
+  {
+    shape.coarse.push_back(context.coarseColors && !piece.id.resolution.IsOriginal() &&
+                           RoleOf(attribute) == AttributeRole::Colors);
+  }
   SymbolWriter symbols({ contexts::choices, contexts::attribute + piece.attributes.size() });
   const CoordinateGrid grid = context.GridOf(piece.id.resolution);
   PieceWriter content(symbols, piece, shape, grid);

@@ -29,6 +29,9 @@ struct CodecContext
   std::vector<std::uint32_t> spacings{};
   // The number of clusters of each level: ranks must be below it. Empty: not known.
   std::vector<std::uint64_t> clusters{};
+  // For encoding: whether levels have coarse colours, of four bits a component. For models whose
+  // levels have textures: there colours are shown only until the texture arrives.
+  bool coarseColors = false;
 
   CoordinateGrid GridOf(Resolution resolution) const
   {
@@ -49,7 +52,7 @@ struct EncodedBytes
 // Encodes a piece without its geometric errors; the pages of the tree have errors of whole pieces.
 // REQUIRES: CheckPiece(piece, context.depths); vertices with the same ancestor at a level have the
 // same ancestors at all coarser levels. On a grid, positions can be anywhere: they are moved to the
-// nearest grid points. Deterministic; O(size). spent: for benchmarks.
+// nearest grid points; coarse colours are rounded. Deterministic; O(size). spent: for benchmarks.
 std::vector<std::uint8_t> EncodePiece(
   const Piece& piece, const CodecContext& context, EncodedBytes* spent = nullptr);
 

@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 namespace kdstream
 {
@@ -27,6 +28,7 @@ struct PieceShape
   WalkCounts counts = {};
   std::size_t steps = 0;      // of the walk
   std::size_t childNodes = 0; // total length of the lists of all vertices
+  std::vector<bool> coarse{}; // for each attribute: whether it is of coarse colours
 
   std::size_t Vertices() const { return this->counts.Vertices(); }
   bool IsOriginal() const { return this->id.resolution.IsOriginal(); }

@@ -8,6 +8,7 @@
 #include "filters/codec/SymbolCoder.h"
 #include "filters/codec/TileCorners.h"
 #include "filters/core/BitCast.h"
+#include "filters/core/VectorMath.h"
 
 #include <algorithm>
 #include <cmath>
@@ -19,7 +20,8 @@ namespace
 {
 
 constexpr std::string_view tileMagic = "KDX";
-constexpr std::uint8_t exactBit = 0x80, coarseBit = 0x40; // in the byte that names the format
+// In the byte that names the format.
+constexpr std::uint8_t exactBit = 0x80, coarseBit = 0x40, planarBit = 0x20;
 constexpr std::uint8_t mostHalvings = 14;
 constexpr std::int64_t mostChartPlace = std::int64_t{ 1 } << 46;
 constexpr std::uint64_t mostSourceSide = std::uint64_t{ 1 } << 31;
@@ -33,6 +35,7 @@ void WriteHead(ByteWriter& writer, const TextureTile& tile, std::size_t triangle
   writer.Byte(
     static_cast<std::uint8_t>(static_cast<std::uint8_t>(tile.format) | (tile.isExact     ? exactBit
                                                                          : tile.isCoarse ? coarseBit
+                                                                         : tile.isPlanar ? planarBit
                                                                                          : 0)));
   writer.Varint(tile.image.size());
   writer.Raw(tile.image);
@@ -48,8 +51,10 @@ TextureTileHead ReadHead(ByteReader& reader)
   const std::uint8_t format = reader.Byte();
   head.exact = (format & exactBit) != 0;
   head.coarse = !head.exact && (format & coarseBit) != 0;
+  head.planar = !head.exact && !head.coarse && (format & planarBit) != 0;
   head.format = static_cast<TileImage>(format & ~(head.exact    ? exactBit
                                                   : head.coarse ? coarseBit
+                                                  : head.planar ? planarBit
                                                                 : 0));
   if (head.format < TileImage::Jpeg || head.format > TileImage::Webp)
   {
@@ -171,6 +176,101 @@ const char* ReadTables(SymbolReader& symbols, std::size_t triangles, ExactTile& 
   return nullptr;
 }
 
+// ---- planar tiles: charts, and the chart of each triangle
+
+void WritePlanar(
+  SymbolWriter& symbols, const PlanarTile& planar, std::span<const Triangle> triangles)
+{
+  WriteDouble(symbols, planar.texels);
+  symbols.Number(TileContext::table, planar.charts.size());
+  for (const PlanarChart& chart : planar.charts)
+  {
+    for (const std::int64_t number : chart.turn)
+    {
+      symbols.Signed(TileContext::chartSource, number);
+    }
+    for (const std::int64_t number : chart.offset)
+    {
+      symbols.Signed(TileContext::chartPlace, number);
+    }
+  }
+  TileCornerWriter corners(symbols, triangles, true);
+  for (std::size_t t = 0; t < triangles.size(); ++t)
+  {
+    corners.Chart(t, planar.chartOf[t]);
+    corners.Remember(t);
+  }
+}
+
+// Reads a number of a planar chart. Returns false if it is too large or missing.
+bool ReadPlanarNumber(
+  SymbolReader& symbols, TileContext::Numbers context, std::int64_t most, std::int64_t& number)
+{
+  number = symbols.Signed(context);
+  return !symbols.Failed() && number >= -most && number <= most;
+}
+
+// Returns null, or what is wrong.
+const char* ReadPlanar(SymbolReader& symbols, std::span<const Triangle> triangles,
+  std::span<const Vec3> positions, TextureTile& tile)
+{
+  PlanarTile& planar = tile.planar;
+  planar.texels = BitCast<double>(symbols.Number(TileContext::table));
+  std::uint64_t charts = 0;
+  if (!ReadNumber(symbols, TileContext::table, triangles.size(), charts))
+  {
+    return "more charts than triangles";
+  }
+  std::vector<std::array<Vec3, 2>> axes;
+  for (; charts > 0; --charts)
+  {
+    PlanarChart& chart = planar.charts.emplace_back();
+    std::array<std::int64_t, 5> numbers{};
+    for (std::size_t i = 0; i < 5; ++i)
+    {
+      if (!ReadPlanarNumber(symbols, i < 3 ? TileContext::chartSource : TileContext::chartPlace,
+            i < 3 ? turnSteps : mostChartPlace, numbers[i]))
+      {
+        return "a chart's position is out of range";
+      }
+    }
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      chart.turn[k] = static_cast<std::int32_t>(numbers[k]);
+    }
+    chart.offset = { numbers[3], numbers[4] };
+    axes.push_back(AxesOf(chart));
+  }
+  planar.chartOf.resize(triangles.size());
+  TileCornerReader reader(symbols, triangles, true);
+  for (std::size_t t = 0; t < triangles.size(); ++t)
+  {
+    const std::uint64_t number = reader.Chart(t);
+    reader.Remember(t);
+    if (number >= planar.charts.size())
+    {
+      return "a triangle has an unknown chart";
+    }
+    planar.chartOf[t] = static_cast<std::uint32_t>(number);
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const VertexId vertex = triangles[t][k];
+      if (vertex >= positions.size())
+      {
+        return "the positions of its piece are needed";
+      }
+      const Vec3 from = Minus(positions[vertex], positions[0]);
+      const TileCoordinate at = PlaceOfCorner(planar, planar.charts[number], axes[number], from);
+      if (!(at[0] >= 0 && at[0] <= float(tile.width) && at[1] >= 0 && at[1] <= float(tile.height)))
+      {
+        return "a corner is outside the image";
+      }
+      tile.corners[t][k] = at;
+    }
+  }
+  return symbols.AtEnd() ? nullptr : "extra bytes at the end";
+}
+
 // ---- corners
 
 unsigned StepsOfTexel(const TextureTile& tile)
@@ -224,10 +324,14 @@ bool TakeCorner(TextureTile& tile, std::size_t triangle, std::size_t k, const Ti
 }
 
 // Returns null, or what is wrong.
-const char* ReadCorners(
-  SymbolReader& symbols, std::span<const Triangle> triangles, TextureTile& tile)
+const char* ReadCorners(SymbolReader& symbols, std::span<const Triangle> triangles,
+  std::span<const Vec3> positions, TextureTile& tile)
 {
   tile.corners.resize(triangles.size());
+  if (tile.isPlanar)
+  {
+    return ReadPlanar(symbols, triangles, positions, tile);
+  }
   if (tile.isExact)
   {
     if (const char* wrong = ReadTables(symbols, triangles.size(), tile.exact))
@@ -261,6 +365,31 @@ const char* ReadCorners(
   return symbols.AtEnd() ? nullptr : "extra bytes at the end";
 }
 
+// Writes what follows the image.
+void WriteCorners(
+  SymbolWriter& symbols, const TextureTile& tile, std::span<const Triangle> triangles)
+{
+  if (tile.isPlanar)
+  {
+    WritePlanar(symbols, tile.planar, triangles);
+    return;
+  }
+  if (tile.isExact)
+  {
+    WriteTables(symbols, tile.exact);
+  }
+  TileCornerWriter corners(symbols, triangles, tile.isExact);
+  for (std::size_t t = 0; t < triangles.size(); ++t)
+  {
+    if (tile.isExact)
+    {
+      corners.Chart(t, tile.exact.chartOf[t]);
+    }
+    corners.Corners(
+      t, { CornerToWrite(tile, t, 0), CornerToWrite(tile, t, 1), CornerToWrite(tile, t, 2) });
+  }
+}
+
 Error OfTile(Error error)
 {
   error.message = "texture: " + error.message;
@@ -290,24 +419,31 @@ TileCoordinate PlaceOfCorner(
     float((along(source.v) * source.height + double(moved.y)) * scale) };
 }
 
+std::array<Vec3, 2> AxesOf(const PlanarChart& chart)
+{
+  const double x = double(chart.turn[0]) / turnSteps, y = double(chart.turn[1]) / turnSteps;
+  const double z = double(chart.turn[2]) / turnSteps;
+  const double w = std::sqrt(std::max(0.0, 1 - x * x - y * y - z * z));
+  return { Vec3{ 1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y) },
+    Vec3{ 2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x) } };
+}
+
+TileCoordinate PlaceOfCorner(const PlanarTile& planar, const PlanarChart& chart,
+  const std::array<Vec3, 2>& axes, const Vec3& from)
+{
+  const auto along = [&](std::size_t k)
+  {
+    return float(
+      Dot(from, axes[k]) * planar.texels + double(chart.offset[k]) / double(coarseTileSteps));
+  };
+  return { along(0), along(1) };
+}
+
 std::vector<std::uint8_t> EncodeTextureTile(
   const TextureTile& tile, std::span<const Triangle> triangles)
 {
   SymbolWriter symbols(TileContext::all);
-  if (tile.isExact)
-  {
-    WriteTables(symbols, tile.exact);
-  }
-  TileCornerWriter corners(symbols, triangles, tile.isExact);
-  for (std::size_t t = 0; t < triangles.size(); ++t)
-  {
-    if (tile.isExact)
-    {
-      corners.Chart(t, tile.exact.chartOf[t]);
-    }
-    corners.Corners(
-      t, { CornerToWrite(tile, t, 0), CornerToWrite(tile, t, 1), CornerToWrite(tile, t, 2) });
-  }
+  WriteCorners(symbols, tile, triangles);
   ByteWriter writer;
   WriteHead(writer, tile, triangles.size());
   symbols.Finish(writer, 0);
@@ -328,8 +464,8 @@ Result<TextureTileHead> ReadTextureTileHead(std::span<const std::uint8_t> blob)
   return reader.Failed() ? Result<TextureTileHead>(OfTile(reader.Why())) : head;
 }
 
-Result<TextureTile> DecodeTextureTile(
-  std::span<const std::uint8_t> blob, std::span<const Triangle> triangles)
+Result<TextureTile> DecodeTextureTile(std::span<const std::uint8_t> blob,
+  std::span<const Triangle> triangles, std::span<const Vec3> positions)
 {
   const auto unsealed = UnsealBlob(blob, tileMagic);
   if (!unsealed)
@@ -347,9 +483,9 @@ Result<TextureTile> DecodeTextureTile(
     return OfTile(reader.Why());
   }
   TextureTile tile{ head.width, head.height, head.format, { head.image.begin(), head.image.end() },
-    {}, head.exact, {}, head.coarse };
+    {}, head.exact, {}, head.coarse, head.planar, {} };
   SymbolReader symbols(unsealed->subspan(reader.Position()), TileContext::all);
-  const char* wrong = symbols.Failed() ? "" : ReadCorners(symbols, triangles, tile);
+  const char* wrong = symbols.Failed() ? "" : ReadCorners(symbols, triangles, positions, tile);
   if (wrong || symbols.Failed())
   {
     reader.Fail(symbols.Failed() ? "truncated symbols" : wrong);

@@ -78,14 +78,34 @@ struct ExactTile
   bool operator==(const ExactTile&) const = default;
 };
 
+// In a planar tile: a plane on which triangles are projected. `turn`: x, y and z of the quaternion
+// of length 1 that turns the plane's axes into those of the picture, in 1 / turnSteps; w is not
+// negative. `offset`: where the piece's first vertex would lie, in 1 / coarseTileSteps of a texel.
+struct PlanarChart
+{
+  std::array<std::int64_t, 2> offset{};
+  std::array<std::int32_t, 3> turn{};
+  bool operator==(const PlanarChart&) const = default;
+};
+inline constexpr std::int32_t turnSteps = 2048;
+
+// How the texture coordinates of a planar tile follow from the positions of vertices.
+struct PlanarTile
+{
+  double texels = 1; // along a unit of length
+  std::vector<PlanarChart> charts;
+  std::vector<std::uint32_t> chartOf; // of each triangle
+  bool operator==(const PlanarTile&) const = default;
+};
+
 // The head of a tile, which is enough to decode and upload the picture.
 struct TextureTileHead
 {
   std::uint32_t triangles = 0;
   std::uint32_t width = 1, height = 1; // texels of the picture, 1 to longestTileSide
   TileImage format = TileImage::Webp;
-  bool exact = false, coarse = false;
-  std::span<const std::uint8_t> image; // into the blob
+  bool exact = false, coarse = false, planar = false; // at most one of them
+  std::span<const std::uint8_t> image;                // into the blob
 };
 
 struct TextureTile
@@ -93,22 +113,32 @@ struct TextureTile
   std::uint32_t width = 1, height = 1;
   TileImage format = TileImage::Webp;
   std::vector<std::uint8_t> image;
-  // For each triangle of the partition's piece, in its order. For an exact tile the coordinates
-  // come from `exact`: encoding ignores these, decoding fills them in (PlaceOfCorner).
+  // For each triangle of the piece, in its order. For an exact tile the coordinates come from
+  // `exact`, for a planar one from `planar`: encoding ignores these, decoding fills them in
+  // (PlaceOfCorner).
   std::vector<std::array<TileCoordinate, 3>> corners;
   bool isExact = false;
   ExactTile exact{};
-  bool isCoarse = false; // never with isExact
+  bool isCoarse = false; // at most one of isExact, isCoarse and isPlanar
+  bool isPlanar = false;
+  PlanarTile planar{};
 };
 
 // Where in the tile a corner of an exact chart lies.
 TileCoordinate PlaceOfCorner(
   const ExactTile& exact, std::uint32_t chart, const std::array<float, 2>& corner);
 
-// Encodes a tile of a piece with these triangles. Unless the tile is exact, coordinates are rounded
-// to 1 / tileSteps (coarse: 1 / coarseTileSteps) of a texel, and clamped to the picture. REQUIRES:
-// the same number of corners (exact: also of charts in chartOf) as of triangles; sides of 1 to
-// longestTileSide; charts and sources that exist. Deterministic; O(triangles + bytes of the image).
+// The axes of a planar chart, x and y of the picture, of length about 1.
+std::array<Vec3, 2> AxesOf(const PlanarChart& chart);
+// Where a vertex of a planar chart lies. from: from the piece's first vertex.
+TileCoordinate PlaceOfCorner(const PlanarTile& planar, const PlanarChart& chart,
+  const std::array<Vec3, 2>& axes, const Vec3& from);
+
+// Encodes a tile of a piece with these triangles. Unless the tile is exact or planar, coordinates
+// are rounded to 1 / tileSteps (coarse: 1 / coarseTileSteps) of a texel, and clamped to the
+// picture. REQUIRES: the same number of corners (exact: also of charts in chartOf; planar: only of
+// these) as of triangles; sides of 1 to longestTileSide; charts and sources that exist.
+// Deterministic; O(triangles + bytes of the image).
 std::vector<std::uint8_t> EncodeTextureTile(
   const TextureTile& tile, std::span<const Triangle> triangles);
 
@@ -117,12 +147,12 @@ std::vector<std::uint8_t> EncodeTextureTile(
 // head is malformed; Unsupported for an unknown codec version.
 Result<TextureTileHead> ReadTextureTileHead(std::span<const std::uint8_t> blob);
 
-// Decodes the whole tile. triangles: of the decoded original piece of the same partition
-// (DecodePiece); their number and the blob's size bound memory and time. The image's bytes are not
-// checked: code that decodes the image must compare its size with that in the head. Errors: those
-// of ReadTextureTileHead; InvalidInput if the number of triangles differs, or the tile is
-// malformed.
-Result<TextureTile> DecodeTextureTile(
-  std::span<const std::uint8_t> blob, std::span<const Triangle> triangles);
+// Decodes the whole tile. triangles, positions: of the decoded piece (DecodePiece), whose number
+// and the blob's size bound memory and time. Positions are needed for planar tiles only. The
+// image's bytes are not checked: code that decodes the image must compare its size with that in the
+// head. Errors: those of ReadTextureTileHead; InvalidInput if the number of triangles differs, or
+// the tile is malformed.
+Result<TextureTile> DecodeTextureTile(std::span<const std::uint8_t> blob,
+  std::span<const Triangle> triangles, std::span<const Vec3> positions = {});
 
 }

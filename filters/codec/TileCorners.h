@@ -66,6 +66,26 @@ public:
     this->LastAt.assign(vertices, noTriangle);
   }
 
+  // Remembers triangle t, which has been stored, for later ones. If it has a vertex twice, keeps
+  // the pair of the last corner there.
+  void Remember(std::size_t t)
+  {
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const VertexId vertex = this->Triangles[t][k];
+      Pairs& recent = this->Recent[vertex];
+      const TileCorner& corner = this->Coded[t][k];
+      if (recent.count == 0 || recent.pairs[0] != corner)
+      {
+        recent.pairs[1] = recent.pairs[0];
+        recent.pairs[0] = corner;
+        recent.count = std::min(recent.count + 1, 2U);
+      }
+      this->LastAt[vertex] = static_cast<std::uint32_t>(t);
+    }
+    this->Last = this->Coded[t][2];
+  }
+
 protected:
   static constexpr std::uint32_t noTriangle = noVertex;
 
@@ -122,26 +142,6 @@ protected:
       return { TileContext::near, here[known[previous] ? previous : next] };
     }
     return { TileContext::far, this->Last };
-  }
-
-  // Remembers triangle t, which has been stored, for later ones. If it has a vertex twice, keeps
-  // the pair of the last corner there.
-  void Remember(std::size_t t)
-  {
-    for (std::size_t k = 0; k < 3; ++k)
-    {
-      const VertexId vertex = this->Triangles[t][k];
-      Pairs& recent = this->Recent[vertex];
-      const TileCorner& corner = this->Coded[t][k];
-      if (recent.count == 0 || recent.pairs[0] != corner)
-      {
-        recent.pairs[1] = recent.pairs[0];
-        recent.pairs[0] = corner;
-        recent.count = std::min(recent.count + 1, 2U);
-      }
-      this->LastAt[vertex] = static_cast<std::uint32_t>(t);
-    }
-    this->Last = this->Coded[t][2];
   }
 
   // The chart of the triangle that was stored last at the vertex of corner `symbol` of t; noVertex
@@ -226,7 +226,8 @@ public:
   {
   }
 
-  // Only for exact tiles, before the triangle's corners.
+  // Only for exact tiles, before the triangle's corners; and for planar ones, which have no
+  // corners: call Remember after it.
   void Chart(std::size_t t, std::uint32_t chart)
   {
     unsigned symbol = 0;

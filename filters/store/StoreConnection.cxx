@@ -53,7 +53,7 @@ Result<ModelDescription> ReadStoredModel(int descriptor)
     return DamagedBlob("metadata", "its textures do not fit the store's version");
   }
   const bool hasTexturedLevels = model && model->textures && model->textures->levels;
-  if (model && hasTexturedLevels != (*version == texturedLevelsVersion))
+  if (model && hasTexturedLevels != HasTexturedLevels(*version))
   {
     return DamagedBlob("metadata", "its textures do not fit the store's version");
   }

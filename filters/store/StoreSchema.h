@@ -18,12 +18,13 @@ namespace kdstream
 {
 
 // The versions that are written; the second one if pieces of levels have textures.
-inline constexpr int storeVersion = 13, texturedLevelsVersion = 14;
+inline constexpr int storeVersion = 13, texturedLevelsVersion = 15;
 inline constexpr int newestStoreVersion = texturedLevelsVersion;
 int VersionOfStore(const ModelDescription& model);
 
 // Older versions that can still be read. In these each blob is a row of the table of its kind.
-// Version 10 has textures, 11 a list of vertices that no triangle uses, 12 both.
+// Version 10 has textures, 11 a list of vertices that no triangle uses, 12 both. Version 14 has
+// textures of levels with other texture coordinates, and all bits of the levels' colours.
 inline constexpr int oldestStoreVersion = 9;
 constexpr bool HasRowsOfBlobs(int version)
 {
@@ -32,6 +33,10 @@ constexpr bool HasRowsOfBlobs(int version)
 constexpr bool HasTextures(int version)
 {
   return version == 10 || version == 12;
+}
+constexpr bool HasTexturedLevels(int version)
+{
+  return version >= 14;
 }
 constexpr bool HasUnused(int version)
 {

@@ -118,7 +118,8 @@ private:
         const auto piece = bytes ? this->Whole.Decode(*bytes, id) : Result<Piece>(bytes.GetError());
         if (blob && piece) // errors of the piece have been noted already
         {
-          this->Note(BlobName(texture), OnlyStatus(DecodeTextureTile(*blob, piece->triangles)));
+          this->Note(BlobName(texture),
+            OnlyStatus(DecodeTextureTile(*blob, piece->triangles, piece->positions)));
         }
         KDSTREAM_TRY(this->EndWhereMuchIsWrong());
       }
@@ -144,7 +145,8 @@ private:
     }
     if (blob && piece)
     {
-      this->Note(BlobName(texture), OnlyStatus(DecodeTextureTile(*blob, piece->triangles)));
+      this->Note(BlobName(texture),
+        OnlyStatus(DecodeTextureTile(*blob, piece->triangles, piece->positions)));
     }
   }
 

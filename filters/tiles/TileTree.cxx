@@ -316,7 +316,7 @@ Result<EncodedTile> TileTree::MakeTile(const TileInput& source, std::size_t s, s
     const protocol::BlobId id = TextureOfPiece(piece->id, this->Info.depths);
     const auto blob = source.readBlob(id);
     KDSTREAM_TRY(blob);
-    auto decoded = DecodeTextureTile(*blob, piece->triangles);
+    auto decoded = DecodeTextureTile(*blob, piece->triangles, piece->positions);
     if (!decoded)
     {
       return Error{ ErrorCode::Damaged, BlobName(id) + ": " + decoded.GetError().message };

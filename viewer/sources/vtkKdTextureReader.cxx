@@ -184,7 +184,7 @@ Status ReadInto(const PieceSource& model, PieceId id, const std::vector<std::uin
   const auto read = model.ReadPieces(std::span(&id, 1), execution);
   KDSTREAM_TRY(read);
   const Piece& piece = read->front();
-  const Result<TextureTile> tile = DecodeTextureTile(blob, piece.triangles);
+  const Result<TextureTile> tile = DecodeTextureTile(blob, piece.triangles, piece.positions);
   if (!tile)
   {
     return OfTexture(model, id, tile.GetError());

@@ -56,14 +56,16 @@ void DecodeTexture(std::span<const std::uint8_t> blob)
     return;
   }
   std::vector<Triangle> triangles;
+  std::vector<Vec3> points{ { 0, 0, 0 }, { 0, 1, 0 } };
   for (VertexId v = 0; v < head->triangles; ++v)
   {
     triangles.push_back({ v, v + 1, v + 2 });
+    points.push_back({ v / 8.0, double(v % 2), double(v % 3) });
   }
-  const auto tile = DecodeTextureTile(blob, triangles);
+  const auto tile = DecodeTextureTile(blob, triangles, points);
   if (tile)
   {
-    const auto again = DecodeTextureTile(EncodeTextureTile(*tile, triangles), triangles);
+    const auto again = DecodeTextureTile(EncodeTextureTile(*tile, triangles), triangles, points);
     if (!again || again->corners != tile->corners || again->image != tile->image)
     {
       std::abort();

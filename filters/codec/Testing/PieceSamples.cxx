@@ -98,10 +98,16 @@ std::string Sample(const Piece& piece, const CodecContext& context)
 }
 
 // The places of corners; for an exact tile also the original u and v.
-std::string TextureSample(const TextureTile& tile, const std::vector<Triangle>& triangles)
+std::string TextureSample(
+  const TextureTile& tile, const std::vector<Triangle>& triangles, const std::vector<Vec3>& points)
 {
   const std::vector<std::uint8_t> blob = EncodeTextureTile(tile, triangles);
-  const TextureTile decoded = *DecodeTextureTile(blob, triangles);
+  const TextureTile decoded = *DecodeTextureTile(blob, triangles, points);
+  std::vector<double> positions;
+  for (const Vec3& point : points)
+  {
+    positions.insert(positions.end(), point.begin(), point.end());
+  }
   std::vector<double> places, given;
   for (std::size_t t = 0; t < triangles.size(); ++t)
   {
@@ -116,7 +122,8 @@ std::string TextureSample(const TextureTile& tile, const std::vector<Triangle>& 
   }
   return "{\"kind\":\"texture\",\"triangles\":" +
          List(triangles, [](const Triangle& t) { return List(t, Number); }) +
-         ",\"width\":" + Number(tile.width) + ",\"height\":" + Number(tile.height) +
+         ",\"positions\":" + HexOfDoubles(positions) + ",\"width\":" + Number(tile.width) +
+         ",\"height\":" + Number(tile.height) +
          ",\"format\":" + Number(static_cast<unsigned>(tile.format)) +
          ",\"image\":" + Hex(tile.image) + ",\"places\":" + HexOfDoubles(places) +
          ",\"given\":" + HexOfDoubles(given) + ",\"blob\":" + Hex(blob) + "}\n";
@@ -257,15 +264,26 @@ int main(int argc, char** argv)
       const std::vector<std::uint32_t> spacings(depths.finest + 1, i % 2 == 0 ? 1 : 37);
       file << Sample(piece, { depths, grid, spacings });
     }
+    Piece colored = RandomPiece(random, depths);
+    Attribute colors{ "RGBA", AttributeType::UInt8, AttributeAssociation::Point, 4, {} };
+    for (std::size_t v = 0; v < 4 * colored.positions.size(); ++v)
+    {
+      colors.values.push_back(static_cast<std::uint8_t>(100 + 30 * (v % 4) + random() % 50));
+    }
+    colored.attributes = { std::move(colors) };
+    const CodecContext coarse{ depths, CoordinateGrid::Exact(ScalarType::Float64), {}, {}, true };
+    file << Sample(*DecodePiece(EncodePiece(colored, coarse), colored.id, coarse), coarse);
   }
   for (std::uint32_t side = 2; side < 20; ++side)
   {
     const std::vector<Triangle> triangles = TileGrid(side);
-    file << TextureSample(RandomTile(random, triangles), triangles);
-    file << TextureSample(RandomExactTile(random, triangles), triangles);
+    const std::vector<Vec3> points = TileGridPoints(side);
+    file << TextureSample(RandomTile(random, triangles), triangles, points);
+    file << TextureSample(RandomExactTile(random, triangles), triangles, points);
+    file << TextureSample(RandomPlanarTile(random, triangles), triangles, points);
     TextureTile coarse = RandomTile(random, triangles);
     coarse.isCoarse = true;
-    file << TextureSample(coarse, triangles);
+    file << TextureSample(coarse, triangles, points);
   }
   for (const Mesh& mesh : { Torus(40, 20), DisplacedSphere(3), Cloud(3), Soup(300, 5) })
   {

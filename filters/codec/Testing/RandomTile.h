@@ -62,6 +62,46 @@ inline TextureTile RandomTile(std::mt19937& random, const std::vector<Triangle>&
   return tile;
 }
 
+// Positions for the vertices of TileGrid, on a wavy surface.
+inline std::vector<Vec3> TileGridPoints(std::uint32_t side)
+{
+  std::vector<Vec3> points;
+  for (std::uint32_t y = 0; y <= side; ++y)
+  {
+    for (std::uint32_t x = 0; x <= side; ++x)
+    {
+      points.push_back({ 5000 + x / 8.0, y / 8.0, std::sin(x / 3.0) / 8 });
+    }
+  }
+  return points;
+}
+
+// A planar tile of up to 6 charts that are turned anyhow; all corners lie in its picture.
+inline TextureTile RandomPlanarTile(std::mt19937& random, const std::vector<Triangle>& triangles)
+{
+  TextureTile tile{ 4000, 4000, TileImage::Webp, std::vector<std::uint8_t>(20, 9), {} };
+  tile.isPlanar = true;
+  tile.planar.texels = 20 + double(random() % 1000) / 7;
+  const auto number = [&](std::int32_t most)
+  { return static_cast<std::int32_t>(random() % (2 * static_cast<unsigned>(most))) - most; };
+  for (int i = 0; i < 6; ++i)
+  {
+    PlanarChart chart{ { 8 * 2000 + number(900), 8 * 2000 + number(900) }, {} };
+    for (std::int32_t& of : chart.turn)
+    {
+      of = number(turnSteps / 2);
+    }
+    tile.planar.charts.push_back(chart);
+  }
+  std::uint32_t chart = 0;
+  for (std::size_t t = 0; t < triangles.size(); ++t)
+  {
+    chart = random() % 9 == 0 ? static_cast<std::uint32_t>(random() % 6) : chart;
+    tile.planar.chartOf.push_back(chart);
+  }
+  return tile;
+}
+
 // An exact tile. All charts lie in a large picture, all corners in its first 1000 texels.
 inline TextureTile RandomExactTile(std::mt19937& random, const std::vector<Triangle>& triangles)
 {

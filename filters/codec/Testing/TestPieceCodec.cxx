@@ -195,6 +195,39 @@ TEST(PieceCodec, AttributesComeBack)
   }
 }
 
+// Coarse colours are of 16 steps, and only those of levels; everything else is the same.
+TEST(PieceCodec, CoarseColorsAreRounded)
+{
+  const auto model = MakeModel(Torus(40, 20), { 150, {}, 8 });
+  CodecContext context = ContextsOf(*model)[0];
+  for (const auto& [id, plain] : model->pieces)
+  {
+    const Piece piece = WithAttributes(plain);
+    context.coarseColors = false;
+    const std::size_t fine = EncodePiece(piece, context).size();
+    context.coarseColors = true;
+    const auto blob = EncodePiece(piece, context);
+    const Result<Piece> decoded = DecodePiece(blob, id, context);
+    ASSERT_TRUE(decoded) << decoded.GetError().message;
+    EXPECT_EQ(EncodePiece(*decoded, context), blob);
+    EXPECT_EQ(decoded->attributes[1], piece.attributes[1]);
+    EXPECT_EQ(decoded->attributes[2], piece.attributes[2]);
+    const auto &before = piece.attributes[0].values, &after = decoded->attributes[0].values;
+    ASSERT_EQ(before.size(), after.size());
+    if (id.resolution.IsOriginal())
+    {
+      EXPECT_EQ(after, before);
+      continue;
+    }
+    EXPECT_TRUE(piece.VertexCount() < 20 || blob.size() + piece.VertexCount() < fine);
+    for (std::size_t i = 0; i < after.size(); ++i)
+    {
+      ASSERT_EQ(after[i] % 17, 0);
+      ASSERT_LE(std::abs(int{ after[i] } - int{ before[i] }), 8);
+    }
+  }
+}
+
 TEST(PieceCodec, AttributesThatNoBuilderWritesAreRefused)
 {
   const auto model = MakeModel(Torus(20, 10), { 60, {}, 8 });

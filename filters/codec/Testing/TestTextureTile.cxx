@@ -5,6 +5,7 @@
 #include "filters/codec/Seal.h"
 #include "filters/codec/Testing/RandomTile.h"
 #include "filters/core/BitCast.h"
+#include "filters/core/VectorMath.h"
 
 #include <gtest/gtest.h>
 
@@ -138,6 +139,84 @@ TEST(TextureTile, CoarseCoordinatesAreRounded)
     }
   }
   EXPECT_EQ(EncodeTextureTile(*back, triangles), blob);
+}
+
+// Planar tiles store charts, from which the coordinates of all corners follow.
+TEST(TextureTile, PlanarCoordinatesFollowFromPositions)
+{
+  std::mt19937 random(8);
+  const std::vector<Triangle> triangles = TileGrid(20);
+  const std::vector<Vec3> points = TileGridPoints(20);
+  const TextureTile tile = RandomPlanarTile(random, triangles);
+  const Bytes blob = EncodeTextureTile(tile, triangles);
+  EXPECT_LT(blob.size(), triangles.size());
+  const auto back = DecodeTextureTile(blob, triangles, points);
+  ASSERT_TRUE(back) << back.GetError().message;
+  EXPECT_TRUE(back->isPlanar);
+  EXPECT_FALSE(back->isCoarse);
+  EXPECT_EQ(back->planar, tile.planar);
+  EXPECT_EQ(EncodeTextureTile(*back, triangles), blob);
+  const TextureTileHead head = *ReadTextureTileHead(blob);
+  EXPECT_TRUE(head.planar);
+  EXPECT_EQ(head.format, tile.format);
+  for (std::size_t t = 0; t < triangles.size(); ++t)
+  {
+    const PlanarChart& chart = tile.planar.charts[tile.planar.chartOf[t]];
+    const auto axes = AxesOf(chart);
+    EXPECT_NEAR(Length(axes[0]), 1, 1e-9);
+    EXPECT_NEAR(Dot(axes[0], axes[1]), 0, 1e-9);
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const Vec3 from = Minus(points[triangles[t][k]], points[0]);
+      for (std::size_t i = 0; i < 2; ++i)
+      {
+        ASSERT_NEAR(back->corners[t][k][i],
+          Dot(from, axes[i]) * tile.planar.texels + double(chart.offset[i]) / 8, 1e-3);
+      }
+    }
+  }
+}
+
+TEST(TextureTile, DamagedPlanarTilesAreRefused)
+{
+  std::mt19937 random(9);
+  const std::vector<Triangle> triangles = TileGrid(6);
+  const std::vector<Vec3> points = TileGridPoints(6);
+  const TextureTile good = RandomPlanarTile(random, triangles);
+  const auto messageOf = [&](const Bytes& blob, std::span<const Vec3> positions)
+  {
+    const auto tile = DecodeTextureTile(blob, triangles, positions);
+    return tile ? std::string("none") : tile.GetError().message;
+  };
+  const auto expect = [&](const TextureTile& tile, const char* what)
+  {
+    const std::string message = messageOf(EncodeTextureTile(tile, triangles), points);
+    EXPECT_NE(message.find(what), std::string::npos) << message;
+  };
+  const Bytes blob = EncodeTextureTile(good, triangles);
+  EXPECT_NE(messageOf(blob, {}).find("the positions of its piece are needed"), std::string::npos);
+  for (const double texels : { 1e9, std::numeric_limits<double>::quiet_NaN() })
+  {
+    TextureTile tile = good;
+    tile.planar.texels = texels;
+    expect(tile, "a corner is outside the image");
+  }
+  TextureTile tile = good;
+  tile.planar.charts[2].turn[1] = turnSteps + 1;
+  expect(tile, "a chart's position is out of range");
+  tile = good;
+  tile.planar.charts[5].offset[0] = std::int64_t{ 1 } << 50;
+  expect(tile, "a chart's position is out of range");
+  tile = good;
+  tile.planar.chartOf[7] = 6;
+  expect(tile, "a triangle has an unknown chart");
+  tile = good;
+  tile.planar.charts.resize(triangles.size() + 1);
+  expect(tile, "more charts than triangles");
+  for (std::size_t size = 0; size + checksumSize < blob.size(); ++size)
+  {
+    EXPECT_NE(messageOf(Sealed(blob, size), points), "none") << size;
+  }
 }
 
 TEST(TextureTile, CoordinatesOutsideAreKeptInside)

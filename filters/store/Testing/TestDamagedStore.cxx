@@ -129,12 +129,12 @@ TEST_F(DamagedStore, EveryBlobThatIsDamagedIsNamed)
     Messages{ "metadata: row \"model\" has a wrong checksum" });
   EXPECT_EQ(damageOf("DELETE FROM metadata"), Messages{ "metadata: row \"model\" is missing" });
   EXPECT_EQ(damageOf("PRAGMA user_version = 99"),
-    Messages{ "store version 99; this program reads versions 9 to 14: a newer KdStream wrote it; "
+    Messages{ "store version 99; this program reads versions 9 to 15: a newer KdStream wrote it; "
               "update this one" });
   EXPECT_EQ(damageOf("PRAGMA user_version = 14"),
     Messages{ "metadata: its textures do not fit the store's version" });
   EXPECT_EQ(damageOf("PRAGMA user_version = 8"),
-    Messages{ "store version 8; this program reads versions 9 to 14: build the store again" });
+    Messages{ "store version 8; this program reads versions 9 to 15: build the store again" });
   EXPECT_EQ(damageOf("PRAGMA application_id = 5"), Messages{ "not a KdStream store" });
 }
 

@@ -120,7 +120,7 @@ public:
     {
       const auto read = finer.read(i);
       KDSTREAM_TRY(read);
-      EXPECT_TRUE(DecodeTextureTile(read->texture, read->piece.triangles));
+      EXPECT_TRUE(DecodeTextureTile(read->texture, read->piece.triangles, read->piece.positions));
       below += finer.places[i].below ? read->piece.ownVertices : 0;
     }
     EXPECT_GE(below, piece.ownVertices);
@@ -150,7 +150,7 @@ protected:
       const auto blob = store.Read(protocol::BlobId::Texture(p));
       ASSERT_TRUE(piece && blob);
       EXPECT_EQ(*store.Size(protocol::BlobId::Texture(p)), blob->size());
-      const auto tile = DecodeTextureTile(*blob, piece->triangles);
+      const auto tile = DecodeTextureTile(*blob, piece->triangles, piece->positions);
       ASSERT_TRUE(tile) << tile.GetError().message;
       for (std::size_t t = 0; t < piece->triangles.size(); ++t)
       {

@@ -250,7 +250,11 @@ TEST(LevelTile, ShowsWhatTheFinerTilesShow)
   EXPECT_LT(DifferenceOf(level, made->tile), 4);
   // About this number of texels for each vertex, plus the gutters.
   EXPECT_LT(made->counts.texels, 3 * 64 * level.positions.size());
-  EXPECT_TRUE(DecodeTextureTile(EncodeTextureTile(made->tile, level.triangles), level.triangles));
+  // The decoded coordinates are those with which texels were sampled.
+  const auto back = DecodeTextureTile(
+    EncodeTextureTile(made->tile, level.triangles), level.triangles, level.positions);
+  ASSERT_TRUE(back) << back.GetError().message;
+  EXPECT_EQ(back->corners, made->tile.corners);
 
   const auto again = MakeLevelTile(level, sphere.tiles, {});
   ASSERT_TRUE(again);
@@ -400,7 +404,8 @@ TEST(LevelTile, OddPieces)
   {
     const auto made = MakeLevelTile(piece, sphere.tiles, {});
     ASSERT_TRUE(made) << made.GetError().message;
-    EXPECT_TRUE(DecodeTextureTile(EncodeTextureTile(made->tile, piece.triangles), piece.triangles));
+    EXPECT_TRUE(DecodeTextureTile(
+      EncodeTextureTile(made->tile, piece.triangles), piece.triangles, piece.positions));
   }
 }
 

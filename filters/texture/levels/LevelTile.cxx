@@ -72,10 +72,12 @@ public:
     KDSTREAM_TRY(this->ChooseSpacing());
     this->FindNormals();
     this->Charts = GrowLevelCharts(this->P.positions, this->P.triangles, this->Spacing);
+    this->TurnCharts();
     constexpr int mostTries = 30;
     for (int tries = 0; tries < mostTries; ++tries)
     {
       KDSTREAM_TRY(this->Pack());
+      this->PlaceCharts();
       this->FindOwners();
       KDSTREAM_TRY(this->Sample());
       FillTexels(this->Texels, this->HasColor, this->Packed.width);
@@ -95,6 +97,64 @@ public:
   }
 
 private:
+  // Turns the axes of charts a little, to what a tile stores: all that follows uses these.
+  void TurnCharts()
+  {
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    for (LevelChart& chart : this->Charts)
+    {
+      this->Tile.planar.charts.push_back({ {}, TurnOf(chart) });
+      const auto axes = AxesOf(this->Tile.planar.charts.back());
+      chart.u = axes[0];
+      chart.v = axes[1];
+      chart.lo = { infinity, infinity };
+      chart.hi = { -infinity, -infinity };
+      for (const std::uint32_t t : chart.triangles)
+      {
+        for (const VertexId vertex : this->P.triangles[t])
+        {
+          const Vec3 from = Minus(this->P.positions[vertex], this->P.positions[0]);
+          for (std::size_t k = 0; k < 2; ++k)
+          {
+            chart.lo[k] = std::min(chart.lo[k], Dot(from, axes[k]));
+            chart.hi[k] = std::max(chart.hi[k], Dot(from, axes[k]));
+          }
+        }
+      }
+    }
+  }
+
+  // The quaternion of the rotation whose first rows are the chart's axes: from the row of the
+  // matrix of its products with the largest square.
+  static std::array<std::int32_t, 3> TurnOf(const LevelChart& chart)
+  {
+    const Vec3 &a = chart.u, &b = chart.v, c = Cross(a, b);
+    const std::array<std::array<double, 4>, 4> products{ {
+      { 1 + a[0] - b[1] - c[2], a[1] + b[0], a[2] + c[0], c[1] - b[2] },
+      { a[1] + b[0], 1 - a[0] + b[1] - c[2], b[2] + c[1], a[2] - c[0] },
+      { a[2] + c[0], b[2] + c[1], 1 - a[0] - b[1] + c[2], b[0] - a[1] },
+      { c[1] - b[2], a[2] - c[0], b[0] - a[1], 1 + a[0] + b[1] + c[2] },
+    } };
+    std::size_t largest = 0;
+    for (std::size_t i = 1; i < 4; ++i)
+    {
+      largest = products[i][i] > products[largest][largest] ? i : largest;
+    }
+    const std::array<double, 4>& row = products[largest];
+    double squared = 0;
+    for (const double product : row)
+    {
+      squared += product * product;
+    }
+    const double scale = (row[3] < 0 ? -turnSteps : turnSteps) / std::sqrt(squared);
+    std::array<std::int32_t, 3> turn{};
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      turn[k] = static_cast<std::int32_t>(std::nearbyint(row[k] * scale));
+    }
+    return turn;
+  }
+
   Status ChooseSpacing()
   {
     double area = 0;
@@ -103,8 +163,11 @@ private:
       area +=
         TwiceAreaOf(this->P.positions[t[0]], this->P.positions[t[1]], this->P.positions[t[2]]);
     }
-    const double texels = this->Options.texelsPerVertex * std::max(1U, this->P.VertexCount());
-    KDSTREAM_TRY(this->MeasureFiner(this->Finest));
+    double finerVertices = 0;
+    KDSTREAM_TRY(this->MeasureFiner(this->Finest, finerVertices));
+    const double doublings = finerVertices / 2 / std::max(1U, this->P.ownVertices);
+    const double texels = this->Options.texelsPerVertex * std::max(1.0, doublings) *
+                          std::max(1U, this->P.VertexCount());
     this->Spacing = std::max(std::sqrt(area / 2 / texels), this->Finest);
     if (!(this->Spacing > 0))
     {
@@ -123,8 +186,9 @@ private:
     }
   }
 
-  // Measures how far apart the finer texels are; 0 if they show no surface.
-  Status MeasureFiner(double& spacing) const
+  // Measures how far apart the finer texels are, 0 if they show no surface; and counts the vertices
+  // below the piece.
+  Status MeasureFiner(double& spacing, double& vertices) const
   {
     double area = 0, texels = 0;
     for (std::size_t i = 0; i < this->Finer.places.size(); ++i)
@@ -137,6 +201,7 @@ private:
       KDSTREAM_TRY(read);
       const FinerTile& finer = (*read)->Of();
       const std::vector<Vec3>& at = finer.piece.positions;
+      vertices += double(finer.piece.ownVertices);
       for (std::size_t t = 0; t < finer.piece.triangles.size(); ++t)
       {
         const Triangle& corners = finer.piece.triangles[t];
@@ -194,16 +259,19 @@ private:
     }
   }
 
-  // The place of a point in the tile.
-  std::array<double, 2> PlaceOf(std::size_t chart, const Vec3& point) const
+  // Decides where charts lie, as a tile stores it.
+  void PlaceCharts()
   {
-    const LevelChart& c = this->Charts[chart];
-    const auto along = [&](const Vec3& axis, std::size_t k)
+    this->Tile.planar.texels = 1 / this->Spacing;
+    for (std::size_t i = 0; i < this->Charts.size(); ++i)
     {
-      const double from = double(this->Packed.places[chart][k] + levelGutter) + 0.5;
-      return from + (Dot(point, axis) - c.lo[k]) / this->Spacing;
-    };
-    return { along(c.u, 0), along(c.v, 1) };
+      for (std::size_t k = 0; k < 2; ++k)
+      {
+        const double from = double(this->Packed.places[i][k] + levelGutter) + 0.5;
+        this->Tile.planar.charts[i].offset[k] = static_cast<std::int64_t>(std::nearbyint(
+          (from - this->Charts[i].lo[k] * this->Tile.planar.texels) * coarseTileSteps));
+      }
+    }
   }
 
   TexelPlaces PlacesOf(std::size_t chart, std::uint32_t t) const
@@ -211,7 +279,10 @@ private:
     TexelPlaces places{};
     for (std::size_t k = 0; k < 3; ++k)
     {
-      places[k] = this->PlaceOf(chart, this->P.positions[this->P.triangles[t][k]]);
+      const Vec3& point = this->P.positions[this->P.triangles[t][k]];
+      const TileCoordinate at = PlaceOfCorner(this->Tile.planar, this->Tile.planar.charts[chart],
+        { this->Charts[chart].u, this->Charts[chart].v }, Minus(point, this->P.positions[0]));
+      places[k] = { double(at[0]), double(at[1]) };
     }
     return places;
   }
@@ -434,7 +505,8 @@ private:
     this->Tile.width = static_cast<std::uint32_t>(this->Packed.width);
     this->Tile.height = static_cast<std::uint32_t>(this->Packed.height);
     this->Tile.format = TileImage::Webp;
-    this->Tile.isCoarse = true;
+    this->Tile.isPlanar = true;
+    this->Tile.planar.chartOf = this->Charted;
     Result<std::vector<std::uint8_t>> image =
       EncodeWebp({ this->Tile.width, this->Tile.height, 4, std::move(this->Texels) },
         this->Options.quality, this->HasAlpha);

@@ -21,9 +21,10 @@ namespace kdstream
 struct LevelTileOptions
 {
   unsigned quality = 90; // of WebP, 1-100
-  // The number of texels on the surface for each vertex of the piece. Fewer if the finer texels are
-  // farther apart.
-  double texelsPerVertex = 25;
+  // The number of texels on the surface for each vertex of the piece. If the next finer resolution
+  // has more than twice as many vertices, as the original may, there are as many times more texels:
+  // views show the piece longer. Fewer if the finer texels are farther apart.
+  double texelsPerVertex = 32;
   // The largest side of a tile, in texels. If a side would be longer, texels are farther apart.
   std::int64_t mostSide = 1024;
   // The maximum size of the image in bytes. If it would be larger, texels are farther apart. 0: no
@@ -50,7 +51,7 @@ struct FinerTiles
   static constexpr std::size_t texelsBetween = 1024;
 };
 
-// Makes a tile of the piece's triangles, in the charts of GrowLevelCharts, with a gutter of two
+// Makes a planar tile of the piece's triangles, in the charts of GrowLevelCharts, with a gutter of two
 // texels.
 // - A texel has the colour at the nearest place of a finer piece: the piece whose box is nearest to
 //   the texel. Surfaces that face elsewhere count as farther away. The finer picture is halved, in

@@ -97,7 +97,8 @@ public:
     {
       throw std::runtime_error(made.GetError().message);
     }
-    auto tile = DecodeTextureTile(EncodeTextureTile(made->tile, piece.triangles), piece.triangles);
+    auto tile = DecodeTextureTile(
+      EncodeTextureTile(made->tile, piece.triangles), piece.triangles, piece.positions);
     if (!tile)
     {
       throw std::runtime_error(tile.GetError().message);
@@ -211,7 +212,8 @@ FinerTile LevelPieceOf(
   {
     throw std::runtime_error(made.GetError().message);
   }
-  auto tile = DecodeTextureTile(EncodeTextureTile(made->tile, piece.triangles), piece.triangles);
+  auto tile = DecodeTextureTile(
+    EncodeTextureTile(made->tile, piece.triangles), piece.triangles, piece.positions);
   if (!tile)
   {
     throw std::runtime_error(tile.GetError().message);

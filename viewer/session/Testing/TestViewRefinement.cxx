@@ -168,7 +168,7 @@ TEST(TestViewRefinement, ASmallModelIsShownFourTimesAsFine)
 }
 
 // Vertex colours need finer levels than light, and textures that only the original has need still
-// finer ones, because they have more detail than vertices.
+// finer ones, because they have more detail than vertices. Levels with textures need coarser ones.
 TEST(TestViewRefinement, ColorsAndTexturesAskForMoreVertices)
 {
   MemoryServer server = Torus();
@@ -181,10 +181,10 @@ TEST(TestViewRefinement, ColorsAndTexturesAskForMoreVertices)
   EXPECT_DOUBLE_EQ(LightPartOf(textured), 1.0 / 2);
   ModelDescription texturedLevels = textured;
   texturedLevels.textures->levels = true;
-  EXPECT_DOUBLE_EQ(LightPartOf(texturedLevels), 1.0 / 6);
+  EXPECT_DOUBLE_EQ(LightPartOf(texturedLevels), 1.0 / 7);
   KnownTree tree = WholeTree(server);
   std::vector<std::size_t> pieces;
-  for (const ModelDescription& model : { server.Description(), colored, textured })
+  for (const ModelDescription& model : { texturedLevels, server.Description(), colored, textured })
   {
     ViewRefinement refinement(model, {});
     std::size_t& all = pieces.emplace_back(0);

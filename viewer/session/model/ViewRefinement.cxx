@@ -21,14 +21,21 @@ namespace
 // MemoryOf(Piece).
 constexpr double bytesOfTriangle = 120;
 
+bool LevelsHaveTiles(const ModelDescription& model)
+{
+  return model.textures && model.textures->levels;
+}
+
 }
 
 double LightPartOf(const ModelDescription& model)
 {
   const bool hasColors = std::any_of(model.attributes.begin(), model.attributes.end(),
     [](const AttributeInfo& array) { return RoleOf(array) == AttributeRole::Colors; });
-  const bool levelsHaveTiles = model.textures && model.textures->levels;
-  return levelsHaveTiles ? 1.0 / 6 : model.textures ? 1.0 / 2 : hasColors ? 1.0 / 3 : 1.0 / 6;
+  return LevelsHaveTiles(model) ? 1.0 / 7
+         : model.textures       ? 1.0 / 2
+         : hasColors            ? 1.0 / 3
+                                : 1.0 / 6;
 }
 
 double VertexSpacing(const Box& box, double vertices)
@@ -102,7 +109,9 @@ ViewRefinement::ViewRefinement(const ModelDescription& model, const RefinementOp
     const double leap =
       this->Steps[i].vertices * pieces / std::max(above.vertices, 1.0) / 2; // 1: twice as many
     const double root = std::sqrt(std::sqrt(std::max(leap, 1.0)));
-    this->Steps[i].leap = root * std::sqrt(root);
+    const double ofPlain = root * std::sqrt(root); // leap^(3/8)
+    const double squared = ofPlain * ofPlain;
+    this->Steps[i].leap = LevelsHaveTiles(model) ? squared * squared : ofPlain;
   }
   this->Allowed = model.detail == ModelDetail::Regions  ? this->Steps.size()
                   : model.detail == ModelDetail::Levels ? this->Steps.size() - 1

@@ -26,7 +26,8 @@ namespace kdstream
 // vertices are lost, however exact the surface is. So the error of a piece is at least this part of
 // the distance between its vertices (decision 6): a sixth for the normals; a third if the model has
 // vertex colours; a half if only its original has textures, which have more detail than vertices; a
-// sixth if levels have textures too, whose texels are nearer to each other than that.
+// seventh if levels have textures too: texels show what vertices would, in fewer bytes (decision
+// 41).
 double LightPartOf(const ModelDescription& model);
 
 // About the distance of neighbouring vertices of a surface in a box, if they are spread over half
@@ -41,7 +42,8 @@ double VertexSpacing(const Box& box, double vertices);
 //
 // A step from one resolution to the next doubles the triangles. The step to the original may be
 // larger, up to six times. If it multiplies the triangles by 2 f, its tolerance is multiplied by
-// f^(3/8), so that additional triangles gain as much as elsewhere (measured on the dragon).
+// f^(3/8), so that additional triangles gain as much as elsewhere (measured on the dragon); by
+// f^(3/2) if levels have textures, because then triangles gain less (decision 41).
 //
 // The urgency of a piece is its error in points, in the middle of the screen; half of that at the
 // upper and lower edges. It is never more than that of the piece above it.

@@ -157,7 +157,7 @@ Status ShownTiles::Add(
   {
     return {};
   }
-  auto tile = DecodeTextureTile(bytes, piece->triangles);
+  auto tile = DecodeTextureTile(bytes, piece->triangles, piece->positions);
   KDSTREAM_TRY(tile);
   if (PictureBytesOf(*tile) > this->Limit)
   {
