@@ -3,8 +3,6 @@
 
 #include "filters/adapter/AlgorithmExecution.h"
 
-#include <vtkVersionMacros.h>
-
 #include <algorithm>
 
 namespace kdstream
@@ -12,11 +10,8 @@ namespace kdstream
 
 void ForgetAbort(vtkAlgorithm& source)
 {
-#if VTK_VERSION_NUMBER < VTK_VERSION_CHECK(9, 3, 0)
-  source.AbortExecute = 0; // later VTK does this; this one only before RequestData
-#else
-  (void)source;
-#endif
+  // VTK 9.1 does this only before RequestData, 9.3 never.
+  source.AbortExecute = 0;
 }
 
 Execution MakeOpeningExecution(vtkAlgorithm& source)
