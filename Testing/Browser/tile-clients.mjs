@@ -576,7 +576,7 @@ async function withPage(tileset, cesium, client, use) {
 
 // The mean difference of the channels (of 255), over the pixels that show the object in both pictures; and the share of
 // the pixels that show it in only one.
-export function compareObjects(own, other) {
+function compareObjects(own, other) {
   const [first, second] = [PNG.sync.read(own), PNG.sync.read(other)];
   let both = 0, either = 0, sum = 0;
   for (let i = 0; i < first.data.length; i += 4) {
