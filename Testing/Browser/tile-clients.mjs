@@ -293,6 +293,8 @@ window.openTileset = ({ url, errorTarget, ratio = 1, megabytes, flight }) => {
   }
   if (flight === "sparing") {
     tiles.loadAncestors = false;
+    tiles.downloadQueue.maxJobsPerOrigin = 6;
+    tiles.parseQueue.maxJobs = 2;
     tiles.addEventListener("load-model", spare);
   }
   scene.add(tiles.group);
@@ -666,13 +668,15 @@ export async function measureBytes(programs, store, tileset) {
 
 // ---- memory
 
-// The memory of a process, in bytes. own is what Chromium's task manager calls its memory footprint: heaps, stacks and
-// whatever else it allocates. shared is memory that it shares with other processes of the browser, as when it passes
-// vertices to the process of the graphics card. files are programs and libraries, which all tabs share.
+// The memory of a process, in bytes; nothing of one that has ended. own is what Chromium's task manager calls its memory
+// footprint: heaps, stacks and whatever else it allocates. shared is memory that it shares with other processes of the
+// browser, as when it passes vertices to the process of the graphics card. files are programs and libraries, which all
+// tabs share.
 function memoryOf(pid) {
-  const status = readFileSync(`/proc/${pid}/status`, "utf8");
+  const file = `/proc/${pid}/status`;
+  const status = existsSync(file) ? readFileSync(file, "utf8") : "";
   const [anonymous, swapped, shared, files] = ["RssAnon", "VmSwap", "RssShmem", "RssFile"]
-    .map((name) => 1024 * Number(new RegExp(`${name}:\\s*(\\d+)`).exec(status)[1]));
+    .map((name) => 1024 * Number(new RegExp(`${name}:\\s*(\\d+)`).exec(status)?.[1] ?? 0));
   return { own: anonymous + swapped, shared, files };
 }
 
@@ -680,7 +684,7 @@ function memoryOf(pid) {
 // Looks ten times a second, since tiles take most memory while they are decoded.
 class MemoryWatch {
   most = {};
-  #pids = new Map(); // of each kind; a browser has a page in reserve, too
+  #pids = new Map(); // of each kind; a browser has a page in reserve, too, which may end
   #timer;
 
   static async start(browser) {
@@ -698,8 +702,7 @@ class MemoryWatch {
   look() {
     const now = {};
     for (const [kind, pids] of this.#pids) {
-      now[kind] = pids.filter((pid) => existsSync(`/proc/${pid}`)).map(memoryOf) // the page in reserve may end
-        .reduce((largest, each) => (each.own > largest.own ? each : largest), { own: 0, shared: 0, files: 0 });
+      now[kind] = pids.map(memoryOf).reduce((largest, each) => (each.own > largest.own ? each : largest));
       Object.keys(now[kind]).forEach((key) => (this.most[kind][key] = Math.max(this.most[kind][key], now[kind][key])));
     }
     return now.page;
