@@ -788,9 +788,9 @@ export async function measureEmptyPages() {
 
 // Flies around the model, down to its surface and up again, twice. how: "plain" or "sparing", of openTileset. Returns the
 // largest memory, in bytes: of processes; and of JavaScript's heap and its buffers, which are part of what is the page's
-// own. kept: what of the page's own is left when JavaScript's garbage is collected in the end. told: called with the
+// own. kept: what of the page's own is left when JavaScript's garbage is collected in the end. onStep: called with the
 // memory at each step.
-export async function flyOver(tileset, megabytes, how = "plain", steps = 48, told = () => {}) {
+export async function flyOver(tileset, megabytes, how = "plain", steps = 48, onStep = () => {}) {
   const { box, transform } = readTileset(tileset);
   const radius = Math.hypot(box[3], box[7], box[11]);
   return withBarePage(tileset, async (page, host, watch) => {
@@ -807,7 +807,7 @@ export async function flyOver(tileset, megabytes, how = "plain", steps = 48, tol
       const { usedSize, backingStorageSize = 0 } = await page.send("Runtime.getHeapUsage");
       const now = { heap: usedSize, buffers: backingStorageSize, both: usedSize + backingStorageSize, triangles: shown.triangles, cached: shown.cached };
       Object.keys(most).forEach((key) => (most[key] = Math.max(most[key], now[key])));
-      told({ step, ...now, ...watch.look() });
+      onStep({ step, ...now, ...watch.look() });
     }
     watch.stop();
     await page.send("HeapProfiler.collectGarbage");
