@@ -3,6 +3,8 @@
 
 #include "filters/adapter/AlgorithmExecution.h"
 
+#include <vtkVersionMacros.h>
+
 #include <algorithm>
 
 namespace kdstream
@@ -12,6 +14,9 @@ void ForgetAbort(vtkAlgorithm& source)
 {
   // VTK 9.1 does this only before RequestData, 9.3 never.
   source.AbortExecute = 0;
+#if VTK_VERSION_NUMBER >= VTK_VERSION_CHECK(9, 3, 0)
+  source.SetAbortOutput(false); // CheckAbort would return it while the source opens
+#endif
 }
 
 Execution MakeOpeningExecution(vtkAlgorithm& source)
