@@ -2,6 +2,9 @@
 // Reads a written relief again; also tests the grid and the permutation that it is made with.
 #include "Data/Generate/Hash.h"
 #include "Data/Generate/Relief.h"
+#include "Testing/Fixtures/Invariants.h"
+#include "Testing/Fixtures/ReadMeshFile.h"
+#include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/core/Weld.h"
 #include "filters/meshio/MeshReader.h"
 #include "filters/program/TbbExecution.h"
@@ -40,22 +43,12 @@ std::filesystem::path Write(
 std::string BytesOf(
   std::uint64_t points, const ReliefOptions& options, const Execution& execution = {})
 {
-  std::ifstream input(Write(points, options, execution), std::ios::binary);
-  return { std::istreambuf_iterator<char>(input), {} };
+  return fixtures::ReadWhole(Write(points, options, execution));
 }
 
 Mesh Read(std::uint64_t points, const ReliefOptions& options)
 {
-  const auto reader = MeshReader::Open(Write(points, options));
-  EXPECT_TRUE(reader);
-  Mesh mesh;
-  while (*(*reader)->ReadVertices(mesh, ~std::size_t{ 0 }) > 0)
-  {
-  }
-  while (*(*reader)->ReadTriangles(mesh, ~std::size_t{ 0 }) > 0)
-  {
-  }
-  return mesh;
+  return fixtures::ReadMeshFile(Write(points, options));
 }
 
 // Every edge occurs once in each direction: the mesh is closed, consistently oriented, and manifold
@@ -75,19 +68,6 @@ void ExpectClosed(const Mesh& mesh)
     ASSERT_EQ(count, 1);
     ASSERT_EQ(edges.count({ edge.second, edge.first }), 1u);
   }
-}
-
-double VolumeOf(const Mesh& mesh)
-{
-  double volume = 0;
-  for (const Triangle& t : mesh.triangles)
-  {
-    const Vec3 &a = mesh.points[t[0]], &b = mesh.points[t[1]], &c = mesh.points[t[2]];
-    volume += (a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
-                a[2] * (b[0] * c[1] - b[1] * c[0])) /
-              6;
-  }
-  return volume;
 }
 
 using Corners = std::array<Vec3, 3>;
@@ -207,7 +187,7 @@ TEST(Relief, IsClosedAndFacesOutwards)
       const Mesh mesh = Read(points, { 1, shuffled, shuffled });
       ASSERT_EQ(mesh.triangles.size(), 2 * (mesh.points.size() - 2));
       ExpectClosed(mesh);
-      EXPECT_GT(VolumeOf(mesh), points < 10 ? 1.0 : 2.5);
+      EXPECT_GT(fixtures::VolumeOf(mesh), points < 10 ? 1.0 : 2.5);
     }
   }
 }

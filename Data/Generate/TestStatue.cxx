@@ -21,13 +21,6 @@ using namespace kdstream::generate;
 namespace
 {
 
-std::string Bytes(const std::filesystem::path& file)
-{
-  std::ostringstream bytes;
-  bytes << std::ifstream(file, std::ios::binary).rdbuf();
-  return bytes.str();
-}
-
 const StatueOptions small{ 3000, 128, 1 };
 
 }
@@ -44,12 +37,13 @@ TEST(Statue, IsTheSameForAnyThreadsAndAnotherForAnotherSeed)
   ASSERT_TRUE(WriteStatue({ 3000, 128, 2 }, folder / "c" / "s.obj"));
   for (const char* const name : { "s.obj", "s-0.jpg", "s-1.png", "s-2.jpg", "s-3.png" })
   {
-    const std::string bytes = Bytes(folder / "a" / name);
+    const std::string bytes = fixtures::ReadWhole(folder / "a" / name);
     EXPECT_FALSE(bytes.empty()) << name;
-    EXPECT_EQ(bytes, Bytes(folder / "b" / name)) << name;
-    EXPECT_NE(bytes, Bytes(folder / "c" / name)) << name;
+    EXPECT_EQ(bytes, fixtures::ReadWhole(folder / "b" / name)) << name;
+    EXPECT_NE(bytes, fixtures::ReadWhole(folder / "c" / name)) << name;
   }
-  EXPECT_EQ(Bytes(folder / "a" / "s.mtl"), Bytes(folder / "b" / "s.mtl"));
+  EXPECT_EQ(
+    fixtures::ReadWhole(folder / "a" / "s.mtl"), fixtures::ReadWhole(folder / "b" / "s.mtl"));
 }
 
 TEST(Statue, IsClosedAndTexturedWhereItIsPhotographed)

@@ -2,6 +2,8 @@
 // Reads a written vase again.
 #include "Data/Generate/ClosedGrid.h"
 #include "Data/Generate/Vase.h"
+#include "Testing/Fixtures/ReadMeshFile.h"
+#include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/core/tree/KdTree.h"
 #include "filters/meshio/MeshReader.h"
 
@@ -24,19 +26,13 @@ std::string BytesOf(std::uint64_t vertices, std::uint64_t seed)
   const auto grid = ClosedGrid::Of(vertices, vaseColumnsPerRing);
   EXPECT_TRUE(grid);
   EXPECT_TRUE(WritePly(*grid, MakeVase(seed), file));
-  std::ifstream input(file, std::ios::binary);
-  return { std::istreambuf_iterator<char>(input), {} };
+  return fixtures::ReadWhole(file);
 }
 
 Mesh ReadVase(std::uint64_t vertices)
 {
   BytesOf(vertices, 1);
-  const auto reader = MeshReader::Open(::testing::TempDir() + "vase.ply");
-  EXPECT_TRUE(reader);
-  Mesh mesh;
-  EXPECT_TRUE((*reader)->ReadVertices(mesh, ~std::size_t{ 0 }));
-  EXPECT_TRUE((*reader)->ReadTriangles(mesh, ~std::size_t{ 0 }));
-  return mesh;
+  return fixtures::ReadMeshFile(::testing::TempDir() + "vase.ply");
 }
 
 TEST(Vase, IsClosedAndFacesOutwards)

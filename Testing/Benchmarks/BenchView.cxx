@@ -2,7 +2,7 @@
 // The cost of a picture: bytes and seconds until few enough pixels are wrong
 // (doc/benchmarks.md#views).
 //
-//   BenchView FOLDER OUT [MODEL...]
+//   BenchView FOLDER OUT [--directions I,J...] [MODEL...]
 //
 // Views the models of a folder of stores from 36 places (12 directions at zooms of 1, 4 and 16),
 // over simulated lines of 1, 10 and 100 Mbit/s with a round trip of 30 ms. The comparison is with
@@ -17,18 +17,25 @@
 //
 // Models of 10 million triangles and more come first: the cost of approaching them, and whether it
 // grows with the model. Their pictures are only measured at 10 Mbit/s.
+//
+// --directions: only pictures, from these directions (0 to 11) and at 10 Mbit/s, without limits;
+// for
+// ./dev bench tiles, which compares them with those of other clients.
 #include "Testing/Benchmarks/ErrorChart.h"
 #include "Testing/Benchmarks/MeasuredViews.h"
 #include "server/session/StoreCatalog.h"
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <map>
+#include <numeric>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -146,16 +153,34 @@ void WriteSamples(std::ofstream& table, const View& view, const std::string& kin
   }
 }
 
-void Bench(const ServedModel& model, const std::string& folder, const std::string& out,
-  const std::vector<double>& rates)
+// The most that a picture may cost. column: at 10 Mbit/s.
+void CheckLimits(const std::string& id, double zoom, const Column& view, const Column& byLevel)
 {
+  Bar(id + ", zoom " + Text(zoom, 1) + ": kB before the first picture", Median(view.b0) / 1e3,
+    id == "dragon" ? 20 : 30);
+  Bar(
+    id + ", zoom " + Text(zoom, 1) + ": all bytes over the oracle's", Median(view.overOracle), 1.5);
+  if (zoom >= 4)
+  {
+    Bar(id + ", zoom " + Text(zoom, 1) + ": wrong pixels over those of one level",
+      (Median(view.settled) + 1e-6) / (Median(byLevel.settled) + 1e-6), 1);
+    Bar(id + ", zoom " + Text(zoom, 1) + ": bytes over those of one level",
+      Median(view.bytes) / Median(byLevel.bytes), 1.0 / 8);
+  }
+}
+
+// Limits and curves are for all twelve directions.
+void Bench(const ServedModel& model, const std::string& folder, const std::string& out,
+  const std::vector<double>& rates, const std::vector<int>& directions)
+{
+  const bool all = directions.size() == 12;
   const std::string id = model.Description().id;
   std::ifstream file(folder + "/" + id + ".kds", std::ios::ate | std::ios::binary);
   std::printf(
-    "\n%s: %llu triangles, the whole file %.0f kB. Medians of 12 directions at 800 x 480; kB "
+    "\n%s: %llu triangles, the whole file %.0f kB. Medians of %zu directions at 800 x 480; kB "
     "and seconds until at most 5 %% and 1 %% are wrong\n",
     id.c_str(), static_cast<unsigned long long>(model.Description().triangles),
-    static_cast<double>(file.tellg()) / 1e3);
+    static_cast<double>(file.tellg()) / 1e3, directions.size());
   std::printf("%-22s %6s %6s | %8s %8s | %7s %7s | %9s %9s %8s %6s\n", "", "B0", "T0", "B95", "B99",
     "T95", "T99", "settled", "triangles", "all kB", "oracle");
   std::ofstream table(out + "/view-" + id + ".tsv");
@@ -167,7 +192,7 @@ void Bench(const ServedModel& model, const std::string& folder, const std::strin
   {
     std::map<double, Column> byView;
     Column byLevel;
-    for (int direction = 0; direction < 12; ++direction)
+    for (const int direction : directions)
     {
       const View view{ direction, zoom };
       const Reference reference = references.Of(view, painter);
@@ -195,18 +220,14 @@ void Bench(const ServedModel& model, const std::string& folder, const std::strin
       panels.back().curves.push_back(CurveOf("by view, " + Text(megabits, 1) + " Mbit/s", column));
     }
     panels.back().curves.push_back(CurveOf("one level", byLevel));
-    const Column& view = byView.at(10);
-    Bar(id + ", zoom " + Text(zoom, 1) + ": kB before the first picture", Median(view.b0) / 1e3,
-      id == "dragon" ? 20 : 30);
-    Bar(id + ", zoom " + Text(zoom, 1) + ": all bytes over the oracle's", Median(view.overOracle),
-      1.5);
-    if (zoom >= 4)
+    if (all)
     {
-      Bar(id + ", zoom " + Text(zoom, 1) + ": wrong pixels over those of one level",
-        (Median(view.settled) + 1e-6) / (Median(byLevel.settled) + 1e-6), 1);
-      Bar(id + ", zoom " + Text(zoom, 1) + ": bytes over those of one level",
-        Median(view.bytes) / Median(byLevel.bytes), 1.0 / 8);
+      CheckLimits(id, zoom, byView.at(10), byLevel);
     }
+  }
+  if (!all)
+  {
+    return;
   }
   if (const Status drawn = WriteErrorCharts({ panels }, out + "/view-" + id + ".png"); !drawn)
   {
@@ -343,15 +364,41 @@ void BenchSizes(const std::vector<std::shared_ptr<const ServedModel>>& models, d
 
 }
 
+// The directions of an option, as in "0,7".
+std::vector<int> ReadDirections(const std::string& text)
+{
+  std::vector<int> directions;
+  std::istringstream words(text);
+  for (std::string word; std::getline(words, word, ',');)
+  {
+    int direction = -1;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), direction);
+    if (error != std::errc{} || end != word.data() + word.size() || direction < 0 || direction > 11)
+    {
+      Fail("--directions " + text + ": numbers from 0 to 11 with commas are needed");
+    }
+    directions.push_back(direction);
+  }
+  return directions;
+}
+
 int main(int count, char** arguments)
 {
-  if (count < 3)
+  std::vector<std::string> words(arguments + 1, arguments + count);
+  std::vector<int> directions;
+  if (words.size() > 3 && words[2] == "--directions")
   {
-    std::fprintf(stderr, "usage: BenchView FOLDER OUT [MODEL...]\n");
+    directions = ReadDirections(words[3]);
+    words.erase(words.begin() + 2, words.begin() + 4);
+  }
+  if (words.size() < 2)
+  {
+    std::fprintf(stderr, "usage: BenchView FOLDER OUT [--directions I,J...] [MODEL...]\n");
     return 2;
   }
+  const std::string &folder = words[0], &out = words[1];
   std::setvbuf(stdout, nullptr, _IOLBF, 0);
-  StoreCatalog stores(arguments[1], [](const std::filesystem::path& file, const std::string& wrong)
+  StoreCatalog stores(folder, [](const std::filesystem::path& file, const std::string& wrong)
     { std::fprintf(stderr, "%s: %s\n", file.c_str(), wrong.c_str()); });
   if (const Status status = stores.Reload(); !status)
   {
@@ -361,11 +408,22 @@ int main(int count, char** arguments)
   for (const auto& model : stores.Models())
   {
     const std::string& id = model->Description().id;
-    if (count == 3 || std::find(arguments + 3, arguments + count, id) != arguments + count)
+    if (words.size() == 2 || std::find(words.begin() + 2, words.end(), id) != words.end())
     {
       (model->Description().triangles < large ? models : largeOnes).push_back(model);
     }
   }
+  if (!directions.empty())
+  {
+    models.insert(models.end(), largeOnes.begin(), largeOnes.end());
+    for (const auto& model : models)
+    {
+      Bench(*model, folder, out, { 10 }, directions);
+    }
+    return 0;
+  }
+  directions.resize(12);
+  std::iota(directions.begin(), directions.end(), 0);
   for (const auto& model : models)
   {
     BenchApproach(*model, true);
@@ -375,7 +433,7 @@ int main(int count, char** arguments)
     {
       BenchFlank(*model);
     }
-    Bench(*model, arguments[1], arguments[2], { 1, 10, 100 });
+    Bench(*model, folder, out, { 1, 10, 100 }, directions);
   }
   std::sort(largeOnes.begin(), largeOnes.end(),
     [](const auto& a, const auto& b)
@@ -390,7 +448,7 @@ int main(int count, char** arguments)
   BenchSizes(largeOnes, 100);
   for (const auto& model : largeOnes)
   {
-    Bench(*model, arguments[1], arguments[2], { 10 });
+    Bench(*model, folder, out, { 10 }, directions);
   }
   return misses > 0 ? 1 : 0;
 }

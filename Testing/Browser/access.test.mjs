@@ -135,7 +135,7 @@ for (const [what, answer, said] of [
     await visit.untilSaid(said);
     assert.equal(await visit.page.locator("#message-action").textContent(), "Try now");
     await visit.page.unroute("**/api/models.json");
-    await visit.page.click("#message-action");
+    await visit.tryNow();
     await visit.untilIdle();
     await visit.untilQuiet();
   }));

@@ -195,7 +195,7 @@ export const portrait = { width: 412, height: 915 };
 export const landscape = { width: 915, height: 412 };
 // In tests the processor draws; with one pixel for each point, this takes four fifths of the tests' time. So a test
 // that is not about pixels has one pixel for two points. A test that is has a screen as sharp as that of many phones.
-export const coarseScreen = { deviceScaleFactor: 0.5 };
+const coarseScreen = { deviceScaleFactor: 0.5 };
 export const sharpScreen = { deviceScaleFactor: 2 };
 
 export function launchBrowser(...options) {

@@ -337,8 +337,7 @@ test("a list with a title of 10,000 characters is reported, and the models there
   await visit.untilSaid(/^The list of models cannot be loaded: .*title.* Trying again …$/);
   assert.deepEqual(await namesShown(visit), ["A pebble", "A shell"]);
   await visit.page.unroute("**/api/models.json");
-  // Retries at once, unless the page has already tried again by itself.
-  await visit.page.evaluate(() => document.querySelector("#message-action").click());
+  await visit.tryNow();
   await visit.untilQuiet();
 }));
 

@@ -112,7 +112,7 @@ test("what was seen opens without the server, and the rest says that it is not t
 
   // The server comes back.
   server = await Server.start(models, { port: server.port });
-  await visit.page.locator("#message-action").click();
+  await visit.tryNow();
   await visit.until("the original", ({ idle, original }) => idle && original);
   await visit.untilQuiet();
 });
@@ -430,7 +430,7 @@ test("a model that is kept goes on where the server dies in mid view", async () 
   await visit.doubleTap(await visit.centre());
   assert.equal((await untilRegion()).error, "");
   server = await Server.start(dragon, { port: server.port });
-  await visit.page.evaluate(() => document.getElementById("message-action").click());
+  await visit.tryNow();
   await visit.untilQuiet();
 });
 
@@ -476,7 +476,7 @@ test("what is not kept keeps nothing waiting without the server, and comes once 
   assert.match(await visit.messageShown(), /^The connection to the server was lost: .* Trying again …$/);
   await visit.picture("offline-10-not-kept");
   server = await Server.start(dragon, { port: server.port });
-  await visit.page.evaluate(() => document.getElementById("message-action").click());
+  await visit.tryNow();
   await untilRegion();
   await visit.untilQuiet();
 });

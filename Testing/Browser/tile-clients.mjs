@@ -9,8 +9,9 @@
 //                                                               npm's package; without it only three.js is used
 //   node tile-clients.mjs bytes PROGRAMS STORE TILESET          bytes until at most 5 % of the pixels are wrong;
 //                                                               the larger number of two directions
-//   node tile-clients.mjs fly TILESET [MB [STEPS]]              memory of the browser while it flies over the
-//                                                               model; MB: the size of the cache
+//   node tile-clients.mjs fly TILESET [MB [STEPS [HOW]]]        memory of the browser while it flies over the
+//                                                               model, and of empty pages; MB: the size of the
+//                                                               cache; HOW: plain or sparing (doc/3dtiles.md)
 
 import { spawnSync } from "node:child_process";
 import { once } from "node:events";
@@ -26,7 +27,7 @@ import { allTiles, readTile, readTileset } from "./tileset.mjs";
 
 const width = 800, height = 480; // of every picture, as in ./dev bench view
 const viewAngle = 30; // degrees, vertical: kdstream-view's
-const turns = [0, 7]; // of the directions of ./dev bench view
+export const turns = [0, 7]; // of the directions of ./dev bench view
 
 function run(programs, name, ...options) {
   const { status, stdout, stderr, error } = spawnSync(join(programs, name), options, { encoding: "utf8", maxBuffer: 1 << 28 });
@@ -252,7 +253,23 @@ function shade(mesh) {
   });
 }
 
-window.openTileset = ({ url, errorTarget, ratio = 1, megabytes }) => {
+// What doc/3dtiles.md recommends where memory is short.
+const common = [THREE.DoubleSide, THREE.FrontSide].map((side) => new THREE.MeshStandardMaterial({ side }));
+function spare({ scene: model, tile }) {
+  model.traverse((mesh) => {
+    for (const attribute of mesh.isMesh ? [mesh.geometry.index, ...Object.values(mesh.geometry.attributes)] : []) {
+      (attribute.data ?? attribute).onUploadCallback = function () { this.array = null; };
+    }
+    if (mesh.isMesh) {
+      mesh.material.dispose();
+      mesh.material = common[mesh.material.side === THREE.DoubleSide ? 0 : 1];
+    }
+  });
+  tile.engineData.metadata = null;
+}
+
+// flight: "plain", which leaves tiles as they come, or "sparing"; else they are lit as by kdstream-view.
+window.openTileset = ({ url, errorTarget, ratio = 1, megabytes, flight }) => {
   tiles?.dispose();
   failed = null;
   scene = new THREE.Scene();
@@ -269,7 +286,17 @@ window.openTileset = ({ url, errorTarget, ratio = 1, megabytes }) => {
   tiles.setCamera(camera);
   tiles.setResolution(camera, ${width}, ${height});
   tiles.addEventListener("load-error", ({ error, url: of }) => (failed = of + ": " + error));
-  tiles.addEventListener("load-model", ({ scene: model }) => model.traverse((mesh) => mesh.isMesh && shade(mesh)));
+  if (flight) {
+    scene.add(new THREE.HemisphereLight(0xffffff, 0x404040, 3));
+  } else {
+    tiles.addEventListener("load-model", ({ scene: model }) => model.traverse((mesh) => mesh.isMesh && shade(mesh)));
+  }
+  if (flight === "sparing") {
+    tiles.loadAncestors = false;
+    tiles.downloadQueue.maxJobsPerOrigin = 6;
+    tiles.parseQueue.maxJobs = 2;
+    tiles.addEventListener("load-model", spare);
+  }
   scene.add(tiles.group);
 };
 window.look = ({ matrix, near, far }) => {
@@ -277,6 +304,10 @@ window.look = ({ matrix, near, far }) => {
   camera.updateProjectionMatrix();
   camera.matrix.fromArray(matrix);
   camera.updateMatrixWorld(true);
+};
+window.drawNothing = () => {
+  renderer.setSize(${width}, ${height});
+  renderer.render(new THREE.Scene(), camera);
 };
 const frame = () => new Promise((done) => setTimeout(done, 30)); // no frame of the page is drawn for it
 function update() {
@@ -297,10 +328,28 @@ function count() {
   });
   return { visible: tiles.stats.visible, triangles, cached: tiles.lruCache.cachedBytes };
 }
-window.settle = async (most = Infinity) => {
+// A client draws each frame, which passes the vertices of new tiles to the graphics card. Where the processor draws, frames
+// of a million triangles would take too long: new tiles are drawn once, into a pixel.
+const pixel = new THREE.WebGLRenderTarget(1, 1);
+const drawn = new WeakSet();
+function drawNew() {
+  renderer.setRenderTarget(pixel);
+  for (const { engineData: { scene: model } } of tiles.visibleTiles) {
+    if (model && !drawn.has(model)) {
+      drawn.add(model);
+      renderer.render(model, camera);
+    }
+  }
+  renderer.setRenderTarget(null);
+}
+// Waits until all tiles have come, at most for so many milliseconds, and draws them.
+window.settle = async ({ most = Infinity, drawsNew = false } = {}) => {
   const end = performance.now() + most;
   for (let still = 0; still < 10 && performance.now() < end; await frame()) {
     still = update().isIdle ? still + 1 : 0;
+    if (drawsNew) {
+      drawNew();
+    }
   }
   renderer.render(scene, camera);
   return count();
@@ -337,6 +386,30 @@ function shareOfWrong() {
   return wrong / all;
 }
 
+// The pixels through which background shines: mostly background, with the object less than 4 pixels away on both sides,
+// and the object in the reference as far as 6 pixels around.
+function countHoles() {
+  const seen = pixels();
+  const shines = (picture, x, y) => {
+    const i = 3 * (y * ${width} + x);
+    return Math.min(picture[i], picture[i + 2]) - picture[i + 1] > 100;
+  };
+  const isThin = (x, y, right, down) => [-1, 1].every((sign) => [1, 2, 3].some((k) => !shines(seen, x + sign * k * right, y + sign * k * down)));
+  let holes = 0;
+  for (let y = 6; y + 6 < ${height}; ++y) {
+    for (let x = 6; x + 6 < ${width}; ++x) {
+      if (shines(seen, x, y) && (isThin(x, y, 1, 0) || isThin(x, y, 0, 1))) {
+        let deep = true;
+        for (let k = 0; deep && k < 169; ++k) {
+          deep = !shines(reference, x - 6 + k % 13, y - 6 + Math.floor(k / 13));
+        }
+        holes += deep;
+      }
+    }
+  }
+  return holes;
+}
+
 // Takes one answer of the server after the other; a sample whenever 15 % more bytes have come and something else is shown.
 window.sampleArrivals = async () => {
   const samples = [];
@@ -346,7 +419,7 @@ window.sampleArrivals = async () => {
     if (now !== shown && (anyway || bytes > 1.15 * (samples.at(-1)?.bytes ?? 0))) {
       shown = now;
       renderer.render(scene, camera);
-      samples.push({ bytes, wrong: shareOfWrong() });
+      samples.push({ bytes, wrong: shareOfWrong(), holes: countHoles(), tiles: tiles.visibleTiles.size });
     }
   };
   for (let still = 0; still < 10; await frame()) {
@@ -399,7 +472,7 @@ window.look = ({ matrix, near, far }) => {
   scene.camera.setView({ destination: column(3), endTransform: Cesium.Matrix4.IDENTITY,
     orientation: { direction: Cesium.Cartesian3.negate(column(2), new Cesium.Cartesian3()), up: column(1) } });
 };
-window.settle = async (most = Infinity) => {
+window.settle = async ({ most = Infinity } = {}) => {
   const end = performance.now() + most;
   for (let still = 0; still < 3 && performance.now() < end;) {
     scene.initializeFrame();
@@ -474,31 +547,38 @@ class Host {
   }
 }
 
-async function withPage(tileset, cesium, client, use, ...options) {
-  const host = await Host.start(resolve(tileset), cesium && resolve(cesium));
+async function withBrowser(use) {
   const browser = await chromium.launch({ executablePath: process.env.KDSTREAM_CHROMIUM ?? "/usr/bin/chromium", args: ["--no-sandbox",
     "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-quic", "--no-first-run", "--disable-background-networking",
-    "--disable-component-update", "--disable-sync", ...options] });
+    "--disable-component-update", "--disable-sync"] });
   try {
+    return await use(browser);
+  } finally {
+    await browser.close();
+  }
+}
+
+async function withPage(tileset, cesium, client, use) {
+  const host = await Host.start(resolve(tileset), cesium && resolve(cesium));
+  return withBrowser(async (browser) => {
     const page = await (await browser.newContext({ viewport: { width, height }, deviceScaleFactor: 1 })).newPage();
     page.setDefaultTimeout(0);
     page.on("pageerror", (error) => console.error(String(error)));
     await page.exposeFunction("nextAnswer", () => host.next());
     await page.goto(`${host.url}/${client}`);
     await page.waitForFunction(() => window.isReady);
-    return await use(page, host, browser);
-  } finally {
-    await browser.close();
+    return use(page, host, browser);
+  }).finally(() => {
     host.server.closeAllConnections();
     host.server.close();
-  }
+  });
 }
 
 // ---- pictures
 
 // The mean difference of the channels (of 255), over the pixels that show the object in both pictures; and the share of
 // the pixels that show it in only one.
-export function compareObjects(own, other) {
+function compareObjects(own, other) {
   const [first, second] = [PNG.sync.read(own), PNG.sync.read(other)];
   let both = 0, either = 0, sum = 0;
   for (let i = 0; i < first.data.length; i += 4) {
@@ -552,6 +632,9 @@ export async function showClients(programs, store, tileset, out, cesium, views =
 
 // ---- bytes
 
+// For zooms of 1, 4 and 16 the larger numbers of two directions: kB of the first picture, until at most 5 % of the pixels
+// are wrong, and of all; the share of wrong pixels in the end; and pixels through which background shines, of all pictures
+// on the way.
 export async function measureBytes(programs, store, tileset) {
   const radius = radiusOf(programs, store);
   const { transform } = readTileset(tileset);
@@ -574,7 +657,8 @@ export async function measureBytes(programs, store, tileset) {
         const { samples, bytes, triangles } = await page.evaluate(() => window.sampleArrivals());
         // From this sample on, few pixels are wrong.
         const begun = samples.findLastIndex(({ wrong }) => wrong > 0.05) + 1;
-        looks.push({ first: samples[0].bytes, few: samples[begun]?.bytes ?? Infinity, settled: samples.at(-1).wrong, bytes, triangles });
+        looks.push({ first: samples[0].bytes, few: samples[begun]?.bytes ?? Infinity, settled: samples.at(-1).wrong, bytes, triangles,
+          holes: samples.reduce((sum, sample) => sum + sample.holes, 0), pictures: samples.length });
       }
       rows.push({ zoom, ...Object.fromEntries(Object.keys(looks[0]).map((key) => [key, Math.max(...looks.map((look) => look[key]))])) });
     }
@@ -584,18 +668,134 @@ export async function measureBytes(programs, store, tileset) {
 
 // ---- memory
 
-const kilobytesOf = (pid) => Number(/VmRSS:\s*(\d+)/.exec(readFileSync(`/proc/${pid}/status`, "utf8"))[1]);
+// The memory of a process, in bytes; nothing of one that has ended. own is what Chromium's task manager calls its memory
+// footprint: heaps, stacks and whatever else it allocates. shared is memory that it shares with other processes of the
+// browser, as when it passes vertices to the process of the graphics card. files are programs and libraries, which all
+// tabs share.
+function memoryOf(pid) {
+  const file = `/proc/${pid}/status`;
+  const status = existsSync(file) ? readFileSync(file, "utf8") : "";
+  const [anonymous, swapped, shared, files] = ["RssAnon", "VmSwap", "RssShmem", "RssFile"]
+    .map((name) => 1024 * Number(new RegExp(`${name}:\\s*(\\d+)`).exec(status)?.[1] ?? 0));
+  return { own: anonymous + swapped, shared, files };
+}
 
-// Flies around the model, down to its surface and up again, twice.
-export async function flyOver(tileset, megabytes, steps = 48) {
+// Keeps the largest memory of a browser's processes: `page` of the one that has the page, `card` of the one that draws.
+// Looks ten times a second, since tiles take most memory while they are decoded.
+class MemoryWatch {
+  most = {};
+  #pids = new Map(); // of each kind; a browser has a page in reserve, too, which may end
+  #timer;
+
+  static async start(browser) {
+    const watch = new MemoryWatch();
+    const { processInfo } = await (await browser.newBrowserCDPSession()).send("SystemInfo.getProcessInfo");
+    for (const [kind, typeOfKind] of [["page", "renderer"], ["card", "GPU"]]) {
+      watch.#pids.set(kind, processInfo.filter(({ type }) => type === typeOfKind).map(({ id }) => id));
+      watch.most[kind] = { own: 0, shared: 0, files: 0 };
+    }
+    watch.look();
+    watch.#timer = setInterval(() => watch.look(), 100);
+    return watch;
+  }
+  // Returns the memory of the page's process now.
+  look() {
+    const now = {};
+    for (const [kind, pids] of this.#pids) {
+      now[kind] = pids.map(memoryOf).reduce((largest, each) => (each.own > largest.own ? each : largest));
+      Object.keys(now[kind]).forEach((key) => (this.most[kind][key] = Math.max(this.most[kind][key], now[kind][key])));
+    }
+    return now.page;
+  }
+  stop() {
+    clearInterval(this.#timer);
+    return this.most;
+  }
+}
+
+const seconds = (count) => new Promise((done) => setTimeout(done, 1000 * count));
+
+// A page that Playwright does not attach itself to: it would have Chromium keep what the page fetches, up to 100 MB, in
+// the page's process.
+class BarePage {
+  #browser; #session;
+  #answers = new Map();
+
+  static async open(browser, url) {
+    const page = new BarePage();
+    page.#browser = await browser.newBrowserCDPSession();
+    page.#browser.on("Target.receivedMessageFromTarget", ({ message }) => {
+      const { id, result, error } = JSON.parse(message);
+      page.#answers.get(id)?.(error ? Promise.reject(new Error(error.message)) : result);
+      page.#answers.delete(id);
+    });
+    const { targetId } = await page.#browser.send("Target.createTarget", { url, width, height });
+    page.#session = (await page.#browser.send("Target.attachToTarget", { targetId, flatten: false })).sessionId;
+    return page;
+  }
+  #sent = 0;
+  async send(method, params = {}) {
+    const id = ++this.#sent;
+    const answer = new Promise((done) => this.#answers.set(id, done));
+    await this.#browser.send("Target.sendMessageToTarget", { sessionId: this.#session, message: JSON.stringify({ id, method, params }) });
+    return answer;
+  }
+  async evaluate(use, argument = null) {
+    const { result, exceptionDetails } = await this.send("Runtime.evaluate",
+      { expression: `(${use})(${JSON.stringify(argument)})`, awaitPromise: true, returnByValue: true });
+    if (exceptionDetails) {
+      throw new Error(exceptionDetails.exception?.description ?? exceptionDetails.text);
+    }
+    return result.value;
+  }
+}
+
+async function withBarePage(tileset, use) {
+  const host = await Host.start(resolve(tileset));
+  return withBrowser(async (browser) => {
+    const page = await BarePage.open(browser, `${host.url}/three`);
+    while (!await page.evaluate(() => Boolean(window.isReady))) {
+      await seconds(0.1);
+    }
+    const watch = await MemoryWatch.start(browser);
+    try {
+      return await use(page, host, watch);
+    } finally {
+      watch.stop();
+    }
+  }).finally(() => {
+    host.server.closeAllConnections();
+    host.server.close();
+  });
+}
+
+// The memory of a tab in which nothing is open, and of a page in which three.js draws an empty scene.
+export async function measureEmptyPages() {
+  const blank = await withBrowser(async (browser) => {
+    await BarePage.open(browser, "about:blank");
+    await seconds(1); // its process may be exchanged at first
+    const watch = await MemoryWatch.start(browser);
+    await seconds(3);
+    return watch.stop();
+  });
+  const scene = await withBarePage(tmpdir(), async (page, host, watch) => {
+    await page.evaluate(() => window.drawNothing());
+    await seconds(3);
+    return watch.stop();
+  });
+  return { blank, scene };
+}
+
+// Flies around the model, down to its surface and up again, twice. how: "plain" or "sparing", of openTileset. Returns the
+// largest memory, in bytes: of processes; and of JavaScript's heap and its buffers, which are part of what is the page's
+// own. kept: what of the page's own is left when JavaScript's garbage is collected in the end. onStep: called with the
+// memory at each step.
+export async function flyOver(tileset, megabytes, how = "plain", steps = 48, onStep = () => {}) {
   const { box, transform } = readTileset(tileset);
   const radius = Math.hypot(box[3], box[7], box[11]);
-  return withPage(tileset, null, "three", async (page, host, browser) => {
-    const session = await page.context().newCDPSession(page);
-    const { processInfo } = await (await browser.newBrowserCDPSession()).send("SystemInfo.getProcessInfo");
-    const renderers = processInfo.filter(({ type }) => type === "renderer").map(({ id }) => id);
-    const most = { heap: 0, buffers: 0, both: 0, process: 0, triangles: 0, cached: 0 };
-    await page.evaluate((options) => window.openTileset(options), { url: "/tiles/tileset.json", errorTarget: 1, megabytes });
+  return withBarePage(tileset, async (page, host, watch) => {
+    const most = { heap: 0, buffers: 0, both: 0, triangles: 0, cached: 0 };
+    await page.evaluate((options) => window.openTileset(options), { url: "/tiles/tileset.json", errorTarget: 1, megabytes, flight: how });
     for (let step = 0; step < steps; ++step) {
       const around = 4 * Math.PI * step / steps, up = 0.7 * Math.sin(3 * around);
       // In radii; if the model is a ball, its surface is at 0.58.
@@ -603,14 +803,16 @@ export async function flyOver(tileset, megabytes, steps = 48) {
       const half = [around / 2, -up / 2];
       const [c, s, d, e] = [Math.cos(half[0]), Math.sin(half[0]), Math.cos(half[1]), Math.sin(half[1])];
       await page.evaluate((camera) => window.look(camera), cameraOf({ focal: [0, 0, 0], distance, turn: [c * d, c * e, s * d, -s * e] }, radius, transform));
-      const shown = await page.evaluate((limit) => window.settle(limit), 30000);
-      const { usedSize, backingStorageSize = 0 } = await session.send("Runtime.getHeapUsage");
-      const now = { heap: usedSize, buffers: backingStorageSize, both: usedSize + backingStorageSize,
-        process: Math.max(...renderers.map(kilobytesOf)) * 1024, triangles: shown.triangles, cached: shown.cached };
+      const shown = await page.evaluate((how) => window.settle(how), { most: 30000, drawsNew: true });
+      const { usedSize, backingStorageSize = 0 } = await page.send("Runtime.getHeapUsage");
+      const now = { heap: usedSize, buffers: backingStorageSize, both: usedSize + backingStorageSize, triangles: shown.triangles, cached: shown.cached };
       Object.keys(most).forEach((key) => (most[key] = Math.max(most[key], now[key])));
-      console.error(`step ${step}: ${JSON.stringify(now)}`);
+      onStep({ step, ...now, ...watch.look() });
     }
-    return { ...most, bytes: host.bytes };
+    watch.stop();
+    await page.send("HeapProfiler.collectGarbage");
+    await seconds(3);
+    return { ...most, page: { ...watch.most.page }, card: { ...watch.most.card }, kept: watch.look().own, bytes: host.bytes };
   });
 }
 
@@ -618,6 +820,8 @@ export async function flyOver(tileset, megabytes, steps = 48) {
 
 const megabytes = (bytes) => `${(bytes / 1e6).toFixed(1)} MB`;
 const kilobytes = (bytes) => `${(bytes / 1e3).toFixed(0)} kB`;
+
+const ofProcess = ({ own, shared, files }) => `${megabytes(own)} of its own, ${megabytes(shared)} shared, ${megabytes(files)} of files`;
 
 async function main([command, ...words]) {
   if (command === "check" && words.length >= 3) {
@@ -639,14 +843,20 @@ async function main([command, ...words]) {
     return 0;
   }
   if (command === "bytes" && words.length === 3) {
-    for (const { zoom, first, few, settled, bytes, triangles } of await measureBytes(...words)) {
-      console.log(`zoom ${zoom}: first picture ${kilobytes(first)}, 5 % ${few < Infinity ? kilobytes(few) : "never"}, in the end ${kilobytes(bytes)}, ${triangles} triangles, ${(100 * settled).toFixed(2)} % wrong`);
+    for (const { zoom, first, few, settled, bytes, triangles, holes, pictures } of await measureBytes(...words)) {
+      console.log(`zoom ${zoom}: ${holes} pixels of background shine through ${pictures} pictures; first picture ${kilobytes(first)}, 5 % ${few < Infinity ? kilobytes(few) : "never"}, in the end ${kilobytes(bytes)}, ${triangles} triangles, ${(100 * settled).toFixed(2)} % wrong`);
     }
     return 0;
   }
   if (command === "fly" && words.length >= 1) {
-    const most = await flyOver(words[0], Number(words[1] ?? 0), Number(words[2] ?? 48));
-    console.log(`JavaScript's heap ${megabytes(most.heap)}, its buffers ${megabytes(most.buffers)}, both ${megabytes(most.both)}, the page's process ${megabytes(most.process)}; cache ${megabytes(most.cached)}; ${most.triangles} triangles, ${megabytes(most.bytes)} fetched`);
+    for (const [name, { page, card }] of Object.entries(await measureEmptyPages())) {
+      console.log(`${name === "blank" ? "an empty tab" : "an empty scene of three.js"}: ${ofProcess(page)}; the process that draws: ${ofProcess(card)}`);
+    }
+    for (const how of words[3] ? [words[3]] : ["plain", "sparing"]) {
+      const most = await flyOver(words[0], Number(words[1] ?? 0), how, Number(words[2] ?? 48), (now) => console.error(JSON.stringify(now)));
+      console.log(`${how}: ${ofProcess(most.page)}; ${megabytes(most.kept)} of its own without garbage; the process that draws: ${ofProcess(most.card)}`);
+      console.log(`  JavaScript's heap ${megabytes(most.heap)}, its buffers ${megabytes(most.buffers)}, both ${megabytes(most.both)}; cache ${megabytes(most.cached)}; ${most.triangles} triangles, ${megabytes(most.bytes)} fetched`);
+    }
     return 0;
   }
   console.error("usage: tile-clients.mjs check|show|bytes|fly …, as its first lines say");

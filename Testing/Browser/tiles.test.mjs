@@ -10,7 +10,7 @@ import { extname, join } from "node:path";
 import { after, before, test } from "node:test";
 import { fileURLToPath } from "node:url";
 import validator from "gltf-validator";
-import { Server, buildStore, launchBrowser, makeModels, runProgram, temporaryFolder } from "./harness.mjs";
+import { Server, buildStore, launchBrowser, makeModels, makeToken, runProgram, temporaryFolder } from "./harness.mjs";
 import { difference } from "./pixels.mjs";
 import { PointFinder, allTiles, readObj, readTile, readTileset } from "./tileset.mjs";
 import { PNG } from "pngjs";
@@ -211,11 +211,14 @@ window.drawFile = async (url, direction, sphere) => {
   renderer.render(scene, camera);
 };
 
-function openTiles(url, errorTarget) {
+function openTiles(url, errorTarget, token) {
   const scene = makeScene();
   const tiles = new TilesRenderer(url);
   tiles.manager.addHandler(/\\.glb$/, loader);
   tiles.errorTarget = errorTarget;
+  if (token) {
+    tiles.fetchOptions.headers = { Authorization: "Bearer " + token };
+  }
   tiles.setCamera(camera);
   tiles.setResolution(camera, size, size);
   tiles.group.rotation.x = -Math.PI / 2;
@@ -239,8 +242,8 @@ window.drawHeld = async (direction, sphere) => {
 };
 window.closeHeld = () => held.tiles.dispose();
 
-window.drawTileset = async (url, direction, sphere, errorTarget) => {
-  const { scene, tiles } = openTiles(url, errorTarget);
+window.drawTileset = async (url, direction, sphere, errorTarget, token) => {
+  const { scene, tiles } = openTiles(url, errorTarget, token);
   let failed;
   tiles.addEventListener("load-error", ({ error, url: of }) => (failed = of + ": " + error));
   look(direction, sphere);
@@ -395,6 +398,45 @@ test("textured tiles show their pictures", async () => {
   const served = await draw("drawTileset", `${server.url}/api/models/statue/3dtiles/tileset.json`, [0.5, 0.4, 1], sphere, 0);
   keep("statue-served", served);
   assert.ok(difference(served, shown) < 0.001, String(difference(served, shown)));
+  await server.stop();
+});
+
+test("a tileset from kdstream-serve looks like the exported one, and ends where the token's detail does", async () => {
+  const root = readTileset(exportTiles("vase", "to-serve"));
+  const levels = [...new Set(allTiles(root).filter(({ content }) => content).map(({ content }) => levelOf(content)))].filter((level) => level !== "original");
+  const coarsest = Math.min(...levels), finest = Math.max(...levels);
+  assert.ok(coarsest < finest, String(levels));
+  const sphere = sphereOf(root), direction = [0.5, 0.4, 1];
+  // The exported tiles, not finer than a level.
+  const drawn = new Map();
+  for (const level of [String(coarsest), String(finest), "original"]) {
+    await visit.evaluate((options) => window.drawTiles(...options),
+      [makeCut(root, level, () => false).map((content) => `${url}to-serve/${content}`), root.transform, [direction], sphere]);
+    drawn.set(level, await visit.locator("canvas").screenshot());
+  }
+  assert.ok(difference(drawn.get(String(coarsest)), drawn.get(String(finest))) > 0.01 && difference(drawn.get(String(finest)), drawn.get("original")) > 0.01);
+
+  const keys = join(temporaryFolder(), "tokens.json");
+  writeFileSync(keys, JSON.stringify({ secret: "0123456789abcdef0123456789abcdef" }), { mode: 0o600 });
+  const server = await Server.start(models, { more: ["--tokens", keys, "--allow-origin", url.slice(0, -1)] });
+  const answers = [];
+  const remember = (response) => response.url().includes("/3dtiles/") && answers.push(
+    { status: response.status(), of: response.url().split("/").at(-2), glb: response.url().endsWith(".glb") });
+  visit.on("response", remember);
+  for (const [detail, level] of [["preview", String(coarsest)], ["levels", String(finest)], ["regions", "original"]]) {
+    answers.length = 0;
+    await visit.evaluate((options) => window.drawTileset(...options),
+      [`${server.url}/api/models/vase/3dtiles/tileset.json`, direction, sphere, 0, makeToken(keys, "--models", "vase", "--detail", detail)]);
+    const picture = await visit.locator("canvas").screenshot();
+    keep(`served-${detail}`, picture);
+    assert.ok(difference(picture, drawn.get(level)) < 0.001, `${detail}: ${difference(picture, drawn.get(level))}`);
+    assert.deepEqual(answers.filter(({ status }) => status >= 400), [], `${detail}: nothing is asked for that the token does not give`);
+    const asked = [...new Set(answers.filter(({ glb }) => glb).map(({ of }) => of))];
+    assert.ok(asked.includes(level), `${detail}: ${asked}`);
+    const isFiner = (other) => level !== "original" && (other === "original" || Number(other) > Number(level));
+    assert.deepEqual(asked.filter(isFiner), [], `${detail}: tiles finer than ${level}`);
+  }
+  visit.off("response", remember);
   await server.stop();
 });
 

@@ -104,6 +104,11 @@ export class PageVisit {
     }), ({ said }) => said.some((text) => pattern.test(text)));
   }
 
+  // Presses the button of a message, if the page has not tried again by itself meanwhile and removed the message.
+  tryNow() {
+    return this.page.evaluate(() => document.getElementById("message-action").click());
+  }
+
   // Waits until no message is on the screen.
   untilQuiet() {
     return this.#askUntil("no message", () => new Promise((resolve) => {

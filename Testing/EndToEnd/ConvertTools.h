@@ -3,7 +3,7 @@
 // format.
 #pragma once
 
-#include "Testing/EndToEnd/Process.h"
+#include "Testing/EndToEnd/ProgramsTest.h"
 #include "Testing/Fixtures/Invariants.h"
 #include "filters/adapter/PolyDataAttributes.h"
 #include "filters/meshio/MeshReader.h"
@@ -100,36 +100,13 @@ inline constexpr bool hasVrml = true;
 inline constexpr bool hasVrml = false;
 #endif
 
-class ConvertTest : public ::testing::Test
+class ConvertTest : public ProgramsTest
 {
 protected:
   Outcome Convert(const std::string& input, std::vector<std::string> more = {})
   {
     more.insert(more.end(), { "--quiet", "-o", "out.ply", "--", input });
     return RunTool(this->Folder, "convert", more);
-  }
-  Outcome Build(std::vector<std::string> arguments)
-  {
-    return RunTool(this->Folder, "build", arguments);
-  }
-
-  void WriteText(const std::string& name, const std::string& text)
-  {
-    std::ofstream(this->Folder / name, std::ios::binary) << text;
-  }
-
-  Mesh Read(const std::string& name)
-  {
-    auto reader = MeshReader::Open(this->Folder / name);
-    Mesh mesh;
-    EXPECT_TRUE(reader) << reader.GetError().message;
-    if (reader)
-    {
-      EXPECT_TRUE((*reader)->ReadVertices(mesh, ~std::size_t{ 0 }));
-      EXPECT_TRUE((*reader)->ReadTriangles(mesh, ~std::size_t{ 0 }));
-      mesh.scalarType = (*reader)->Info().scalarType;
-    }
-    return mesh;
   }
 
   // Converts a file with kdstream-convert, which must succeed and print exactly these warnings
@@ -155,17 +132,22 @@ protected:
     EXPECT_FALSE(std::filesystem::exists(this->Folder / "out.ply"));
   }
 
-  std::set<std::string> Files() const
+  // Expects exit code 1 with one line that names the file, or 0 if the file may be read.
+  void ExpectRefusedOrRead(const std::string& input, bool mayBeRead, const std::string& what)
   {
-    std::set<std::string> names;
-    for (const auto& entry : std::filesystem::directory_iterator(this->Folder.Path))
+    SCOPED_TRACE(what);
+    std::filesystem::remove(this->Folder / "out.ply");
+    const Outcome outcome = this->Convert(input);
+    EXPECT_TRUE(outcome.exitCode == 1 || (mayBeRead && outcome.exitCode == 0))
+      << outcome.exitCode << " " << outcome.err;
+    EXPECT_LE(outcome.peakBytes, std::uint64_t{ 200 } << 20);
+    if (outcome.exitCode == 1)
     {
-      names.insert(entry.path().filename().string());
+      EXPECT_EQ(outcome.err.rfind("kdstream-convert: error: " + input + ": ", 0), 0U)
+        << outcome.err;
+      EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
     }
-    return names;
   }
-
-  TemporaryFolder Folder;
 };
 
 }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "Testing/EndToEnd/Process.h"
+#include "Testing/Fixtures/ReadMeshFile.h"
 #include "filters/meshio/MeshReader.h"
 #include "filters/meshio/MeshWriter.h"
 
@@ -36,22 +37,10 @@ protected:
   }
   void WriteText(const std::string& name, const std::string& text)
   {
-    std::ofstream(this->Folder / name) << text;
+    this->Folder.Write(name, text);
   }
 
-  Mesh Read(const std::string& name)
-  {
-    auto reader = MeshReader::Open(this->Folder / name);
-    Mesh mesh;
-    EXPECT_TRUE(reader) << reader.GetError().message;
-    if (reader)
-    {
-      mesh.scalarType = (*reader)->Info().scalarType;
-      EXPECT_TRUE((*reader)->ReadVertices(mesh, ~std::size_t{ 0 }));
-      EXPECT_TRUE((*reader)->ReadTriangles(mesh, ~std::size_t{ 0 }));
-    }
-    return mesh;
-  }
+  Mesh Read(const std::string& name) { return ReadMeshFile(this->Folder / name); }
 
   // Expects that a program has failed with exactly one line of errors, which begins with the
   // program and the subject: "kdstream-build: error: in.ply: ".
@@ -63,15 +52,7 @@ protected:
     EXPECT_EQ(outcome.out, "");
   }
 
-  std::set<std::string> Files() const
-  {
-    std::set<std::string> names;
-    for (const auto& entry : std::filesystem::directory_iterator(this->Folder.Path))
-    {
-      names.insert(entry.path().filename().string());
-    }
-    return names;
-  }
+  std::set<std::string> Files() const { return this->Folder.Names(); }
 
   TemporaryFolder Folder;
 };

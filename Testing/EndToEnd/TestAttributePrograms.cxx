@@ -3,6 +3,7 @@
 #include "Testing/EndToEnd/Process.h"
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/Meshes.h"
+#include "Testing/Fixtures/ReadMeshFile.h"
 #include "filters/core/Weld.h"
 #include "filters/meshio/MeshReader.h"
 #include "filters/meshio/MeshWriter.h"
@@ -40,15 +41,7 @@ protected:
     return outcome.err;
   }
   void Write(const Mesh& mesh) { ASSERT_TRUE(WriteMesh(this->Folder / "in.ply", mesh)); }
-  Mesh Read(const std::string& name)
-  {
-    Mesh mesh;
-    const auto reader = MeshReader::Open(this->Folder / name);
-    EXPECT_TRUE(reader) << reader.GetError().message;
-    EXPECT_TRUE((*reader)->ReadVertices(mesh, ~std::size_t{ 0 }));
-    EXPECT_TRUE((*reader)->ReadTriangles(mesh, ~std::size_t{ 0 }));
-    return mesh;
-  }
+  Mesh Read(const std::string& name) { return ReadMeshFile(this->Folder / name); }
 
   TemporaryFolder Folder;
 };

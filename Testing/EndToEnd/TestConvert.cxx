@@ -446,9 +446,9 @@ TEST_F(TestConvert, TextIsRefusedWithItsLine)
     { "a.vtp", "<?xml version=\"1.0\"?><VTKFile type=\"PolyData\"><PolyData/></VTKFile>",
       "it has no <Piece>" },
     { "b.vtp",
-      "<?xml version=\"1.0\"?><VTKFile type=\"PolyData\"><PolyData><Piece NumberOfPoints=\"0\"/>"
+      "<?xml version=\"1.0\"?><VTKFile type=\"PolyData\"><PolyData><Piece NumberOfPoints=\"1\"/>"
       "</PolyData></VTKFile>",
-      "its first <Piece> has no <Points>" },
+      "<Piece> has no <Points>" },
     { "c.vtp",
       "<?xml version=\"1.0\"?><VTKFile type=\"PolyData\"><PolyData><Piece NumberOfPoints=\"2\">"
       "<Points><DataArray type=\"Float32\" NumberOfComponents=\"3\" format=\"ascii\">nan 0 0 1 nan "

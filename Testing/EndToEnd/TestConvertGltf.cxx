@@ -44,29 +44,6 @@ std::vector<T> CubePlaces(T size)
   return places;
 }
 
-double VolumeOf(const Mesh& mesh)
-{
-  double volume = 0;
-  for (const Triangle& t : mesh.triangles)
-  {
-    const Vec3 a = Minus(mesh.points[t[0]], mesh.points[0]);
-    volume += Dot(a, Cross(Minus(mesh.points[t[1]], mesh.points[0]),
-                       Minus(mesh.points[t[2]], mesh.points[0]))) /
-              6;
-  }
-  return volume;
-}
-
-Box BoxOf(const Mesh& mesh)
-{
-  Box box;
-  for (const Vec3& point : mesh.points)
-  {
-    box.Add(point);
-  }
-  return box;
-}
-
 class TestConvertGltf : public ConvertTest
 {
 protected:

@@ -32,29 +32,6 @@ std::string Transformed(const std::string& by, const std::string& children)
   return "Transform { " + by + " children [ " + children + " ] }\n";
 }
 
-Box BoxOf(const Mesh& mesh)
-{
-  Box box;
-  for (const Triangle& t : mesh.triangles)
-  {
-    for (const VertexId v : t)
-    {
-      box.Add(mesh.points[v]);
-    }
-  }
-  return box;
-}
-
-double VolumeOf(const Mesh& mesh)
-{
-  double volume = 0;
-  for (const Triangle& t : mesh.triangles)
-  {
-    volume += Dot(mesh.points[t[0]], Cross(mesh.points[t[1]], mesh.points[t[2]])) / 6;
-  }
-  return volume;
-}
-
 double AreaOf(const Mesh& mesh)
 {
   double area = 0;

@@ -3,6 +3,7 @@
 // doc/design.md#promises are tested.
 #include "Testing/Fixtures/Invariants.h"
 #include "Testing/Fixtures/Model.h"
+#include "Testing/Fixtures/ReadMeshFile.h"
 #include "filters/build/Builder.h"
 #include "filters/core/VectorMath.h"
 #include "filters/core/Weld.h"
@@ -25,19 +26,7 @@ namespace
 
 const Mesh& Dragon()
 {
-  static const Mesh dragon = []
-  {
-    Mesh mesh;
-    auto reader = MeshReader::Open(KDSTREAM_DRAGON);
-    EXPECT_TRUE(reader) << KDSTREAM_DRAGON << ": " << reader.GetError().message
-                        << "; Data/fetch-dragon fetches it";
-    if (reader)
-    {
-      EXPECT_TRUE((*reader)->ReadVertices(mesh, ~std::size_t{ 0 }));
-      EXPECT_TRUE((*reader)->ReadTriangles(mesh, ~std::size_t{ 0 }));
-    }
-    return mesh;
-  }();
+  static const Mesh dragon = ReadMeshFile(KDSTREAM_DRAGON); // Data/fetch-dragon fetches it
   return dragon;
 }
 

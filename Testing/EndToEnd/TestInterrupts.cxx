@@ -36,7 +36,7 @@ protected:
     for (const int signal : { SIGINT, SIGTERM, SIGHUP })
     {
       bool isQuicker = false;
-      for (unsigned milliseconds = 4; !isQuicker; milliseconds *= 2)
+      for (unsigned milliseconds = 4; !isQuicker; milliseconds += milliseconds / 2)
       {
         const pid_t child = ::fork();
         if (child == 0)
@@ -94,7 +94,7 @@ TEST_F(Interrupts, OfTheConverter)
   {
     GTEST_SKIP() << "without VTK";
   }
-  this->Write("in.vtp", DisplacedSphere(7));
+  this->Write("in.vtp", DisplacedSphere(8));
   for (const std::string file : { "x.wrl", "x.obj" })
   {
     this->ExpectNothingLeft("convert", { "in.vtp", "-o", "new/" + file, "--quiet" },

@@ -66,12 +66,7 @@ protected:
   void ExpectNothingLeft(const std::set<std::string>& but = { "in.ply", "spill" })
   {
     EXPECT_TRUE(fs::is_empty(this->Folder / "spill"));
-    std::set<std::string> names;
-    for (const fs::directory_entry& entry : fs::directory_iterator(this->Folder.Path))
-    {
-      names.insert(entry.path().filename().string());
-    }
-    EXPECT_EQ(names, but);
+    EXPECT_EQ(this->Folder.Names(), but);
   }
 
   // Expects that all runs make the same store; the last run is in memory.

@@ -19,29 +19,6 @@ namespace
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
-double VolumeIn(const Mesh& mesh)
-{
-  double volume = 0;
-  for (const Triangle& t : mesh.triangles)
-  {
-    const Vec3 a = Minus(mesh.points[t[0]], mesh.points[0]);
-    volume += Dot(a, Cross(Minus(mesh.points[t[1]], mesh.points[0]),
-                       Minus(mesh.points[t[2]], mesh.points[0]))) /
-              6;
-  }
-  return volume;
-}
-
-Box BoundsOf(const Mesh& mesh)
-{
-  Box box;
-  for (const Vec3& point : mesh.points)
-  {
-    box.Add(point);
-  }
-  return box;
-}
-
 template <class T>
 std::string BytesOf(T value)
 {
@@ -134,13 +111,13 @@ protected:
     }
     const Mesh mesh = this->Converted("tileset.json", lines);
     EXPECT_EQ(mesh.triangles.size(), 12 * boxes);
-    const Box box = BoundsOf(mesh);
+    const Box box = BoxOf(mesh);
     for (std::size_t k = 0; k < 3; ++k)
     {
       EXPECT_NEAR(box.lo[k], lo[k], 1e-6) << k;
       EXPECT_NEAR(box.hi[k], hi[k], 1e-6) << k;
     }
-    EXPECT_NEAR(VolumeIn(mesh), 6.0 * double(boxes), 1e-4);
+    EXPECT_NEAR(VolumeOf(mesh), 6.0 * double(boxes), 1e-4);
   }
   // Expects an error for a tileset whose root tile has these members.
   void ExpectTileError(const std::string& tile, const std::string& what)
@@ -196,11 +173,11 @@ TEST_F(TestReadTileset, WhatWasExportedComesBack)
     EXPECT_NE(converted.err.find("which only close gaps between tiles"), std::string::npos)
       << converted.err;
     const Mesh back = this->Read("out.ply");
-    EXPECT_NEAR(VolumeIn(back), VolumeIn(ball), std::abs(VolumeIn(ball)) * 1e-4) << compression;
+    EXPECT_NEAR(VolumeOf(back), VolumeOf(ball), std::abs(VolumeOf(ball)) * 1e-4) << compression;
     for (std::size_t k = 0; k < 3; ++k)
     {
-      EXPECT_NEAR(BoundsOf(back).lo[k], BoundsOf(ball).lo[k], 1e-4);
-      EXPECT_NEAR(BoundsOf(back).hi[k], BoundsOf(ball).hi[k], 1e-4);
+      EXPECT_NEAR(BoxOf(back).lo[k], BoxOf(ball).lo[k], 1e-4);
+      EXPECT_NEAR(BoxOf(back).hi[k], BoxOf(ball).hi[k], 1e-4);
     }
     EXPECT_EQ(back.scalarType, ScalarType::Float32);
   }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "filters/core/Types.h"
+#include "filters/core/VectorMath.h"
 #include "filters/core/levels/ClusterLevels.h"
 
 #include <algorithm>
@@ -14,6 +15,30 @@
 
 namespace kdstream::fixtures
 {
+
+// The signed volume of a closed mesh: above 0 if its triangles face outwards.
+inline double VolumeOf(const Mesh& mesh)
+{
+  double volume = 0;
+  for (const Triangle& t : mesh.triangles)
+  {
+    const Vec3 a = Minus(mesh.points[t[0]], mesh.points[0]);
+    volume += Dot(a, Cross(Minus(mesh.points[t[1]], mesh.points[0]),
+                       Minus(mesh.points[t[2]], mesh.points[0]))) /
+              6;
+  }
+  return volume;
+}
+
+inline Box BoxOf(const Mesh& mesh)
+{
+  Box box;
+  for (const Vec3& point : mesh.points)
+  {
+    box.Add(point);
+  }
+  return box;
+}
 
 using PointBits = std::array<std::uint64_t, 3>;
 

@@ -10,6 +10,17 @@
 
 namespace kdstream::fixtures
 {
+
+void Append(Mesh& mesh, const Mesh& other)
+{
+  const auto offset = static_cast<VertexId>(mesh.points.size());
+  mesh.points.insert(mesh.points.end(), other.points.begin(), other.points.end());
+  for (const Triangle& t : other.triangles)
+  {
+    mesh.triangles.push_back({ t[0] + offset, t[1] + offset, t[2] + offset });
+  }
+}
+
 namespace
 {
 
@@ -64,16 +75,6 @@ Mesh Sphere(unsigned subdivisions)
     mesh.triangles = std::move(finer);
   }
   return mesh;
-}
-
-void Append(Mesh& mesh, const Mesh& other)
-{
-  const auto offset = static_cast<VertexId>(mesh.points.size());
-  mesh.points.insert(mesh.points.end(), other.points.begin(), other.points.end());
-  for (const Triangle& t : other.triangles)
-  {
-    mesh.triangles.push_back({ t[0] + offset, t[1] + offset, t[2] + offset });
-  }
 }
 
 // Eight places with a thousand vertices each, and triangles between any of them.

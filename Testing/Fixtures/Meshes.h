@@ -41,6 +41,8 @@ Mesh Unwelded(const Mesh& shared);
 Mesh Tetrahedra(unsigned count);
 // Points on a displaced sphere, without triangles.
 Mesh Cloud(unsigned subdivisions);
+// Adds the points and triangles of another mesh.
+void Append(Mesh& mesh, const Mesh& other);
 // The same surface with its vertices and triangles in random order.
 Mesh Shuffled(const Mesh& mesh, std::uint32_t seed);
 

@@ -9,7 +9,6 @@ const widths = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4 };
 
 const multiply = (a, b) => Array.from({ length: 16 }, (_, i) => // matrices are stored by columns
   [0, 1, 2, 3].reduce((sum, k) => sum + a[i % 4 + 4 * k] * b[4 * Math.floor(i / 4) + k], 0));
-const identity = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
 
 function matrixOf({ matrix, translation: t = [0, 0, 0], rotation: [x, y, z, w] = [0, 0, 0, 1], scale: s = [1, 1, 1] }) {
   return matrix ?? [

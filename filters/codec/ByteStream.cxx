@@ -9,12 +9,6 @@
 
 namespace kdstream
 {
-namespace
-{
-
-constexpr unsigned widest = 8;
-
-}
 
 std::uint32_t OrderedBits(float value)
 {
@@ -51,27 +45,6 @@ void ByteWriter::Varint(std::uint64_t value)
     value >>= 7;
   }
   this->Byte(static_cast<std::uint8_t>(value));
-}
-
-void ByteWriter::Stream(std::span<const std::uint64_t> values, unsigned minimumWidth)
-{
-  std::vector<std::uint64_t> coded(values.size());
-  std::uint64_t previous = 0, all = 0;
-  for (std::size_t i = 0; i < values.size(); ++i)
-  {
-    coded[i] = Zigzag(static_cast<std::int64_t>(values[i] - previous));
-    previous = values[i];
-    all |= coded[i];
-  }
-  const unsigned width = std::max(minimumWidth, static_cast<unsigned>(std::bit_width(all) + 7) / 8);
-  this->Byte(static_cast<std::uint8_t>(width));
-  for (unsigned plane = 0; plane < width; ++plane)
-  {
-    for (const std::uint64_t value : coded)
-    {
-      this->Byte(static_cast<std::uint8_t>(value >> (8 * plane)));
-    }
-  }
 }
 
 Error ByteReader::Why() const
@@ -132,37 +105,6 @@ std::uint64_t ByteReader::Varint(std::uint64_t most)
   }
   this->Fail("number too long");
   return 0;
-}
-
-std::vector<std::uint64_t> ByteReader::Stream(std::size_t count, unsigned minimumWidth)
-{
-  const unsigned width = this->Byte();
-  if (this->Failure || width > widest || width < minimumWidth)
-  {
-    this->Fail("invalid bit width of a stream");
-    return {};
-  }
-  if (width > 0 && count > this->Remaining() / width)
-  {
-    this->Fail("truncated stream");
-    return {};
-  }
-  std::vector<std::uint64_t> values(count, 0);
-  for (unsigned plane = 0; plane < width; ++plane)
-  {
-    const auto bytes = this->Raw(count);
-    for (std::size_t i = 0; i < count; ++i)
-    {
-      values[i] |= std::uint64_t{ bytes[i] } << (8 * plane);
-    }
-  }
-  std::uint64_t previous = 0;
-  for (std::uint64_t& value : values)
-  {
-    previous += static_cast<std::uint64_t>(Unzigzag(value));
-    value = previous;
-  }
-  return values;
 }
 
 }

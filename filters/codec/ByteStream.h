@@ -41,11 +41,6 @@ public:
   void Raw(std::span<const std::uint8_t> bytes);
   // LEB128: seven bits a byte, lowest first.
   void Varint(std::uint64_t value);
-  // Writes a stream. Each value becomes its difference from the previous value (the first from 0)
-  // modulo 2^64, zigzagged. One byte w is written, then w planes of one byte a value, the lowest
-  // plane first. w is the smallest number of bytes that holds every value, but at least
-  // `minimumWidth`.
-  void Stream(std::span<const std::uint64_t> values, unsigned minimumWidth = 0);
 
   std::vector<std::uint8_t> Take() { return std::move(this->Bytes); }
 
@@ -76,9 +71,6 @@ public:
   std::uint64_t Varint(std::uint64_t most);
   // The same for a number of things that are held in memory.
   std::size_t Count(std::size_t most) { return static_cast<std::size_t>(this->Varint(most)); }
-  // A stream of `count` values; its width w must be at least `minimumWidth`, so that the bytes left
-  // bound `count`.
-  std::vector<std::uint64_t> Stream(std::size_t count, unsigned minimumWidth = 0);
 
 private:
   std::span<const std::uint8_t> Bytes;

@@ -216,19 +216,25 @@ SoType TypeOfCoin(const std::string& type, bool isFirst)
   return isFirst || second == SoType::badType() ? SoType::fromName(type.c_str()) : second;
 }
 
+// Coin 4.0.3 stops the program where the unknown type is asked what it is derived from.
+bool IsDerived(SoType type, SoType from)
+{
+  return !type.isBad() && type.isDerivedFrom(from);
+}
+
 bool IsNodeOfCoin(const std::string& type, bool isFirst)
 {
   // "Nurbs…" nodes of Inventor have other fields than those of VRML 2. "File" names a file, which
   // is not opened. "Shape" is only an abstract type in VRML 1.
   const SoType made = TypeOfCoin(type, isFirst);
   return !type.starts_with("Nurbs") && type != "File" &&
-         made.isDerivedFrom(SoNode::getClassTypeId()) && made.canCreateInstance();
+         IsDerived(made, SoNode::getClassTypeId()) && made.canCreateInstance();
 }
 
 bool HoldsNodesInCoin(const std::string& type)
 {
   return SoType::fromName(("VRML" + type).c_str()) == SoType::badType() &&
-         SoType::fromName(type.c_str()).isDerivedFrom(SoGroup::getClassTypeId());
+         IsDerived(SoType::fromName(type.c_str()), SoGroup::getClassTypeId());
 }
 
 // How many floats make up a value of a field; 0 for all fields of other types.
@@ -255,7 +261,7 @@ const std::map<std::string, std::size_t>& FieldsOfCoin(const std::string& type, 
   const auto [found, isNew] = fieldsOf.try_emplace((isFirst ? "1" : "2") + type);
   std::map<std::string, std::size_t>& fields = found->second;
   const SoType made = TypeOfCoin(type, isFirst);
-  if (isNew && made.canCreateInstance())
+  if (isNew && !made.isBad() && made.canCreateInstance())
   {
     auto* const node = static_cast<SoNode*>(made.createInstance());
     node->ref();

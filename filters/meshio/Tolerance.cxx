@@ -77,12 +77,6 @@ void Tolerance::Count(Lapse kind, std::uint64_t number, std::string_view first)
   this->Numbers[k] += number;
 }
 
-bool Tolerance::Any() const
-{
-  return std::any_of(
-    this->Numbers.begin(), this->Numbers.end(), [](std::uint64_t n) { return n > 0; });
-}
-
 void Tolerance::Tell(const std::string& reading)
 {
   std::string line = OneLine(reading);

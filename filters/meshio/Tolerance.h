@@ -49,7 +49,6 @@ public:
   // 684"); kept only from the first call for each kind.
   void Count(Lapse kind, std::uint64_t number, std::string_view first = {});
   std::uint64_t Of(Lapse kind) const { return this->Numbers[static_cast<std::size_t>(kind)]; }
-  bool Any() const;
 
   // Adds a sentence that says what was ambiguous and how it was read. A sentence is kept only once.
   // --strict does not refuse these.

@@ -285,25 +285,13 @@ private:
     const auto target = this->Target();
     const bool probes = Routes::IsProbe(target.path);
     const bool draining = this->State.Draining();
-    if (this->Admitted.isAdmin && !this->NamesOneHost(target))
-    {
-      this->Refuse(400, noHost);
-    }
-    else if (this->Admitted.isAdmin && !probes && !this->MayNameHost(target))
-    {
-      this->State.Counters.CountRefusal(Metrics::Reason::Host);
-      this->Refuse(421, otherHost);
-    }
-    else if (this->Admitted.isAdmin)
-    {
-      this->Send(this->State.Answers.AnswerAdmin(this->Plain()), request.keep_alive());
-    }
-    else if (draining && !probes)
+    const bool isAdmin = this->Admitted.isAdmin;
+    if (!isAdmin && draining && !probes)
     {
       this->State.Counters.CountRefusal(Metrics::Reason::Stopping);
       this->Refuse(503, "the server is stopping");
     }
-    else if (this->Admitted.refusedWith != 0 && !draining)
+    else if (!isAdmin && this->Admitted.refusedWith != 0 && !draining)
     {
       this->Refuse(this->Admitted.refusedWith, this->Admitted.refusedWith == 503
                                                  ? "the server has too many connections"
@@ -317,6 +305,10 @@ private:
     {
       this->State.Counters.CountRefusal(Metrics::Reason::Host);
       this->Refuse(421, otherHost);
+    }
+    else if (isAdmin)
+    {
+      this->Send(this->State.Answers.AnswerAdmin(this->Plain()), request.keep_alive());
     }
     else if (const auto wait = this->TakeRequest(); wait.count() > 0)
     {

@@ -844,15 +844,17 @@ HttpResponse Routes::AnswerFile(const HttpRequest& request, const StaticFile& fi
 Routes::Found Routes::FindPage(const HttpRequest& request, PagePath asked) const
 {
   const bool isEmbed = asked.kind == PagePath::Kind::Embed;
+  EmbedRequest embed;
   if (isEmbed)
   {
-    const auto wanted = ParseEmbedQuery(QueryOf(request.target));
+    auto wanted = ParseEmbedQuery(QueryOf(request.target));
     if (!wanted)
     {
       const Error& error = wanted.GetError();
       return this->Failure(error.code == ErrorCode::Unsupported ? 501 : 400, error.message);
     }
-    asked.model = ModelOfAddress(wanted->url, request.root);
+    embed = std::move(*wanted);
+    asked.model = ModelOfAddress(embed.url, request.root);
     if (request.root.empty() || asked.model.empty())
     {
       return this->Failure(404, request.root.empty()
@@ -890,8 +892,8 @@ Routes::Found Routes::FindPage(const HttpRequest& request, PagePath asked) const
   if (isEmbed)
   {
     return this->AnswerText(request, "application/json",
-      WriteEmbedAnswer(model->Description(), PlaceOf(asked, request.root),
-        this->Models.AboutSite().title, *ParseEmbedQuery(QueryOf(request.target))));
+      WriteEmbedAnswer(
+        model->Description(), PlaceOf(asked, request.root), this->Models.AboutSite().title, embed));
   }
   if (asked.kind == PagePath::Kind::Preview &&
       !(model = this->Models.FindDigest(asked.model, asked.digest)))

@@ -12,10 +12,10 @@ namespace kdstream
 
 void ForgetAbort(vtkAlgorithm& source)
 {
-#if VTK_VERSION_NUMBER < VTK_VERSION_CHECK(9, 3, 0)
-  source.AbortExecute = 0; // later VTK does this; this one only before RequestData
-#else
-  (void)source;
+  // VTK 9.1 does this only before RequestData, 9.3 never.
+  source.AbortExecute = 0;
+#if VTK_VERSION_NUMBER >= VTK_VERSION_CHECK(9, 3, 0)
+  source.SetAbortOutput(false); // CheckAbort would return it while the source opens
 #endif
 }
 

@@ -35,8 +35,8 @@ protected:
     for (int i = 0; i < side * side; ++i)
     {
       const int x = i % side, y = i / side;
-      std::snprintf(line, sizeof line, "v %d %d %d\nvt %g %g\n", x, y, x * y % 7, x / double(side),
-        y / double(side));
+      std::snprintf(line, sizeof line, "v %d %d %d\nvt %g %g\n", x, y, x % 20 < 3 ? x * y % 7 : 0,
+        x / double(side), y / double(side));
       text += line;
     }
     for (int i = 0; i < side * (side - 1); ++i)
@@ -182,13 +182,10 @@ TEST_F(TestTexturedResume, OutOfCoreOrResumedTheStoreIsThatOfMemory)
   this->WriteText("a.png", { png.begin(), png.end() });
   const auto [inMemory, none] = this->BuildWith({ "--memory", "1G" });
   EXPECT_EQ(none, 0U);
-  for (const std::string threads : { "1", "3" })
-  {
-    const auto [digest, spilled] = this->BuildWith({ "--memory", "64M", "--threads", threads });
-    EXPECT_EQ(digest, inMemory);
-    EXPECT_GT(spilled, 10'000'000U);
-  }
-  EXPECT_EQ(this->BuildWith({ "--memory", "100M" }).first, inMemory);
+  const auto [digest, written] = this->BuildWith({ "--memory", "64M", "--threads", "3" });
+  EXPECT_EQ(digest, inMemory);
+  EXPECT_GT(written, 10'000'000U);
+  EXPECT_EQ(this->BuildWith({ "--memory", "100M", "--threads", "1" }).first, inMemory);
   ASSERT_NO_FATAL_FAILURE(this->KillBuild());
   const auto [resumed, spilled] = this->BuildWith({ "--memory", "64M", "--resume" });
   EXPECT_EQ(resumed, inMemory);

@@ -24,6 +24,9 @@ inline void SetUpRanks()
   ::setenv("OMPI_MCA_rmaps_base_oversubscribe", "1", 1);
   ::setenv("OMPI_MCA_mpi_yield_when_idle", "1", 1);
   ::setenv("OMPI_MCA_hwloc_base_binding_policy", "none", 1);
+  // The same for Open MPI 5, whose launcher is PRRTE.
+  ::setenv("PRTE_MCA_rmaps_default_mapping_policy", ":oversubscribe", 1);
+  ::setenv("PRTE_MCA_hwloc_default_binding_policy", "none", 1);
   // After a rank has ended with an exit code, Open MPI waits this number of seconds before it kills
   // the others. All have cleaned up by then.
   ::setenv("OMPI_MCA_odls_base_sigkill_timeout", "0", 1);

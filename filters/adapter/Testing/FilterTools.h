@@ -235,6 +235,14 @@ public:
   FilterObserver(const FilterObserver&) = delete;
   FilterObserver& operator=(const FilterObserver&) = delete;
 
+  // Takes an abort back, so that the next Update executes: since VTK 9.3 no Update does this.
+  void StopAborting()
+  {
+    this->abortAt = 2;
+    this->Filter->AbortExecuteOff();
+    this->Filter->Modified();
+  }
+
   std::string error; // text of the filter's errors
   std::string warning;
   bool failed = false; // whether the pipeline was informed of the failure

@@ -2,6 +2,7 @@
 // A build out of core in a folder of its own, finished or killed, and the same build in memory.
 #pragma once
 
+#include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/build/ExternalBuilder.h"
 #include "filters/build/Testing/KilledBuild.h"
 #include "filters/meshio/MeshWriter.h"
@@ -9,15 +10,10 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <set>
 #include <string>
 #include <vector>
-
-#include <unistd.h>
 
 namespace kdstream
 {
@@ -25,31 +21,18 @@ namespace kdstream
 inline constexpr std::uint64_t KiB = 1024;
 inline constexpr std::uint64_t smallMemory = 512 * KiB; // many blocks, and a tree out of core
 
-inline std::string BytesOf(const std::filesystem::path& file)
-{
-  std::ifstream stream(file, std::ios::binary);
-  return { std::istreambuf_iterator<char>(stream), {} };
-}
-
 // A build in a temporary folder, with partitions of 200 vertices.
 class ExternalBuilderTest : public ::testing::Test
 {
 protected:
   ExternalBuilderTest()
   {
-    // On a RAM disk if the system has one, because every build waits for the disk some fifty times.
-    const std::filesystem::path parent = ::access("/dev/shm", W_OK) == 0
-                                           ? std::filesystem::path("/dev/shm")
-                                           : std::filesystem::temp_directory_path();
-    std::string name = (parent / "kdstream-external-XXXXXX").string();
-    this->Folder = ::mkdtemp(name.data());
     std::filesystem::create_directory(this->Spill());
     this->Options.memory = leastMemory;
     this->Options.temporaryFolder = this->Spill();
     this->Options.tree.verticesPerPartition = 200;
     this->Probe.stepMemory = smallMemory;
   }
-  ~ExternalBuilderTest() override { std::filesystem::remove_all(this->Folder); }
 
   std::filesystem::path Spill() const { return this->Folder / "spill"; }
   std::filesystem::path Input() const { return this->Folder / "in.ply"; }
@@ -67,7 +50,8 @@ protected:
     options.memory = 0;
     const auto report = BuildStore(this->Input(), this->Folder / "memory.kds", options, execution);
     EXPECT_TRUE(report) << report.GetError().message;
-    const std::string bytes = BytesOf(this->Folder / "memory.kds");
+    this->Merged = report ? report->mergedByGrid : 0;
+    const std::string bytes = fixtures::ReadWhole(this->Folder / "memory.kds");
     std::filesystem::remove(this->Folder / "memory.kds");
     return bytes;
   }
@@ -79,20 +63,14 @@ protected:
   // Removes the store, and returns its bytes.
   std::string Take()
   {
-    const std::string bytes = BytesOf(this->Store());
+    const std::string bytes = fixtures::ReadWhole(this->Store());
     std::filesystem::remove(this->Store());
     return bytes;
   }
   void ExpectNothingLeft(const std::set<std::string>& but = { "in.ply", "spill" })
   {
     EXPECT_TRUE(std::filesystem::is_empty(this->Spill()));
-    std::set<std::string> names;
-    for (const std::filesystem::directory_entry& entry :
-      std::filesystem::directory_iterator(this->Folder))
-    {
-      names.insert(entry.path().filename().string());
-    }
-    EXPECT_EQ(names, but);
+    EXPECT_EQ(this->Temporary.Names(), but);
   }
 
   // Runs a build in a process of its own, which is killed before the k-th of its steps (file
@@ -126,12 +104,39 @@ protected:
     this->Probe.hook = {};
     return steps;
   }
+  // Builds, and stops at the call `stopAt` of the progress. Expects that progress never runs back.
+  // steps: set to the steps' names. Returns the number of calls.
+  Result<std::size_t> BuildUntil(std::size_t stopAt, std::vector<std::string>& steps)
+  {
+    steps.clear();
+    double last = 0;
+    std::size_t calls = 0;
+    Execution execution;
+    execution.progress = [&](std::string_view step, double fraction)
+    {
+      if (steps.empty() || steps.back() != step)
+      {
+        steps.emplace_back(step);
+        last = 0;
+      }
+      EXPECT_GE(fraction, last) << step;
+      EXPECT_LE(fraction, 1) << step;
+      last = fraction;
+      return ++calls < stopAt;
+    };
+    const auto report = this->External(execution);
+    KDSTREAM_TRY(report);
+    return calls;
+  }
   // The folder with what a killed build left.
   std::filesystem::path Left() const { return BuildFolder::PathFor(this->Store(), this->Spill()); }
 
-  std::filesystem::path Folder;
+  // Every build waits for the disk some fifty times.
+  const fixtures::TemporaryFolder Temporary{ fixtures::FastTemporaryPath() };
+  const std::filesystem::path Folder = this->Temporary.Path;
   BuildOptions Options;
   ExternalBuildProbe Probe;
+  std::uint64_t Merged = 0; // by the grid; of the last store built in memory
 };
 
 }

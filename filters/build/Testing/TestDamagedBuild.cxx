@@ -36,7 +36,7 @@ KeptFolder Keep(const fs::path& folder)
   {
     struct stat state = {};
     ::stat(entry.path().c_str(), &state);
-    kept[entry.path().filename().string()] = { BytesOf(entry.path()), state.st_mtim };
+    kept[entry.path().filename().string()] = { ReadWhole(entry.path()), state.st_mtim };
   }
   return kept;
 }
@@ -268,7 +268,7 @@ TEST_F(DamagedBuild, WhateverHasAFilesNameIsNotTakenForIt)
       make(this->Left() / name);
       ASSERT_EQ(this->Resume(), 0);
       EXPECT_TRUE(this->Take() == expected);
-      EXPECT_EQ(BytesOf(victim), left.at(name).bytes);
+      EXPECT_EQ(ReadWhole(victim), left.at(name).bytes);
       fs::remove(victim);
       this->ExpectNothingLeft();
     }

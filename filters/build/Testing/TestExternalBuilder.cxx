@@ -121,40 +121,23 @@ TEST_F(ExternalBuilderTest, ProgressNeverRunsBackAndACancelLeavesNothing)
 {
   this->Write(WithAttributes(Shuffled(Torus(96, 48), 2), 4));
   std::vector<std::string> steps;
-  double last = 0;
-  std::size_t calls = 0, stopAt = ~std::size_t{ 0 };
-  Execution execution;
-  execution.progress = [&](std::string_view step, double fraction)
-  {
-    if (steps.empty() || steps.back() != step)
-    {
-      steps.emplace_back(step);
-      last = 0;
-    }
-    EXPECT_GE(fraction, last) << step;
-    EXPECT_LE(fraction, 1) << step;
-    last = fraction;
-    return ++calls < stopAt;
-  };
-  ASSERT_TRUE(this->External(execution));
+  const auto calls = this->BuildUntil(~std::size_t{ 0 }, steps);
+  ASSERT_TRUE(calls);
   EXPECT_EQ(
     steps, (std::vector<std::string>{ "read", "tree", "faces", "levels", "encode", "write" }));
   const std::string digest = this->Take();
   this->Write(Torus(20, 20));
   ASSERT_TRUE(this->External());
-  const std::string old = BytesOf(this->Store());
+  const std::string old = ReadWhole(this->Store());
   this->Write(WithAttributes(Shuffled(Torus(96, 48), 2), 4));
-  const std::size_t all = calls;
-  ASSERT_GT(all, 50U);
-  for (stopAt = 1; stopAt <= all; stopAt += all / 20)
+  ASSERT_GT(*calls, 50U);
+  for (std::size_t stopAt = 1; stopAt <= *calls; stopAt += *calls / 20)
   {
-    calls = 0;
-    steps.clear();
-    const auto report = this->External(execution);
+    const auto report = this->BuildUntil(stopAt, steps);
     ASSERT_FALSE(report) << stopAt;
     EXPECT_EQ(report.GetError().code, ErrorCode::Cancelled);
     this->ExpectNothingLeft({ "in.ply", "spill", "m.kds" });
-    EXPECT_TRUE(BytesOf(this->Store()) == old) << "the old store is gone";
+    EXPECT_TRUE(ReadWhole(this->Store()) == old) << "the old store is gone";
   }
 }
 
@@ -239,7 +222,7 @@ TEST_F(ExternalBuilderTest, AFullDiskIsAnErrorThatSaysWhatWasNeeded)
     int state = 0;
     ::waitpid(child, &state, 0);
     EXPECT_TRUE(WIFEXITED(state) && WEXITSTATUS(state) == 0);
-    const std::string text = BytesOf(said);
+    const std::string text = ReadWhole(said);
     EXPECT_NE(text.find("the temporary folder is too small"), std::string::npos) << text;
     EXPECT_NE(text.find(" bytes"), std::string::npos) << text;
     fs::remove(said);

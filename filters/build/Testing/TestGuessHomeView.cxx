@@ -2,6 +2,7 @@
 // How a model stands: a given direction stays, a missing one is guessed, and all builds guess the
 // same.
 #include "Testing/Fixtures/Meshes.h"
+#include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/build/ExternalBuilder.h"
 #include "filters/build/GuessHomeView.h"
 #include "filters/core/VectorMath.h"
@@ -49,16 +50,6 @@ Mesh Bag(const Vec3& foot, double height, const std::function<double(double, dou
     mesh.triangles.push_back({ at(rings - 1, j), at(rings - 1, j + 1), at(rings - 1, 0) });
   }
   return mesh;
-}
-
-void Append(Mesh& mesh, const Mesh& other)
-{
-  const auto first = static_cast<VertexId>(mesh.points.size());
-  mesh.points.insert(mesh.points.end(), other.points.begin(), other.points.end());
-  for (const Triangle& t : other.triangles)
-  {
-    mesh.triangles.push_back({ t[0] + first, t[1] + first, t[2] + first });
-  }
 }
 
 // y is up, and the face towards +z: a plinth, shoulders, a neck, a head with a nose and wrinkles.
@@ -251,9 +242,7 @@ TEST(TestGuessHomeView, EveryMeshHasAHomeView)
 
 TEST(TestGuessHomeView, AllBuildsGuessAlike)
 {
-  const fs::path folder =
-    fs::temp_directory_path() / ("kdstream-pose-" + std::to_string(::getpid()));
-  fs::create_directories(folder);
+  const TemporaryFolder folder;
   const fs::path input = folder / "bust.ply", store = folder / "bust.kds";
   ASSERT_TRUE(WriteMesh(input, Turned(Bust(), zUp)));
   const auto inMemory = BuildStore(input, store, {});
@@ -273,5 +262,4 @@ TEST(TestGuessHomeView, AllBuildsGuessAlike)
   ASSERT_TRUE(reported);
   EXPECT_EQ(reported->info.homeView, (HomeView{ *given.up, *given.view, false }));
   EXPECT_EQ(reported->info.digest, inMemory->info.digest) << "it is no content";
-  fs::remove_all(folder);
 }

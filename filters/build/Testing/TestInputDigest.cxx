@@ -21,11 +21,6 @@ namespace
 class InputDigests : public ExternalBuilderTest
 {
 protected:
-  fs::path WriteText(const char* name, const std::string& text) const
-  {
-    std::ofstream(this->Folder / name) << text;
-    return this->Folder / name;
-  }
   // The description in a store that was built in memory.
   ModelDescription Built(const BuildOptions& options)
   {
@@ -39,8 +34,8 @@ protected:
 
 TEST_F(InputDigests, AreXxh3OfAllBytes)
 {
-  const auto abc = this->WriteText("abc", "abc"), ab = this->WriteText("ab", "ab"),
-             c = this->WriteText("c", "c");
+  const auto abc = this->Temporary.Write("abc", "abc"), ab = this->Temporary.Write("ab", "ab"),
+             c = this->Temporary.Write("c", "c");
   EXPECT_EQ(*InputDigest({ abc }).Take(), "06b05ab6733a618578af5f94892f3950"); // as of xxhsum -H2
   EXPECT_EQ(*InputDigest({ ab, c }).Take(), *InputDigest({ abc }).Take());
   EXPECT_NE(*InputDigest({ c, ab }).Take(), *InputDigest({ abc }).Take());
@@ -50,7 +45,7 @@ TEST_F(InputDigests, AreXxh3OfAllBytes)
   for (const std::size_t place : { 0u, 1u << 20, 4'999'999u })
   {
     text[place] = 'y';
-    digests.insert(*InputDigest({ this->WriteText("large", text) }).Take());
+    digests.insert(*InputDigest({ this->Temporary.Write("large", text) }).Take());
   }
   EXPECT_EQ(digests.size(), 3u);
   const auto missing = InputDigest({ abc, this->Folder / "none" }).Take();
@@ -84,7 +79,7 @@ TEST_F(InputDigests, AreTheSameWhateverTheOptions)
   options.partitioner = &OctreeMethod();
   check(options);
   EXPECT_EQ(digests.size(), 4u);
-  this->WriteText("other", "of another format");
+  this->Temporary.Write("other", "of another format");
   options.inputFiles = { this->Folder / "other" };
   EXPECT_EQ(this->Built(options).inputDigest, *InputDigest({ this->Folder / "other" }).Take());
 }

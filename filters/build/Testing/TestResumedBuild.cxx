@@ -104,7 +104,7 @@ TEST_F(ResumedBuild, WhatDoesNotFitIsNotTakenUp)
   };
   const auto flip = [](const fs::path& file, std::size_t at)
   {
-    std::string bytes = BytesOf(file);
+    std::string bytes = ReadWhole(file);
     bytes[at] = static_cast<char>(bytes[at] ^ 1);
     std::ofstream(file, std::ios::binary) << bytes;
   };

@@ -581,17 +581,6 @@ TEST(PieceCodec, PiecesAboutTheMostVerticesThatFitPackedTrianglesComeBack)
   }
 }
 
-TEST(ByteStream, AStreamMustBeAsWideAsItsCountAsksFor)
-{
-  const std::vector<std::uint8_t> empty{ 0 };
-  ByteReader free(empty);
-  EXPECT_EQ(free.Stream(5), std::vector<std::uint64_t>(5, 0));
-  ByteReader bounded(empty);
-  (void)bounded.Stream(5, 1);
-  ASSERT_TRUE(bounded.Failed());
-  EXPECT_EQ(bounded.Why().message, "invalid bit width of a stream at byte 1");
-}
-
 TEST(ByteStream, IntegersOfAnySizeComeBack)
 {
   std::mt19937_64 random(4);
@@ -604,14 +593,12 @@ TEST(ByteStream, IntegersOfAnySizeComeBack)
       value = bits == 0 ? 0 : random() >> (64 - bits);
       writer.Varint(value);
     }
-    writer.Stream(values);
     const auto bytes = writer.Take();
     ByteReader reader(bytes);
     for (const std::uint64_t value : values)
     {
       EXPECT_EQ(reader.Varint(~std::uint64_t{ 0 }), value);
     }
-    EXPECT_EQ(reader.Stream(values.size()), values);
     EXPECT_FALSE(reader.Failed());
     EXPECT_EQ(reader.Remaining(), 0U);
   }

@@ -6,6 +6,7 @@
 #include "filters/core/TriangleBuckets.h"
 #include "filters/core/levels/CollapseLevels.h"
 #include "filters/core/tree/KdTree.h"
+#include "filters/program/TbbExecution.h"
 
 #include <gtest/gtest.h>
 
@@ -47,6 +48,27 @@ BuiltLevels BuildWith(const Mesh& mesh, unsigned coarsestDepth, const KdTreeOpti
     }
   }
   return built;
+}
+
+// Expects build(execution) to give the same levels on any number of threads as on one.
+template <class Build>
+void ExpectSameOnThreads(const NamedMesh& named, const Build& build)
+{
+  SCOPED_TRACE(named.name);
+  const BuiltLevels serial = build(Execution{});
+  for (const unsigned threads : { 1U, 2U, 8U })
+  {
+    const BuiltLevels parallel = build(MakeTbbExecution(threads));
+    ASSERT_EQ(serial.levels.finest, parallel.levels.finest);
+    for (std::size_t d = 0; d < serial.levels.levels.size(); ++d)
+    {
+      const ClusterLevel &a = serial.levels.levels[d], &b = parallel.levels.levels[d];
+      ASSERT_EQ(a.positions, b.positions);
+      ASSERT_EQ(a.geometricErrors, b.geometricErrors);
+      ASSERT_EQ(a.triangles, b.triangles);
+      ASSERT_EQ(a.parents, b.parents);
+    }
+  }
 }
 
 // Expects the triangles of each level to be those of the mesh whose corners lie in three different

@@ -401,21 +401,10 @@ TEST(ClusterLevels, AreTheSameOnAnyNumberOfThreads)
 {
   for (const NamedMesh& named : AllMeshes())
   {
-    SCOPED_TRACE(named.name);
-    const Built serial = Build(named.mesh);
-    for (const unsigned threads : { 1U, 2U, 8U })
-    {
-      const Built parallel = Build(named.mesh, {}, { 200, {}, 8 }, MakeTbbExecution(threads));
-      ASSERT_EQ(serial.levels.finest, parallel.levels.finest);
-      for (std::size_t d = 0; d < serial.levels.levels.size(); ++d)
-      {
-        ASSERT_EQ(serial.levels.levels[d].positions, parallel.levels.levels[d].positions);
-        ASSERT_EQ(
-          serial.levels.levels[d].geometricErrors, parallel.levels.levels[d].geometricErrors);
-        ASSERT_EQ(serial.levels.levels[d].triangles, parallel.levels.levels[d].triangles);
-        ASSERT_EQ(serial.levels.levels[d].parents, parallel.levels.levels[d].parents);
-      }
-    }
+    ExpectSameOnThreads(named,
+      [&](const Execution& execution) {
+        return Build(named.mesh, {}, { 200, {}, 8 }, execution);
+      });
   }
 }
 

@@ -187,7 +187,8 @@ TEST(EdgeCandidates, TwoEdgesAtOnceAreEachAsByThemselves)
     {
       for (std::size_t planes = random.Below(5); planes-- > 0;)
       {
-        quadrics[e].AddTriangle(random.NextPoint(), random.NextPoint(), random.NextPoint());
+        quadrics[e].Add(
+          Quadric::OfTriangle(random.NextPoint(), random.NextPoint(), random.NextPoint()));
       }
       edges[e] = { random.NextPoint(), random.NextPoint(), quadrics[e],
         random.Below(2) == 0 ? 1 : 0.25 };
@@ -242,7 +243,7 @@ TEST(EdgeCandidates, TwoPlanesAtOnceAreEachAsByThemselves)
       const auto& [p, q, r] = corners[lane];
       ExpectLane(both, lane, QuadraticForm<double>::OfTriangle(p, q, r));
       Quadric added;
-      added.AddTriangle(p, q, r);
+      added.Add(Quadric::OfTriangle(p, q, r));
       EXPECT_FALSE(std::isnan(added.Trace()));
     }
   }

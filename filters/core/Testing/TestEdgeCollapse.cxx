@@ -34,7 +34,7 @@ CollapsePart PartOf(const Mesh& mesh)
     for (std::size_t k = 0; k < 3; ++k)
     {
       const VertexId a = t[k], b = t[(k + 1) % 3], c = t[(k + 2) % 3];
-      part.quadrics[a].AddTriangle(mesh.points[a], mesh.points[b], mesh.points[c]);
+      part.quadrics[a].Add(Quadric::OfTriangle(mesh.points[a], mesh.points[b], mesh.points[c]));
       if (isBoundary.contains(std::minmax(a, b)))
       {
         part.quadrics[a].AddBoundary(mesh.points[a], mesh.points[b], mesh.points[c]);
@@ -421,7 +421,8 @@ TEST(EdgeCollapse, KnotsTakeStepsInProportion)
     {
       for (const VertexId v : t)
       {
-        part.quadrics[v].AddTriangle(knot.points[t[0]], knot.points[t[1]], knot.points[t[2]]);
+        part.quadrics[v].Add(
+          Quadric::OfTriangle(knot.points[t[0]], knot.points[t[1]], knot.points[t[2]]));
       }
     }
     part.keepTopology = false;

@@ -22,30 +22,6 @@ namespace
 
 constexpr double pi = std::numbers::pi;
 
-// side × side quads of side 1 in the plane, each cut from its lower right to its upper left corner.
-Mesh Plate(unsigned side)
-{
-  Mesh mesh;
-  for (unsigned y = 0; y <= side; ++y)
-  {
-    for (unsigned x = 0; x <= side; ++x)
-    {
-      mesh.points.push_back({ double(x), double(y), 0 });
-    }
-  }
-  const VertexId row = side + 1;
-  for (unsigned y = 0; y < side; ++y)
-  {
-    for (unsigned x = 0; x < side; ++x)
-    {
-      const VertexId p = y * row + x;
-      mesh.triangles.push_back({ p, p + 1, p + row });
-      mesh.triangles.push_back({ p + 1, p + row + 1, p + row });
-    }
-  }
-  return mesh;
-}
-
 Clustering ByX(const Mesh& mesh, double x)
 {
   Clustering clustering;
@@ -89,7 +65,7 @@ double Length(const Vec3& a, const Vec3& b)
 
 TEST(PartitionMeasures, ASquareAsOne)
 {
-  const Mesh mesh = Plate(6);
+  const Mesh mesh = GridPlate(6);
   const PartitionMeasures found = Measure(mesh, One(mesh));
   ASSERT_EQ(found.partitions.size(), 1U);
   EXPECT_EQ(found.partitions[0].vertices, 49U);
@@ -103,7 +79,7 @@ TEST(PartitionMeasures, ASquareAsOne)
 TEST(PartitionMeasures, TwoHalvesWithTheTrianglesBetweenInBoth)
 {
   // Columns 0-2 and 3-6; the quads between belong to both.
-  const Mesh mesh = Plate(6);
+  const Mesh mesh = GridPlate(6);
   const PartitionMeasures found = Measure(mesh, ByX(mesh, 2.5));
   EXPECT_EQ(found.partitions[0].vertices, 21U);
   EXPECT_EQ(found.partitions[1].vertices, 28U);
@@ -217,7 +193,7 @@ TEST(PartitionMeasures, NothingIsDefinedWithoutAreaOrBoundary)
   EXPECT_EQ(whole.measured, 0U);
   EXPECT_EQ(whole.compactness.mean, 0);
 
-  Mesh line = Plate(2); // zero area: all on one line
+  Mesh line = GridPlate(2); // zero area: all on one line
   for (Vec3& p : line.points)
   {
     p[1] = p[0];
@@ -236,7 +212,7 @@ TEST(PartitionMeasures, NothingIsDefinedWithoutAreaOrBoundary)
 
 TEST(PartitionMeasures, RepeatedVerticesMakeNoSlits)
 {
-  const Mesh plate = Plate(5);
+  const Mesh plate = GridPlate(5);
   Mesh soup;
   const Clustering halves = ByX(plate, 2.5);
   Clustering soupHalves{ {}, 2 };
@@ -278,7 +254,7 @@ TEST(PartitionMeasures, AnyInput)
 
 TEST(PartitionMeasures, HugeAndTinyUnits)
 {
-  const Mesh mesh = Plate(3);
+  const Mesh mesh = GridPlate(3);
   for (const double unit : { 0x1p400, 0x1p-400 })
   {
     Mesh other = mesh;
@@ -307,7 +283,7 @@ TEST(PartitionMeasures, SpreadOfNumbers)
 
 TEST(PartitionMeasures, SaysWhatIsWrongAndStops)
 {
-  const Mesh mesh = Plate(1);
+  const Mesh mesh = GridPlate(1);
   const auto message = [&](const Clustering& clustering)
   { return MeasurePartitions(mesh.points, mesh.triangles, clustering).GetError().message; };
   EXPECT_EQ(message({ { 0, 0, 0 }, 1 }), "3 cluster ids for 4 vertices");

@@ -8,11 +8,6 @@
 namespace kdstream
 {
 
-void Quadric::AddTriangle(const Vec3& p, const Vec3& q, const Vec3& r)
-{
-  this->Add(OfTriangle(p, q, r));
-}
-
 void Quadric::AddPlane(const Vec3& n, const Vec3& p, double weight)
 {
   const double d = -Dot(n, p);

@@ -42,8 +42,6 @@ struct QuadraticForm
 struct Quadric : QuadraticForm<double>
 {
   void Add(const QuadraticForm& other);
-  // Adds the plane of a triangle, weighted with its area. Adds nothing for a triangle without area.
-  void AddTriangle(const Vec3& p, const Vec3& q, const Vec3& r);
   // Adds the plane through the edge p q at a right angle to the triangle p q r, weighted with the
   // edge's squared length. It keeps boundary edges in place. Adds nothing for a triangle without
   // area.

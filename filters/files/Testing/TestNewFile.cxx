@@ -32,16 +32,6 @@ mode_t ModeOf(const fs::path& file)
   return ::stat(file.c_str(), &state) == 0 ? state.st_mode & 0777 : 0;
 }
 
-std::set<std::string> NamesIn(const fs::path& folder)
-{
-  std::set<std::string> names;
-  for (const auto& entry : fs::directory_iterator(folder))
-  {
-    names.insert(entry.path().filename().string());
-  }
-  return names;
-}
-
 // Calls work() in a process of its own, as a user who is not root. Returns whether work() returned
 // true.
 template <class Work>
@@ -88,13 +78,13 @@ TEST_F(NewFileTest, IsThereWholeOrNotAtAll)
     ASSERT_TRUE(file);
     ASSERT_TRUE(file->Write("new and unfinished"));
     EXPECT_EQ(ReadWhole(this->File()), "old");
-    EXPECT_EQ(NamesIn(this->Folder.Path).size(), 2U);
+    EXPECT_EQ(this->Folder.Names().size(), 2U);
   }
-  EXPECT_EQ(NamesIn(this->Folder.Path), std::set<std::string>{ "out.json" });
+  EXPECT_EQ(this->Folder.Names(), std::set<std::string>{ "out.json" });
   EXPECT_EQ(ReadWhole(this->File()), "old");
   ASSERT_TRUE(this->Write("new"));
   EXPECT_EQ(ReadWhole(this->File()), "new");
-  EXPECT_EQ(NamesIn(this->Folder.Path), std::set<std::string>{ "out.json" });
+  EXPECT_EQ(this->Folder.Names(), std::set<std::string>{ "out.json" });
 }
 
 // Links with the names of temporary files might lead to files of other users.
@@ -109,7 +99,7 @@ TEST_F(NewFileTest, NoLinkBesideItIsFollowed)
   }
   fs::create_symlink("victim", this->Folder / ("out.json.tmp-" + process + "-0"));
   fs::create_symlink("victim", this->Folder / ".out.json.aaaaaa.unfinished"); // like a leftover
-  const auto before = NamesIn(this->Folder.Path);
+  const auto before = this->Folder.Names();
   for (const std::string bytes : { "one", "two" })
   {
     NewFile::RemoveLeftovers(this->File());
@@ -119,7 +109,7 @@ TEST_F(NewFileTest, NoLinkBesideItIsFollowed)
   }
   auto after = before;
   after.insert("out.json");
-  EXPECT_EQ(NamesIn(this->Folder.Path), after);
+  EXPECT_EQ(this->Folder.Names(), after);
 }
 
 TEST_F(NewFileTest, NamesCannotBeForeseen)
@@ -207,7 +197,7 @@ TEST_F(NewFileTest, WhatIsNotARegularFileIsNotTouched)
   ASSERT_EQ(::mkfifo(this->File().c_str(), 0600), 0);
   EXPECT_FALSE(this->Write("x"));
   EXPECT_FALSE(WriteWhole(this->Folder / "none/x", "x"));
-  EXPECT_EQ(NamesIn(this->Folder.Path), std::set<std::string>{ "out.json" });
+  EXPECT_EQ(this->Folder.Names(), std::set<std::string>{ "out.json" });
 }
 
 TEST_F(NewFileTest, WhatKilledWritersHaveLeftGoesAndWhatIsBeingWrittenStays)
@@ -251,5 +241,5 @@ TEST_F(NewFileTest, AFullDiskLeavesWhatWas)
   ASSERT_FALSE(written);
   EXPECT_EQ(written.GetError().message, "cannot be written: File too large");
   EXPECT_EQ(ReadWhole(this->File()), "old");
-  EXPECT_EQ(NamesIn(this->Folder.Path), std::set<std::string>{ "out.json" });
+  EXPECT_EQ(this->Folder.Names(), std::set<std::string>{ "out.json" });
 }

@@ -2,6 +2,8 @@
 // Seeded choices for random test files.
 #pragma once
 
+#include "filters/core/Types.h"
+
 #include <bit>
 #include <charconv>
 #include <cmath>
@@ -12,6 +14,19 @@
 
 namespace kdstream::test
 {
+
+// A random mesh in random notation, and what a reader must make of it.
+struct RandomFile
+{
+  std::string bytes;
+  std::vector<Vec3> points;
+  std::vector<Triangle> triangles;
+  std::uint64_t faces = 0;
+  bool soup = false;
+  ScalarType scalarType = ScalarType::Float32;
+  std::vector<Attribute> attributes;
+  std::vector<std::string> ignored;
+};
 
 class RandomGenerator
 {
@@ -51,7 +66,7 @@ public:
     }
   }
 
-private:
+protected:
   std::mt19937_64 Random;
 };
 
@@ -68,8 +83,9 @@ std::string ShortText(Real value)
 inline void Mutate(
   std::string& bytes, RandomGenerator& generator, const std::vector<std::string>& lines)
 {
-  static const std::vector<std::string> numbers{ "0", "-1", "1", "255", "65536", "2147483648",
-    "4294967295", "4294967296", "-9223372036854775808", "18446744073709551615", "1e999", "nan",
+  static const std::vector<std::string> numbers{ "0", "-1", "1", "255", "256", "65536",
+    "2147483648", "4294967294", "4294967295", "4294967296", "9223372036854775807",
+    "-9223372036854775808", "9223372036854775808", "18446744073709551615", "1e999", "nan",
     "1.00000001", "x" };
   const std::size_t at = generator.Pick(bytes.size());
   switch (generator.Pick(8))
@@ -99,8 +115,11 @@ inline void Mutate(
       bytes.replace(digit, end - digit, generator.PickOf(numbers));
       break;
     }
-    default: // add a line
-      bytes.insert(std::min(bytes.find('\n', at) + 1, bytes.size()), generator.PickOf(lines));
+    default: // add a line, often near the start: to the header, if the format has one
+    {
+      const std::size_t after = generator.Chance(0.5) ? at : at / 4;
+      bytes.insert(std::min(bytes.find('\n', after) + 1, bytes.size()), generator.PickOf(lines));
+    }
   }
 }
 

@@ -2,7 +2,6 @@
 // Random meshes in random OBJ notation, with the mesh that a reader must make of them.
 #pragma once
 
-#include "filters/core/Types.h"
 #include "filters/meshio/PolygonFaces.h"
 #include "filters/meshio/Testing/RandomGenerator.h"
 
@@ -13,17 +12,6 @@
 namespace kdstream::test
 {
 
-struct RandomObj
-{
-  std::string bytes;
-  std::vector<Vec3> points;
-  std::vector<Triangle> triangles;
-  std::uint64_t faces = 0;
-  ScalarType scalarType = ScalarType::Float32;
-  std::vector<Attribute> attributes;
-  std::vector<std::string> ignored;
-};
-
 class RandomObjMaker
 {
 public:
@@ -33,7 +21,7 @@ public:
   }
 
   // Makes a file of 3 to `mostPlaces` + 2 places and at most twice as many faces.
-  RandomObj Make(std::uint64_t mostPlaces)
+  RandomFile Make(std::uint64_t mostPlaces)
   {
     RandomGenerator& generator = this->Chooser;
     this->Obj = {};
@@ -223,7 +211,7 @@ private:
   // place.
   void Describe()
   {
-    RandomObj& obj = this->Obj;
+    RandomFile& obj = this->Obj;
     obj.bytes = this->Text;
     std::vector<Corner> vertices;
     std::map<Corner, VertexId> known;
@@ -333,7 +321,7 @@ private:
   }
 
   RandomGenerator Chooser;
-  RandomObj Obj;
+  RandomFile Obj;
   std::string Text, Newline, Blank;
   bool Doubles = false, Materials = false;
   std::uint64_t Colors = 0, Curves = 0;

@@ -7,11 +7,6 @@
 namespace kdstream::test
 {
 
-struct RandomOff
-{
-  std::string bytes;
-};
-
 class RandomOffMaker
 {
 public:
@@ -20,7 +15,7 @@ public:
   {
   }
 
-  RandomOff Make(std::uint64_t mostFaces)
+  RandomFile Make(std::uint64_t mostFaces)
   {
     RandomGenerator& generator = this->Chooser;
     const bool texture = generator.Chance(0.2), colors = generator.Chance(0.4),
@@ -62,7 +57,9 @@ public:
       }
       text += color(ofFaces) + end;
     }
-    return { text };
+    RandomFile file;
+    file.bytes = text;
+    return file;
   }
 
   RandomGenerator& Generator() { return this->Chooser; }

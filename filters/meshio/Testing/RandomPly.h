@@ -3,40 +3,26 @@
 #pragma once
 
 #include "filters/core/CutPolygon.h"
-#include "filters/core/Types.h"
 #include "filters/meshio/Testing/PlyEmitter.h"
+#include "filters/meshio/Testing/RandomGenerator.h"
 
-#include <bit>
-#include <cmath>
 #include <limits>
 #include <map>
-#include <random>
 #include <utility>
 
 namespace kdstream::test
 {
 
-struct RandomPly
-{
-  std::string bytes;
-  std::vector<Vec3> points;
-  std::vector<Triangle> triangles;
-  std::uint64_t faces = 0;
-  ScalarType scalarType = ScalarType::Float32;
-  std::vector<Attribute> attributes;
-  std::vector<std::string> ignored;
-};
-
-class RandomPlyMaker
+class RandomPlyMaker : private RandomGenerator
 {
 public:
   explicit RandomPlyMaker(unsigned seed)
-    : Random(seed)
+    : RandomGenerator(seed)
   {
   }
 
   // Makes a file of at most `mostVertices` vertices and twice as many faces.
-  RandomPly Make(std::uint64_t mostVertices)
+  RandomFile Make(std::uint64_t mostVertices)
   {
     this->Ply = {};
     EmitStyle style;
@@ -83,15 +69,7 @@ public:
     return this->Ply;
   }
 
-  std::uint64_t Pick(std::uint64_t below)
-  {
-    return std::uniform_int_distribution<std::uint64_t>(0, below - 1)(this->Random);
-  }
-  bool Chance(double probability) { return std::bernoulli_distribution(probability)(this->Random); }
-  std::string PickOf(const std::vector<std::string>& words)
-  {
-    return words[this->Pick(words.size())];
-  }
+  RandomGenerator& Generator() { return *this; }
 
 private:
   static constexpr const char* extraNames[] = { "red", "nx", "quality", "flags", "texcoord",
@@ -574,8 +552,7 @@ private:
       { static_cast<VertexId>(a), static_cast<VertexId>(b), static_cast<VertexId>(c) });
   }
 
-  std::mt19937_64 Random;
-  RandomPly Ply;
+  RandomFile Ply;
   bool Plain = false;
   std::map<std::string, std::vector<Array>> Kept; // by element
 };

@@ -2,7 +2,6 @@
 // Random triangle soups in random STL notation, with the mesh that a reader must make of them.
 #pragma once
 
-#include "filters/core/Types.h"
 #include "filters/meshio/Testing/RandomGenerator.h"
 
 #include <array>
@@ -10,13 +9,6 @@
 
 namespace kdstream::test
 {
-
-struct RandomStl
-{
-  std::string bytes;
-  std::vector<Vec3> points; // three for each triangle
-  ScalarType scalarType = ScalarType::Float32;
-};
 
 // The binary file of these triangles; header: up to 80 bytes.
 inline std::string BinaryStl(std::string header, const std::vector<Vec3>& points)
@@ -50,9 +42,9 @@ public:
   {
   }
 
-  RandomStl Make(std::uint64_t mostFacets)
+  RandomFile Make(std::uint64_t mostFacets)
   {
-    RandomStl stl;
+    RandomFile stl;
     const bool binary = this->Chooser.Chance(0.4);
     const std::uint64_t facets = this->Chooser.Pick(mostFacets + 1);
     const bool doubles = !binary && facets > 0 && this->Chooser.Chance(0.5);
@@ -73,6 +65,20 @@ public:
     stl.bytes =
       binary ? BinaryStl(this->Chooser.PickOf({ "", "solid", "solid thing\nfacet " }), stl.points)
              : this->Text(stl.points, doubles);
+    for (Vec3& point : stl.points)
+    {
+      point = { point[0] + 0.0, point[1] + 0.0, point[2] + 0.0 }; // turns -0.0 into 0.0
+    }
+    for (VertexId first = 0; first < stl.points.size(); first += 3)
+    {
+      stl.triangles.push_back({ first, first + 1, first + 2 });
+    }
+    if (binary && facets > 0)
+    {
+      stl.ignored = { "attribute bytes of triangles (colours, mostly)" };
+    }
+    stl.faces = facets;
+    stl.soup = true;
     return stl;
   }
 

@@ -3,7 +3,9 @@
 #pragma once
 
 #include "Testing/Fixtures/ErrorAt.h"
+#include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/meshio/MeshReader.h"
+#include "filters/meshio/Testing/RandomGenerator.h"
 
 #include <gtest/gtest.h>
 
@@ -85,6 +87,40 @@ inline bool SameBits(const std::vector<Vec3>& a, const std::vector<Vec3>& b)
 {
   return a.size() == b.size() &&
          (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Vec3)) == 0);
+}
+
+// Reads a random file of the maker in chunks of up to `mostLimit` records, and expects what the
+// file holds. size: passed to Maker::Make.
+template <class Maker>
+void ExpectReadBack(
+  const std::string& name, unsigned seed, std::uint64_t size, std::uint64_t mostLimit)
+{
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  Maker maker(seed);
+  RandomGenerator& generator = maker.Generator();
+  const RandomFile file = maker.Make(size);
+  const fixtures::TemporaryFolder folder;
+  Contents read = ReadAll(folder.Write(name, file.bytes),
+    [&] { return generator.Chance(0.2) ? everything : 1 + generator.Pick(mostLimit); });
+  ASSERT_TRUE(read.status) << read.status.GetError().message;
+  DropShownColors(read);
+  EXPECT_EQ(read.info.soup, file.soup);
+  EXPECT_EQ(read.info.vertices, file.points.size());
+  EXPECT_EQ(read.info.faces, file.faces);
+  EXPECT_EQ(read.faces, file.faces);
+  EXPECT_EQ(read.info.scalarType, file.scalarType);
+  EXPECT_EQ(read.mesh.scalarType, file.scalarType);
+  EXPECT_EQ(read.info.ignoredAttributes, file.ignored);
+  EXPECT_TRUE(SameBits(read.mesh.points, file.points));
+  EXPECT_EQ(read.mesh.triangles, file.triangles);
+  EXPECT_TRUE(read.mesh.attributes == file.attributes);
+  std::vector<AttributeInfo> expected;
+  for (const Attribute& attribute : file.attributes)
+  {
+    expected.push_back(attribute.Info());
+  }
+  EXPECT_EQ(read.info.attributes, expected);
+  EXPECT_EQ(folder.Names().size(), 1U);
 }
 
 }

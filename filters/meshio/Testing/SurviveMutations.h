@@ -13,18 +13,19 @@
 namespace kdstream::test
 {
 
-// Maker: RandomObjMaker or RandomStlMaker. read(bytes, limit) returns whether the file is a mesh.
-// lines: see Mutate.
+// Maker: RandomObjMaker, for example. read(bytes, limit) returns whether the file is a mesh. lines:
+// see Mutate. largest: passed to Maker::Make.
 template <class Maker, class Read>
-void SurviveMutations(const Read& read, const std::vector<std::string>& lines)
+void SurviveMutations(const Read& read, const std::vector<std::string>& lines, unsigned seeds = 200,
+  std::uint64_t largest = 10)
 {
   int accepted = 0;
   int refused = 0;
-  for (unsigned seed = 0; seed < 200; ++seed)
+  for (unsigned seed = 0; seed < seeds; ++seed)
   {
     Maker maker(seed);
     RandomGenerator& generator = maker.Generator();
-    const std::string good = maker.Make(1 + generator.Pick(10)).bytes;
+    const std::string good = maker.Make(1 + generator.Pick(largest)).bytes;
     ASSERT_TRUE(read(good, SIZE_MAX)) << "seed " << seed;
     for (int round = 0; round < 100; ++round)
     {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // ByteSource: reads a file in blocks correctly, from any position.
 #include "Testing/Fixtures/ErrorAt.h"
+#include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/meshio/ByteSource.h"
-#include "filters/meshio/Testing/ScratchFolder.h"
 
 #include <gtest/gtest.h>
 
@@ -31,7 +31,7 @@ std::string RandomBytes(std::size_t size)
 
 TEST(ByteSource, GivesTheBytesOfTheFileWhateverTheSteps)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   const std::string bytes = RandomBytes(5 * ByteSource::blockSize / 2);
   const auto file = folder.Write("bytes", bytes);
   std::mt19937_64 random(1);
@@ -66,7 +66,7 @@ TEST(ByteSource, GivesTheBytesOfTheFileWhateverTheSteps)
 
 TEST(ByteSource, EndsWithAFileThatIsCutOrGrowsWhileItIsRead)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   const auto file = folder.Write("bytes", RandomBytes(ByteSource::blockSize + 1000));
   Result<ByteSource> cut = ByteSource::Open(file);
   Result<ByteSource> grown = ByteSource::Open(file);
@@ -84,16 +84,16 @@ TEST(ByteSource, EndsWithAFileThatIsCutOrGrowsWhileItIsRead)
 
 TEST(ByteSource, RefusesWhatIsNotARegularFile)
 {
-  const ScratchFolder folder;
-  const Result<ByteSource> missing = ByteSource::Open(folder.File("missing.ply"));
+  const fixtures::TemporaryFolder folder;
+  const Result<ByteSource> missing = ByteSource::Open(folder / "missing.ply");
   ASSERT_FALSE(missing);
   EXPECT_TRUE(fixtures::FailsAt(missing, ErrorCode::NotFound));
 
-  const Result<ByteSource> directory = ByteSource::Open(folder.File("."));
+  const Result<ByteSource> directory = ByteSource::Open(folder / ".");
   ASSERT_FALSE(directory);
   EXPECT_TRUE(fixtures::FailsAt(directory, ErrorCode::InvalidInput));
 
-  const auto pipe = folder.File("pipe.ply");
+  const auto pipe = folder / "pipe.ply";
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
   const Result<ByteSource> fifo = ByteSource::Open(pipe);
   ASSERT_FALSE(fifo) << "and it does not wait for a writer";

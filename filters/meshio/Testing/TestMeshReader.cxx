@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // MeshReader: the file's name chooses the reader.
 #include "Testing/Fixtures/ErrorAt.h"
+#include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/meshio/MeshReader.h"
 #include "filters/meshio/Testing/RandomStl.h"
-#include "filters/meshio/Testing/ScratchFolder.h"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@ namespace kdstream::test
 
 TEST(MeshReader, ReadsPlyWhateverTheCaseOfItsEnding)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   for (const char* name : { "a.ply", "B.PLY", "c.stl.Ply" })
   {
     const auto file = folder.Write(name,
@@ -30,7 +30,7 @@ TEST(MeshReader, ReadsPlyWhateverTheCaseOfItsEnding)
 
 TEST(MeshReader, RefusesOtherFormatsByName)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   for (const std::string ending : { ".vtp", ".vtk", ".wrl", ".glb", ".gltf", ".pcd", ".xyz", ".las",
          ".laz", ".wrz", ".txt", ".csv", ".pts", ".asc" })
   {
@@ -63,7 +63,7 @@ TEST(MeshReader, ReadsFacesByTheirTriangles)
   {
     text += face + "\n";
   }
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   const Result<std::unique_ptr<MeshReader>> reader = MeshReader::Open(folder.Write("a.obj", text));
   ASSERT_TRUE(reader);
   Mesh mesh;
@@ -83,7 +83,7 @@ TEST(MeshReader, ReadsFacesByTheirTriangles)
 
 TEST(MeshReader, RefusesAPlyThatIsCutAfterItsFaces)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   const Result<std::unique_ptr<MeshReader>> reader = MeshReader::Open(folder.Write("a.ply",
     "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
     "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
@@ -98,17 +98,17 @@ TEST(MeshReader, RefusesAPlyThatIsCutAfterItsFaces)
 
 TEST(MeshReader, NamesMissingAndEmptyFiles)
 {
-  const ScratchFolder folder;
-  EXPECT_EQ(MeshReader::Open(folder.File("missing.ply")).GetError().code, ErrorCode::NotFound);
-  EXPECT_EQ(MeshReader::Open(folder.File("missing.stl")).GetError().code, ErrorCode::NotFound);
+  const fixtures::TemporaryFolder folder;
+  EXPECT_EQ(MeshReader::Open(folder / "missing.ply").GetError().code, ErrorCode::NotFound);
+  EXPECT_EQ(MeshReader::Open(folder / "missing.stl").GetError().code, ErrorCode::NotFound);
   EXPECT_TRUE(
     fixtures::FailsAt(MeshReader::Open(folder.Write("empty.ply", "")), ErrorCode::InvalidInput));
 }
 
 TEST(MeshReader, ErrorsNameTheFileWhenItIsOpenedAndRead)
 {
-  const ScratchFolder folder;
-  const auto missing = folder.File("missing.obj");
+  const fixtures::TemporaryFolder folder;
+  const auto missing = folder / "missing.obj";
   EXPECT_EQ(MeshReader::Open(missing).GetError().file, missing.string());
   const auto cut = folder.Write("cut.ply",
     "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n"
@@ -123,7 +123,7 @@ TEST(MeshReader, ErrorsNameTheFileWhenItIsOpenedAndRead)
 
 TEST(MeshReader, ContentOfAnotherFormatIsReported)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   const std::string ply = "ply\nformat ascii 1.0\nend_header\n" + std::string(200, '\n');
   const auto messageOf = [&](const std::string& name, const std::string& content)
   {
@@ -189,7 +189,7 @@ std::string ZipOf(const std::vector<std::string>& names)
 // They are recognised by their content, whatever their names are, or else by their names.
 TEST(MeshReader, FormatsThatAreNotReadAreNamed)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   const auto messageOf = [&](const std::string& name, const std::string& content)
   {
     const auto reader = MeshReader::Open(folder.Write(name, content));

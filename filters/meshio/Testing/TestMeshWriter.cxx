@@ -2,9 +2,9 @@
 // MeshWriter: for every format, a few lines of independent code here read the file back exactly.
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/ErrorAt.h"
+#include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/meshio/MeshReader.h"
 #include "filters/meshio/MeshWriter.h"
-#include "filters/meshio/Testing/ScratchFolder.h"
 
 #include <gtest/gtest.h>
 
@@ -82,11 +82,11 @@ void ExpectSame(const Mesh& a, const Mesh& b)
 
 std::string Written(const Mesh& mesh, const std::string& name)
 {
-  const ScratchFolder folder;
-  const Status written = WriteMesh(folder.File(name), mesh);
+  const fixtures::TemporaryFolder folder;
+  const Status written = WriteMesh(folder / name, mesh);
   EXPECT_TRUE(written) << written.GetError().message;
-  EXPECT_EQ(folder.CountFiles(), 1U);
-  return written ? ScratchFolder::Read(folder.File(name)) : "";
+  EXPECT_EQ(folder.Names().size(), 1U);
+  return written ? fixtures::ReadWhole(folder / name) : "";
 }
 
 // Parses a number in the scalar type of the mesh.
@@ -144,8 +144,8 @@ TEST(MeshWriter, WritesPlyThatReadsBack)
 {
   for (const Mesh& mesh : Meshes())
   {
-    const ScratchFolder folder;
-    const auto file = folder.File("mesh.ply");
+    const fixtures::TemporaryFolder folder;
+    const auto file = folder / "mesh.ply";
     ASSERT_TRUE(WriteMesh(file, mesh));
     Result<std::unique_ptr<MeshReader>> reader = MeshReader::Open(file);
     ASSERT_TRUE(reader) << reader.GetError().message;
@@ -431,30 +431,30 @@ TEST(MeshWriter, NamesWhatAFormatLeavesOut)
 
 TEST(MeshWriter, RefusesWhatItCannotWrite)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   Mesh mesh = RandomMesh(9, ScalarType::Float32, 8, 4);
   for (const std::string name : { "mesh.glb", "mesh", "mesh.ply.gz" })
   {
-    const Status written = WriteMesh(folder.File(name), mesh);
+    const Status written = WriteMesh(folder / name, mesh);
     ASSERT_FALSE(written);
     EXPECT_EQ(written.GetError().code, ErrorCode::InvalidArgument);
     EXPECT_NE(
       written.GetError().message.find("names no format that can be written"), std::string::npos);
   }
-  const Status missing = WriteMesh(folder.File("no/mesh.ply"), mesh);
+  const Status missing = WriteMesh(folder / "no/mesh.ply", mesh);
   ASSERT_FALSE(missing);
   EXPECT_EQ(missing.GetError().code, ErrorCode::InputOutput);
   mesh.triangles[2][1] = 8;
   for (const std::string ending : { ".ply", ".stl", ".obj", ".vtp", ".wrl" })
   {
-    const Status written = WriteMesh(folder.File("mesh" + ending), mesh);
+    const Status written = WriteMesh(folder / ("mesh" + ending), mesh);
     ASSERT_FALSE(written);
     EXPECT_TRUE(fixtures::FailsAt(written, ErrorCode::InvalidInput, "triangle 2"));
   }
   mesh.triangles[2][1] = 7;
   Mesh cloud = mesh;
   cloud.triangles.clear();
-  const Status pointsAlone = WriteMesh(folder.File("mesh.stl"), cloud);
+  const Status pointsAlone = WriteMesh(folder / "mesh.stl", cloud);
   ASSERT_FALSE(pointsAlone);
   EXPECT_EQ(pointsAlone.GetError().code, ErrorCode::InvalidArgument);
   for (const std::string ending : { ".ply", ".stl", ".obj", ".vtp", ".wrl" })
@@ -462,7 +462,7 @@ TEST(MeshWriter, RefusesWhatItCannotWrite)
     const auto expectRefused = [&](const Attribute& attribute, const std::string& message)
     {
       mesh.attributes = { attribute };
-      const Status written = WriteMesh(folder.File("mesh" + ending), mesh);
+      const Status written = WriteMesh(folder / ("mesh" + ending), mesh);
       ASSERT_FALSE(written);
       EXPECT_EQ(written.GetError().code, ErrorCode::InvalidInput);
       EXPECT_EQ(written.GetError().message, message);
@@ -475,7 +475,7 @@ TEST(MeshWriter, RefusesWhatItCannotWrite)
     attribute.values.pop_back();
     expectRefused(attribute, "attribute 0, \"short\", has 31 bytes");
   }
-  EXPECT_EQ(folder.CountFiles(), 0U);
+  EXPECT_EQ(folder.Names().size(), 0U);
 }
 
 }

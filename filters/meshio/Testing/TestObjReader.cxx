@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The OBJ reader: random meshes in every notation are read back exactly, with any chunk size.
 // Handwritten files test what random ones do not reach. Every error names its place.
+#include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/meshio/MeshWriter.h"
 #include "filters/meshio/ObjStatements.h"
 #include "filters/meshio/Testing/RandomObj.h"
 #include "filters/meshio/Testing/ReadAll.h"
-#include "filters/meshio/Testing/ScratchFolder.h"
 
 #include <gtest/gtest.h>
 
@@ -17,36 +17,9 @@ namespace kdstream::test
 namespace
 {
 
-void ExpectReadBack(unsigned seed, std::uint64_t mostPlaces, std::uint64_t mostLimit)
-{
-  SCOPED_TRACE("seed " + std::to_string(seed));
-  RandomObjMaker maker(seed);
-  const RandomObj obj = maker.Make(mostPlaces);
-  const ScratchFolder folder;
-  const Contents read = ReadAll(folder.Write("random.obj", obj.bytes), [&]
-    { return maker.Generator().Chance(0.2) ? everything : 1 + maker.Generator().Pick(mostLimit); });
-  ASSERT_TRUE(read.status) << read.status.GetError().message;
-  EXPECT_FALSE(read.info.soup);
-  EXPECT_EQ(read.info.vertices, obj.points.size());
-  EXPECT_EQ(read.info.faces, obj.faces);
-  EXPECT_EQ(read.faces, obj.faces);
-  EXPECT_EQ(read.info.scalarType, obj.scalarType);
-  EXPECT_EQ(read.mesh.scalarType, obj.scalarType);
-  EXPECT_EQ(read.info.ignoredAttributes, obj.ignored);
-  EXPECT_TRUE(SameBits(read.mesh.points, obj.points));
-  EXPECT_EQ(read.mesh.triangles, obj.triangles);
-  EXPECT_TRUE(read.mesh.attributes == obj.attributes);
-  ASSERT_EQ(read.info.attributes.size(), obj.attributes.size());
-  for (std::size_t i = 0; i < obj.attributes.size(); ++i)
-  {
-    EXPECT_EQ(read.info.attributes[i], obj.attributes[i].Info());
-  }
-  EXPECT_EQ(folder.CountFiles(), 1U);
-}
-
 Contents ReadBytes(std::string_view bytes)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   return ReadAll(folder.Write("bytes.obj", bytes), [] { return everything; });
 }
 
@@ -64,7 +37,7 @@ TEST(ObjReader, ReadsRandomFilesBack)
 {
   for (unsigned seed = 0; seed < 600; ++seed)
   {
-    ExpectReadBack(seed, 12, 7);
+    ExpectReadBack<RandomObjMaker>("random.obj", seed, 12, 7);
   }
 }
 
@@ -73,7 +46,7 @@ TEST(ObjReader, ReadsLargeFilesBack)
 {
   for (unsigned seed = 600; seed < 612; ++seed)
   {
-    ExpectReadBack(seed, 60000, 9000);
+    ExpectReadBack<RandomObjMaker>("random.obj", seed, 60000, 9000);
   }
 }
 
@@ -96,9 +69,9 @@ TEST(ObjReader, ReadsWhatTheWriterWrites)
       mesh.triangles.push_back(
         { VertexId(generator.Pick(1000)), VertexId(generator.Pick(1000)), 7 });
     }
-    const ScratchFolder folder;
-    ASSERT_TRUE(WriteMesh(folder.File("m.obj"), mesh));
-    const Contents read = ReadAll(folder.File("m.obj"), [] { return std::size_t{ 17 }; });
+    const fixtures::TemporaryFolder folder;
+    ASSERT_TRUE(WriteMesh(folder / "m.obj", mesh));
+    const Contents read = ReadAll(folder / "m.obj", [] { return std::size_t{ 17 }; });
     ASSERT_TRUE(read.status);
     EXPECT_EQ(read.info.scalarType, type);
     EXPECT_TRUE(SameBits(read.mesh.points, mesh.points));
@@ -329,7 +302,7 @@ TEST(ObjReader, DropsWhatItCanDoWithoutAndCountsIt)
   for (const Case& c : cases)
   {
     SCOPED_TRACE(c.text);
-    const ScratchFolder folder;
+    const fixtures::TemporaryFolder folder;
     const std::filesystem::path file = folder.Write("m.obj", c.text);
     for (const std::size_t limit : { everything, std::size_t{ 1 }, std::size_t{ 2 } })
     {
@@ -376,7 +349,7 @@ TEST(ObjReader, AttributesStayWithTheirVertices)
 
 TEST(ObjReader, NamesKeepTheirHash)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   Result<ByteSource> source = ByteSource::Open(folder.Write("m.obj",
     "#c\nusemtl paint#1\nusemtl paint #2\nv 1 2 3 #c\nv 1 2 4#c\nmap_Kd a#b.png\nf 1 1 2 # c\n"));
   ASSERT_TRUE(source);
@@ -448,7 +421,7 @@ TEST(ObjReader, PolygonsInLongLines)
 
 TEST(ObjReader, TablesNeedAFolder)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   // More records than stay in memory.
   std::string text = threePlaces + "vn 0 0 1\n";
   for (int i = 0; i < 100000; ++i)
@@ -457,18 +430,18 @@ TEST(ObjReader, TablesNeedAFolder)
   }
   text += "f 1//1 2//1 3//1\n";
   const auto file = folder.Write("m.obj", text);
-  const auto reader = MeshReader::Open(file, {}, folder.File("missing"));
+  const auto reader = MeshReader::Open(file, {}, folder / "missing");
   ASSERT_FALSE(reader);
   EXPECT_EQ(reader.GetError().code, ErrorCode::InputOutput);
-  EXPECT_EQ(reader.GetError().message, "a temporary file in " + folder.File("missing").string() +
+  EXPECT_EQ(reader.GetError().message, "a temporary file in " + (folder / "missing").string() +
                                          " cannot be made: No such file or directory (0 bytes are "
                                          "in it)");
-  EXPECT_TRUE(MeshReader::Open(file, {}, folder.File("")));
+  EXPECT_TRUE(MeshReader::Open(file, {}, folder / ""));
 }
 
 TEST(ObjReader, CanBeCancelledWhileItIsOpened)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   Execution execution;
   int reports = 0;
   execution.progress = [&](std::string_view step, double)

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // OutputFile: the file appears whole or not at all, and the first error is reported.
 #include "Testing/Fixtures/ErrorAt.h"
+#include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/meshio/OutputFile.h"
-#include "filters/meshio/Testing/ScratchFolder.h"
 
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@ namespace kdstream::test
 
 TEST(OutputFile, AppearsWholeUnderItsName)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   const auto file = folder.Write("out.bin", "the old content");
   {
     OutputFile output;
@@ -28,11 +28,11 @@ TEST(OutputFile, AppearsWholeUnderItsName)
       output.Write("\n");
       output.WriteLittleEndian(static_cast<std::uint32_t>(i));
     }
-    EXPECT_EQ(ScratchFolder::Read(file), "the old content") << "nothing is seen before Finish";
+    EXPECT_EQ(fixtures::ReadWhole(file), "the old content") << "nothing is seen before Finish";
     ASSERT_TRUE(output.Finish());
   }
-  EXPECT_EQ(folder.CountFiles(), 1U);
-  const std::string bytes = ScratchFolder::Read(file);
+  EXPECT_EQ(folder.Names().size(), 1U);
+  const std::string bytes = fixtures::ReadWhole(file);
   std::size_t at = 0;
   for (int i = 0; i < 300000; ++i)
   {
@@ -51,33 +51,33 @@ TEST(OutputFile, AppearsWholeUnderItsName)
 
 TEST(OutputFile, GetsThePermissionsOfANewFile)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   const mode_t before = umask(027);
   OutputFile output;
-  ASSERT_TRUE(output.Open(folder.File("out.bin")));
+  ASSERT_TRUE(output.Open(folder / "out.bin"));
   ASSERT_TRUE(output.Finish());
   umask(before);
   struct stat status = {};
-  ASSERT_EQ(stat(folder.File("out.bin").c_str(), &status), 0);
+  ASSERT_EQ(stat((folder / "out.bin").c_str(), &status), 0);
   EXPECT_EQ(status.st_mode & 0777, 0640U);
 }
 
 TEST(OutputFile, LeavesNothingWhenItIsNotFinished)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   const auto file = folder.Write("out.bin", "old");
   {
     OutputFile output;
     ASSERT_TRUE(output.Open(file));
     output.Write(std::string(3 << 20, 'x'));
   }
-  EXPECT_EQ(folder.CountFiles(), 1U);
-  EXPECT_EQ(ScratchFolder::Read(file), "old");
+  EXPECT_EQ(folder.Names().size(), 1U);
+  EXPECT_EQ(fixtures::ReadWhole(file), "old");
 }
 
 TEST(OutputFile, KeepsThePermissionsOfWhatItReplaces)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   const auto file = folder.Write("out.bin", "private");
   ASSERT_EQ(chmod(file.c_str(), 0600), 0);
   OutputFile output;
@@ -87,14 +87,14 @@ TEST(OutputFile, KeepsThePermissionsOfWhatItReplaces)
   struct stat status = {};
   ASSERT_EQ(stat(file.c_str(), &status), 0);
   EXPECT_EQ(status.st_mode & 0777, 0600U);
-  EXPECT_EQ(ScratchFolder::Read(file), "mine");
+  EXPECT_EQ(fixtures::ReadWhole(file), "mine");
 }
 
 TEST(OutputFile, SaysWhyItCannotBeOpened)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   OutputFile missing;
-  const Status noFolder = missing.Open(folder.File("no/out.bin"));
+  const Status noFolder = missing.Open(folder / "no/out.bin");
   ASSERT_FALSE(noFolder);
   EXPECT_TRUE(fixtures::FailsAt(noFolder, ErrorCode::InputOutput));
 
@@ -103,13 +103,13 @@ TEST(OutputFile, SaysWhyItCannotBeOpened)
   ASSERT_FALSE(device);
   EXPECT_TRUE(fixtures::FailsAt(device, ErrorCode::InputOutput));
   OutputFile onFolder;
-  EXPECT_FALSE(onFolder.Open(folder.File(".")));
+  EXPECT_FALSE(onFolder.Open(folder / "."));
 }
 
 // A limit on the file size simulates a full disk.
 TEST(OutputFile, SaysThatTheDiskIsFullAndRemovesItsFile)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   rlimit before{};
   ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
   rlimit small = before;
@@ -119,7 +119,7 @@ TEST(OutputFile, SaysThatTheDiskIsFullAndRemovesItsFile)
   Status finished;
   {
     OutputFile output;
-    EXPECT_TRUE(output.Open(folder.File("out.bin")));
+    EXPECT_TRUE(output.Open(folder / "out.bin"));
     for (int i = 0; i < 5; ++i)
     {
       output.Write(std::string(1 << 20, 'x'));
@@ -130,7 +130,7 @@ TEST(OutputFile, SaysThatTheDiskIsFullAndRemovesItsFile)
   std::signal(SIGXFSZ, oldHandler);
   ASSERT_FALSE(finished);
   EXPECT_TRUE(fixtures::FailsAt(finished, ErrorCode::DiskFull));
-  EXPECT_EQ(folder.CountFiles(), 0U);
+  EXPECT_EQ(folder.Names().size(), 0U);
 }
 
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Which properties of a PLY file become which arrays: names, types, values, limits.
+#include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/meshio/MeshReader.h"
-#include "filters/meshio/Testing/ScratchFolder.h"
 #include "filters/meshio/ply/PlyArrays.h"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ struct Read
 
 Read ReadFile(const std::string& bytes)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   Read read;
   const auto reader = MeshReader::Open(folder.Write("mesh.ply", bytes));
   if (!reader)

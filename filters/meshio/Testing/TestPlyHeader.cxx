@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // PlyHeader: the lines of a header, and every way in which one can be wrong.
 #include "Testing/Fixtures/ErrorAt.h"
-#include "filters/meshio/Testing/ScratchFolder.h"
+#include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/meshio/ply/PlyHeader.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ namespace
 
 Result<PlyHeader> Parse(std::string_view text, std::uint64_t* bodyAt = nullptr)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   Result<ByteSource> source = ByteSource::Open(folder.Write("header.ply", text));
   EXPECT_TRUE(source);
   Result<PlyHeader> header = ReadPlyHeader(*source);

@@ -5,6 +5,7 @@
 #include "filters/meshio/Testing/CountedMemory.h"
 #include "filters/meshio/Testing/RandomPly.h"
 #include "filters/meshio/Testing/ReadHostile.h"
+#include "filters/meshio/Testing/SurviveMutations.h"
 #include "filters/meshio/ply/PlyReader.h"
 
 #include <gtest/gtest.h>
@@ -24,9 +25,6 @@ bool ReadWithinMemory(std::string_view bytes, std::size_t limit)
     limit, std::size_t{ 16 } * 1024 + 300 * bytes.size());
 }
 
-const std::vector<std::string> numbers{ "0", "-1", "1", "255", "256", "65536", "2147483648",
-  "4294967294", "4294967295", "4294967296", "9223372036854775807", "9223372036854775808",
-  "18446744073709551615", "1e999", "nan" };
 const std::vector<std::string> lines{ "element vertex 4294967294\n",
   "element face 18446744073709551615\n", "property list uint uint vertex_indices\n",
   "property list int char vertex_index\n", "property double x\n", "property list uchar double y\n",
@@ -35,41 +33,6 @@ const std::vector<std::string> lines{ "element vertex 4294967294\n",
   "property int64 x\n", "property list float double vertex_indexes\n", "element Face 3\n",
   "comment TextureFile a\n", "element tristrips 3\n", "end_header\n",
   "format binary_big_endian 1.0\n", "comment\n" };
-
-void Mutate(std::string& bytes, RandomPlyMaker& maker)
-{
-  const std::size_t at = maker.Pick(bytes.size());
-  switch (maker.Pick(8))
-  {
-    case 0: // change one bit
-      bytes[at] = static_cast<char>(bytes[at] ^ (1 << maker.Pick(8)));
-      break;
-    case 1: // change one byte
-      bytes[at] = static_cast<char>(maker.Pick(256));
-      break;
-    case 2: // cut off the end
-      bytes.resize(at + 1);
-      break;
-    case 3: // remove a part
-      bytes.erase(at, 1 + maker.Pick(16));
-      break;
-    case 4: // repeat a part
-      bytes.insert(maker.Pick(bytes.size()), bytes.substr(at, 1 + maker.Pick(64)));
-      break;
-    case 5: // set four bytes to ones
-      bytes.replace(at, 4, "\xff\xff\xff\xff");
-      break;
-    case 6: // change a number of the text
-    {
-      const std::size_t digit = std::min(bytes.find_first_of("0123456789", at), bytes.size());
-      const std::size_t end = std::min(bytes.find_first_not_of("0123456789", digit), bytes.size());
-      bytes.replace(digit, end - digit, maker.PickOf(numbers));
-      break;
-    }
-    default: // add a line to the header
-      bytes.insert(std::min(bytes.find('\n', at / 4) + 1, bytes.size()), maker.PickOf(lines));
-  }
-}
 
 }
 
@@ -98,28 +61,7 @@ TEST(PlyReaderHostile, TakesNoMemoryForWhatAHeaderClaims)
 
 TEST(PlyReaderHostile, SurvivesMutatedFiles)
 {
-  int accepted = 0;
-  int refused = 0;
-  for (unsigned seed = 0; seed < 300; ++seed)
-  {
-    RandomPlyMaker maker(seed);
-    const std::string good = maker.Make(1 + maker.Pick(40)).bytes;
-    ASSERT_TRUE(ReadWithinMemory(good, SIZE_MAX)) << "seed " << seed;
-    for (int round = 0; round < 150; ++round)
-    {
-      std::string bytes = good;
-      for (std::uint64_t count = 1 + maker.Pick(4); count > 0 && !bytes.empty(); --count)
-      {
-        Mutate(bytes, maker);
-      }
-      const bool whole = ReadWithinMemory(bytes, SIZE_MAX);
-      ASSERT_EQ(whole, ReadWithinMemory(bytes, 1 + maker.Pick(5)))
-        << "seed " << seed << ", round " << round;
-      ++(whole ? accepted : refused);
-    }
-  }
-  EXPECT_GT(accepted, 1000) << "too few mutants are meshes: the promises were not tested";
-  EXPECT_GT(refused, 1000) << "too few mutants are refused: the errors were not tested";
+  SurviveMutations<RandomPlyMaker>(ReadWithinMemory, lines, 450, 40);
 }
 
 }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Concave polygons of OBJ and PLY files are cut correctly. The cut is the same whether the mesh is
 // read as a whole, or faces are read into a mesh without vertices.
+#include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/core/VectorMath.h"
 #include "filters/meshio/Testing/RandomObj.h"
 #include "filters/meshio/Testing/RandomPly.h"
 #include "filters/meshio/Testing/ReadAll.h"
-#include "filters/meshio/Testing/ScratchFolder.h"
 
 #include <gtest/gtest.h>
 
@@ -74,7 +74,7 @@ std::string BinaryPly()
 // The area is right; a fan would give 14.
 TEST(PolygonFaces, ANotchedSquareHasItsArea)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   const std::pair<std::string, std::string> files[] = {
     { "plain.obj", objPlaces + "f 1 2 3 4 5\n" },
     { "first.obj", "f 1 2 3 4 5\n" + objPlaces },
@@ -97,17 +97,17 @@ TEST(PolygonFaces, ANotchedSquareHasItsArea)
 
 TEST(PolygonFaces, RandomFilesAreTheSameInPieces)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   for (unsigned seed = 0; seed < 40; ++seed)
   {
     SCOPED_TRACE(seed);
     RandomObjMaker objMaker(seed);
-    const RandomObj obj = objMaker.Make(300);
+    const RandomFile obj = objMaker.Make(300);
     const Mesh ofObj = ReadApart(folder.Write("a.obj", obj.bytes), 1 + seed % 70);
     EXPECT_TRUE(SameBits(ofObj.points, obj.points));
     EXPECT_EQ(ofObj.triangles, obj.triangles);
     RandomPlyMaker plyMaker(seed);
-    const RandomPly ply = plyMaker.Make(seed == 20 ? 20000 : 300);
+    const RandomFile ply = plyMaker.Make(seed == 20 ? 20000 : 300);
     const Mesh ofPly = ReadApart(folder.Write("a.ply", ply.bytes), 1 + seed * 50);
     EXPECT_TRUE(SameBits(ofPly.points, ply.points));
     EXPECT_EQ(ofPly.triangles, ply.triangles);
@@ -117,7 +117,7 @@ TEST(PolygonFaces, RandomFilesAreTheSameInPieces)
 // The triangles of a convex polygon are its fan.
 TEST(PolygonFaces, ConvexOnesAreFans)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   const Contents read =
     ReadAll(folder.Write("a.obj", "v 0 0 0\nv 4 0 1\nv 5 3 1\nv 4 4 0\nv 0 4 0\nf 2 3 4 5 1\n"),
       [] { return everything; });

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // ScratchTable: records come back as they were written, in any order of access.
+#include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/meshio/ScratchTable.h"
 #include "filters/meshio/Testing/RandomGenerator.h"
-#include "filters/meshio/Testing/ScratchFolder.h"
 
 #include <gtest/gtest.h>
 
@@ -22,11 +22,11 @@ struct Record
 
 TEST(ScratchTable, HoldsWhatIsPutThere)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   for (unsigned seed = 0; seed < 3; ++seed)
   {
     RandomGenerator generator(seed);
-    ScratchTable<Record> table(folder.File(""));
+    ScratchTable<Record> table(folder / "");
     // Up to five times as many records as stay in memory.
     std::vector<std::uint64_t> expected;
     for (std::uint64_t i = 0, count = 1 + generator.Pick(600000); i < count; ++i)
@@ -53,7 +53,7 @@ TEST(ScratchTable, HoldsWhatIsPutThere)
     }
     EXPECT_EQ(table.Get(expected.size() + 5)->number, 0U);
   }
-  EXPECT_EQ(folder.CountFiles(), 0U);
+  EXPECT_EQ(folder.Names().size(), 0U);
 }
 
 }

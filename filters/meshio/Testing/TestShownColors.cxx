@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Colours of every kind become the array that viewers show, with any chunk size; the file's own
 // arrays stay.
+#include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/meshio/ShownColors.h"
 #include "filters/meshio/Testing/ReadAll.h"
-#include "filters/meshio/Testing/ScratchFolder.h"
 
 #include <gtest/gtest.h>
 
@@ -32,7 +32,7 @@ Contents ReadPly(const Case& c, std::size_t limit)
     text += "property " + property + "\n";
   }
   text += "end_header\n0 0 0 " + c.values[0] + "\n1 0 0 " + c.values[1] + "\n";
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   return ReadAll(folder.Write("c.ply", text), [&] { return limit; });
 }
 
@@ -178,7 +178,7 @@ TEST(ColorWhite, IsWhatMostValuesSay)
 
 TEST(ShownColors, AreDroppedWithTheirPoints)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   const Contents read =
     ReadAll(folder.Write("c.ply",
               "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Skipping in mesh files: vertices and faces after a skipped part are the same as without skipping.
+#include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/meshio/MeshReader.h"
 #include "filters/meshio/Testing/RandomPly.h"
 #include "filters/meshio/Testing/RandomStl.h"
 #include "filters/meshio/Testing/ReadAll.h"
-#include "filters/meshio/Testing/ScratchFolder.h"
 
 #include <gtest/gtest.h>
 
@@ -54,7 +54,7 @@ Mesh ReadFrom(
 
 void CheckSkipping(RandomGenerator& generator, const std::string& name, const std::string& bytes)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   const auto file = folder.Write(name, bytes);
   const Result<std::unique_ptr<MeshReader>> reader = MeshReader::Open(file);
   ASSERT_TRUE(reader);
@@ -111,7 +111,7 @@ TEST(Skipping, LeadsWhereReadingDoes)
 TEST(Skipping, ReadersOfOtherPartsSeeThatFacesAreNotTriangles)
 {
   const std::string triangle("\0\1\2", 3), quad("\0\1\2\3", 4), line("\1\2", 2);
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   const auto file = folder.Write("faces.ply", WithFaces({ triangle, quad, triangle, line }));
   for (const std::uint64_t skipped : { 0U, 1U })
   {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The STL reader: random soups in every notation are read back exactly, with any chunk size.
 // Handwritten files test what random ones do not reach. Every error names its place.
+#include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/meshio/MeshWriter.h"
 #include "filters/meshio/Testing/RandomStl.h"
 #include "filters/meshio/Testing/ReadAll.h"
-#include "filters/meshio/Testing/ScratchFolder.h"
 
 #include <gtest/gtest.h>
 
@@ -16,39 +16,9 @@ namespace kdstream::test
 namespace
 {
 
-void ExpectReadBack(unsigned seed, std::uint64_t mostFacets, std::uint64_t mostLimit)
-{
-  SCOPED_TRACE("seed " + std::to_string(seed));
-  RandomStlMaker maker(seed);
-  const RandomStl stl = maker.Make(mostFacets);
-  const ScratchFolder folder;
-  const Contents read = ReadAll(folder.Write("random.stl", stl.bytes), [&]
-    { return maker.Generator().Chance(0.2) ? everything : 1 + maker.Generator().Pick(mostLimit); });
-  ASSERT_TRUE(read.status) << read.status.GetError().message;
-  EXPECT_TRUE(read.info.soup);
-  EXPECT_EQ(read.info.vertices, stl.points.size());
-  EXPECT_EQ(read.info.faces, stl.points.size() / 3);
-  EXPECT_EQ(read.faces, stl.points.size() / 3);
-  EXPECT_EQ(read.info.scalarType, stl.scalarType);
-  EXPECT_EQ(read.mesh.scalarType, stl.scalarType);
-  std::vector<Vec3> places = stl.points;
-  for (Vec3& place : places)
-  {
-    place = { place[0] + 0.0, place[1] + 0.0, place[2] + 0.0 }; // turns -0.0 into 0.0
-  }
-  EXPECT_TRUE(SameBits(read.mesh.points, places));
-  EXPECT_TRUE(read.mesh.attributes.empty());
-  ASSERT_EQ(read.mesh.triangles.size(), stl.points.size() / 3);
-  for (std::size_t i = 0; i < read.mesh.triangles.size(); ++i)
-  {
-    const auto first = static_cast<VertexId>(3 * i);
-    ASSERT_EQ(read.mesh.triangles[i], (Triangle{ first, first + 1, first + 2 }));
-  }
-}
-
 Contents ReadBytes(std::string_view bytes)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   return ReadAll(folder.Write("bytes.stl", bytes), [] { return everything; });
 }
 
@@ -68,7 +38,7 @@ TEST(StlReader, ReadsRandomFilesBack)
 {
   for (unsigned seed = 0; seed < 400; ++seed)
   {
-    ExpectReadBack(seed, 12, 7);
+    ExpectReadBack<RandomStlMaker>("random.stl", seed, 12, 7);
   }
 }
 
@@ -96,7 +66,7 @@ TEST(StlReader, ReadsLargeFilesBack)
 {
   for (unsigned seed = 400; seed < 412; ++seed)
   {
-    ExpectReadBack(seed, 40000, 5000);
+    ExpectReadBack<RandomStlMaker>("random.stl", seed, 40000, 5000);
   }
 }
 
@@ -105,9 +75,9 @@ TEST(StlReader, ReadsWhatTheWriterWrites)
   Mesh mesh;
   mesh.points = { { 0, 0, 0 }, { 1, 0, 0.1F }, { 0, 1, 0 }, { 1, 1, 7 } };
   mesh.triangles = { { 0, 1, 2 }, { 1, 3, 2 }, { 3, 3, 3 } };
-  const ScratchFolder folder;
-  ASSERT_TRUE(WriteMesh(folder.File("m.stl"), mesh));
-  const Contents read = ReadAll(folder.File("m.stl"), [] { return std::size_t{ 2 }; });
+  const fixtures::TemporaryFolder folder;
+  ASSERT_TRUE(WriteMesh(folder / "m.stl", mesh));
+  const Contents read = ReadAll(folder / "m.stl", [] { return std::size_t{ 2 }; });
   ASSERT_TRUE(read.status);
   ASSERT_EQ(read.mesh.points.size(), 9U);
   for (std::size_t i = 0; i < 9; ++i)
@@ -169,7 +139,7 @@ TEST(StlReader, ReadsLoopsOfAnyNumberOfVertices)
                            "endsolid a\n";
   const std::vector<Vec3> expected{ { 0, 0, 0 }, { 2, 0, 0 }, { 2, 0.25, 0 }, { 0, 0, 0 },
     { 2, 0.25, 0 }, { 0, 0.25, 0 }, { 0, 0, 0 }, { 1, 0, 0 }, { 0, 1, 0 } };
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   for (const std::size_t limit : { everything, std::size_t{ 1 }, std::size_t{ 4 } })
   {
     const Contents read = ReadAll(folder.Write("m.stl", text), [&] { return limit; });
@@ -226,7 +196,7 @@ TEST(StlReader, DropsFacetsThatAreNotFinite)
     }
     text += "endloop\nendfacet\n";
   }
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   for (const std::string& bytes : { BinaryStl("", bad), text + "endsolid\n" })
   {
     for (const std::size_t limit : { everything, std::size_t{ 1 }, std::size_t{ 4 } })
@@ -426,7 +396,7 @@ TEST(StlReader, SaysWhatIsWrongAndWhere)
 
 TEST(StlReader, CanBeCancelledWhileItCounts)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   Execution execution;
   execution.progress = [](std::string_view step, double) { return step != "read"; };
   const auto reader =

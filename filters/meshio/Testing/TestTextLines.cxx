@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // TextLines: lines end as editors of all systems end them; texts begin and end as these write them.
-#include "filters/meshio/Testing/ScratchFolder.h"
+#include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/meshio/TextLines.h"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ struct Lines
 // Reads the lines twice; the second time after Restart.
 Lines ReadLines(const std::string& bytes)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   Result<ByteSource> source = ByteSource::Open(folder.Write("t.txt", bytes));
   EXPECT_TRUE(source);
   TextLines text(std::move(*source));

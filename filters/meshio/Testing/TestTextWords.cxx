@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // TextWords: finds the words of a text, wherever the blocks of the file end.
+#include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/meshio/Testing/RandomGenerator.h"
-#include "filters/meshio/Testing/ScratchFolder.h"
 #include "filters/meshio/TextWords.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@ namespace kdstream::test
 
 TEST(TextWords, GivesAllWordsAndSkipsLines)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   for (unsigned seed = 0; seed < 20; ++seed)
   {
     SCOPED_TRACE(seed);
@@ -64,7 +64,7 @@ TEST(TextWords, GivesAllWordsAndSkipsLines)
 
 TEST(TextWords, CutsInvalidWords)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   const std::string text(3 * TextWords::longestWord, 'x');
   Result<ByteSource> source = ByteSource::Open(folder.Write("text", text));
   ASSERT_TRUE(source);

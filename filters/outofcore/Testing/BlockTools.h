@@ -111,13 +111,14 @@ struct SpilledTree
 
   RecordBuckets<NumberedTriangle> Cells(unsigned depth, std::uint64_t memory)
   {
-    return std::move(*SortTrianglesIntoCells(
-      this->folder, this->triangles, this->mesh.triangles.size(), this->ranks, depth, memory));
+    return std::move(*SortTrianglesIntoCells(this->folder, this->triangles,
+      this->mesh.triangles.size(), this->ranks, CellOfRank(this->ranks.count, depth), memory));
   }
   Result<TreeBlock> Block(
     const RecordBuckets<NumberedTriangle>& cells, unsigned depth, std::size_t cell) const
   {
-    return LoadBlock<Scalar>(this->records, this->vertices.count, cells, depth, cell);
+    return LoadBlock<Scalar>(
+      this->records, RangeOfCell(this->vertices.count, depth, cell), cells, cell);
   }
 
 private:

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Builds that are killed and resumed. Which build may resume another: TestBuildFingerprint.
 #include "Testing/Fixtures/ErrorAt.h"
+#include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/outofcore/Testing/BuildFolders.h"
 
 #include <csignal>
@@ -284,8 +285,7 @@ TEST_F(TestBuildFolder, ADamagedJournalCountsAsNone)
 {
   this->Leave(2);
   const fs::path journal = this->Path() / "journal";
-  std::ifstream stream(journal, std::ios::binary);
-  const std::string whole{ std::istreambuf_iterator<char>(stream), {} };
+  const std::string whole = fixtures::ReadWhole(journal);
   for (std::size_t i = 0; i < whole.size(); i += 3)
   {
     std::string flipped = whole;

@@ -182,8 +182,8 @@ TEST(CellTriangles, AsInMemory)
         Result<VertexMap> ranks = RankVertices<double>(folder, records, count, memory);
         ASSERT_TRUE(ranks);
         const SpillFile triangles = Spilled(folder, Numbered(mesh.triangles));
-        const auto cells =
-          SortTrianglesIntoCells(folder, triangles, mesh.triangles.size(), *ranks, depth, memory);
+        const auto cells = SortTrianglesIntoCells(folder, triangles, mesh.triangles.size(), *ranks,
+          CellOfRank(ranks->count, depth), memory);
         ASSERT_TRUE(cells);
         for (std::size_t c = 0; c < cells->BucketCount(); ++c)
         {

@@ -2,8 +2,8 @@
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/ErrorAt.h"
 #include "Testing/Fixtures/Meshes.h"
+#include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/meshio/MeshWriter.h"
-#include "filters/meshio/Testing/ScratchFolder.h"
 #include "filters/outofcore/Testing/SpillTools.h"
 #include "filters/outofcore/mesh/MeshSpill.h"
 
@@ -13,7 +13,6 @@
 
 using namespace kdstream;
 using namespace kdstream::fixtures;
-using namespace kdstream::test;
 using namespace kdstream::testing;
 
 namespace
@@ -99,10 +98,10 @@ void CompareWithMemory(
 
 TEST(MeshSpill, AsInMemory)
 {
-  const ScratchFolder scratch;
+  const fixtures::TemporaryFolder scratch;
   for (const NamedMesh& named : AllMeshes())
   {
-    const std::filesystem::path file = scratch.File("mesh.ply");
+    const std::filesystem::path file = scratch / "mesh.ply";
     ASSERT_TRUE(WriteMesh(file, named.mesh));
     CompareWithMemory(named.name, file);
     ASSERT_TRUE(WriteMesh(file, WithAttributes(named.mesh, 7)));
@@ -113,8 +112,8 @@ TEST(MeshSpill, AsInMemory)
 // More than one chunk of vertices and of triangles.
 TEST(MeshSpill, InSeveralChunks)
 {
-  const ScratchFolder scratch;
-  const std::filesystem::path file = scratch.File("mesh.ply");
+  const fixtures::TemporaryFolder scratch;
+  const std::filesystem::path file = scratch / "mesh.ply";
   const Mesh mesh = WithAttributes(Soup(900, 4), 4);
   ASSERT_TRUE(WriteMesh(file, mesh));
   for (const std::size_t chunkBytes : { 0, 1000, 20000 })
@@ -125,8 +124,8 @@ TEST(MeshSpill, InSeveralChunks)
 
 TEST(MeshSpill, NoVertices)
 {
-  const ScratchFolder scratch;
-  const std::filesystem::path file = scratch.File("empty.ply");
+  const fixtures::TemporaryFolder scratch;
+  const std::filesystem::path file = scratch / "empty.ply";
   std::ofstream(file) << "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\n"
                          "property float y\nproperty float z\nend_header\n";
   SpillFolder folder = MakeSpillFolder();
@@ -141,8 +140,8 @@ TEST(MeshSpill, NoVertices)
 // the error is the reader's.
 TEST(MeshSpill, TruncatedBodyAfterALargeClaim)
 {
-  const ScratchFolder scratch;
-  const std::filesystem::path file = scratch.File("lies.ply");
+  const fixtures::TemporaryFolder scratch;
+  const std::filesystem::path file = scratch / "lies.ply";
   std::ofstream(file) << "ply\nformat ascii 1.0\nelement vertex 4000000000\nproperty float x\n"
                          "property float y\nproperty float z\nend_header\n1 2 3\n4 5 6\n";
   SpillFolder folder = MakeSpillFolder();
@@ -156,8 +155,8 @@ TEST(MeshSpill, TruncatedBodyAfterALargeClaim)
 
 TEST(MeshSpill, Cancelled)
 {
-  const ScratchFolder scratch;
-  const std::filesystem::path file = scratch.File("mesh.ply");
+  const fixtures::TemporaryFolder scratch;
+  const std::filesystem::path file = scratch / "mesh.ply";
   ASSERT_TRUE(WriteMesh(file, Torus(20, 10)));
   for (int most = 0; most < 2; ++most)
   {

@@ -209,14 +209,6 @@ std::size_t CellOfRank::operator()(VertexId rank) const
 }
 
 Result<RecordBuckets<NumberedTriangle>> SortTrianglesIntoCells(SpillFolder& folder,
-  const SpillFile& triangles, std::uint64_t count, const VertexMap& ranks, unsigned depth,
-  std::uint64_t memory, const Execution& execution)
-{
-  return SortTrianglesIntoCells(
-    folder, triangles, count, ranks, CellOfRank(ranks.count, depth), memory, execution);
-}
-
-Result<RecordBuckets<NumberedTriangle>> SortTrianglesIntoCells(SpillFolder& folder,
   const SpillFile& triangles, std::uint64_t count, const VertexMap& ranks, const CellOfRank& cellOf,
   std::uint64_t memory, const Execution& execution)
 {

@@ -46,14 +46,10 @@ private:
   std::vector<std::uint64_t> Begin;
 };
 
-// For each cell of a depth, collects the triangles that touch one of its vertices; a triangle is in
+// For each cell, collects the triangles that touch one of its vertices; a triangle is in
 // one to three cells. Corners become ranks. Inside a cell, sort the triangles by number to get the
 // order of the input. Memory and passes: as MapTriangles; a quarter of `memory` is kept for the
 // cells' blocks. Errors: InputOutput; Cancelled. REQUIRES: ranks.count > 0 if there are triangles.
-Result<RecordBuckets<NumberedTriangle>> SortTrianglesIntoCells(SpillFolder& folder,
-  const SpillFile& triangles, std::uint64_t count, const VertexMap& ranks, unsigned depth,
-  std::uint64_t memory, const Execution& execution = {});
-// The same for cells of any size.
 Result<RecordBuckets<NumberedTriangle>> SortTrianglesIntoCells(SpillFolder& folder,
   const SpillFile& triangles, std::uint64_t count, const VertexMap& ranks, const CellOfRank& cellOf,
   std::uint64_t memory, const Execution& execution = {});

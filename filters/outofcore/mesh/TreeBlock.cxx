@@ -153,24 +153,12 @@ private:
 }
 
 template <class Scalar>
-Result<TreeBlock> LoadBlock(const SpillFile& records, std::uint32_t vertices,
-  const RecordBuckets<NumberedTriangle>& triangles, unsigned depth, std::size_t cell,
-  BlockOrder order)
-{
-  return LoadBlock<Scalar>(records, RangeOfCell(vertices, depth, cell), triangles, cell, order);
-}
-
-template <class Scalar>
 Result<TreeBlock> LoadBlock(const SpillFile& records, const CellRange& range,
   const RecordBuckets<NumberedTriangle>& triangles, std::size_t cell, BlockOrder order)
 {
   return BlockLoader<Scalar>(records, range, cell).Load(triangles, order);
 }
 
-template Result<TreeBlock> LoadBlock<float>(const SpillFile&, std::uint32_t,
-  const RecordBuckets<NumberedTriangle>&, unsigned, std::size_t, BlockOrder);
-template Result<TreeBlock> LoadBlock<double>(const SpillFile&, std::uint32_t,
-  const RecordBuckets<NumberedTriangle>&, unsigned, std::size_t, BlockOrder);
 template Result<TreeBlock> LoadBlock<float>(const SpillFile&, const CellRange&,
   const RecordBuckets<NumberedTriangle>&, std::size_t, BlockOrder);
 template Result<TreeBlock> LoadBlock<double>(const SpillFile&, const CellRange&,

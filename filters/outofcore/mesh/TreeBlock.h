@@ -44,26 +44,16 @@ struct TreeBlock
   }
 };
 
-// Loads block `cell` of depth `depth`. records: those of an ExternalTree over `vertices` vertices
-// (PointRecord<Scalar>); triangles: SortTrianglesIntoCells at that depth. Ghosts are read in the
+// Loads block `cell`, which has the ranks `range`. records: those of an ExternalTree
+// (PointRecord<Scalar>); triangles: SortTrianglesIntoCells of these cells. Ghosts are read in the
 // order of their ranks; each page of 16 KiB is read once. For v vertices (g of them ghosts) and t
 // triangles of the block: O(v + t + g log g), or O(t log t) if the triangles do not ascend in their
 // file; memory about 80 bytes a vertex and 40 a triangle. Errors: InputOutput.
-template <class Scalar>
-Result<TreeBlock> LoadBlock(const SpillFile& records, std::uint32_t vertices,
-  const RecordBuckets<NumberedTriangle>& triangles, unsigned depth, std::size_t cell,
-  BlockOrder order = BlockOrder::ById);
-
-// The same for a cell of any size, which has the ranks `range`.
 template <class Scalar>
 Result<TreeBlock> LoadBlock(const SpillFile& records, const CellRange& range,
   const RecordBuckets<NumberedTriangle>& triangles, std::size_t cell,
   BlockOrder order = BlockOrder::ById);
 
-extern template Result<TreeBlock> LoadBlock<float>(const SpillFile&, std::uint32_t,
-  const RecordBuckets<NumberedTriangle>&, unsigned, std::size_t, BlockOrder);
-extern template Result<TreeBlock> LoadBlock<double>(const SpillFile&, std::uint32_t,
-  const RecordBuckets<NumberedTriangle>&, unsigned, std::size_t, BlockOrder);
 extern template Result<TreeBlock> LoadBlock<float>(const SpillFile&, const CellRange&,
   const RecordBuckets<NumberedTriangle>&, std::size_t, BlockOrder);
 extern template Result<TreeBlock> LoadBlock<double>(const SpillFile&, const CellRange&,

@@ -2,17 +2,15 @@
 // A folder for stores, for tests that write stores and read them back.
 #pragma once
 
+#include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/build/Builder.h"
 #include "filters/store/Store.h"
 
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <iterator>
 #include <string>
 #include <utility>
-
-#include <unistd.h>
 
 namespace kdstream::fixtures
 {
@@ -21,14 +19,6 @@ namespace kdstream::fixtures
 class StoreTest : public ::testing::Test
 {
 protected:
-  StoreTest()
-    : Folder(std::filesystem::temp_directory_path() /
-             ("kdstream-store-test-" + std::to_string(::getpid())))
-  {
-    std::filesystem::create_directories(this->Folder);
-  }
-  ~StoreTest() override { std::filesystem::remove_all(this->Folder); }
-
   std::filesystem::path File(const std::string& name = "model.kds") const
   {
     return this->Folder / name;
@@ -41,13 +31,15 @@ protected:
     return std::move(*report);
   }
 
-  std::size_t FilesInFolder() const
+  std::string Bytes(const std::string& name = "model.kds") const
   {
-    return static_cast<std::size_t>(std::distance(
-      std::filesystem::directory_iterator(this->Folder), std::filesystem::directory_iterator()));
+    return ReadWhole(this->File(name));
   }
 
-  std::filesystem::path Folder;
+  std::size_t FilesInFolder() const { return this->Temporary.Names().size(); }
+
+  const TemporaryFolder Temporary;
+  const std::filesystem::path Folder = this->Temporary.Path;
 };
 
 }

@@ -183,8 +183,7 @@ TEST_F(DamagedStore, FlippedBytesAreNoticedAndTheRestIsRead)
   BuildOptions options;
   options.tree.verticesPerPartition = 200;
   this->Build(Torus(96, 48), options);
-  std::ifstream file(this->File(), std::ios::binary);
-  const std::string whole((std::istreambuf_iterator<char>(file)), {});
+  const std::string whole = this->Bytes();
   const auto healthy = *Store::Open(this->File());
   std::map<PieceId, std::vector<std::uint8_t>> blobs;
   for (const PieceId id : healthy->PieceIds())

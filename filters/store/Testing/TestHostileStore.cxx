@@ -49,11 +49,6 @@ protected:
     EXPECT_EQ(sqlite3_close(database), SQLITE_OK);
   }
 
-  std::string Bytes(const std::string& name = "good") const
-  {
-    std::ifstream file(this->File(name), std::ios::binary);
-    return std::string((std::istreambuf_iterator<char>(file)), {});
-  }
   void Write(const std::string& bytes) const
   {
     std::ofstream(this->File(), std::ios::binary | std::ios::trunc) << bytes;
@@ -225,7 +220,7 @@ TEST_F(HostileStore, ATableThatIsMissingIsNamed)
 // If any byte of the header or of the schema is changed, the store is refused or read as before.
 TEST_F(HostileStore, AnyByteOfTheFirstPageMayBeAnotherOne)
 {
-  const std::string good = this->Bytes();
+  const std::string good = this->Bytes("good");
   this->Write(good);
   const int file = ::open(this->File().c_str(), O_RDWR | O_CLOEXEC);
   ASSERT_GE(file, 0);
@@ -248,7 +243,7 @@ TEST_F(HostileStore, AnyByteOfTheFirstPageMayBeAnotherOne)
 
 TEST_F(HostileStore, ShortFilesAreRefused)
 {
-  const std::string good = this->Bytes();
+  const std::string good = this->Bytes("good");
   for (const std::size_t size : { 0, 15, 16, 99, 100, 108, 512, 1023, 1024, 1025, 2047 })
   {
     this->Write(good.substr(0, size));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // File names that cannot be passed to SQLite, and files that cannot be read.
 #include "Testing/Fixtures/ErrorAt.h"
+#include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/store/Sqlite.h"
 
 #include <fcntl.h>
@@ -24,10 +25,9 @@ namespace
 TEST(TestSqlite, ARemovedCurrentFolderIsAnError)
 {
   const fs::path before = fs::current_path();
-  std::string name = (fs::temp_directory_path() / "kdstream-sqlite-XXXXXX").string();
-  ASSERT_NE(::mkdtemp(name.data()), nullptr);
-  fs::current_path(name);
-  fs::remove(name);
+  const fixtures::TemporaryFolder folder;
+  fs::current_path(folder.Path);
+  fs::remove(folder.Path);
   const Result<Database> opened = OpenForWriting("model.kds");
   fs::current_path(before);
   ASSERT_FALSE(opened);

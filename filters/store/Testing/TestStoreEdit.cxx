@@ -77,17 +77,12 @@ TEST_F(StoreEditTest, UpAndFirstViewAreChangedAndNoLongerGuessed)
 TEST_F(StoreEditTest, AnEditThatFailsChangesNothing)
 {
   this->Build(Torus(96, 48), {});
-  const auto bytes = [&]
-  {
-    std::ifstream stream(this->File(), std::ios::binary);
-    return std::string{ std::istreambuf_iterator<char>(stream), {} };
-  };
-  const std::string whole = bytes();
+  const std::string whole = this->Bytes();
   Execution cancelled;
   cancelled.progress = [](std::string_view, double) { return false; };
   EXPECT_EQ(
     EditStore(this->File(), { "t", {}, {}, {} }, cancelled).GetError().code, ErrorCode::Cancelled);
-  EXPECT_TRUE(bytes() == whole);
+  EXPECT_TRUE(this->Bytes() == whole);
   EXPECT_EQ(EditStore(this->File("no.kds"), {}).GetError().code, ErrorCode::NotFound);
   // Another build replaces the store while it is being copied.
   std::string other;
@@ -97,13 +92,13 @@ TEST_F(StoreEditTest, AnEditThatFailsChangesNothing)
     BuildOptions options;
     options.title = "other";
     EXPECT_TRUE(BuildStore(Torus(20, 20), "x", this->File(), options));
-    other = bytes();
+    other = this->Bytes();
     return true;
   };
   const auto edited = EditStore(this->File(), { "t", {}, {}, {} }, replacing);
   ASSERT_FALSE(edited);
   EXPECT_NE(edited.GetError().message.find("was replaced"), std::string::npos);
-  EXPECT_TRUE(bytes() == other);
+  EXPECT_TRUE(this->Bytes() == other);
   std::ofstream(this->File("text.kds")) << "no store";
   EXPECT_FALSE(EditStore(this->File("text.kds"), { "t", {}, {}, {} }));
   EXPECT_EQ(this->FilesInFolder(), 2U) << "a temporary file is left";

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Notes beside a store: they are written completely or not at all, and no file of that name can
 // block a reader.
+#include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/store/StoreNotes.h"
 
 #include <gtest/gtest.h>
@@ -22,20 +23,13 @@ namespace fs = std::filesystem;
 class TestStoreNotes : public testing::Test
 {
 protected:
-  void SetUp() override
-  {
-    std::string name = testing::TempDir() + "notesXXXXXX";
-    ASSERT_NE(::mkdtemp(name.data()), nullptr);
-    this->Folder = name;
-    this->File = NotesFileOf(this->Folder / "dragon.1.kds");
-  }
-  void TearDown() override { fs::remove_all(this->Folder); }
   Error Wrong() const
   {
     const auto notes = ReadNotes(this->File);
     return notes ? Error{ ErrorCode::Cancelled, "they were read" } : notes.GetError();
   }
-  fs::path Folder, File;
+  const fixtures::TemporaryFolder Folder;
+  const fs::path File = NotesFileOf(this->Folder / "dragon.1.kds");
 };
 
 TEST_F(TestStoreNotes, WhatWasWrittenIsRead)
@@ -51,7 +45,7 @@ TEST_F(TestStoreNotes, WhatWasWrittenIsRead)
     EXPECT_EQ(read->notes, each);
     EXPECT_EQ(std::string(read->bytes.begin(), read->bytes.end()), FormatNotes(each));
   }
-  EXPECT_EQ(std::distance(fs::directory_iterator(this->Folder), {}), 1) << "and nothing beside it";
+  EXPECT_EQ(this->Folder.Names().size(), 1U) << "and nothing beside it";
 }
 
 TEST_F(TestStoreNotes, WhatCannotBeWrittenLeavesWhatWas)
@@ -87,9 +81,7 @@ TEST_F(TestStoreNotes, NoLinkBesideThemIsFollowedAndTheyStayPrivate)
   struct stat state = {};
   ASSERT_EQ(::stat(this->File.c_str(), &state), 0);
   EXPECT_EQ(state.st_mode & 0777, 0600U);
-  std::string victim;
-  std::getline(std::ifstream(this->Folder / "victim"), victim);
-  EXPECT_EQ(victim, "precious");
+  EXPECT_EQ(fixtures::ReadWhole(this->Folder / "victim"), "precious");
   EXPECT_TRUE(fs::is_symlink(planted));
 }
 

@@ -163,6 +163,21 @@ protected:
     }
     EXPECT_GE(triangles, store.Info().triangles);
   }
+
+  // Builds the store in memory and out of core, which must give the same.
+  void BuildBothWays(BuildOptions options)
+  {
+    Mesh mesh = Shuffled(DisplacedSphere(5), 4);
+    AddColorQuadrics(mesh);
+    const std::filesystem::path input = this->File("mesh.ply");
+    ASSERT_TRUE(WriteMesh(input, mesh));
+    const auto inMemory = BuildStore(input, this->File("memory.kds"), options);
+    ASSERT_TRUE(inMemory) << inMemory.GetError().message;
+    options.memory = std::uint64_t{ 64 } << 20;
+    const auto external = BuildStoreExternally(input, this->File(), options, {}, { {}, 512 << 10 });
+    ASSERT_TRUE(external) << external.GetError().message;
+    EXPECT_EQ(external->info.digest, inMemory->info.digest);
+  }
 };
 
 }
@@ -200,17 +215,7 @@ TEST_F(StoreTextures, ComeBackWithTheirCorners)
 
 TEST_F(StoreTextures, AreTheSameOutOfCore)
 {
-  Mesh mesh = Shuffled(DisplacedSphere(5), 4);
-  AddColorQuadrics(mesh);
-  const std::filesystem::path input = this->File("mesh.ply");
-  ASSERT_TRUE(WriteMesh(input, mesh));
-  BuildOptions options = Options();
-  const auto inMemory = BuildStore(input, this->File("memory.kds"), options);
-  ASSERT_TRUE(inMemory) << inMemory.GetError().message;
-  options.memory = std::uint64_t{ 64 } << 20;
-  const auto external = BuildStoreExternally(input, this->File(), options, {}, { {}, 512 << 10 });
-  ASSERT_TRUE(external) << external.GetError().message;
-  EXPECT_EQ(external->info.digest, inMemory->info.digest);
+  this->BuildBothWays(Options());
   const auto store = Store::Open(this->File());
   ASSERT_TRUE(store);
   this->ExpectCorners(**store);
@@ -219,18 +224,9 @@ TEST_F(StoreTextures, AreTheSameOutOfCore)
 // In memory and out of core, with any number of threads: each piece of a level has its own texture.
 TEST_F(StoreTextures, LevelsHaveThemToo)
 {
-  Mesh mesh = Shuffled(DisplacedSphere(5), 4);
-  AddColorQuadrics(mesh);
-  const std::filesystem::path input = this->File("mesh.ply");
-  ASSERT_TRUE(WriteMesh(input, mesh));
   BuildOptions options = Options();
   options.textures = std::make_shared<TexturesOfLevels>();
-  const auto inMemory = BuildStore(input, this->File("memory.kds"), options);
-  ASSERT_TRUE(inMemory) << inMemory.GetError().message;
-  options.memory = std::uint64_t{ 64 } << 20;
-  const auto external = BuildStoreExternally(input, this->File(), options, {}, { {}, 512 << 10 });
-  ASSERT_TRUE(external) << external.GetError().message;
-  EXPECT_EQ(external->info.digest, inMemory->info.digest);
+  this->BuildBothWays(options);
 
   const auto store = Store::Open(this->File());
   ASSERT_TRUE(store) << store.GetError().message;

@@ -131,12 +131,6 @@ protected:
     return store ? *store : nullptr;
   }
 
-  std::string Bytes(const std::string& name) const
-  {
-    std::ifstream file(this->File(name), std::ios::binary);
-    return std::string((std::istreambuf_iterator<char>(file)), {});
-  }
-
   // What Verify reports after the change, or why the store cannot be opened.
   std::vector<std::string> DamageOf(const std::function<void()>& change)
   {

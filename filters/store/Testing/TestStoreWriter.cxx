@@ -211,8 +211,7 @@ TEST_F(StoreWriterTest, AFullDiskSaysHowMuchTheStoreTakes)
     int state = 0;
     ::waitpid(child, &state, 0);
     EXPECT_TRUE(WIFEXITED(state) && WEXITSTATUS(state) == 0);
-    std::ifstream stream(said);
-    const std::string text{ std::istreambuf_iterator<char>(stream), {} };
+    const std::string text = ReadWhole(said);
     const std::string begin = "files cannot grow this large here: the store needs about ";
     ASSERT_EQ(text.rfind(begin, 0), 0U) << text;
     const double needed = std::stod(text.substr(begin.size())) * (1 << 20);

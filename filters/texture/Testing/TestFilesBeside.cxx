@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // FilesBeside and MaterialNames: names as other programs and systems write them.
-#include "filters/meshio/Testing/ScratchFolder.h"
+#include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/texture/FilesBeside.h"
 #include "filters/texture/ObjMaterials.h"
 
@@ -11,17 +11,16 @@ namespace kdstream::test
 
 TEST(FilesBeside, FindsFilesHoweverTheyAreNamed)
 {
-  const ScratchFolder folder;
-  std::filesystem::create_directory(folder.File("Maps"));
+  const fixtures::TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "Maps");
   for (const std::string name : { "t.png", "a b.png", "a#1.png", "Maps/Deep.PNG", "same.png",
          "Same.png", "q\"q.png", "100%.png", "Geb\xC3\xA4ude.png" })
   {
     folder.Write(name, "x");
   }
-  FilesBeside files(folder.File("mesh.obj"));
-  const auto find = [&](const std::string& written) {
-    return files.Find(written).lexically_relative(folder.File("mesh.obj").parent_path()).string();
-  };
+  FilesBeside files(folder / "mesh.obj");
+  const auto find = [&](const std::string& written)
+  { return files.Find(written).lexically_relative((folder / "mesh.obj").parent_path()).string(); };
   for (const std::string written : { "t.png", "\"t.png\"", " 't.png' ", "T.PNG", "Textures\\T.PNG",
          "C:\\scans\\T.png", "/home/x/t.png", "../other/t.PNG", "t.png # the paint", "./T.png" })
   {
@@ -66,12 +65,12 @@ TEST(FilesBeside, SaysWhyNothingIsFound)
 
 TEST(FilesBeside, PicturesElsewhereAreNamedAsTheyAreWritten)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   folder.Write("t.png", "x");
-  const PictureSource near = PictureBeside(folder.File("t.png"), "../maps/t.png", "<", ">");
+  const PictureSource near = PictureBeside(folder / "t.png", "../maps/t.png", "<", ">");
   EXPECT_EQ(near.name, "<'t.png'>");
   EXPECT_EQ(near.wrong, "");
-  const PictureSource far = PictureBeside(folder.File("u.png"), "../maps/u.png", "<", ">");
+  const PictureSource far = PictureBeside(folder / "u.png", "../maps/u.png", "<", ">");
   EXPECT_EQ(far.name, "<'../maps/u.png'>");
   EXPECT_EQ(far.wrong, "it lies outside the mesh's folder, and nothing is read there");
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // FindTextures: mesh colours come from existing pictures that faces use; else from the vertices'
 // own colours; else from colours of materials.
-#include "filters/meshio/Testing/ScratchFolder.h"
+#include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/texture/FindTextures.h"
 
 #include <gtest/gtest.h>
@@ -50,7 +50,7 @@ std::string Ply(bool colored, const std::string& face, std::size_t faces)
 
 TEST(FindTextures, PicturesCountWhereFacesUseThem)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   folder.Write("t.png", "x");
   folder.Write("a.mtl", "newmtl there\nmap_Kd t.png\nnewmtl lower\nmap_kd t.png\n"
                         "newmtl gone\nmap_Kd gone.png\nnewmtl red\nKd 1 0 0\n");
@@ -94,7 +94,7 @@ TEST(FindTextures, PicturesCountWhereFacesUseThem)
 
 TEST(FindTextures, MaterialsThatDifferAreReported)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   folder.Write("one.mtl", "newmtl m\nKd 1 0 0\nnewmtl same\nKd 1 1 1\n");
   folder.Write("two.mtl", "newmtl m\nKd 0 0 1\nnewmtl same\nKd 1 1 1\n");
   const Result<TexturedFile> read = ReadTextured(
@@ -109,7 +109,7 @@ TEST(FindTextures, MaterialsThatDifferAreReported)
 
 TEST(FindTextures, WhatTexturedFilesHoldBesidesIsReported)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   folder.Write("a.mtl", "newmtl m\nmap_Kd t.png\n");
   const Result<TexturedFile> read = ReadTextured(folder.Write(
     "a.obj", Obj("mtllib a.mtl\n", false, "vt 0 0\nusemtl m\nf 1/1 2/1 3/1\nl 1 2\nwhat 1\n") +
@@ -124,7 +124,7 @@ TEST(FindTextures, WhatTexturedFilesHoldBesidesIsReported)
 // Empty lists of coordinates in faces do not count if vertices have coordinates.
 TEST(FindTextures, CoordinatesOfVerticesCountWhereNoFaceHasSome)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   std::string text = Ply(false, "t.png", 1);
   const std::string list = "property list uchar int vertex_indices\n";
   text.replace(text.find(list), list.size(), list + "property list uchar float texcoord\n");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Decoded pictures in files, and materials as arrays, come back as they were written.
+#include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/texture/TextureArrays.h"
 #include "filters/texture/TextureFolder.h"
 #include "filters/texture/WritePicture.h"
@@ -24,13 +25,6 @@ namespace
 class TestTextureFolder : public ::testing::Test
 {
 protected:
-  TestTextureFolder()
-  {
-    std::string name = (fs::temp_directory_path() / "kdstream-paint-XXXXXX").string();
-    this->Folder = ::mkdtemp(name.data());
-  }
-  ~TestTextureFolder() override { fs::remove_all(this->Folder); }
-
   static Picture RandomPicture(std::mt19937& random)
   {
     Picture picture{ 1 + random() % 200, 1 + random() % 200, 1 + random() % 4, {} };
@@ -82,7 +76,7 @@ protected:
     return opened ? "none" : opened.GetError().message;
   }
 
-  fs::path Folder;
+  const fixtures::TemporaryFolder Folder;
 };
 
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Concave polygons of textured OBJ and PLY files are cut correctly, and each corner keeps its
 // texture coordinate.
+#include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/core/VectorMath.h"
-#include "filters/meshio/Testing/ScratchFolder.h"
 #include "filters/texture/FindTextures.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@ namespace kdstream::test
 
 TEST(TexturedPolygons, ConcaveOnesAreCutWithTheirCoordinates)
 {
-  const ScratchFolder folder;
+  const fixtures::TemporaryFolder folder;
   folder.Write("a.mtl", "newmtl m\nmap_Kd a.png\n");
   const std::pair<const char*, std::string> files[] = {
     { "a.obj", "mtllib a.mtl\nv 0 0 0\nv 4 0 0\nv 4 4 0\nv 2 1 0\nv 0 4 0\nvt 0 0\nvt 1 0\nvt 1 1\n"

@@ -17,7 +17,7 @@
 #include <vector>
 
 using namespace kdstream;
-using kdstream::testing::ReadText;
+using kdstream::fixtures::ReadWhole;
 using kdstream::testing::ViewTest;
 
 namespace
@@ -49,11 +49,11 @@ TEST_F(TestView, PlaysASessionAndWritesPicturesStatisticsAndARecording)
   {
     EXPECT_TRUE(this->IsPicture(name)) << name;
   }
-  EXPECT_NE(ReadText(this->Folder / "preview.png"), ReadText(this->Folder / "level.png"));
-  EXPECT_NE(ReadText(this->Folder / "level.png"), ReadText(this->Folder / "region.png"));
-  EXPECT_EQ(ReadText(this->Folder / "region.png"), ReadText(this->Folder / "end.png"));
+  EXPECT_NE(ReadWhole(this->Folder / "preview.png"), ReadWhole(this->Folder / "level.png"));
+  EXPECT_NE(ReadWhole(this->Folder / "level.png"), ReadWhole(this->Folder / "region.png"));
+  EXPECT_EQ(ReadWhole(this->Folder / "region.png"), ReadWhole(this->Folder / "end.png"));
 
-  const auto stats = nlohmann::json::parse(ReadText(this->Folder / "stats.json"));
+  const auto stats = nlohmann::json::parse(ReadWhole(this->Folder / "stats.json"));
   std::map<std::string, int> count;
   for (const auto& blob : stats)
   {
@@ -69,7 +69,7 @@ TEST_F(TestView, PlaysASessionAndWritesPicturesStatisticsAndARecording)
   EXPECT_GT(count["level"], 0);
   EXPECT_GT(count["partition"], 1);
   const auto played = ParseSession(std::string(walk) + "{\"screenshot\":\"end.png\"}\n");
-  EXPECT_EQ(*ParseSession(ReadText(this->Folder / "again.jsonl")), *played);
+  EXPECT_EQ(*ParseSession(ReadWhole(this->Folder / "again.jsonl")), *played);
 }
 
 TEST_F(TestView, TheSameReplayAsksForTheSameBlobsAndDrawsTheSamePictures)
@@ -78,11 +78,11 @@ TEST_F(TestView, TheSameReplayAsksForTheSameBlobsAndDrawsTheSamePictures)
   const std::string options = "--offscreen auto --size 400x300 --replay walk.jsonl";
   ASSERT_EQ(this->View(options), 0) << this->Err;
   const auto blobs = this->Models.model->TakeRead();
-  const std::string picture = ReadText(this->Folder / "region.png");
+  const std::string picture = ReadWhole(this->Folder / "region.png");
   EXPECT_GT(blobs.size(), 5u);
   ASSERT_EQ(this->View(options), 0) << this->Err;
   EXPECT_EQ(this->Models.model->TakeRead(), blobs);
-  EXPECT_EQ(ReadText(this->Folder / "region.png"), picture);
+  EXPECT_EQ(ReadWhole(this->Folder / "region.png"), picture);
 }
 
 TEST_F(TestView, WhatNeedsAModelWaitsForIt)
@@ -98,7 +98,7 @@ TEST_F(TestView, WhatNeedsAModelWaitsForIt)
                          ".jsonl --screenshot " + name + ".png"),
       0)
       << this->Err;
-    EXPECT_EQ(ReadText(this->Folder / (name + ".png")), ReadText(this->Folder / "patient.png"))
+    EXPECT_EQ(ReadWhole(this->Folder / (name + ".png")), ReadWhole(this->Folder / "patient.png"))
       << name;
   }
 }
@@ -112,7 +112,7 @@ TEST_F(TestView, EglAndOsMesaShowTheOnlyModelInFullScreen)
       << this->Err;
     EXPECT_TRUE(this->IsPicture(backend + ".png"));
   }
-  EXPECT_EQ(ReadText(this->Folder / "egl.png"), ReadText(this->Folder / "osmesa.png"));
+  EXPECT_EQ(ReadWhole(this->Folder / "egl.png"), ReadWhole(this->Folder / "osmesa.png"));
 }
 
 TEST_F(TestView, AViewThatWritesNothingSaysSo)
@@ -141,8 +141,8 @@ TEST_F(TestView, DetailFollowsTheViewOrIsOneForAll)
                          " --report report.json --screenshot p.png"),
       0)
       << this->Err;
-    reports[detail] = nlohmann::json::parse(ReadText(this->Folder / "report.json"));
-    pictures[detail] = ReadText(this->Folder / "p.png");
+    reports[detail] = nlohmann::json::parse(ReadWhole(this->Folder / "report.json"));
+    pictures[detail] = ReadWhole(this->Folder / "p.png");
     const nlohmann::json& report = reports[detail];
     EXPECT_GT(report.at("bytes"), 0);
     EXPECT_GT(report.at("blobs"), 0);
@@ -160,7 +160,7 @@ TEST_F(TestView, DetailFollowsTheViewOrIsOneForAll)
   ASSERT_EQ(this->View("--offscreen auto --size 1200x900 --triangles 1000 --report report.json "
                        "--screenshot p.png"),
     0);
-  const auto least = nlohmann::json::parse(ReadText(this->Folder / "report.json"));
+  const auto least = nlohmann::json::parse(ReadWhole(this->Folder / "report.json"));
   EXPECT_LT(least.at("peak_triangles"), reports["view"].at("peak_triangles"));
   EXPECT_EQ(this->View("--offscreen auto --view-memory 1M --screenshot p.png"), 2);
   EXPECT_NE(this->Err.find("'1M' is less than 16M"), std::string::npos) << this->Err;

@@ -15,7 +15,7 @@
 #include <vector>
 
 using namespace kdstream;
-using kdstream::testing::ReadText;
+using kdstream::fixtures::ReadWhole;
 using kdstream::testing::ViewTest;
 
 namespace
@@ -38,7 +38,7 @@ TEST_F(TestViewCache, AMeshIsBuiltOnceAndKeptInTheCache)
   const std::string view = "--offscreen auto --size 64x64 --screenshot p.png --cache kept";
   ASSERT_EQ(this->Run("'My solid.ply' " + view), 0) << this->Err;
   EXPECT_TRUE(this->IsPicture("p.png"));
-  const std::string picture = ReadText(this->Folder / "p.png");
+  const std::string picture = ReadWhole(this->Folder / "p.png");
   std::vector<std::filesystem::path> stores;
   const auto list = [&]
   {
@@ -58,12 +58,12 @@ TEST_F(TestViewCache, AMeshIsBuiltOnceAndKeptInTheCache)
   const auto store = stores[0];
   ASSERT_EQ(this->Run("'My solid.ply' " + view), 0) << this->Err;
   EXPECT_EQ(std::filesystem::last_write_time(store), built) << "it was there";
-  EXPECT_EQ(ReadText(this->Folder / "p.png"), picture);
+  EXPECT_EQ(ReadWhole(this->Folder / "p.png"), picture);
   // The store itself can be opened, and the folder that it is in.
   for (const auto& path : { store, store.parent_path() })
   {
     ASSERT_EQ(this->Run("'" + path.string() + "' " + view), 0) << this->Err;
-    EXPECT_EQ(ReadText(this->Folder / "p.png"), picture);
+    EXPECT_EQ(ReadWhole(this->Folder / "p.png"), picture);
   }
   // If the cache is full, another mesh replaces this one; the store that is shown stays.
   this->Write("other.ply", TetrahedronPly() + "\n");
@@ -79,7 +79,7 @@ TEST_F(TestViewCache, WhatWasSeenIsThereWithoutTheServer)
   const auto fromCache = [this]
   {
     std::size_t count = 0;
-    for (const auto& blob : nlohmann::json::parse(ReadText(this->Folder / "s.json")))
+    for (const auto& blob : nlohmann::json::parse(ReadWhole(this->Folder / "s.json")))
     {
       count += blob.at("from_cache").get<bool>() ? 1 : 0;
     }
@@ -98,7 +98,7 @@ TEST_F(TestViewCache, WhatWasSeenIsThereWithoutTheServer)
   ASSERT_EQ(this->Run(url + " " + view + "c.png --cache kept"), 0) << this->Err;
   EXPECT_EQ(this->Err.rfind("kdstream-view: warning: " + url + ": ", 0), 0u) << this->Err;
   EXPECT_NE(this->Err.find("; only cached data is shown\n"), std::string::npos) << this->Err;
-  EXPECT_EQ(ReadText(this->Folder / "c.png"), ReadText(this->Folder / "a.png"));
+  EXPECT_EQ(ReadWhole(this->Folder / "c.png"), ReadWhole(this->Folder / "a.png"));
   // If many parts are missing, only some are named; then the number of the others is given.
   ASSERT_EQ(this->Run(url + " " + view + "e.png --detail full --cache kept"), 1);
   std::size_t lines = 0;
@@ -119,7 +119,7 @@ TEST_F(TestViewCache, AMeshIsSeenWhereNothingCanBeKept)
   std::filesystem::create_directory(this->Folder / "brief");
   const std::string view = "nest.ply --offscreen auto --size 64x64 --screenshot n.png --cache ";
   ASSERT_EQ(this->Run(view + "kept"), 0) << this->Err;
-  const std::string seen = ReadText(this->Folder / "n.png");
+  const std::string seen = ReadWhole(this->Folder / "n.png");
   ::setenv("TMPDIR", (this->Folder / "brief").c_str(), 1);
   EXPECT_EQ(this->Run(view + "nest.ply/below"), 0) << this->Err;
   ::unsetenv("TMPDIR");
@@ -127,7 +127,7 @@ TEST_F(TestViewCache, AMeshIsSeenWhereNothingCanBeKept)
     std::string::npos)
     << this->Err;
   EXPECT_NE(this->Err.find("the store made from the mesh is not cached\n"), std::string::npos);
-  EXPECT_EQ(ReadText(this->Folder / "n.png"), seen);
+  EXPECT_EQ(ReadWhole(this->Folder / "n.png"), seen);
   EXPECT_TRUE(std::filesystem::is_empty(this->Folder / "brief"));
 }
 
@@ -143,10 +143,10 @@ TEST_F(TestViewCache, FilesThatOthersPlantedAreNotTouched)
                             "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
   const std::string view = "mesh.ply --offscreen auto --size 64x64 --screenshot p.png --cache ";
   ASSERT_EQ(this->Run(view + "honest"), 0) << this->Err;
-  const std::string seen = ReadText(this->Folder / "p.png");
+  const std::string seen = ReadWhole(this->Folder / "p.png");
   const fs::path key = fs::directory_iterator(this->Folder / "honest/stores")->path().filename();
   ASSERT_EQ(this->Run("theirs.ply --offscreen auto --size 64x64 --screenshot p.png --cache t"), 0);
-  ASSERT_NE(ReadText(this->Folder / "p.png"), seen);
+  ASSERT_NE(ReadWhole(this->Folder / "p.png"), seen);
   fs::path theirs;
   for (const auto& entry : fs::recursive_directory_iterator(this->Folder / "t"))
   {
@@ -157,7 +157,7 @@ TEST_F(TestViewCache, FilesThatOthersPlantedAreNotTouched)
   {
     fs::remove(this->Folder / "p.png");
     ASSERT_EQ(this->Run(view + "cache"), 0) << what << ": " << this->Err;
-    EXPECT_EQ(ReadText(this->Folder / "p.png"), seen) << what;
+    EXPECT_EQ(ReadWhole(this->Folder / "p.png"), seen) << what;
     EXPECT_NE(
       this->Err.find("kdstream-view: warning: cache/stores" + name + ": "), std::string::npos)
       << what << ": " << this->Err;
@@ -216,14 +216,14 @@ TEST_F(TestViewCache, FilesThatOthersPlantedAreNotTouched)
   fs::copy_file(theirs, store);
   ASSERT_EQ(::chown(store.c_str(), another, another), 0);
   isReported(ofStore, "another user's store");
-  EXPECT_EQ(ReadText(store), ReadText(theirs));
+  EXPECT_EQ(ReadWhole(store), ReadWhole(theirs));
   for (const fs::path& folder : { of, stores })
   {
     begin();
     fs::copy_file(theirs, store);
     ASSERT_EQ(::chown(folder.c_str(), another, another), 0);
     isReported(folder == of ? ofKey : "", "another user's folder");
-    EXPECT_EQ(ReadText(store), ReadText(theirs));
+    EXPECT_EQ(ReadWhole(store), ReadWhole(theirs));
   }
 }
 
@@ -234,7 +234,7 @@ TEST_F(TestViewCache, ADamagedStoreIsMadeAnew)
   const std::string view =
     "mesh.ply --offscreen auto --size 64x64 --screenshot p.png --cache cache";
   ASSERT_EQ(this->Run(view), 0) << this->Err;
-  const std::string seen = ReadText(this->Folder / "p.png");
+  const std::string seen = ReadWhole(this->Folder / "p.png");
   const auto key =
     std::filesystem::directory_iterator(this->Folder / "cache/stores")->path().filename().string();
   this->Write("cache/stores/" + key + "/mesh.kds", std::string(5000, 'x'));
@@ -243,7 +243,7 @@ TEST_F(TestViewCache, ADamagedStoreIsMadeAnew)
     << this->Err;
   EXPECT_NE(this->Err.find("; the store is made from the mesh again\n"), std::string::npos)
     << this->Err;
-  EXPECT_EQ(ReadText(this->Folder / "p.png"), seen);
+  EXPECT_EQ(ReadWhole(this->Folder / "p.png"), seen);
   ASSERT_EQ(this->Run(view), 0);
   EXPECT_EQ(this->Err, "");
 }

@@ -13,9 +13,9 @@
 #include <utility>
 
 using namespace kdstream;
+using kdstream::fixtures::ReadWhole;
 using kdstream::testing::BoxThatDiffers;
 using kdstream::testing::CountOfColor;
-using kdstream::testing::ReadText;
 using kdstream::testing::ShareThatDiffers;
 using kdstream::testing::ViewTest;
 
@@ -31,7 +31,7 @@ TEST_F(TestViewPictures, LightShowsReliefUnlessItIsPlain)
   const auto view = [this](const std::string& light)
   {
     EXPECT_EQ(this->View("--size 200x300 --offscreen auto --screenshot p.png" + light), 0);
-    return ReadText(this->Folder / "p.png");
+    return ReadWhole(this->Folder / "p.png");
   };
   const std::string usual = view("");
   EXPECT_EQ(view(" --light relief"), usual);
@@ -67,7 +67,7 @@ TEST_F(TestViewPictures, ColoursByAnArray)
   EXPECT_GT(ShareThatDiffers(this->Folder / "c.png", this->Folder / "a.png"), 0.1);
   ASSERT_EQ(this->Run(view + "d.png --colour-by classification"), 0) << this->Err;
   EXPECT_GT(ShareThatDiffers(this->Folder / "d.png", this->Folder / "a.png"), 0.1);
-  EXPECT_NE(ReadText(this->Folder / "r.json").find("&colours=by:reflectance"), std::string::npos);
+  EXPECT_NE(ReadWhole(this->Folder / "r.json").find("&colours=by:reflectance"), std::string::npos);
   EXPECT_EQ(this->Run(view + "e.png --colour-by nothing"), 1);
   EXPECT_NE(this->Err.find("the model has no array of numbers 'nothing' to colour it by; it has "
                            "'reflectance', 'classification'"),
@@ -123,7 +123,7 @@ TEST_F(TestViewPictures, APictureHasALegend)
     const std::string by = " --colour-by " + colors;
     ASSERT_EQ(this->Run(view + "with.png" + by), 0) << this->Err;
     ASSERT_EQ(this->Run(view + "without.png --legend off" + by), 0) << this->Err;
-    EXPECT_EQ(ReadText(this->Folder / "with.png"), ReadText(this->Folder / "without.png"));
+    EXPECT_EQ(ReadWhole(this->Folder / "with.png"), ReadWhole(this->Folder / "without.png"));
   }
   EXPECT_EQ(this->Run("cloud.ply --offscreen auto --size 60x40 --cache kept --screenshot tiny.png "
                       "--colour-by classification"),
@@ -139,12 +139,12 @@ TEST_F(TestViewPictures, ALinkOpensTheViewThatItNames)
   ASSERT_EQ(
     this->Run("'" + url + "/#model=torus&colours=partition&detail=level'" + view + "b.png"), 0)
     << this->Err;
-  EXPECT_EQ(ReadText(this->Folder / "b.png"), ReadText(this->Folder / "a.png"));
+  EXPECT_EQ(ReadWhole(this->Folder / "b.png"), ReadWhole(this->Folder / "a.png"));
   ASSERT_EQ(
     this->Run("'" + url + "/m/torus#model=torus&colours=partition&detail=level'" + view + "b.png"),
     0)
     << this->Err;
-  EXPECT_EQ(ReadText(this->Folder / "b.png"), ReadText(this->Folder / "a.png")) << "by its page";
+  EXPECT_EQ(ReadWhole(this->Folder / "b.png"), ReadWhole(this->Folder / "a.png")) << "by its page";
   ASSERT_EQ(this->Run(url + "/m/torus/ --colour-by partition --detail level" + view + "b.png"), 0)
     << this->Err;
   // The link in one report shows the same view in another run.
@@ -153,7 +153,7 @@ TEST_F(TestViewPictures, ALinkOpensTheViewThatItNames)
     "{\"wait\":\"idle\"}\n{\"zoom\":2,\"x\":120,\"y\":70}\n{\"wait\":\"idle\"}\n");
   ASSERT_EQ(this->Run(url + " --replay zoom.jsonl --report r.json" + view + "c.png"), 0);
   const std::string reported =
-    nlohmann::json::parse(ReadText(this->Folder / "r.json")).at("link").get<std::string>();
+    nlohmann::json::parse(ReadWhole(this->Folder / "r.json")).at("link").get<std::string>();
   ASSERT_EQ(this->Run("'" + url + "#" + reported + "'" + view + "e.png"), 0) << this->Err;
   EXPECT_LT(ShareThatDiffers(this->Folder / "c.png", this->Folder / "e.png"), 0.002) << reported;
   EXPECT_GT(ShareThatDiffers(this->Folder / "c.png", this->Folder / "a.png"), 0.1);
@@ -185,7 +185,7 @@ TEST_F(TestViewPictures, APictureHasTheDistancesOfItsLink)
   ASSERT_EQ(this->Run(url + " --replay measure.jsonl --report r.json" + view + "last.png"), 0)
     << this->Err;
   const std::string link =
-    nlohmann::json::parse(ReadText(this->Folder / "r.json")).at("link").get<std::string>();
+    nlohmann::json::parse(ReadWhole(this->Folder / "r.json")).at("link").get<std::string>();
   const std::size_t begin = link.find("&distances=");
   ASSERT_NE(begin, std::string::npos) << link;
   ASSERT_EQ(this->Run("'" + url + "#" + link + "'" + view + "link.png"), 0) << this->Err;

@@ -3,40 +3,33 @@
 // output.
 #pragma once
 
+#include "Testing/Fixtures/TemporaryFolder.h"
 #include "server/http/HttpServer.h"
 #include "viewer/client/Testing/TorusCatalog.h"
 
 #include <gtest/gtest.h>
 
-#include <filesystem>
-#include <fstream>
 #include <memory>
 #include <string>
 
 namespace kdstream::testing
 {
 
-std::string ReadText(const std::filesystem::path& file);
-
 class ViewTest : public ::testing::Test
 {
 protected:
   ViewTest();
-  ~ViewTest() override;
 
   // Runs kdstream-view with this server's URL in the test's folder. Returns the exit code.
   int View(const std::string& options) { return this->Run(this->Server->Url() + " " + options); }
   int Run(const std::string& arguments);
-  void Write(const std::string& name, const std::string& text)
-  {
-    std::ofstream(this->Folder / name) << text;
-  }
+  void Write(const std::string& name, const std::string& text) { this->Folder.Write(name, text); }
   bool IsPicture(const std::string& name)
   {
-    return ReadText(this->Folder / name).substr(1, 3) == "PNG";
+    return fixtures::ReadWhole(this->Folder / name).substr(1, 3) == "PNG";
   }
 
-  std::filesystem::path Folder;
+  const fixtures::TemporaryFolder Folder;
   TorusCatalog Models;
   std::unique_ptr<HttpServer> Server;
   std::string Out, Err;

@@ -236,8 +236,13 @@ void DisplayWindow::Note(vtkObject* /*caller*/, unsigned long event, void* /*dat
     {
       WindowEvent translated;
       translated.kind = Kind::Key;
-      const char* key = this->Interactor->GetKeySym();
+      const char* key = this->Interactor->GetKeySym(); // from VTK 9.2 on without Shift and others
       translated.key = key ? key : "";
+      if (!this->KeyNames.empty())
+      {
+        translated.key = std::move(this->KeyNames.front());
+        this->KeyNames.pop_front();
+      }
       translated.text = TextOfKey(translated.key);
       return this->Add(translated);
     }
@@ -390,11 +395,37 @@ void DisplayWindow::NoteButtonTimes()
   this->ButtonTimes.assign(times.begin(), times.end());
 }
 
+// Notes what pressed keys mean together with Shift, Caps Lock and the keyboard's layout: "A",
+// "plus".
+void DisplayWindow::NoteKeyNames()
+{
+  std::vector<XKeyEvent> keys;
+  const auto note = [](Display* /*display*/, XEvent* event, XPointer noted) -> Bool
+  {
+    if (event->type == KeyPress)
+    {
+      reinterpret_cast<std::vector<XKeyEvent>*>(noted)->push_back(event->xkey);
+    }
+    return False; // the event stays in the queue
+  };
+  XEvent unused;
+  XCheckIfEvent(DisplayOf(*this->Shown), &unused, note, reinterpret_cast<XPointer>(&keys));
+  this->KeyNames.clear();
+  for (XKeyEvent& key : keys)
+  {
+    KeySym symbol = NoSymbol;
+    XLookupString(&key, nullptr, 0, &symbol, nullptr);
+    const char* name = XKeysymToString(symbol);
+    this->KeyNames.emplace_back(name ? name : "");
+  }
+}
+
 std::vector<WindowEvent> DisplayWindow::TakeEvents()
 {
   XPending(DisplayOf(*this->Shown)); // reads what has arrived
   this->TakeFingers();
   this->NoteButtonTimes();
+  this->NoteKeyNames();
   this->Interactor->ProcessEvents();
   return std::exchange(this->Events, {});
 }

@@ -63,12 +63,14 @@ private:
   void Add(WindowEvent event);
   std::vector<double> TimesOf(const std::vector<unsigned long>& serverTimes);
   void NoteButtonTimes();
+  void NoteKeyNames();
 
   vtkSmartPointer<vtkRenderWindow> Shown;
   vtkSmartPointer<vtkRenderWindowInteractor> Interactor;
   std::vector<WindowEvent> Events;
   double Ratio = 1;
   std::deque<double> ButtonTimes;      // of presses and releases that VTK has not reported yet
+  std::deque<std::string> KeyNames;    // of pressed keys that VTK has not reported yet
   std::uint32_t LastServerTime = 0;    // ms
   std::optional<double> ServerSeconds; // LastServerTime by our clock
   double LastTime = 0;

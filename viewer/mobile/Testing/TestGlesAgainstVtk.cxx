@@ -19,9 +19,9 @@ namespace
 // Limits, and the values measured with Mesa 22.3's llvmpipe. The mean absolute difference of all
 // channels, 0-255; measured: at most 0.14 for a cloud, 0.023 for surfaces.
 constexpr double mostMean = 0.2;
-// The same with ambient occlusion; measured: at most 0.255 for a cloud, where each splat has a
-// depth of its own, and 0.145 for the torus.
-constexpr double mostOcclusionMean = 0.28;
+// The same with ambient occlusion; measured: at most 0.145 for the torus, and for a cloud, where
+// each splat has a depth of its own, 0.255 with Mesa 22 and 0.79 with Mesa 25.
+constexpr double mostOcclusionMean = 0.28, mostOcclusionMeanOfClouds = 0.9;
 // The pixels that show the model in only one of the pictures, as a share of those that show it in
 // either; measured: at most 0.0022 on the outline of a cloud's splats, and 0.0012 for the dragon.
 constexpr double mostSilhouette = 0.0025;
@@ -106,8 +106,10 @@ void CompareOcclusion(const ComparedScene& compared)
   const Image there = FromVtk(compared, occlusionSuffix);
   const double mean = Compare(here, there).mean;
   const double plainMean = Compare(plain, there).mean;
-  EXPECT_LE(mean, mostOcclusionMean);
-  EXPECT_GT(plainMean, 2 * mostOcclusionMean);
+  const bool cloud = compared.name.rfind("Cloud", 0) == 0;
+  const double most = cloud ? mostOcclusionMeanOfClouds : mostOcclusionMean;
+  EXPECT_LE(mean, most);
+  EXPECT_GT(plainMean, 2 * most);
   std::cout << compared.name << ": mean difference with occlusion " << mean << "; here without "
             << plainMean << "\n";
   canvas.renderer->SetOcclusion(false);

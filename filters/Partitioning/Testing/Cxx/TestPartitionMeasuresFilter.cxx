@@ -304,8 +304,7 @@ TEST(PartitionMeasuresFilter, ProgressAbortAndBackends)
       filter->Update();
       EXPECT_EQ(observer.error, "");
       ExpectEmpty(*filter);
-      observer.abortAt = 2;
-      filter->Modified();
+      observer.StopAborting();
       filter->Update();
       EXPECT_EQ(Table(*filter, 0)->GetNumberOfRows(), 2);
     }

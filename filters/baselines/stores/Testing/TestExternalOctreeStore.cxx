@@ -4,16 +4,10 @@
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/baselines/stores/Baselines.h"
-#include "filters/build/ExternalBuilder.h"
-#include "filters/build/Testing/KilledBuild.h"
-#include "filters/meshio/MeshWriter.h"
+#include "filters/build/Testing/ExternalBuilderTest.h"
 #include "filters/program/TbbExecution.h"
 
 #include <gtest/gtest.h>
-
-#include <atomic>
-#include <fstream>
-#include <iterator>
 
 using namespace kdstream;
 using namespace kdstream::fixtures;
@@ -34,57 +28,15 @@ Mesh WithCopiesOfTheFirst(Mesh mesh, VertexId count)
   return mesh;
 }
 
-constexpr std::uint64_t KiB = 1024;
-
-class ExternalOctreeStore : public ::testing::Test
+class ExternalOctreeStore : public ExternalBuilderTest
 {
 protected:
   ExternalOctreeStore()
   {
-    const fs::path parent =
-      ::access("/dev/shm", W_OK) == 0 ? fs::path("/dev/shm") : fs::temp_directory_path();
-    std::string name = (parent / "kdstream-octree-XXXXXX").string();
-    this->Folder = ::mkdtemp(name.data());
-    fs::create_directory(this->Folder / "spill");
     this->Options.partitioner = &OctreeMethod();
-    this->Options.memory = leastMemory;
-    this->Options.temporaryFolder = this->Folder / "spill";
     this->Options.tree.verticesPerPartition = 100;
-    this->Probe.stepMemory = 512 * KiB;
   }
-  ~ExternalOctreeStore() override { fs::remove_all(this->Folder); }
 
-  void Write(const Mesh& mesh)
-  {
-    const Status status = WriteMesh(this->Folder / "in.ply", mesh);
-    ASSERT_TRUE(status) << status.GetError().message;
-  }
-  // Returns the bytes of the store, and removes it.
-  std::string Take()
-  {
-    std::ifstream stream(this->Folder / "m.kds", std::ios::binary);
-    const std::string bytes{ std::istreambuf_iterator<char>(stream), {} };
-    fs::remove(this->Folder / "m.kds");
-    return bytes;
-  }
-  // Returns the bytes of the store that a build in memory makes.
-  std::string InMemory()
-  {
-    BuildOptions options = this->Options;
-    options.memory = 0;
-    const auto report = BuildStore(this->Folder / "in.ply", this->Folder / "m.kds", options);
-    EXPECT_TRUE(report) << report.GetError().message;
-    if (report)
-    {
-      this->Merged = report->mergedByGrid;
-    }
-    return this->Take();
-  }
-  Result<BuildReport> External(const Execution& execution = {})
-  {
-    return BuildStoreExternally(
-      this->Folder / "in.ply", this->Folder / "m.kds", this->Options, execution, this->Probe);
-  }
   void ExpectTheSame(const std::string& expected, unsigned threads)
   {
     const auto report = this->External(MakeTbbExecution(threads));
@@ -93,23 +45,6 @@ protected:
     EXPECT_GT(report->passes, 1U);
     EXPECT_TRUE(this->Take() == expected);
   }
-  bool NothingLeft() const
-  {
-    return fs::is_empty(this->Folder / "spill") && !fs::exists(this->Folder / "m.kds");
-  }
-
-  // Runs a build in a process of its own, which is killed before the k-th file operation or
-  // progress report. Returns whether it was killed.
-  bool BuildAndKill(std::size_t k)
-  {
-    return BuildAndKillAt(
-      k, this->Probe, [&](const Execution& execution) { return this->External(execution); });
-  }
-
-  fs::path Folder;
-  BuildOptions Options;
-  ExternalBuildProbe Probe;
-  std::uint64_t Merged = 0; // by the grid; of the last store built in memory
 };
 
 }
@@ -146,7 +81,7 @@ TEST_F(ExternalOctreeStore, EveryMeshGivesTheStoreOfTheBuildInMemory)
       }
     }
   }
-  EXPECT_TRUE(this->NothingLeft());
+  this->ExpectNothingLeft();
 }
 
 TEST_F(ExternalOctreeStore, MemoryAndThreadsChangeNothing)
@@ -201,25 +136,9 @@ TEST_F(ExternalOctreeStore, KilledAnywhereItLeavesNoStoreAndGoesOn)
   constexpr std::uint64_t unit = 4096 * KiB;
   this->Probe.stepMemory = 4 * unit;
   const std::string expected = this->InMemory();
-  std::atomic<std::size_t> steps{ 0 };
   std::vector<std::size_t> publishing;
-  this->Probe.hook = [&](FileOperation operation)
-  {
-    if (operation == FileOperation::Rename)
-    {
-      publishing.push_back(steps);
-    }
-    ++steps;
-  };
-  Execution counting;
-  counting.progress = [&](std::string_view, double)
-  {
-    ++steps;
-    return true;
-  };
-  ASSERT_TRUE(this->External(counting));
+  this->CountSteps(publishing);
   ASSERT_TRUE(this->Take() == expected);
-  this->Probe.hook = {};
   ASSERT_EQ(publishing.size(), 4U) << "a phase each";
   for (std::size_t phase = 0; phase < publishing.size(); ++phase)
   {
@@ -229,7 +148,7 @@ TEST_F(ExternalOctreeStore, KilledAnywhereItLeavesNoStoreAndGoesOn)
       this->Options.resume = false;
       this->Probe.stepMemory = 4 * unit;
       ASSERT_TRUE(this->BuildAndKill(publishing[phase] + 2));
-      EXPECT_FALSE(fs::exists(this->Folder / "m.kds"));
+      EXPECT_FALSE(fs::exists(this->Store()));
       this->Options.resume = true;
       this->Probe.stepMemory = memory;
       auto report = this->External();
@@ -243,7 +162,7 @@ TEST_F(ExternalOctreeStore, KilledAnywhereItLeavesNoStoreAndGoesOn)
       ASSERT_TRUE(report) << report.GetError().message;
       EXPECT_EQ(report->resumedPhases, phase + 1);
       EXPECT_TRUE(this->Take() == expected);
-      EXPECT_TRUE(this->NothingLeft());
+      this->ExpectNothingLeft();
     }
   }
 }
@@ -252,34 +171,17 @@ TEST_F(ExternalOctreeStore, ACancelOrAnErrorLeavesNothing)
 {
   this->Write(Shuffled(Torus(96, 48), 2));
   std::vector<std::string> steps;
-  double last = 0;
-  std::size_t calls = 0, stopAt = ~std::size_t{ 0 };
-  Execution execution;
-  execution.progress = [&](std::string_view step, double fraction)
-  {
-    if (steps.empty() || steps.back() != step)
-    {
-      steps.emplace_back(step);
-      last = 0;
-    }
-    EXPECT_GE(fraction, last) << step;
-    EXPECT_LE(fraction, 1) << step;
-    last = fraction;
-    return ++calls < stopAt;
-  };
-  ASSERT_TRUE(this->External(execution));
+  const auto calls = this->BuildUntil(~std::size_t{ 0 }, steps);
+  ASSERT_TRUE(calls);
   EXPECT_EQ(steps, (std::vector<std::string>{ "read", "tree", "faces", "encode", "write" }));
   this->Take();
-  const std::size_t all = calls;
-  ASSERT_GT(all, 50U);
-  for (stopAt = 1; stopAt <= all; stopAt += all / 40 + 1)
+  ASSERT_GT(*calls, 50U);
+  for (std::size_t stopAt = 1; stopAt <= *calls; stopAt += *calls / 40 + 1)
   {
-    calls = 0;
-    steps.clear();
-    const auto report = this->External(execution);
+    const auto report = this->BuildUntil(stopAt, steps);
     ASSERT_FALSE(report) << stopAt;
     EXPECT_EQ(report.GetError().code, ErrorCode::Cancelled);
-    EXPECT_TRUE(this->NothingLeft());
+    this->ExpectNothingLeft();
   }
 
   // These vertices in one place form one partition, whatever size is wanted.
@@ -290,5 +192,5 @@ TEST_F(ExternalOctreeStore, ACancelOrAnErrorLeavesNothing)
   EXPECT_EQ(report.GetError().code, ErrorCode::LimitExceeded);
   EXPECT_NE(report.GetError().message.find("a partition of 2001 vertices"), std::string::npos)
     << report.GetError().message;
-  EXPECT_TRUE(this->NothingLeft());
+  this->ExpectNothingLeft();
 }
