@@ -180,8 +180,8 @@ void AddBuildOptions(CLI::App& app, BuildCommand& line)
     line.textures, line.texturePixels);
   app
     .add_option("--texture-quality", line.textureQuality,
-      "WebP quality of texture tiles, 1 to 100; lossless keeps texels and texture coordinates "
-      "exactly")
+      "WebP quality of the original's texture tiles, 1 to 100 (those of levels: 4 less); lossless "
+      "keeps the original's texels and texture coordinates exactly")
     ->type_name("1-100|lossless")
     ->capture_default_str()
     ->group("Output");

@@ -72,7 +72,10 @@ Result<EncodedTexture> TiledTextures::MakeOfLevel(
   };
   tiles.goesOn = finer.goesOn;
   LevelTileOptions options;
-  options.quality = this->Options.quality == 0 ? options.quality : this->Options.quality;
+  if (this->Options.quality != 0)
+  {
+    options.quality = LevelQuality(this->Options.quality);
+  }
   options.mostBytes = piece.id.node == 1 ? mostBytesOfOnePiece : 0;
   options.oneLarge = &this->LargeTile;
   // The data besides the image are known only after an attempt.

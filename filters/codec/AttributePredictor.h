@@ -45,14 +45,11 @@ private:
   std::uint64_t Sign, Turned;
 };
 
-// A component of a coarse colour: 15 steps of 17.
+// A component of a coarse colour is one of 16 steps of 17, coded by its number.
+constexpr std::uint64_t coarseMask = 15, coarseStep = 17;
 constexpr std::uint64_t CoarseOf(std::uint64_t component)
 {
-  return (component * 15 + 127) / 255;
-}
-constexpr std::uint64_t ComponentOfCoarse(std::uint64_t coarse)
-{
-  return coarse * 17;
+  return (component * coarseMask + 127) / 255;
 }
 
 // Predicts components, as ordered integers, from earlier ones. For vertices, which come in the
@@ -71,27 +68,21 @@ public:
   {
   }
 
-  // REQUIRES: all tuples before are set.
-  std::uint64_t Predict(std::size_t tuple, std::size_t component) const
+  // ofRed: 0, or for a coarse colour the difference of its red: green and blue mostly differ from
+  // their predictions as red does. REQUIRES: all tuples before are set.
+  std::uint64_t Predict(std::size_t tuple, std::size_t component, std::uint64_t ofRed) const
   {
     const std::size_t before = tuple > 0 ? tuple - 1 : 0;
     const std::size_t first = this->Walk.empty() ? before : this->Walk[tuple].gate[0];
     const std::size_t second = this->Walk.empty() ? before : this->Walk[tuple].gate[1];
     const std::uint64_t a = this->Known[first * this->Components + component];
     const std::uint64_t b = this->Known[second * this->Components + component];
-    return (a & b) + ((a ^ b) >> 1); // the mean, rounded down; a + b could overflow
+    const std::uint64_t mean = (a & b) + ((a ^ b) >> 1); // rounded down; a + b could overflow
+    return mean + (component == 1 || component == 2 ? ofRed : 0);
   }
   void Set(std::size_t tuple, std::size_t component, std::uint64_t value)
   {
     this->Known[tuple * this->Components + component] = value;
-  }
-
-  // The same for a coarse colour. Green and blue mostly differ from their predictions as red does.
-  // ofRed: red's difference.
-  std::uint64_t PredictCoarse(std::size_t tuple, std::size_t component, std::int64_t ofRed) const
-  {
-    const bool follows = component == 1 || component == 2;
-    return this->Predict(tuple, component) + (follows ? static_cast<std::uint64_t>(ofRed) : 0);
   }
 
   // The difference from a prediction, as a signed number of the type's width; and the inverse.

@@ -64,7 +64,7 @@ void WriteHead(ByteWriter& writer, const Piece& piece, const PieceShape& shape)
     writer.Varint(name.size());
     writer.Raw(name);
     writer.Byte(static_cast<std::uint8_t>(
-      static_cast<std::uint8_t>(attribute.type) | (shape.coarse[i] ? coarseBit : 0)));
+      static_cast<std::uint8_t>(attribute.type) | (shape.coarse[i] != 0 ? coarseBit : 0)));
     writer.Byte(static_cast<std::uint8_t>(attribute.association));
     writer.Byte(attribute.components);
   }

@@ -319,20 +319,20 @@ void PieceReader::ReadAttribute(std::size_t number)
   AttributePredictor predictor(
     attribute, tuples, ofVertices ? this->Walk.Vertices() : std::span<const WalkVertex>());
   attribute.values.resize(tuples * tupleSize);
-  const bool isCoarse = this->Shape.coarse[number];
-  std::int64_t ofRed = 0;
+  const bool isCoarse = this->Shape.coarse[number] != 0;
+  const std::uint64_t mask = isCoarse ? coarseMask : ~std::uint64_t{ 0 };
+  const std::uint64_t step = isCoarse ? coarseStep : 1;
+  std::uint64_t ofRed = 0;
   for (std::size_t t = 0; t < tuples; ++t)
   {
     std::uint8_t* to = attribute.values.data() + (ofVertices ? this->Numbers[t] : t) * tupleSize;
     for (std::size_t c = 0; c < attribute.components; ++c)
     {
       const std::int64_t difference = this->Symbols.Signed(contexts::attribute + number);
-      ofRed = c == 0 ? difference : ofRed;
-      const std::uint64_t sum = predictor.Sum(
-        isCoarse ? predictor.PredictCoarse(t, c, ofRed) : predictor.Predict(t, c), difference);
-      const std::uint64_t value = isCoarse ? sum % 16 : sum;
+      const std::uint64_t value = predictor.Sum(predictor.Predict(t, c, ofRed), difference) & mask;
+      ofRed = isCoarse && c == 0 ? static_cast<std::uint64_t>(difference) : ofRed;
       predictor.Set(t, c, value);
-      const std::uint64_t bits = isCoarse ? ComponentOfCoarse(value) : order.BitsOf(value);
+      const std::uint64_t bits = order.BitsOf(value) * step;
       for (std::size_t i = 0; i < size; ++i)
       {
         *to++ = static_cast<std::uint8_t>(bits >> (8 * i));

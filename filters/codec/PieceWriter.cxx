@@ -172,12 +172,12 @@ void PieceWriter::WriteAttribute(std::size_t number)
   const ComponentOrder order(attribute.type);
   AttributePredictor predictor(
     attribute, tuples, ofVertices ? this->Walk.Vertices() : std::span<const WalkVertex>());
-  const bool isCoarse = this->Shape.coarse[number];
+  const bool isCoarse = this->Shape.coarse[number] != 0;
+  std::uint64_t ofRed = 0;
   for (std::size_t t = 0; t < tuples; ++t)
   {
     const std::size_t tuple = ofVertices ? this->Walk.Numbers()[t] : t;
     const std::uint8_t* from = attribute.values.data() + tuple * tupleSize;
-    std::int64_t ofRed = 0;
     for (std::size_t c = 0; c < attribute.components; ++c)
     {
       std::uint64_t bits = 0;
@@ -186,11 +186,9 @@ void PieceWriter::WriteAttribute(std::size_t number)
         bits |= std::uint64_t{ *from++ } << (8 * i);
       }
       const std::uint64_t value = isCoarse ? CoarseOf(bits) : order.Ordered(bits);
-      const std::uint64_t predicted =
-        isCoarse ? predictor.PredictCoarse(t, c, ofRed) : predictor.Predict(t, c);
-      const std::int64_t difference = predictor.Difference(value, predicted);
+      const std::int64_t difference = predictor.Difference(value, predictor.Predict(t, c, ofRed));
       this->Symbols.Signed(contexts::attribute + number, difference);
-      ofRed = c == 0 ? difference : ofRed;
+      ofRed = isCoarse && c == 0 ? static_cast<std::uint64_t>(difference) : ofRed;
       predictor.Set(t, c, value);
     }
   }

@@ -70,7 +70,8 @@ std::vector<std::uint8_t> EncodePicture(const Picture& picture, PictureType type
                                     : EncodeLosslessWebp(picture);
 }
 
-Result<std::vector<std::uint8_t>> EncodeWebp(Picture picture, unsigned quality, bool alpha)
+Result<std::vector<std::uint8_t>> EncodeWebp(
+  Picture picture, unsigned quality, bool alpha, int effort)
 {
   const Error failed{ ErrorCode::LimitExceeded, "a picture of " + std::to_string(picture.width) +
                                                   " x " + std::to_string(picture.height) +
@@ -86,7 +87,7 @@ Result<std::vector<std::uint8_t>> EncodeWebp(Picture picture, unsigned quality, 
   config.quality = quality == 0 ? 30.0F : float(quality);
   config.lossless = quality == 0;
   config.exact = 1;
-  config.method = 2;
+  config.method = effort;
   input.use_argb = config.lossless;
   input.width = static_cast<int>(picture.width);
   input.height = static_cast<int>(picture.height);

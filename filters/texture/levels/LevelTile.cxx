@@ -509,7 +509,7 @@ private:
     this->Tile.planar.chartOf = this->Charted;
     Result<std::vector<std::uint8_t>> image =
       EncodeWebp({ this->Tile.width, this->Tile.height, 4, std::move(this->Texels) },
-        this->Options.quality, this->HasAlpha);
+        this->Options.quality, this->HasAlpha, 4);
     KDSTREAM_TRY(image);
     this->Tile.image = std::move(*image);
     return {};

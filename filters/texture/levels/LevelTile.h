@@ -18,9 +18,16 @@
 namespace kdstream
 {
 
+// The quality of levels' WebP for a quality of the original's, 1-100: a little less, since levels
+// are what a view fetches first (decision 41).
+constexpr unsigned LevelQuality(unsigned ofOriginal)
+{
+  return ofOriginal > 4 ? ofOriginal - 4 : 1;
+}
+
 struct LevelTileOptions
 {
-  unsigned quality = 90; // of WebP, 1-100
+  unsigned quality = LevelQuality(90); // of WebP, 1-100
   // The number of texels on the surface for each vertex of the piece. If the next finer resolution
   // has more than twice as many vertices, as the original may, there are as many times more texels:
   // views show the piece longer. Fewer if the finer texels are farther apart.
@@ -51,8 +58,8 @@ struct FinerTiles
   static constexpr std::size_t texelsBetween = 1024;
 };
 
-// Makes a planar tile of the piece's triangles, in the charts of GrowLevelCharts, with a gutter of two
-// texels.
+// Makes a planar tile of the piece's triangles, in the charts of GrowLevelCharts, with a gutter of
+// two texels.
 // - A texel has the colour at the nearest place of a finer piece: the piece whose box is nearest to
 //   the texel. Surfaces that face elsewhere count as farther away. The finer picture is halved, in
 //   linear light, until its texels have about the same size.

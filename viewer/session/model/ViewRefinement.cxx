@@ -108,10 +108,9 @@ ViewRefinement::ViewRefinement(const ModelDescription& model, const RefinementOp
       std::ldexp(1.0, static_cast<int>(this->Steps[i].depth) - static_cast<int>(above.depth));
     const double leap =
       this->Steps[i].vertices * pieces / std::max(above.vertices, 1.0) / 2; // 1: twice as many
-    const double root = std::sqrt(std::sqrt(std::max(leap, 1.0)));
-    const double ofPlain = root * std::sqrt(root); // leap^(3/8)
-    const double squared = ofPlain * ofPlain;
-    this->Steps[i].leap = LevelsHaveTiles(model) ? squared * squared : ofPlain;
+    const double much = std::max(leap, 1.0);
+    const double root = LevelsHaveTiles(model) ? much : std::sqrt(std::sqrt(much));
+    this->Steps[i].leap = root * std::sqrt(root); // much^(3/2) or much^(3/8)
   }
   this->Allowed = model.detail == ModelDetail::Regions  ? this->Steps.size()
                   : model.detail == ModelDetail::Levels ? this->Steps.size() - 1
