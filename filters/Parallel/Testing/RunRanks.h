@@ -27,6 +27,12 @@ inline void SetUpRanks()
   // The same for Open MPI 5, whose launcher is PRRTE.
   ::setenv("PRTE_MCA_rmaps_default_mapping_policy", ":oversubscribe", 1);
   ::setenv("PRTE_MCA_hwloc_default_binding_policy", "none", 1);
+  // All ranks are on this host. Over its other networks Open MPI 5 may find no route from the host
+  // to itself, which each rank reports for each other rank.
+  ::setenv("OMPI_MCA_btl_tcp_if_include", "127.0.0.0/8", 1);
+  // Bytes of the file through which a rank sends to the others: within the file size limit of a
+  // test. Open MPI 5 makes 16 MiB otherwise; 4 MiB is what Open MPI 4 makes.
+  ::setenv("OMPI_MCA_btl_sm_segment_size", "4194304", 1);
   // After a rank has ended with an exit code, Open MPI waits this number of seconds before it kills
   // the others. All have cleaned up by then.
   ::setenv("OMPI_MCA_odls_base_sigkill_timeout", "0", 1);
