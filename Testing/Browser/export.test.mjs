@@ -5,7 +5,7 @@
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { once } from "node:events";
-import { chmodSync, readFileSync, readdirSync, writeFileSync } from "node:fs";
+import { chmodSync, existsSync, readFileSync, readdirSync, writeFileSync } from "node:fs";
 import { createServer } from "node:net";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
@@ -42,7 +42,10 @@ class FileHost {
       if (answer?.ok) {
         return host;
       }
-      assert.ok(Date.now() < end && host.#process.exitCode === null, `nginx: ${answer?.status} ${readFileSync(join(work, "error.log"))}`);
+      if (Date.now() > end || host.#process.exitCode !== null) {
+        host.#process.kill("SIGTERM"); // else this process does not end
+        assert.fail(`nginx: ${answer?.status} ${existsSync(join(work, "error.log")) ? readFileSync(join(work, "error.log")) : ""}`);
+      }
     }
   }
 
