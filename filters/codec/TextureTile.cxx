@@ -260,7 +260,8 @@ const char* ReadPlanar(SymbolReader& symbols, std::span<const Triangle> triangle
         return "the positions of its piece are needed";
       }
       const Vec3 from = Minus(positions[vertex], positions[0]);
-      const TileCoordinate at = PlaceOfCorner(planar, planar.charts[number], axes[number], from);
+      const std::uint32_t chart = planar.chartOf[t];
+      const TileCoordinate at = PlaceOfCorner(planar, planar.charts[chart], axes[chart], from);
       if (!(at[0] >= 0 && at[0] <= float(tile.width) && at[1] >= 0 && at[1] <= float(tile.height)))
       {
         return "a corner is outside the image";
