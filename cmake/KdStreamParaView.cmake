@@ -26,6 +26,8 @@ function(kdstream_add_paraview_plugin)
   paraview_plugin_scan(PLUGIN_FILES "${plugin}" PROVIDES_PLUGINS plugins ENABLE_BY_DEFAULT ON HIDE_PLUGINS_FROM_CACHE ON)
   paraview_plugin_build(PLUGINS ${plugins} LIBRARY_SUBDIRECTORY "${PARAVIEW_PLUGIN_SUBDIR}"
     PLUGINS_COMPONENT paraview INSTALL_HEADERS OFF)
+  # ParaView's own path of Open MPI's folder is not for a package: ParaView has loaded MPI before the plugin.
+  set_target_properties(${plugins} PROPERTIES INSTALL_RPATH_USE_LINK_PATH OFF)
   if(KDSTREAM_BUILD_TESTING)
     add_subdirectory("${PROJECT_SOURCE_DIR}/viewer/paraview/Testing")
   endif()
