@@ -13,15 +13,24 @@ std::size_t liveBytes = 0, peakBytes = 0;
 namespace
 {
 
-void* CountedAllocation(std::size_t size)
+void* CountedOrNull(std::size_t size) noexcept
 {
   void* memory = std::malloc(size == 0 ? 1 : size);
+  if (memory != nullptr)
+  {
+    liveBytes += malloc_usable_size(memory);
+    peakBytes = std::max(peakBytes, liveBytes);
+  }
+  return memory;
+}
+
+void* CountedAllocation(std::size_t size)
+{
+  void* memory = CountedOrNull(size);
   if (memory == nullptr)
   {
     throw std::bad_alloc();
   }
-  liveBytes += malloc_usable_size(memory);
-  peakBytes = std::max(peakBytes, liveBytes);
   return memory;
 }
 
@@ -43,6 +52,11 @@ void* operator new(std::size_t size)
 void* operator new[](std::size_t size)
 {
   return CountedAllocation(size);
+}
+// Sorts allocate their buffers so, and free them by operator delete.
+void* operator new(std::size_t size, const std::nothrow_t& /*no throw*/) noexcept
+{
+  return CountedOrNull(size);
 }
 void operator delete(void* memory) noexcept
 {

@@ -296,6 +296,61 @@ TEST(LevelTile, HasNoMoreBytesThanItMay)
   EXPECT_LE(std::max(small->tile.width, small->tile.height), 64U);
 }
 
+// The triangles of flat walls are large. So a place may be in the box of one piece's own vertices,
+// but on another piece's surface.
+TEST(LevelTile, SamplesThePieceWhoseSurfaceIsNearestNotItsBox)
+{
+  const auto painted = [](std::vector<Vec3> points, std::vector<Triangle> triangles, Rgb color)
+  {
+    FinerTile finer;
+    finer.piece.positions = std::move(points);
+    finer.piece.triangles = std::move(triangles);
+    finer.piece.ownVertices = 1;
+    Picture picture{ 8, 8, 3, {} };
+    for (std::size_t i = 0; i < 64; ++i)
+    {
+      for (const double value : color)
+      {
+        picture.texels.push_back(static_cast<std::uint8_t>(value));
+      }
+    }
+    finer.tile = { 8, 8, TileImage::Png, EncodePicture(picture, PictureType::Png), {} };
+    finer.tile.corners.assign(finer.piece.triangles.size(),
+      { TileCoordinate{ 0, 0 }, TileCoordinate{ 8, 0 }, TileCoordinate{ 0, 8 } });
+    return finer;
+  };
+  const Rgb red{ 255, 0, 0 }, blue{ 0, 0, 255 };
+  const FinerTile wall = painted({ { 0, 0, 0 }, { 4, 0, 0 }, { 0, 4, 0 } }, { { 0, 1, 2 } }, red);
+  const FinerTile ends = painted(
+    { { 4, 0, 0 }, { 4.1, 0, 0 }, { 4, 0.1, 0 }, { 0, 4, 0 }, { 0.1, 4, 0 }, { 0, 4.1, 0 } },
+    { { 0, 1, 2 }, { 3, 4, 5 } }, blue);
+  const FinerTiles finer{ { { { { 0, 0, 0 }, { 4.1, 4.1, 0 } } },
+                            { { { 0, 0, 0 }, { 0, 0, 0 } } } },
+    [&](std::size_t place) { return Prepared(place == 0 ? ends : wall); } };
+  Piece level = wall.piece;
+  level.id = { Resolution::Level(2), 1 };
+  LevelTileOptions options;
+  options.texelsPerVertex = 2000;
+  const auto made = MakeLevelTile(level, finer, options);
+  ASSERT_TRUE(made) << made.GetError().message;
+  const auto picture = DecodePicture(made->tile.image);
+  ASSERT_TRUE(picture);
+  const auto& at = made->tile.corners[0];
+  for (const std::array<double, 3> weights :
+    { std::array<double, 3>{ 0.34, 0.33, 0.33 }, { 0.1, 0.45, 0.45 }, { 0.9, 0.05, 0.05 } })
+  {
+    double x = 0, y = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      x += weights[k] * double(at[k][0]);
+      y += weights[k] * double(at[k][1]);
+    }
+    const Rgb color = TexelOf(*picture, x, y);
+    EXPECT_GT(color[0], 200) << weights[0];
+    EXPECT_LT(color[2], 60) << weights[0];
+  }
+}
+
 // The two sides of a leaf have different colours.
 TEST(LevelTile, DistinguishesTheTwoSidesOfALeaf)
 {

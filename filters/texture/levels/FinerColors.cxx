@@ -161,8 +161,8 @@ Result<FinerColors::Shown> FinerColors::HalvedBy(unsigned halvings, std::mutex* 
   return Shown{ &this->Pictures.emplace(halvings, std::move(*picture)).first->second, scale };
 }
 
-Color FinerColors::At(
-  const Shown& shown, const Vec3& place, const Vec3& normal, std::uint32_t& near) const
+Color FinerColors::At(const Shown& shown, const Vec3& place, const Vec3& normal,
+  std::uint32_t& near, double& squared) const
 {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   Search search{ place, normal, infinity, infinity, noNear };
@@ -171,12 +171,14 @@ Color FinerColors::At(
     std::array<double, 2> coordinates{};
     if (this->WalkFrom(near, place, normal, coordinates))
     {
+      squared = this->AboveOf(near, place) * this->AboveOf(near, place);
       return this->ColorOn(shown, near, coordinates);
     }
     this->Look(near, search);
   }
   this->FindNearest(search);
   near = search.found;
+  squared = search.best;
   if (near == noNear)
   {
     return { 0, 0, 0, 255 };
@@ -423,7 +425,7 @@ bool FinerColors::IsClose(std::uint32_t t, const Vec3& place, const Vec3& normal
 {
   constexpr double close = 0.25; // relative to the triangle's size
   const Ball& ball = this->Balls[t];
-  const double above = Dot(ball.normal, Minus(place, ball.middle)), most = close * ball.radius;
+  const double above = this->AboveOf(t, place), most = close * ball.radius;
   return Dot(ball.normal, normal) >= turningAway && above * above <= most * most;
 }
 

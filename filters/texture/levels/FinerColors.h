@@ -6,6 +6,7 @@
 #include "filters/codec/TextureTile.h"
 #include "filters/core/Light.h"
 #include "filters/core/Result.h"
+#include "filters/core/VectorMath.h"
 #include "filters/core/pieces/Piece.h"
 #include "filters/texture/Picture.h"
 
@@ -63,8 +64,10 @@ public:
   // triangles that face elsewhere count as farther away. near: the triangle where the search
   // begins, or noNear; afterwards the triangle that was found. If the place is close to the inside
   // of a triangle a few edges away from `near`, this triangle is taken, even if another one is
-  // nearer. So the colour depends on `near` a little.
-  Color At(const Shown& shown, const Vec3& place, const Vec3& normal, std::uint32_t& near) const;
+  // nearer. So the colour depends on `near` a little. squared: afterwards the square of the
+  // distance, more where the triangle faces elsewhere; infinite without triangles.
+  Color At(const Shown& shown, const Vec3& place, const Vec3& normal, std::uint32_t& near,
+    double& squared) const;
   static constexpr std::uint32_t noNear = 0xFFFFFFFF;
 
 private:
@@ -90,6 +93,10 @@ private:
   void FindNeighbours();
   bool WalkFrom(std::uint32_t& t, const Vec3& place, const Vec3& normal,
     std::array<double, 2>& coordinates) const;
+  double AboveOf(std::uint32_t t, const Vec3& place) const
+  {
+    return Dot(this->Balls[t].normal, Minus(place, this->Balls[t].middle));
+  }
   Cell CellOf(const Vec3& place) const;
   std::pair<Cell, Cell> CellsOf(std::uint32_t t) const; // the lowest and the highest
   std::size_t NumberOf(std::int64_t x, std::int64_t y, std::int64_t z) const

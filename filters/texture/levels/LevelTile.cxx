@@ -32,7 +32,8 @@ namespace
 
 constexpr std::int64_t levelGutter = 2; // in texels of the tile
 constexpr unsigned mostPictureHalvings = 6;
-constexpr double wider = 1.15; // factor for the next try
+constexpr double mostTexelsOff = 1; // from the finer surface, where no other piece is tried
+constexpr double wider = 1.15;      // factor for the next try
 constexpr std::uint32_t noOwner = std::numeric_limits<std::uint32_t>::max();
 
 using TexelPlaces = std::array<std::array<double, 2>, 3>; // of a triangle's corners, in texels
@@ -414,6 +415,8 @@ private:
     this->Texels.assign(4 * size, 255);
     this->HasColor.assign(size, false);
     this->HasAlpha = false;
+    this->Squared.assign(size, std::numeric_limits<float>::infinity());
+    this->From.assign(size, 0);
     std::vector<std::vector<std::uint32_t>> texelsOf(this->Finer.places.size());
     std::size_t place = 0;
     for (std::uint32_t texel = 0; texel < size && !texelsOf.empty(); ++texel)
@@ -422,9 +425,24 @@ private:
       {
         KDSTREAM_TRY(this->AskToGoOn());
         place = this->NearestPlace(this->PointOf(texel), place);
+        this->From[texel] = static_cast<std::uint32_t>(place);
         texelsOf[place].push_back(texel);
       }
     }
+    KDSTREAM_TRY(this->SampleFromAll(texelsOf));
+    KDSTREAM_TRY(this->FindFarTexels(texelsOf));
+    KDSTREAM_TRY(this->SampleFromAll(texelsOf));
+    for (std::size_t texel = 0; texel < size && !this->HasAlpha; ++texel)
+    {
+      this->HasAlpha = this->Texels[4 * texel + 3] != 255;
+    }
+    this->Squared = {};
+    this->From = {};
+    return {};
+  }
+
+  Status SampleFromAll(const std::vector<std::vector<std::uint32_t>>& texelsOf)
+  {
     for (std::size_t i = 0; i < texelsOf.size(); ++i)
     {
       if (!texelsOf[i].empty())
@@ -433,6 +451,54 @@ private:
       }
     }
     return {};
+  }
+
+  // The box of a piece's own vertices can be nearest although another piece's surface is: its
+  // triangles are as large as a flat wall lets them be. So the texels that are far from what was
+  // found are looked up in the other pieces too whose surface may be nearer: a triangle over a
+  // place has its corners at most about as far away as those of the coarser piece are from each
+  // other.
+  Status FindFarTexels(std::vector<std::vector<std::uint32_t>>& texelsOf)
+  {
+    for (std::vector<std::uint32_t>& texels : texelsOf)
+    {
+      texels.clear();
+    }
+    const double far = mostTexelsOff * this->Spacing;
+    const double longest = this->LongestEdge();
+    for (std::uint32_t texel = 0; texel < this->Owners.size() && texelsOf.size() > 1; ++texel)
+    {
+      const double squared = double(this->Squared[texel]);
+      if (this->Owners[texel] == noOwner || squared <= far * far)
+      {
+        continue;
+      }
+      KDSTREAM_TRY(this->AskToGoOn());
+      const Vec3 point = this->PointOf(texel);
+      const double reach = std::sqrt(squared) + longest;
+      for (std::size_t i = 0; i < texelsOf.size(); ++i)
+      {
+        if (i != this->From[texel] && this->SquaredToPlace(i, point) <= reach * reach)
+        {
+          texelsOf[i].push_back(texel);
+        }
+      }
+    }
+    return {};
+  }
+
+  double LongestEdge() const
+  {
+    double squared = 0;
+    for (const Triangle& t : this->P.triangles)
+    {
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        squared = std::max(
+          squared, SquaredDistance(this->P.positions[t[k]], this->P.positions[t[(k + 1) % 3]]));
+      }
+    }
+    return std::sqrt(squared);
   }
 
   // The centre of a texel that has an owner.
@@ -488,15 +554,20 @@ private:
   void SampleTexel(std::uint32_t texel, const FinerColors& colors, const FinerColors::Shown& shown,
     std::uint32_t& near)
   {
+    double squared = 0;
     const Color color =
-      colors.At(shown, this->PointOf(texel), this->Normals[this->Owners[texel]], near);
+      colors.At(shown, this->PointOf(texel), this->Normals[this->Owners[texel]], near, squared);
+    if (!(float(squared) < this->Squared[texel]))
+    {
+      return;
+    }
+    this->Squared[texel] = float(squared);
     for (std::size_t k = 0; k < 3; ++k)
     {
       this->Texels[4 * std::size_t{ texel } + k] = QuickByteOfLinear(color[k]);
     }
     const auto alpha = static_cast<std::uint8_t>(std::min(color[3] + 0.5, 255.0));
     this->Texels[4 * std::size_t{ texel } + 3] = alpha;
-    this->HasAlpha = this->HasAlpha || alpha != 255;
     this->HasColor[texel] = true;
   }
 
@@ -528,6 +599,8 @@ private:
   std::vector<std::uint32_t> Charted; // for each triangle, its chart
   std::vector<TexelPlane> Planes;     // for each triangle
   std::vector<std::uint8_t> Texels;   // RGBA
+  std::vector<float> Squared;         // for each texel, FinerColors::At's of its colour
+  std::vector<std::uint32_t> From;    // for each texel, the finer piece that was searched first
   std::vector<bool> HasColor;
   bool HasAlpha = false;
   std::size_t SinceAsked = 0; // texels since Finer.goesOn was called

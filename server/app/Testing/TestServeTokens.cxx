@@ -158,7 +158,7 @@ TEST_F(Guarded, FollowsItsFileThoughDescriptorsHaveRunOut)
 #ifdef __SANITIZE_ADDRESS__
   GTEST_SKIP() << "the sanitizer itself needs descriptors when it looks at an object's type";
 #endif
-  Process serve({ this->stores, "--port", "0", "--tokens", this->keys }, program, rlimit{ 52, 52 });
+  Process serve({ this->stores, "--port", "0", "--tokens", this->keys }, program, rlimit{ 60, 60 });
   const auto port = serve.Port();
   const auto made = this->Make({ "--models", "*", "--detail", "regions" });
   StreamTestClient stream(port);
