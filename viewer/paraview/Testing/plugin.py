@@ -185,8 +185,10 @@ def picture(path, png):
     pixels = vtk_to_numpy(saved.GetOutput().GetPointData().GetScalars())[:, :3].astype(int)
     shown = pixels[pixels.min(axis=1) < 255]
     vivid = shown[shown.max(axis=1) - shown.min(axis=1) > 40]
+    version = GetParaViewVersion()
     tell("picture", shown=len(shown) / len(pixels), vivid=len(vivid) / len(shown),
-         hues=len(set(map(tuple, vivid.argsort(axis=1)))))
+         hues=len(set(map(tuple, vivid.argsort(axis=1)))),
+         coloursPartitions=(version.major, version.minor) < (5, 12))
 
 
 def broken(path, url):
