@@ -26,8 +26,8 @@ struct PieceShape
   PieceId id;
   TreeDepths depths;
   WalkCounts counts = {};
-  std::size_t steps = 0;      // of the walk
-  std::size_t childNodes = 0; // total length of the lists of all vertices
+  std::size_t steps = 0;              // of the walk
+  std::size_t childNodes = 0;         // total length of the lists of all vertices
   std::vector<std::uint8_t> coarse{}; // for each attribute: 1 if it is of coarse colours, else 0
 
   std::size_t Vertices() const { return this->counts.Vertices(); }
