@@ -61,8 +61,9 @@ struct FinerTiles
 // Makes a planar tile of the piece's triangles, in the charts of GrowLevelCharts, with a gutter of
 // two texels.
 // - A texel has the colour at the nearest place of a finer piece: the piece whose box is nearest to
-//   the texel. Surfaces that face elsewhere count as farther away. The finer picture is halved, in
-//   linear light, until its texels have about the same size.
+//   the texel, or, if that place is more than a texel away, the nearest of all pieces. Surfaces
+//   that face elsewhere count as farther away. The finer picture is halved, in linear light, until
+//   its texels have about the same size.
 // - Texels of the gutter are sampled, too, on the plane of the nearest triangle. So a filter reads
 //   the same on both sides of a chart's border.
 // - Texels between charts have the mean of the texels around them.
