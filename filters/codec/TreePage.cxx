@@ -95,12 +95,12 @@ void WriteFacts(SymbolWriter& symbols, const std::vector<PieceFacts>& pieces)
 // Adds the difference to `last`. Returns false if the result is not a code.
 bool ReadCode(std::int64_t difference, std::uint32_t largest, std::uint32_t& last)
 {
-  const std::int64_t code = difference + std::int64_t{ last };
-  if (std::abs(difference) > largest || code < 0 || code > largest)
+  const std::int64_t least = -std::int64_t{ last }, most = std::int64_t{ largest } - last;
+  if (difference < least || difference > most)
   {
     return false;
   }
-  last = static_cast<std::uint32_t>(code);
+  last = static_cast<std::uint32_t>(last + difference);
   return true;
 }
 
