@@ -263,5 +263,24 @@ TEST_P(AtEveryStep, NothingIsLostOrHalf)
   }
 }
 
+// CLI11 copies strings in functions that are noexcept.
+TEST(TestFaultsAtEveryStep, WithoutMemoryForTheCommandLineAProgramSaysSo)
+{
+  const Operation& operation = fixtures::OperationOf("verify");
+  const fixtures::TemporaryFolder folder;
+  fixtures::WriteTree(folder.Path, operation.before);
+  FaultyProgram program{ fixtures::faultLibrary, folder.Path,
+    fixtures::ProgramPath(operation.program), operation.arguments };
+  constexpr std::uint64_t ofCommandLine = 400;
+  for (std::uint64_t call = 1; call <= ofCommandLine; ++call)
+  {
+    program.What().Clear();
+    program.What().allocation.Fail(ENOMEM, call, ~std::uint64_t{ 0 });
+    const auto outcome = program.Run();
+    EXPECT_EQ(outcome.exitCode, 1) << "from allocation " << call << " on: " << outcome.err;
+    EXPECT_NE(outcome.err.find("out of memory"), std::string::npos) << outcome.err;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(All, AtEveryStep, testing::ValuesIn(fixtures::operationNames),
   [](const auto& tested) { return std::string(tested.param); });

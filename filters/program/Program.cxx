@@ -17,8 +17,11 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
+#include <exception>
 #include <fstream>
 #include <iostream>
+#include <new>
 
 namespace kdstream
 {
@@ -45,6 +48,36 @@ extern "C" void EndAtInterrupt(int)
   [[maybe_unused]] const auto written =
     ::write(STDERR_FILENO, interruptLine.data(), interruptLength);
   ::_exit(exitFailed);
+}
+
+// Ends the program with an error message if memory ran out in a function that is noexcept, which
+// would abort it: CLI11 copies strings in such functions.
+[[noreturn]] void EndWithoutMemory();
+const std::terminate_handler otherwise = std::set_terminate(&EndWithoutMemory);
+
+[[noreturn]] void EndWithoutMemory()
+{
+  if (std::current_exception())
+  {
+    try
+    {
+      throw;
+    }
+    catch (const std::bad_alloc&)
+    {
+      for (const std::string_view part : { std::string_view(program_invocation_short_name),
+             std::string_view(": error: out of memory\n") })
+      {
+        [[maybe_unused]] const auto written = ::write(STDERR_FILENO, part.data(), part.size());
+      }
+      ::_exit(exitFailed);
+    }
+    catch (...)
+    {
+    }
+  }
+  otherwise();
+  std::abort();
 }
 
 std::string InterruptLine(std::string_view program, const std::string& output)
