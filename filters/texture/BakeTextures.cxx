@@ -15,6 +15,7 @@
 #include "filters/texture/TextureArrays.h"
 #include "filters/texture/TextureFolder.h"
 #include "filters/texture/TileCharts.h"
+#include "filters/texture/TintPictures.h"
 
 #include <algorithm>
 #include <cmath>
@@ -468,6 +469,29 @@ private:
 
 }
 
+namespace
+{
+
+// Multiplies the pictures of a folder that is finished by tints, or removes it.
+Result<bool> TintKept(TexturedMesh& textured, std::span<const Color> tints,
+  const std::filesystem::path& path, TextureFolderWriter& folder, const Execution& execution)
+{
+  const auto source = TextureFolder::Open(path);
+  KDSTREAM_TRY(source);
+  Result<bool> tinted = TintPictures(textured, tints, **source, folder, execution);
+  KDSTREAM_TRY(tinted);
+  if (*tinted)
+  {
+    KDSTREAM_TRY(folder.Finish(textured.materials));
+    return true;
+  }
+  std::error_code ignored;
+  std::filesystem::remove_all(path, ignored);
+  return false;
+}
+
+}
+
 std::string BakeReport::TellLoss() const
 {
   char text[200];
@@ -491,8 +515,8 @@ Result<BakeReport> BakeTextures(
   return Baker(textured, mostPixels, nullptr).Bake(execution);
 }
 
-Result<BakeReport> BakeAndKeepTextures(
-  TexturedMesh& textured, const TextureOptions& options, const Execution& execution)
+Result<BakeReport> BakeAndKeepTextures(TexturedMesh& textured, const TextureOptions& options,
+  const Execution& execution, std::span<const Color> tints)
 {
   if (options.textureFolder.empty())
   {
@@ -508,11 +532,25 @@ Result<BakeReport> BakeAndKeepTextures(
   KDSTREAM_TRY(folder);
   Result<BakeReport> report = Baker(textured, options.mostPixels, &*folder).Bake(execution);
   KDSTREAM_TRY(report);
-  if (report->pictures > 0)
+  if (report->pictures == 0)
   {
-    KDSTREAM_TRY(folder->Finish(textured.materials));
-    AddTextureArrays(textured);
+    return report;
   }
+  KDSTREAM_TRY(folder->Finish(textured.materials));
+  if (!tints.empty())
+  {
+    const Result<bool> tinted =
+      TintKept(textured, tints, options.textureFolder, *folder, execution);
+    KDSTREAM_TRY(tinted);
+    if (!*tinted)
+    {
+      report->warnings.emplace_back("multiplied by the colours of vertices, the pictures would "
+                                    "become too large: they are not kept");
+      report->warnings.push_back(report->TellLoss());
+      return report;
+    }
+  }
+  AddTextureArrays(textured);
   return report;
 }
 

@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -65,8 +66,10 @@ Result<BakeReport> BakeTextures(TexturedMesh& textured,
 
 // The same; if options.textureFolder is set, also writes what tiles need, and then holds no picture
 // in memory (TextureFolderWriter::AddPicture). If it is not set and a picture was read, the last
-// warning is TellLoss(). Errors: also InputOutput of the folder.
-Result<BakeReport> BakeAndKeepTextures(
-  TexturedMesh& textured, const TextureOptions& options, const Execution& execution = {});
+// warning is TellLoss(). tints: factors by which vertex colours multiply the pictures
+// (TintPictures.h); the baked colours do not contain them. If the pictures would become too large
+// in this way, they are not kept, and a warning says so. Errors: also InputOutput of the folder.
+Result<BakeReport> BakeAndKeepTextures(TexturedMesh& textured, const TextureOptions& options,
+  const Execution& execution = {}, std::span<const Color> tints = {});
 
 }

@@ -175,6 +175,22 @@ Result<MappedPicture> TextureFolderWriter::AddPicture(
   return picture;
 }
 
+Result<std::uint32_t> TextureFolderWriter::AddTexels(const Picture& picture)
+{
+  const auto number = static_cast<std::uint32_t>(this->Sizes.size());
+  SquareRows rows(PictureFile(this->Folder, number));
+  rows.Begin(picture.width, picture.height, picture.components);
+  for (std::size_t y = 0; y < picture.height; ++y)
+  {
+    rows.AddRow(&picture.texels[y * picture.width * picture.components]);
+  }
+  KDSTREAM_TRY(rows.Why());
+  KDSTREAM_TRY(rows.Finish());
+  this->Sizes.push_back(
+    { static_cast<std::uint32_t>(picture.width), static_cast<std::uint32_t>(picture.height) });
+  return number;
+}
+
 Result<MappedPicture> MappedPicture::Open(
   const std::filesystem::path& file, std::size_t width, std::size_t height)
 {

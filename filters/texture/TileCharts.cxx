@@ -43,7 +43,7 @@ class ChartFinder
 {
 public:
   ChartFinder(const TexturedTriangles& textured, const TextureSet& textures,
-    const TexelSource& source, std::int64_t gutter)
+    const TexelSource& source, std::optional<std::int64_t> gutter)
     : Textured(textured)
     , Textures(textures)
     , Source(source)
@@ -56,7 +56,10 @@ public:
     this->PlaceTriangles();
     this->JoinSides();
     this->MakeBoxes();
-    this->MergeBoxes();
+    if (this->Gutter)
+    {
+      this->MergeBoxes();
+    }
     return std::move(this->Charts);
   }
 
@@ -261,7 +264,7 @@ private:
 
   std::int64_t Cost(const TexelBox& box) const
   {
-    return (box.Width() + 2 * this->Gutter) * (box.Height() + 2 * this->Gutter);
+    return (box.Width() + 2 * *this->Gutter) * (box.Height() + 2 * *this->Gutter);
   }
 
   void MergeBoxes()
@@ -332,7 +335,7 @@ private:
   const TexturedTriangles& Textured;
   const TextureSet& Textures;
   const TexelSource& Source;
-  const std::int64_t Gutter;
+  const std::optional<std::int64_t> Gutter;
   TileCharts Charts;
   std::vector<VertexId> ChartOf; // of each triangle, before boxes: lowest triangle of its chart
 };
@@ -366,7 +369,7 @@ std::vector<std::uint32_t> NumberShownPictures(const TextureSet& textures)
 }
 
 TileCharts FindTileCharts(const TexturedTriangles& textured, const TextureSet& textures,
-  const TexelSource& source, std::int64_t gutter)
+  const TexelSource& source, std::optional<std::int64_t> gutter)
 {
   return ChartFinder(textured, textures, source, gutter).Find();
 }

@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -82,11 +83,11 @@ struct TileCharts
 //    triangles.
 // 3. Each chart is moved by whole periods of its picture, so that it begins in the first one.
 // 4. Charts of a material share a box if this box is not larger than their own boxes together.
-//    gutter: texels around each box, which count for its size.
+//    gutter: texels around each box, which count for its size; nothing: each chart has its box.
 //
 // O(n log n), except for the last step, which compares each box with only a few neighbours.
 // Deterministic. REQUIRES: corners and existing materials for each triangle.
 TileCharts FindTileCharts(const TexturedTriangles& textured, const TextureSet& textures,
-  const TexelSource& source, std::int64_t gutter);
+  const TexelSource& source, std::optional<std::int64_t> gutter);
 
 }

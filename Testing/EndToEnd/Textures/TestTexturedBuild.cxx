@@ -6,6 +6,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <map>
+
 using namespace kdstream;
 using namespace kdstream::fixtures;
 using Json = nlohmann::json;
@@ -47,9 +49,19 @@ TEST_F(TestTexturedBuild, ABuildWarnsOfWhatIsLostWherePicturesAreNotKept)
                            "vertex; the pictures are 0.0 of 255 grey values off (RMS)\n";
   EXPECT_EQ(this->Build({ "m.obj", "-o", "m.kds", "--quiet", "--textures", "colors" }).err,
     "kdstream-build: warning: m.obj: " + loss);
-  // Colours of vertices are multiplied with the picture's colours.
+}
+
+// COLOR_0 multiplies the picture's colours: so does the tile's.
+TEST_F(TestTexturedBuild, GltfWithColoursOfVerticesKeepsItsPictures)
+{
+  this->WritePicture("a.png", Row({ red, blue }), PictureType::Png);
   GltfBuffer buffer;
-  const int tint = buffer.Add(std::vector<float>(18, 0.5F), "VEC3", gltfFloat);
+  std::vector<float> tints;
+  for (int i = 0; i < 18; ++i)
+  {
+    tints.push_back(i < 9 ? 0.5F : float(i % 4) / 3); // one tint, and nine
+  }
+  const int tint = buffer.Add(tints, "VEC3", gltfFloat);
   std::string gltf = Scene(buffer, leftAndRight, Textured(),
     "\"images\":[{\"uri\":\"a.png\"}],\"textures\":[{\"source\":0}]", false);
   const std::string attributes = "\"attributes\":{";
@@ -57,10 +69,46 @@ TEST_F(TestTexturedBuild, ABuildWarnsOfWhatIsLostWherePicturesAreNotKept)
     gltf.find(attributes) + attributes.size(), "\"COLOR_0\":" + std::to_string(tint) + ",");
   this->WriteText("m.gltf", gltf);
   this->WriteText("b.bin", buffer.Bytes);
-  EXPECT_EQ(this->Build({ "m.gltf", "-o", "m.kds", "--quiet" }).err,
-    "kdstream-build: warning: m.gltf: colours of vertices are multiplied in: the pictures "
-    "themselves are not kept\nkdstream-build: warning: m.gltf: " +
-      loss);
+  const Outcome built =
+    this->Build({ "m.gltf", "-o", "m.kds", "--quiet", "--texture-quality", "lossless" });
+  EXPECT_EQ(built.exitCode, 0);
+  EXPECT_EQ(built.err, "");
+  EXPECT_EQ(this->Store({ "extract", "m.kds", "--all", "-o", "out.glb", "--quiet" }).exitCode, 0);
+  EXPECT_NE(ReadWhole(this->Folder / "out.glb").find("image/png"), std::string::npos);
+  const auto colorsOf = [&](const std::string& input)
+  {
+    EXPECT_EQ(this->Convert(input).exitCode, 0);
+    const Mesh mesh = this->Read("out.ply");
+    const std::vector<double> values = ValuesOf(mesh, "RGB");
+    std::map<Vec3, std::array<double, 3>> colors;
+    for (std::size_t v = 0; v < mesh.points.size(); ++v)
+    {
+      colors[mesh.points[v]] = { values[3 * v], values[3 * v + 1], values[3 * v + 2] };
+    }
+    return colors;
+  };
+  // The vertex colours of the result are means over a triangle: those of one tint are the same,
+  // the others are in the same order.
+  const auto before = colorsOf("m.gltf"), after = colorsOf("out.glb");
+  ASSERT_EQ(before.size(), 6U);
+  for (const auto& [place, color] : before)
+  {
+    ASSERT_TRUE(after.contains(place));
+    for (const auto& [other, otherColor] : before)
+    {
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        if (place[0] == 0)
+        {
+          EXPECT_NEAR(after.at(place)[k], color[k], 1);
+        }
+        else if (other[0] == 1 && color[k] > otherColor[k] + 20)
+        {
+          EXPECT_GT(after.at(place)[k], after.at(other)[k]);
+        }
+      }
+    }
+  }
 }
 
 // The digest by which a server recognizes the same original under other options. It covers the file

@@ -546,14 +546,8 @@ Status JoinedScenes::Bake(const Execution& execution)
   this->Textured.materials.push_back({}); // for parts without a material
   this->Textured.pictures = std::move(this->Pictures);
   this->Textured.mesh = std::move(this->Joined.mesh);
-  TextureOptions used = this->Textures;
-  if (this->IsTinted && !used.textureFolder.empty())
-  {
-    used.textureFolder.clear();
-    this->Joined.warnings.emplace_back(
-      "colours of vertices are multiplied in: the pictures themselves are not kept");
-  }
-  Result<BakeReport> report = BakeAndKeepTextures(this->Textured, used, execution);
+  Result<BakeReport> report = BakeAndKeepTextures(this->Textured, this->Textures, execution,
+    this->IsTinted ? std::span<const Color>(this->Colors) : std::span<const Color>());
   KDSTREAM_TRY(report);
   this->Joined.mesh = std::move(this->Textured.mesh);
   this->MultiplyByOwn(this->Joined.mesh.attributes);
