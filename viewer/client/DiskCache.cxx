@@ -36,7 +36,6 @@ constexpr int cacheVersion = 1; // of the tables' layout
 constexpr std::chrono::milliseconds patienceWithFile{ 200 };
 constexpr int mostTries = 5;
 constexpr std::chrono::seconds busyPause{ 10 };
-constexpr const char* isBusy = "another program is writing to it";
 constexpr std::size_t mostPut = 4096; // entries waiting to be written; more are not kept
 constexpr const char* cacheFile = "blobs.sqlite";
 
@@ -121,11 +120,24 @@ Status PrepareCache(sqlite3* database)
   return Execute(database, "PRAGMA synchronous = NORMAL");
 }
 
-constexpr const char* isNotOurs = "does not belong to this user, and is not used";
-
-Error IsNotOurs(const fs::path& file)
+// Why the cache cannot be written to.
+enum class Refusal
 {
-  return { ErrorCode::InputOutput, isNotOurs, file.string() };
+  Other,   // for example, the folder is read-only
+  Damaged, // the file cannot be used any more
+  Busy,    // another program keeps it
+  NotOurs  // a file is another user's
+};
+
+Error BusyError(std::string file = {})
+{
+  return { ErrorCode::InputOutput, "another program is writing to it", std::move(file), {},
+    Remedy::Retry };
+}
+
+Error NotOursError(const fs::path& file)
+{
+  return { ErrorCode::InputOutput, "does not belong to this user, and is not used", file.string() };
 }
 
 // Whether a file belongs to this user or to root. In a folder that others may write to, the name
@@ -147,56 +159,55 @@ Status MakeFile(const fs::path& file)
     return {};
   }
   const int reason = errno;
-  struct stat found = {};
-  if (reason != EEXIST)
-  {
-    return SystemError("cannot be created", reason, file.string());
-  }
-  return ::lstat(file.c_str(), &found) == 0 && IsOwn(found) ? Status{} : Status{ IsNotOurs(file) };
+  return reason == EEXIST ? Status{} : SystemError("cannot be created", reason, file.string());
 }
 
-// Files beside the database that SQLite makes and trusts while it is open.
-constexpr std::array<const char*, 3> companions{ "-wal", "-shm", "-journal" };
+// The endings of the database and of the files beside it that SQLite makes and trusts while it is
+// open.
+constexpr std::array<const char*, 4> endings{ "", "-wal", "-shm", "-journal" };
 
-Status CheckCompanions(const fs::path& file)
+Status CheckOwner(const fs::path& file, Refusal& refusal)
 {
-  for (const char* const ending : companions)
+  for (const char* const ending : endings)
   {
-    const fs::path beside = file.string() + ending;
+    const fs::path checked = file.string() + ending;
     struct stat found = {};
-    if (::lstat(beside.c_str(), &found) == 0 && !IsOwn(found))
+    const bool exists = ::lstat(checked.c_str(), &found) == 0;
+    if (exists ? !IsOwn(found) : checked == file) // MakeFile left a file there
     {
-      return IsNotOurs(beside);
+      refusal = Refusal::NotOurs;
+      return NotOursError(checked);
     }
   }
   return {};
 }
 
-// isDamaged: is set if the file cannot be used any more.
-Result<Database> OpenTables(const fs::path& file, bool& isDamaged)
+Result<Database> OpenTables(const fs::path& file, Refusal& refusal)
 {
   KDSTREAM_TRY(MakeFile(file));
-  KDSTREAM_TRY(CheckCompanions(file));
+  KDSTREAM_TRY(CheckOwner(file, refusal));
   auto database = OpenForWriting(file);
   KDSTREAM_TRY(database);
   const Status prepared = PrepareCache(database->get());
-  KDSTREAM_TRY(CheckCompanions(file)); // another user may have put one there meanwhile
+  KDSTREAM_TRY(CheckOwner(file, refusal)); // another user may have put one there meanwhile
   if (prepared)
   {
     return database;
   }
-  isDamaged = IsDamaged(database->get()) || prepared.GetError().code == ErrorCode::Unsupported;
-  return Error{ ErrorCode::InputOutput,
-    IsBusy(database->get()) ? isBusy : prepared.GetError().message, file.string() };
+  const Error& error = prepared.GetError();
+  refusal = IsDamaged(database->get()) || error.code == ErrorCode::Unsupported ? Refusal::Damaged
+            : IsBusy(database->get())                                          ? Refusal::Busy
+                                                                               : Refusal::Other;
+  return refusal == Refusal::Busy ? BusyError(file.string())
+                                  : Error{ ErrorCode::InputOutput, error.message, file.string() };
 }
 
-Result<Database> OpenToWrite(const fs::path& folder)
+Result<Database> OpenToWrite(const fs::path& folder, Refusal& refusal)
 {
   KDSTREAM_TRY(MakePrivateFolder(folder));
   const fs::path file = folder / cacheFile;
-  bool isDamaged = false;
-  auto database = OpenTables(file, isDamaged);
-  if (database || !isDamaged)
+  auto database = OpenTables(file, refusal);
+  if (database || refusal != Refusal::Damaged)
   {
     return database;
   }
@@ -206,7 +217,8 @@ Result<Database> OpenToWrite(const fs::path& folder)
   {
     fs::remove(file.string() + ending, failure);
   }
-  return OpenTables(file, isDamaged);
+  refusal = Refusal::Other;
+  return OpenTables(file, refusal);
 }
 
 // A database, and the open file that it reads, if it is read by a descriptor.
@@ -248,7 +260,7 @@ Result<ReadOnlyCache> OpenToRead(const fs::path& folder, bool isWritten)
     }
     if (!IsOwn(found))
     {
-      return IsNotOurs(file);
+      return NotOursError(file);
     }
   }
   auto database = isWritten ? OpenForWriting(file) : OpenForReading(opened.descriptor);
@@ -310,7 +322,7 @@ class DiskCache::File
 {
 public:
   File(ReadOnlyCache reading, Database writing, std::uint64_t mostBytes,
-    std::function<void(const std::string& why)> onTrouble)
+    std::function<void(const Error& why)> onTrouble)
     : Reading(std::move(reading))
     , Writing(std::move(writing))
     , MostBytes(static_cast<std::int64_t>(std::min<std::uint64_t>(mostBytes, INT64_MAX)))
@@ -426,21 +438,21 @@ private:
       lock.lock();
       if (!done)
       {
-        this->GiveUp(done.GetError().message);
+        this->GiveUp(done.GetError());
       }
     }
   }
 
   // REQUIRES: Mutex is locked. If the reason was that another program kept the file busy, later
   // entries are kept again.
-  void GiveUp(const std::string& why)
+  void GiveUp(const Error& why)
   {
     this->Tasks.clear();
     this->HasFailed = !this->WasBusy;
     this->NotWrittenBefore = Clock::now() + busyPause;
     if (this->OnTrouble && !std::exchange(this->HasReported, true))
     {
-      this->OnTrouble(this->WasBusy ? isBusy : why);
+      this->OnTrouble(this->WasBusy ? BusyError() : why);
     }
   }
 
@@ -564,7 +576,7 @@ private:
   Database Writing;     // null if the file cannot be written; used only by the thread
   bool WasBusy = false; // used only by the thread
   const std::int64_t MostBytes;
-  const std::function<void(const std::string& why)> OnTrouble;
+  const std::function<void(const Error& why)> OnTrouble;
   mutable std::mutex Mutex; // guards all members below
   std::condition_variable Woken;
   std::vector<Task> Tasks;
@@ -580,22 +592,21 @@ DiskCache::DiskCache(std::unique_ptr<File> file)
 
 DiskCache::~DiskCache() = default;
 
-Result<std::shared_ptr<DiskCache>> DiskCache::Open(const fs::path& folder, std::uint64_t mostBytes,
-  std::function<void(const std::string& why)> onTrouble)
+Result<std::shared_ptr<DiskCache>> DiskCache::Open(
+  const fs::path& folder, std::uint64_t mostBytes, std::function<void(const Error& why)> onTrouble)
 {
-  auto writing = OpenToWrite(folder);
+  Refusal refusal = Refusal::Other;
+  auto writing = OpenToWrite(folder, refusal);
   auto reading = OpenToRead(folder, writing.HasValue());
   if (!reading)
   {
     return writing ? reading.GetError() : writing.GetError();
   }
   // A folder that cannot be written to is not reported: somebody has decided that.
-  const bool isReported =
-    !writing && (writing.GetError().message == isBusy || writing.GetError().message == isNotOurs);
+  const bool isReported = refusal == Refusal::Busy || refusal == Refusal::NotOurs;
   if (isReported && onTrouble)
   {
-    onTrouble(
-      writing.GetError().message == isBusy ? isBusy : writing.GetError().file + " " + isNotOurs);
+    onTrouble(refusal == Refusal::Busy ? BusyError() : writing.GetError());
   }
   return std::shared_ptr<DiskCache>(new DiskCache(std::make_unique<File>(std::move(*reading),
     writing ? std::move(*writing) : Database(), mostBytes, std::move(onTrouble))));

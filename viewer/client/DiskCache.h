@@ -37,10 +37,10 @@ public:
   // written to, or another program keeps the file busy, existing entries are read, and new ones are
   // not kept. A link, or a file of another user, is not touched. onTrouble: called once with the
   // reason, by this function or from the cache's thread, if nothing can be kept any more (a full
-  // disk), or not for a while (a busy file); may be empty. Errors: InputOutput if the file can
-  // neither be read nor written.
+  // disk), or not for a while (a busy file, Remedy::Retry); may be empty. Errors: InputOutput if
+  // the file can neither be read nor written.
   static Result<std::shared_ptr<DiskCache>> Open(const std::filesystem::path& folder,
-    std::uint64_t mostBytes, std::function<void(const std::string& why)> onTrouble = {});
+    std::uint64_t mostBytes, std::function<void(const Error& why)> onTrouble = {});
   // Waits for the last entries to be written.
   ~DiskCache();
 

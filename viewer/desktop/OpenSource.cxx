@@ -40,8 +40,11 @@ std::shared_ptr<DiskCache> OpenCache(
   const ViewOptions& options, const std::function<void(std::string_view sentence)>& warn)
 {
   const auto folder = CacheFolder(options);
-  const auto onTrouble = [warn](const std::string& why)
-  { warn("the cache: " + why + "; data received from now on is not cached"); };
+  const auto onTrouble = [warn](const Error& why)
+  {
+    warn("the cache: " + (why.file.empty() ? "" : why.file + " ") + why.message +
+         "; data received from now on is not cached");
+  };
   auto cache = folder ? DiskCache::Open(*folder, options.cacheBytes, onTrouble)
                       : Result<std::shared_ptr<DiskCache>>(folder.GetError());
   if (!cache)

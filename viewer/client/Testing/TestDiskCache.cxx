@@ -241,7 +241,8 @@ TEST(TestDiskCache, AFullDiskIsReportedOnceAndWhatIsThereStays)
   std::atomic<int> reported = 0;
   {
     auto cache = DiskCache::Open(folder.Path, plenty,
-      [&reported](const std::string& why) { reported += why.empty() ? 100 : 1; });
+      [&reported](const Error& why)
+      { reported += why.message.empty() || why.remedy == Remedy::Retry ? 100 : 1; });
     ASSERT_TRUE(cache);
     setrlimit(RLIMIT_FSIZE, &little);
     for (int i = 2; i < 5; ++i)
@@ -359,11 +360,11 @@ TEST(TestDiskCache, AFileThatStaysBusyIsReportedOnce)
     const std::string lock = "PRAGMA locking_mode = " + mode + "; BEGIN EXCLUSIVE";
     ASSERT_EQ(sqlite3_exec(other, lock.c_str(), nullptr, nullptr, nullptr), SQLITE_OK);
     std::atomic<int> reported = 0;
-    std::string why;
+    Error why;
     {
-      const auto onTrouble = [&](const std::string& text)
+      const auto onTrouble = [&](const Error& error)
       {
-        why = text;
+        why = error;
         ++reported;
       };
       const auto cache = DiskCache::Open(folder.Path, plenty, onTrouble);
@@ -375,7 +376,8 @@ TEST(TestDiskCache, AFileThatStaysBusyIsReportedOnce)
       }
     }
     EXPECT_EQ(reported, 1) << mode;
-    EXPECT_EQ(why, "another program is writing to it") << mode;
+    EXPECT_EQ(why.code, ErrorCode::InputOutput) << mode;
+    EXPECT_EQ(why.remedy, Remedy::Retry) << mode << ": " << why.message;
     sqlite3_close(other);
   }
   const auto cache = Open(folder.Path);
@@ -393,7 +395,8 @@ TEST(TestDiskCache, AnotherUsersFileThatALinkLeadsToIsNotTouched)
   std::filesystem::create_symlink("../victim", folder / "cache/blobs.sqlite");
   const auto cache = DiskCache::Open(folder / "cache", plenty);
   ASSERT_FALSE(cache);
-  EXPECT_EQ(cache.GetError().message, "does not belong to this user, and is not used");
+  EXPECT_EQ(cache.GetError().code, ErrorCode::InputOutput);
+  EXPECT_EQ(cache.GetError().file, folder / "cache/blobs.sqlite");
   EXPECT_EQ(fixtures::ReadWhole(folder / "victim"), std::string(5000, 'v'));
   EXPECT_TRUE(std::filesystem::is_symlink(folder / "cache/blobs.sqlite"));
   // If the link leads to nothing, no file is made there.
@@ -411,12 +414,14 @@ TEST(TestDiskCache, FilesOfOthersBesideTheFileAreNotTouched)
     Open(folder / "cache")->Put(Key(1), Content(1));
     const auto planted = folder / ("cache/blobs.sqlite" + ending);
     std::filesystem::create_symlink("../victim", planted);
-    std::string why;
+    Error why;
     const auto cache =
-      DiskCache::Open(folder / "cache", plenty, [&why](const std::string& text) { why = text; });
+      DiskCache::Open(folder / "cache", plenty, [&why](const Error& error) { why = error; });
     ASSERT_TRUE(cache) << cache.GetError().message;
     EXPECT_EQ((*cache)->Find(Key(1)), Content(1)) << "it is read without them";
-    EXPECT_EQ(why, planted.string() + " does not belong to this user, and is not used");
+    EXPECT_EQ(why.code, ErrorCode::InputOutput);
+    EXPECT_EQ(why.file, planted.string());
+    EXPECT_EQ(why.remedy, Remedy::Unknown) << why.message;
     EXPECT_TRUE(std::filesystem::is_symlink(planted));
     EXPECT_FALSE(std::filesystem::exists(folder / "victim")) << ending;
   }
@@ -429,7 +434,7 @@ TEST(TestDiskCache, AFolderThatCannotBeIsRefused)
   const auto cache = DiskCache::Open(folder / "file/cache", plenty);
   ASSERT_FALSE(cache);
   EXPECT_EQ(cache.GetError().code, ErrorCode::InputOutput);
-  EXPECT_NE(cache.GetError().message.find("cannot be created"), std::string::npos);
+  EXPECT_EQ(cache.GetError().file, folder / "file/cache");
 }
 
 }
