@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <initializer_list>
 #include <string>
 #include <string_view>
 
@@ -37,6 +38,24 @@ template <class Outcome>
   return outcome
            ? ::testing::AssertionFailure() << "no error, but one is expected at '" << place << "'"
            : IsAt(outcome.GetError(), code, place);
+}
+
+// Whether a text for users has all these parts, in this order. For texts that come without a code.
+inline ::testing::AssertionResult Mentions(
+  std::string_view text, std::initializer_list<std::string_view> parts)
+{
+  std::size_t begin = 0;
+  for (const std::string_view part : parts)
+  {
+    const std::size_t at = text.find(part, begin);
+    if (at == text.npos)
+    {
+      return ::testing::AssertionFailure()
+             << "\"" << text << "\" does not mention '" << part << "'";
+    }
+    begin = at + part.size();
+  }
+  return ::testing::AssertionSuccess();
 }
 
 }

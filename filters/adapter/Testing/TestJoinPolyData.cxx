@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Composite data as one mesh: which points become one, and which cells and arrays stay.
+#include "Testing/Fixtures/ErrorAt.h"
 #include "filters/adapter/JoinPolyData.h"
 #include "filters/adapter/SharedArrays.h"
 #include "filters/adapter/Testing/FilterTools.h"
@@ -99,11 +100,9 @@ TEST(JoinPolyData, CellsOfPointsThatAreNotThere)
   const PolyData mesh = PolyData::New();
   mesh->SetPolys(Square(0)->GetPolys());
   const auto joined = JoinPolyData(*mesh, false, {});
-  ASSERT_FALSE(joined);
-  EXPECT_EQ(joined.GetError().message, "cell 0 uses point 0, but there are 0");
+  EXPECT_TRUE(fixtures::FailsAt(joined, ErrorCode::InvalidInput, "cell 0 uses point 0"));
   const auto parts = JoinPolyData(*Parts({ Square(0), mesh }), false, {});
-  ASSERT_FALSE(parts);
-  EXPECT_EQ(parts.GetError().message, "partition 1: cell 0 uses point 0, but there are 0");
+  EXPECT_TRUE(fixtures::FailsAt(parts, ErrorCode::InvalidInput, "partition 1: cell 0 "));
 }
 
 TEST(JoinPolyData, SharedBordersByPlaceOnlyWhereAsked)
@@ -355,15 +354,14 @@ TEST(JoinPolyData, ErrorsNameThePart)
   vtkNew<vtkImageData> image;
   image->SetDimensions(2, 2, 2);
   const std::vector<std::pair<PolyData, std::string>> cases{
-    { MakePoints({ { 0, nan, 0 } }), "partition 1: point 0: a coordinate is not finite" },
-    { outside, "partition 1: cell 2 uses point 4, but there are 4" },
-    { offsets, "partition 1: cell 0 uses corners 0 to 1000000 of a list of 3" },
+    { MakePoints({ { 0, nan, 0 } }), "partition 1: point 0: " },
+    { outside, "partition 1: cell 2 uses point 4" },
+    { offsets, "partition 1: cell 0 uses corners 0 to 1000000" },
   };
-  for (const auto& [bad, message] : cases)
+  for (const auto& [bad, place] : cases)
   {
     const auto joined = JoinPolyData(*Parts({ Square(0), bad }), false, {});
-    ASSERT_FALSE(joined);
-    EXPECT_EQ(joined.GetError().message, message);
+    EXPECT_TRUE(fixtures::FailsAt(joined, ErrorCode::InvalidInput, place));
   }
   const auto joined = JoinPolyData(*image, false, {});
   ASSERT_FALSE(joined);

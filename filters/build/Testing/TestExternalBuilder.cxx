@@ -185,7 +185,7 @@ TEST_F(ExternalBuilderTest, SaysWhatIsWrong)
   EXPECT_NE(message().find((this->Folder / "no").string()), std::string::npos);
   this->Options.temporaryFolder = this->Spill();
   this->Write(Mesh{ {}, {}, ScalarType::Float32, {} });
-  EXPECT_EQ(message(), "the mesh has no vertices");
+  EXPECT_TRUE(fixtures::FailsAt(this->External(), ErrorCode::InvalidInput, "no vertices"));
   std::ofstream(this->Input()) << "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\n"
                                   "property float y\nproperty float z\nelement face 1\n"
                                   "property list uchar int vertex_indices\nend_header\n"

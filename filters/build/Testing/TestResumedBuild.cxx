@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Out-of-core builds that were killed: --resume continues with valid results, and gives the same
 // store, byte for byte.
+#include "Testing/Fixtures/ErrorAt.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/baselines/stores/Baselines.h"
 #include "filters/build/Testing/ExternalBuilderTest.h"
@@ -198,8 +199,7 @@ TEST_F(ResumedBuild, ABuildOfOtherOptionsOrAnotherInputIsNotResumed)
   EXPECT_NE(refused(other).message.find("--resume: k-means partitions"), std::string::npos);
   other = same;
   other.memory = leastMemory - 1;
-  EXPECT_EQ(refused(other).message,
-    "--resume: building out of core needs at least 64 MiB; build without --resume to start over");
+  EXPECT_TRUE(fixtures::Mentions(refused(other).message, { "--resume: ", "64 MiB" }));
   const auto time = fs::last_write_time(this->Input());
   fs::last_write_time(this->Input(), time + std::chrono::seconds(1));
   EXPECT_EQ(refused(same).code, ErrorCode::InvalidArgument);

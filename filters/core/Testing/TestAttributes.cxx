@@ -688,7 +688,8 @@ TEST(Attributes, HaveSaneNumbersAndNames)
     change(attribute);
     return problem({ attribute });
   };
-  EXPECT_EQ(changed([](Attribute& a) { a.name = ""; }), "attribute 0 has a name of 0 bytes");
+  EXPECT_TRUE(
+    fixtures::Mentions(changed([](Attribute& a) { a.name = ""; }), { "attribute 0 ", " 0 bytes" }));
   EXPECT_EQ(changed([](Attribute& a) { a.name = std::string(255, 'x'); }), "");
   EXPECT_EQ(changed([](Attribute& a) { a.name = std::string(256, 'x'); }),
     "attribute 0 has a name of 256 bytes");
@@ -707,7 +708,7 @@ TEST(Attributes, HaveSaneNumbersAndNames)
   Attribute cell = PointArray("good", AttributeType::Int8, 1, { 1, 2, 3, 4, 5 });
   cell.association = AttributeAssociation::Cell;
   EXPECT_EQ(problem({ good, cell }), "");
-  EXPECT_EQ(problem({ good, cell, good }), "attribute 2 has the name of attribute 0");
+  EXPECT_TRUE(fixtures::Mentions(problem({ good, cell, good }), { "attribute 2 ", "attribute 0" }));
   std::vector<Attribute> many;
   for (int i = 0; i < 255; ++i)
   {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "Testing/Fixtures/ErrorAt.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/core/Extent.h"
 #include "filters/core/levels/Levels.h"
@@ -155,11 +156,9 @@ TEST(Extent, WhatSpansMoreIsRefused)
       box.hi[k] = hi;
       box.lo[k] = hi > more ? -hi : 0;
       const Status status = CheckExtent(box);
-      ASSERT_FALSE(status) << hi;
-      EXPECT_EQ(status.GetError().code, ErrorCode::InvalidInput);
-      EXPECT_EQ(
-        status.GetError().message, std::string("the mesh spans more than 2^127 (1.7e38) along ") +
-                                     "xyz"[k] + ", the limit for computing levels");
+      EXPECT_TRUE(
+        fixtures::FailsAt(status, ErrorCode::InvalidInput, std::string("along ") + "xyz"[k] + ","))
+        << hi;
     }
   }
   EXPECT_TRUE(CheckExtent(Box{}));

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "Testing/Fixtures/ErrorAt.h"
 #include "Testing/Fixtures/HardPoints.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/core/tree/Clustering.h"
@@ -224,17 +225,16 @@ TEST(KdTree, DepthsFollowTheRule)
 
 TEST(KdTree, SaysWhatIsWrongWithOptions)
 {
-  const auto message = [](std::size_t n, const KdTreeOptions& options)
-  { return ComputeDepths(n, options).GetError().message; };
-  EXPECT_EQ(message(0, {}), "the mesh has no vertices");
-  EXPECT_EQ(message(100, { 2000, 48U, 8 }), "number of partitions 48 is not a power of two");
-  EXPECT_EQ(message(100, { 2000, 0U, 8 }), "number of partitions 0 is not a power of two");
-  EXPECT_EQ(message(100, { 2000, 128U, 8 }),
-    "number of partitions 128 is above the number of vertices, 100");
-  EXPECT_EQ(
-    message(100, { 0, {}, 8 }), "the number of vertices per partition must be at least 1, not 0");
-  EXPECT_EQ(message(100, { 10, {}, 1025 }), "the number of vertices per cell, 1025, is above 1024");
-  EXPECT_EQ(message(noVertex, {}), "4294967295 vertices; at most 4294967294 fit a tree in memory");
+  const auto isRefused = [](const KdTreeOptions& options, std::string_view what)
+  { return fixtures::FailsAt(ComputeDepths(100, options), ErrorCode::InvalidArgument, what); };
+  EXPECT_TRUE(isRefused({ 2000, 48U, 8 }, "partitions 48"));
+  EXPECT_TRUE(isRefused({ 2000, 0U, 8 }, "partitions 0"));
+  EXPECT_TRUE(isRefused({ 2000, 128U, 8 }, "partitions 128"));
+  EXPECT_TRUE(isRefused({ 0, {}, 8 }, "vertices per partition"));
+  EXPECT_TRUE(isRefused({ 10, {}, 1025 }, "vertices per cell, 1025"));
+  EXPECT_TRUE(fixtures::FailsAt(ComputeDepths(0, {}), ErrorCode::InvalidArgument, "no vertices"));
+  EXPECT_TRUE(
+    fixtures::FailsAt(ComputeDepths(noVertex, {}), ErrorCode::LimitExceeded, "4294967295"));
 }
 
 TEST(KdTree, StopsWhenCancelled)

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "Testing/Fixtures/ErrorAt.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/core/MeshDistance.h"
 #include "filters/core/TriangleDistance.h"
@@ -154,16 +155,19 @@ TEST(MeshDistance, IsTheSameOnAnyNumberOfThreads)
 TEST(MeshDistance, SaysWhatIsWrong)
 {
   const Mesh square = Square(0);
-  const auto message = [](const Mesh& a, const Mesh& b, std::size_t samples = 10) {
-    return MeasureDistance(a, b, { samples, 1 }).GetError().message;
+  const auto distance = [](const Mesh& a, const Mesh& b, std::size_t samples = 10) {
+    return MeasureDistance(a, b, { samples, 1 });
   };
-  EXPECT_EQ(message({}, square), "the reference mesh has no vertices");
-  EXPECT_EQ(message(square, {}), "the other mesh has no vertices");
-  EXPECT_EQ(message(square, square, 0), "the number of samples must be at least 1, not 0");
-  EXPECT_EQ(message(square, { { { 0, 0, 0 } }, { { 0, 0, 1 } } }),
-    "the other mesh has a triangle with vertex 1 of 1: triangle 0");
-  EXPECT_EQ(message({ { { 0, 0, 0 }, { 0, NAN, 0 } }, {} }, square),
-    "the reference mesh has a coordinate that is not finite: vertex 1");
+  constexpr ErrorCode wrong = ErrorCode::InvalidArgument;
+  EXPECT_TRUE(FailsAt(distance({}, square), wrong, "reference mesh"));
+  EXPECT_TRUE(FailsAt(distance(square, {}), wrong, "other mesh"));
+  EXPECT_TRUE(FailsAt(distance(square, square, 0), wrong, "samples"));
+  const auto triangle = distance(square, { { { 0, 0, 0 } }, { { 0, 0, 1 } } });
+  EXPECT_TRUE(FailsAt(triangle, wrong, "other mesh"));
+  EXPECT_TRUE(FailsAt(triangle, wrong, "triangle 0"));
+  const auto vertex = distance({ { { 0, 0, 0 }, { 0, NAN, 0 } }, {} }, square);
+  EXPECT_TRUE(FailsAt(vertex, wrong, "reference mesh"));
+  EXPECT_TRUE(FailsAt(vertex, wrong, "vertex 1"));
   Execution stop;
   stop.progress = [](std::string_view, double) { return false; };
   EXPECT_EQ(MeasureDistance(square, square, {}, stop).GetError().code, ErrorCode::Cancelled);

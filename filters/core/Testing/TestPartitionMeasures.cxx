@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Partition measures: compared with values computed by hand, with simply counted edges, and in
 // undefined cases.
+#include "Testing/Fixtures/ErrorAt.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/baselines/OctreeClustering.h"
 #include "filters/core/Weld.h"
@@ -284,10 +285,13 @@ TEST(PartitionMeasures, SpreadOfNumbers)
 TEST(PartitionMeasures, SaysWhatIsWrongAndStops)
 {
   const Mesh mesh = GridPlate(1);
-  const auto message = [&](const Clustering& clustering)
-  { return MeasurePartitions(mesh.points, mesh.triangles, clustering).GetError().message; };
-  EXPECT_EQ(message({ { 0, 0, 0 }, 1 }), "3 cluster ids for 4 vertices");
-  EXPECT_EQ(message({ { 0, 0, 2, 0 }, 2 }), "vertex 2 is in cluster 2 of 2");
+  const auto failsAt = [&](const Clustering& clustering, std::string_view place)
+  {
+    return fixtures::FailsAt(MeasurePartitions(mesh.points, mesh.triangles, clustering),
+      ErrorCode::InvalidArgument, place);
+  };
+  EXPECT_TRUE(failsAt({ { 0, 0, 0 }, 1 }, "3 cluster ids"));
+  EXPECT_TRUE(failsAt({ { 0, 0, 2, 0 }, 2 }, "vertex 2"));
   for (const int calls : { 0, 1 })
   {
     int left = calls;

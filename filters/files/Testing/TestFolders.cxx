@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "Testing/Fixtures/ErrorAt.h"
 #include "filters/files/Folders.h"
 
 #include "Testing/Fixtures/TemporaryFolder.h"
@@ -43,8 +44,8 @@ TEST(Folders, AreMadeForTheirOwnerAndStayAsTheyAre)
   EXPECT_TRUE(MakePrivateFolder(folder / "link"));
   std::ofstream(folder / "file") << "x";
   const Status file = MakePrivateFolder(folder / "file");
-  ASSERT_FALSE(file);
-  EXPECT_EQ(file.GetError().message, "cannot be created: Not a directory");
+  ASSERT_TRUE(fixtures::FailsAt(file, ErrorCode::InputOutput));
+  EXPECT_EQ(file.GetError().file, folder / "file");
   EXPECT_FALSE(MakePrivateFolder(folder / "file/in"));
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A file that replaces its target when it is complete. No other file is changed, and the target's
 // permissions are kept.
+#include "Testing/Fixtures/ErrorAt.h"
 #include "filters/files/NewFile.h"
 
 #include "Testing/Fixtures/TemporaryFolder.h"
@@ -238,8 +239,7 @@ TEST_F(NewFileTest, AFullDiskLeavesWhatWas)
   const Status written = this->Write(std::string(5000, 'x'));
   ::setrlimit(RLIMIT_FSIZE, &before);
   std::signal(SIGXFSZ, handler);
-  ASSERT_FALSE(written);
-  EXPECT_EQ(written.GetError().message, "cannot be written: File too large");
+  EXPECT_TRUE(fixtures::FailsAt(written, ErrorCode::DiskFull));
   EXPECT_EQ(ReadWhole(this->File()), "old");
   EXPECT_EQ(this->Folder.Names(), std::set<std::string>{ "out.json" });
 }

@@ -459,21 +459,20 @@ TEST(MeshWriter, RefusesWhatItCannotWrite)
   EXPECT_EQ(pointsAlone.GetError().code, ErrorCode::InvalidArgument);
   for (const std::string ending : { ".ply", ".stl", ".obj", ".vtp", ".wrl" })
   {
-    const auto expectRefused = [&](const Attribute& attribute, const std::string& message)
+    const auto expectRefused = [&](const Attribute& attribute, const std::string& what)
     {
       mesh.attributes = { attribute };
       const Status written = WriteMesh(folder / ("mesh" + ending), mesh);
-      ASSERT_FALSE(written);
-      EXPECT_EQ(written.GetError().code, ErrorCode::InvalidInput);
-      EXPECT_EQ(written.GetError().message, message);
+      EXPECT_TRUE(fixtures::FailsAt(written, ErrorCode::InvalidInput, "attribute 0"));
+      EXPECT_TRUE(fixtures::FailsAt(written, ErrorCode::InvalidInput, what));
     };
     Attribute attribute;
     attribute.name = "caf\xE9";
     attribute.values.resize(8 * 4);
-    expectRefused(attribute, "attribute 0 has a name that is not text");
+    expectRefused(attribute, "name");
     attribute.name = "short";
     attribute.values.pop_back();
-    expectRefused(attribute, "attribute 0, \"short\", has 31 bytes");
+    expectRefused(attribute, "31 bytes");
   }
   EXPECT_EQ(folder.Names().size(), 0U);
 }

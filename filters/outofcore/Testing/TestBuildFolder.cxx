@@ -304,10 +304,7 @@ TEST_F(TestBuildFolder, OneBuildOfAStoreAtATime)
 {
   std::optional<BuildFolder> first(this->Open(true));
   const Result<BuildFolder> second = BuildFolder::Open(this->Path(), "same", true);
-  ASSERT_FALSE(second);
-  EXPECT_EQ(second.GetError().code, ErrorCode::LimitExceeded);
-  EXPECT_EQ(second.GetError().message,
-    "another build of this store is running: it has locked " + this->Path().string() + ".lock");
+  ASSERT_TRUE(fixtures::FailsAt(second, ErrorCode::LimitExceeded, this->Path().string() + ".lock"));
   EXPECT_EQ(second.GetError().file, "") << "the folder is not at fault";
   std::optional<SpillFile> file(std::move(*first->Files().CreateFile("points", 0)));
   first.reset();

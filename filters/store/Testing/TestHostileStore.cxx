@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Hostile stores: whatever their schema and pages contain, SQLite's work always ends, and the error
 // says what is wrong.
+#include "Testing/Fixtures/ErrorAt.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/store/StoreConnection.h"
 #include "filters/store/StoreEdit.h"
@@ -107,79 +108,75 @@ TEST_F(HostileStore, AnotherSchemaIsRefusedAndNamed)
     { "ALTER TABLE metadata RENAME TO m; CREATE VIEW metadata AS SELECT 'model' AS key, value, "
       "checksum FROM m, (" +
         endless + ")",
-      "it has a view 'metadata'" },
+      "view 'metadata'" },
     { "DROP TABLE metadata; CREATE VIEW metadata AS SELECT 'model' AS key, (" + endless +
         ") AS value, 0 AS checksum",
-      "it has a view 'metadata'" },
-    { "CREATE VIEW harmless AS SELECT 1", "it has a view 'harmless'" },
-    { "CREATE VIEW \"\x1B[2J\n\" AS SELECT 1", "it has a view '?[2J?'" },
+      "view 'metadata'" },
+    { "CREATE VIEW harmless AS SELECT 1", "view 'harmless'" },
+    { "CREATE VIEW \"\x1B[2J\n\" AS SELECT 1", "view '?[2J?'" },
     // Triggers, which would run when the store is edited.
     { "CREATE TRIGGER t BEFORE UPDATE ON metadata BEGIN SELECT (" + endless + "); END",
-      "it has a trigger 't'" },
+      "trigger 't'" },
     // Indexes, with and without an expression, and one on a table that a store does not have.
-    { "CREATE INDEX i ON content(part)", "it has an index 'i'" },
-    { "CREATE INDEX i ON content(abs(part)) WHERE part > 3", "it has an index 'i'" },
-    { "CREATE TABLE other (a UNIQUE)", "it has an index 'sqlite_autoindex_other_1'" },
-    { "CREATE TABLE other (a)", "it has a table 'other'" },
+    { "CREATE INDEX i ON content(part)", "index 'i'" },
+    { "CREATE INDEX i ON content(abs(part)) WHERE part > 3", "index 'i'" },
+    { "CREATE TABLE other (a UNIQUE)", "index 'sqlite_autoindex_other_1'" },
+    { "CREATE TABLE other (a)", "table 'other'" },
     // Columns that are computed, checked or additional.
-    { "ALTER TABLE directory ADD COLUMN g AS (hex(zeroblob(10000)))",
-      "its table 'directory' differs from that of a store" },
+    { "ALTER TABLE directory ADD COLUMN g AS (hex(zeroblob(10000)))", "table 'directory' differs" },
     { "DROP TABLE content; CREATE TABLE content (part INTEGER PRIMARY KEY, data BLOB NOT NULL "
       "DEFAULT (abs(-3)))",
-      "its table 'content' differs from that of a store" },
-    { "ALTER TABLE content ADD COLUMN more", "its table 'content' differs from that of a store" },
+      "table 'content' differs" },
+    { "ALTER TABLE content ADD COLUMN more", "table 'content' differs" },
     { "DROP TABLE directory; CREATE TABLE directory (part INTEGER PRIMARY KEY, data BLOB NOT NULL "
       "CHECK (length(hex(zeroblob(1000000))) > 0))",
-      "its table 'directory' differs from that of a store" },
+      "table 'directory' differs" },
     { "DROP TABLE directory; CREATE TABLE directory (part INTEGER PRIMARY KEY, data BLOB NOT NULL) "
       "STRICT",
-      "its table 'directory' differs from that of a store" },
+      "table 'directory' differs" },
     { "DROP TABLE content; CREATE TABLE content (part INTEGER PRIMARY KEY, data BLOB NOT NULL) "
       "WITHOUT ROWID",
-      "its table 'content' differs from that of a store" },
-    { "CREATE VIRTUAL TABLE v USING fts5(a)", "it has a virtual table 'v'" },
+      "table 'content' differs" },
+    { "CREATE VIRTUAL TABLE v USING fts5(a)", "virtual table 'v'" },
     { "CREATE TABLE textures (partition INTEGER PRIMARY KEY, data BLOB NOT NULL, checksum INTEGER "
       "NOT NULL)",
-      "it has a table 'textures'" }, // of an earlier version
-    { "ANALYZE", "it has a table 'sqlite_stat1'" },
+      "table 'textures'" }, // of an earlier version
+    { "ANALYZE", "table 'sqlite_stat1'" },
     // Texts, rows and numbers that do not belong in a schema.
     { "PRAGMA writable_schema = ON; INSERT INTO sqlite_schema VALUES ('table', 'content', "
       "'content', 3, 'CREATE TABLE content (a)')",
-      "its table 'content' differs from that of a store" },
+      "table 'content' differs" },
     { "PRAGMA writable_schema = ON; INSERT INTO sqlite_schema SELECT * FROM sqlite_schema",
       "its table 'metadata' appears twice" },
     { "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET rootpage = (SELECT rootpage FROM "
       "sqlite_schema WHERE name = 'directory') WHERE name = 'content'",
       "its table 'content' appears twice" },
     { "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET type = 'thing' WHERE name = 'content'",
-      "its schema has other objects than tables" },
+      "other objects" },
     { "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET tbl_name = 'directory' WHERE name = "
       "'content'",
-      "its table 'content' differs from that of a store" },
+      "table 'content' differs" },
     { "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET sql = CAST(sql AS BLOB) WHERE name = "
       "'content'",
-      "its table 'content' differs from that of a store" },
+      "table 'content' differs" },
     { "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET rootpage = -3 WHERE name = 'content'",
-      "it has a virtual table 'content'" },
+      "virtual table 'content'" },
     // A statement longer than a page.
-    { "CREATE TABLE huge (a /* " + std::string(196950, 'x') + " */)", "it has a table 'huge'" },
+    { "CREATE TABLE huge (a /* " + std::string(196950, 'x') + " */)", "table 'huge'" },
     // Properties of the file.
-    { "PRAGMA page_size = 512; VACUUM", "its page size is not that of a store, 1024 bytes" },
-    { "PRAGMA page_size = 65536; VACUUM", "its page size is not that of a store, 1024 bytes" },
-    { "PRAGMA journal_mode = WAL", "it uses a write-ahead log" },
-    { "PRAGMA auto_vacuum = FULL; VACUUM", "it uses auto-vacuum" },
+    { "PRAGMA page_size = 512; VACUUM", "page size" },
+    { "PRAGMA page_size = 65536; VACUUM", "page size" },
+    { "PRAGMA journal_mode = WAL", "write-ahead log" },
+    { "PRAGMA auto_vacuum = FULL; VACUUM", "auto-vacuum" },
   };
   for (const auto& [statements, why] : schemas)
   {
     SCOPED_TRACE(statements.substr(0, 200));
     this->Make(statements);
     const auto store = Store::Open(this->File());
-    ASSERT_FALSE(store);
-    EXPECT_EQ(store.GetError().message, notAStore + why);
-    EXPECT_EQ(store.GetError().code, ErrorCode::InvalidInput);
+    EXPECT_TRUE(fixtures::FailsAt(store, ErrorCode::InvalidInput, why));
     const auto edited = EditStore(this->File(), { .title = "Another" });
-    ASSERT_FALSE(edited);
-    EXPECT_EQ(edited.GetError().message, notAStore + why);
+    EXPECT_TRUE(fixtures::FailsAt(edited, ErrorCode::InvalidInput, why));
   }
 }
 
@@ -191,7 +188,7 @@ TEST_F(HostileStore, ThousandsOfTablesAreNotRead)
     tables += "CREATE TABLE t" + std::to_string(i) + " (a, b, c);";
   }
   this->Make(tables + "COMMIT");
-  EXPECT_EQ(this->Refusal(), std::string(notAStore) + "its schema has other tables than a store");
+  EXPECT_TRUE(fixtures::Mentions(this->Refusal(), { notAStore, "other tables" }));
 }
 
 TEST_F(HostileStore, TextsInUtf16AreRefused)
@@ -204,7 +201,7 @@ TEST_F(HostileStore, TextsInUtf16AreRefused)
     "; PRAGMA user_version = " + std::to_string(storeVersion) + ";" + SchemaOfStore(storeVersion);
   ASSERT_EQ(sqlite3_exec(database, make.c_str(), nullptr, nullptr, nullptr), SQLITE_OK);
   ASSERT_EQ(sqlite3_close(database), SQLITE_OK);
-  EXPECT_EQ(this->Refusal(), std::string(notAStore) + "its text encoding is not UTF-8");
+  EXPECT_TRUE(fixtures::Mentions(this->Refusal(), { notAStore, "encoding" }));
 }
 
 TEST_F(HostileStore, ATableThatIsMissingIsNamed)
@@ -212,8 +209,7 @@ TEST_F(HostileStore, ATableThatIsMissingIsNamed)
   for (const StoreTable& table : TablesOfStore(storeVersion))
   {
     this->Make("DROP TABLE " + std::string(table.name));
-    EXPECT_EQ(this->Refusal(),
-      "its tables are not those of a store: '" + std::string(table.name) + "' is missing");
+    EXPECT_TRUE(fixtures::Mentions(this->Refusal(), { "'" + std::string(table.name) + "'" }));
   }
 }
 
@@ -259,15 +255,15 @@ TEST_F(HostileStore, MetadataThatAreTooMuchAreRefused)
     json += ",0";
   }
   this->MakeMetadata(json + "]");
-  EXPECT_EQ(this->Refusal(), "metadata: it contains a value that is too large");
+  EXPECT_TRUE(fixtures::Mentions(this->Refusal(), { "metadata: ", "too large" }));
   this->Make("INSERT INTO metadata VALUES ('other', '', 0)");
-  EXPECT_EQ(this->Refusal(), "metadata: more than one row, or a damaged page");
+  EXPECT_TRUE(fixtures::Mentions(this->Refusal(), { "metadata: ", "more than one row" }));
   this->Make("UPDATE metadata SET key = hex(zeroblob(5000000))");
-  EXPECT_EQ(this->Refusal(), "metadata: it contains a value that is too large");
+  EXPECT_TRUE(fixtures::Mentions(this->Refusal(), { "metadata: ", "too large" }));
   this->Make("UPDATE metadata SET key = 'other'");
   EXPECT_EQ(this->Refusal(), "metadata: row \"model\" is missing");
   this->Make("UPDATE metadata SET value = CAST(value AS BLOB), checksum = zeroblob(5000000)");
-  EXPECT_EQ(this->Refusal(), "metadata: it contains a value that is too large");
+  EXPECT_TRUE(fixtures::Mentions(this->Refusal(), { "metadata: ", "too large" }));
 }
 
 // A store of an earlier version, whose rows verify reads in order. The table of pieces becomes a
@@ -321,7 +317,7 @@ TEST_F(HostileStore, ATreeWithoutAnEndIsEnded)
   ASSERT_TRUE(store) << store.GetError().message;
   const auto damage = (*store)->Verify();
   ASSERT_FALSE(damage.empty());
-  EXPECT_EQ(damage.front().message, "pieces: takes too long to read for a store");
+  EXPECT_TRUE(fixtures::IsAt(damage.front(), ErrorCode::Damaged, "pieces"));
 }
 
 // Files beside the store do not belong to it: they are neither read nor removed.

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "Testing/Fixtures/ErrorAt.h"
 #include "server/access/Testing/ForgedToken.h"
 #include "server/access/Token.h"
 #include "server/access/TokenGuard.h"
@@ -6,6 +7,7 @@
 #include <gtest/gtest.h>
 
 using namespace kdstream;
+using fixtures::FailsAt, fixtures::Mentions;
 
 namespace
 {
@@ -53,8 +55,8 @@ TEST(Token, AgreesWithTheStandardsExample)
                             "eyJpc3MiOiJqb2UiLA0KICJleHAiOjEzMDA4MTkzODAsDQogImh0dHA6Ly9leGFtcGxlLm"
                             "NvbS9pc19yb290Ijp0cnVlfQ."
                             "dBjftJeZ4CVP-mB92K27uhbUJU1p1r_wW1gFWFOEjXk";
-  EXPECT_EQ(Refusal(token, { { { "", key } }, {}, {} }), "the token must have a name as \"sub\"");
-  EXPECT_EQ(Refusal(token), "the token has a wrong signature");
+  EXPECT_TRUE(Mentions(Refusal(token, { { { "", key } }, {}, {} }), { "\"sub\"" }));
+  EXPECT_TRUE(Mentions(Refusal(token), { "signature" }));
 }
 
 TEST(Token, ComesBackAsItWasWritten)
@@ -115,10 +117,12 @@ TEST(Token, OnlyOneAlgorithmIsTaken)
   EXPECT_EQ(
     Refusal(forged::Token(R"({"alg":"HS512"})", forged::claims, forged::secret, EVP_sha512())),
     other);
-  EXPECT_EQ(Refusal(forged::Token(forged::header, forged::claims, forged::secret, EVP_sha512())),
-    "the token has a wrong signature");
-  EXPECT_EQ(Refusal(forged::Base64(forged::header) + "." + forged::Base64(forged::claims) + "."),
-    "the token has a wrong signature");
+  EXPECT_TRUE(
+    Mentions(Refusal(forged::Token(forged::header, forged::claims, forged::secret, EVP_sha512())),
+      { "signature" }));
+  EXPECT_TRUE(
+    Mentions(Refusal(forged::Base64(forged::header) + "." + forged::Base64(forged::claims) + "."),
+      { "signature" }));
 }
 
 TEST(Token, HeadersThatDemandMoreAreRefused)
@@ -146,29 +150,31 @@ TEST(Token, KeysAreFoundByTheirIds)
   EXPECT_EQ(Refusal(token(R"({"alg":"HS256","kid":"new"})", other), keys), "");
   EXPECT_EQ(Refusal(token(R"({"alg":"HS256","kid":"old"})", third), keys), "");
   EXPECT_EQ(Refusal(token(R"({"alg":"HS256"})", forged::secret), keys), "");
-  EXPECT_EQ(Refusal(token(R"({"alg":"HS256","kid":"old"})", other), keys),
-    "the token has a wrong signature");
-  const std::string unknown = "the token is signed with a key that this server does not have";
-  EXPECT_EQ(Refusal(token(R"({"alg":"HS256","kid":"gone"})", other), keys), unknown);
-  EXPECT_EQ(Refusal(token(R"({"alg":"HS256","kid":""})", forged::secret), keys), unknown);
-  EXPECT_EQ(Refusal(token(R"({"alg":"HS256","kid":7})", other), keys), unknown);
-  EXPECT_EQ(Refusal(token(R"({"alg":"HS256"})", other), { { { "new", other } }, {}, {} }), unknown);
+  EXPECT_TRUE(
+    Mentions(Refusal(token(R"({"alg":"HS256","kid":"old"})", other), keys), { "signature" }));
+  const auto isUnknown = [](const std::string& refusal)
+  { return Mentions(refusal, { "a key that " }); };
+  EXPECT_TRUE(isUnknown(Refusal(token(R"({"alg":"HS256","kid":"gone"})", other), keys)));
+  EXPECT_TRUE(isUnknown(Refusal(token(R"({"alg":"HS256","kid":""})", forged::secret), keys)));
+  EXPECT_TRUE(isUnknown(Refusal(token(R"({"alg":"HS256","kid":7})", other), keys)));
+  EXPECT_TRUE(
+    isUnknown(Refusal(token(R"({"alg":"HS256"})", other), { { { "new", other } }, {}, {} })));
 }
 
 TEST(Token, EveryClaimMustBeThere)
 {
-  EXPECT_EQ(RefusalOfClaims(R"({"exp":2000,"models":"*","detail":"levels"})"),
-    "the token must have a name as \"sub\"");
-  EXPECT_EQ(
-    RefusalOfClaims(R"({"sub":"ann","models":"*","detail":"levels"})"), "the token has no \"exp\"");
-  EXPECT_EQ(RefusalOfClaims(R"({"sub":"ann","exp":2000,"detail":"levels"})"),
-    "the token must have \"*\" or a list as \"models\"");
-  EXPECT_EQ(RefusalOfClaims(R"({"sub":"ann","exp":2000,"models":"*"})"),
-    "the token must have \"preview\", \"levels\" or \"regions\" as \"detail\"");
-  EXPECT_EQ(RefusalOfClaims("{}"), "the token must have a name as \"sub\"");
+  EXPECT_TRUE(
+    Mentions(RefusalOfClaims(R"({"exp":2000,"models":"*","detail":"levels"})"), { "\"sub\"" }));
+  EXPECT_TRUE(
+    Mentions(RefusalOfClaims(R"({"sub":"ann","models":"*","detail":"levels"})"), { "\"exp\"" }));
+  EXPECT_TRUE(
+    Mentions(RefusalOfClaims(R"({"sub":"ann","exp":2000,"detail":"levels"})"), { "\"models\"" }));
+  EXPECT_TRUE(
+    Mentions(RefusalOfClaims(R"({"sub":"ann","exp":2000,"models":"*"})"), { "\"detail\"" }));
+  EXPECT_TRUE(Mentions(RefusalOfClaims("{}"), { "\"sub\"" }));
   for (const std::string none : { "", "[]", "null", "7", "\"ann\"", "{", "{\"sub\":\"ann\"" })
   {
-    EXPECT_EQ(RefusalOfClaims(none), "the token has no claims") << none;
+    EXPECT_TRUE(Mentions(RefusalOfClaims(none), { "no claims" })) << none;
   }
 }
 
@@ -210,19 +216,20 @@ TEST(Token, FurtherClaimsCountWhereTheyMust)
 {
   const std::string start = R"({"sub":"ann","exp":2000,"models":"*","detail":"levels",)";
   EXPECT_EQ(RefusalOfClaims(start + R"("iat":1,"name":"Ann"})"), "");
-  EXPECT_EQ(RefusalOfClaims(start + R"("aud":"another"})"), "the token is for another audience");
+  EXPECT_TRUE(Mentions(RefusalOfClaims(start + R"("aud":"another"})"), { "audience" }));
   EXPECT_NE(RefusalOfClaims(start + R"("jti":7})"), "");
   EXPECT_NE(RefusalOfClaims(start + R"("nbf":"1"})"), "");
   EXPECT_EQ(RefusalOfClaims(start + R"("nbf":1000})"), "");
-  EXPECT_EQ(RefusalOfClaims(start + R"("nbf":1001})"), "the token is not valid yet");
-  EXPECT_EQ(RefusalOfClaims(start + R"("detail":"regions"})"), "the token has no claims"); // twice
+  EXPECT_TRUE(Mentions(RefusalOfClaims(start + R"("nbf":1001})"), { "yet" }));
+  EXPECT_TRUE(
+    Mentions(RefusalOfClaims(start + R"("detail":"regions"})"), { "no claims" })); // twice
 }
 
 TEST(Token, ExpiresToTheSecond)
 {
   const auto token = forged::Token(forged::header, forged::claims);
   EXPECT_EQ(Refusal(token, forged::Keys(), 1999), "");
-  EXPECT_EQ(Refusal(token, forged::Keys(), 2000), "the token has expired");
+  EXPECT_TRUE(Mentions(Refusal(token, forged::Keys(), 2000), { "expired" }));
 }
 
 TEST(Token, MayBeRevoked)
@@ -232,11 +239,11 @@ TEST(Token, MayBeRevoked)
   auto keys = forged::Keys();
   EXPECT_EQ(Refusal(token, keys), "");
   keys.revoked = { "t1" };
-  EXPECT_EQ(Refusal(token, keys), "the token has been revoked");
+  EXPECT_TRUE(Mentions(Refusal(token, keys), { "revoked" }));
   keys.revoked = { "t2" };
   EXPECT_EQ(Refusal(token, keys), "");
   keys.revokedSubjects = { "ann" };
-  EXPECT_EQ(Refusal(token, keys), "the token has been revoked");
+  EXPECT_TRUE(Mentions(Refusal(token, keys), { "revoked" }));
 }
 
 // The token is truncated at each byte, and each bit of each byte is changed. (Two bits of the
@@ -281,7 +288,7 @@ TEST(Token, IsOfABoundedSize)
   EXPECT_EQ(
     RefusalOfClaims(R"({"sub":"ann","exp":2000,"detail":"levels","models":)" + models + "]}"),
     none);
-  EXPECT_EQ(RefusalOfClaims(std::string(2500, '[')), "the token has no claims");
+  EXPECT_TRUE(Mentions(RefusalOfClaims(std::string(2500, '[')), { "no claims" }));
 }
 
 TEST(Token, IsNotReportedInRefusals)
@@ -301,7 +308,7 @@ TEST(Guard, KnowsATokenForAsLongAsItIsValid)
   EXPECT_EQ((*pass)->claims.subject, "ann");
   EXPECT_TRUE(guard.Check(**pass));
   time = 2000;
-  EXPECT_EQ(guard.Check(**pass).GetError().message, "the token has expired");
+  EXPECT_TRUE(FailsAt(guard.Check(**pass), ErrorCode::InvalidInput, "expired"));
   time = now;
   EXPECT_TRUE(guard.Check(**pass));
   auto keys = forged::Keys();
@@ -310,9 +317,9 @@ TEST(Guard, KnowsATokenForAsLongAsItIsValid)
   EXPECT_TRUE(guard.Check(**pass));
   keys.revokedSubjects = { "ann" };
   guard.Replace(keys);
-  EXPECT_EQ(guard.Check(**pass).GetError().message, "the token has been revoked");
+  EXPECT_TRUE(FailsAt(guard.Check(**pass), ErrorCode::InvalidInput, "revoked"));
   guard.Replace({ { { "", std::string(32, 'x') } }, {}, {} });
-  EXPECT_EQ(guard.Check(**pass).GetError().message, "the token has a wrong signature");
+  EXPECT_TRUE(FailsAt(guard.Check(**pass), ErrorCode::InvalidInput, "signature"));
   guard.Replace(forged::Keys());
   EXPECT_TRUE(guard.Check(**pass));
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // HTTPS and the stream over TLS, with certificates made for the test.
+#include "Testing/Fixtures/ErrorAt.h"
 #include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/protocol/ResourcePath.h"
 #include "filters/protocol/Testing/RandomMessages.h"
@@ -236,16 +237,12 @@ TEST_F(Tls, ReadsItsCertificateAgainOnReload)
   // A file that is not a certificate, or not the certificate of this key, is not used.
   std::ofstream(this->certificate) << "half a certif";
   auto kept = server->ReloadTls();
-  ASSERT_FALSE(kept);
-  EXPECT_EQ(kept.GetError().message,
-    this->certificate.string() + ": contains no certificate in PEM format");
+  EXPECT_TRUE(fixtures::FailsAt(kept, ErrorCode::InvalidInput, this->certificate.string() + ": "));
   EXPECT_EQ(TlsTestClient(server->Port()).ServerName(), "second");
   WriteCertificate(this->certificate, MakeKey().get(), "third");
   kept = server->ReloadTls();
-  ASSERT_FALSE(kept);
-  EXPECT_EQ(kept.GetError().message, this->key.string() +
-                                       ": contains the private key of another certificate than " +
-                                       this->certificate.string());
+  EXPECT_TRUE(fixtures::FailsAt(kept, ErrorCode::InvalidInput, this->key.string() + ": "));
+  EXPECT_TRUE(fixtures::FailsAt(kept, ErrorCode::InvalidInput, this->certificate.string()));
   EXPECT_EQ(TlsTestClient(server->Port()).ServerName(), "second");
   fs::remove(this->key);
   EXPECT_FALSE(server->ReloadTls());
@@ -266,23 +263,22 @@ TEST_F(Tls, AProxysHeaderComesBeforeIt)
 
 TEST_F(Tls, NeedsACertificateAndItsKey)
 {
-  EXPECT_EQ(this->Refusal(this->key, this->key),
-    this->key.string() + ": contains no certificate in PEM format");
-  EXPECT_EQ(this->Refusal(this->certificate, this->certificate),
-    this->certificate.string() + ": contains no private key in PEM format without a passphrase");
+  EXPECT_TRUE(fixtures::Mentions(
+    this->Refusal(this->key, this->key), { this->key.string() + ": ", "no certificate" }));
+  EXPECT_TRUE(fixtures::Mentions(this->Refusal(this->certificate, this->certificate),
+    { this->certificate.string() + ": ", "no private key" }));
 }
 
 TEST_F(Tls, SaysWhatIsWrongWithItsFiles)
 {
   const auto missing = this->folder / "none.pem", other = this->folder / "other.pem";
-  EXPECT_EQ(this->Refusal(missing, this->key),
-    missing.string() + ": cannot be read: No such file or directory");
+  EXPECT_TRUE(
+    fixtures::Mentions(this->Refusal(missing, this->key), { missing.string() + ": ", "No such" }));
   const auto another = MakeKey();
   WriteKey(other, another.get());
-  EXPECT_EQ(this->Refusal(this->certificate, other),
-    other.string() + ": contains the private key of another certificate than " +
-      this->certificate.string());
+  EXPECT_TRUE(fixtures::Mentions(this->Refusal(this->certificate, other),
+    { other.string() + ": ", this->certificate.string() }));
   WriteKey(other, another.get(), "secret"); // the server must not ask the terminal for it
-  EXPECT_EQ(this->Refusal(this->certificate, other),
-    other.string() + ": contains no private key in PEM format without a passphrase");
+  EXPECT_TRUE(fixtures::Mentions(
+    this->Refusal(this->certificate, other), { other.string() + ": ", "no private key" }));
 }

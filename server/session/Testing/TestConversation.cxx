@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "Testing/Fixtures/ErrorAt.h"
 #include "server/session/Conversation.h"
 
 #include "filters/core/tree/Region.h"
@@ -276,8 +277,8 @@ TEST_F(ConversationTest, MessagesListsAndRequestsHaveTheSizesThatItIsGiven)
   const auto open = WriteClientMessage({ 1, OpenRequest{ "dragon" } });
   EXPECT_EQ(errorTo(open + std::string(8192 - open.size(), ' ')), "none") << "it is opened";
   EXPECT_EQ(errorTo(WriteClientMessage({ 2, AskPartitions({ 1, 2, 3 }) })), "none");
-  EXPECT_EQ(errorTo(WriteClientMessage({ 3, AskPieces(0, { 1 }) })),
-    "429 the limit of 2 unfinished requests is reached");
+  EXPECT_TRUE(
+    fixtures::Mentions(errorTo(WriteClientMessage({ 3, AskPieces(0, { 1 }) })), { "429 ", " 2 " }));
   for (const auto& list : { WriteClientMessage({ 4, AskPartitions({ 1, 2, 3, 4 }) }),
          WriteClientMessage({ 4, RegionRequest{ 1, 1, { 1, 2, 3, 4 } } }),
          WriteClientMessage({ 4, BlobsRequest{ std::vector(4, BlobId::Partition(1)) } }) })

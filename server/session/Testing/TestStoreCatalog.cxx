@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "Testing/Fixtures/ErrorAt.h"
 #include "server/session/StoreCatalog.h"
 
 #include "Testing/Fixtures/TemporaryFolder.h"
@@ -407,9 +408,7 @@ TEST_F(Folder, ABlobOfNoBytesIsDamaged)
   const auto model = this->catalog.Find("sheet");
   ASSERT_TRUE(model);
   const auto blob = model->ReadBlob(BlobId::Partition(0));
-  ASSERT_FALSE(blob);
-  EXPECT_EQ(blob.GetError().code, ErrorCode::Damaged);
-  EXPECT_EQ(blob.GetError().message, "partitions/0: 0 bytes cannot be a blob");
+  EXPECT_TRUE(fixtures::FailsAt(blob, ErrorCode::Damaged, "partitions/0"));
   const auto size = model->BlobSize(BlobId::Partition(0));
   ASSERT_FALSE(size);
   EXPECT_EQ(size.GetError().code, ErrorCode::Damaged);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // When a ServerLine connects, sends, fetches, waits and gives up, without sockets and clocks.
+#include "Testing/Fixtures/ErrorAt.h"
 #include "viewer/client/ServerLine.h"
 
 #include "filters/model/ModelJson.h"
@@ -133,7 +134,7 @@ TEST(TestServerLine, APatientLineTriesForAsLongAsItTakesAndAsksAgainForWhatIsOut
   {
     line.SocketEnded(false, "refused", now);
     EXPECT_EQ(line.GetState(), State::Lost);
-    EXPECT_EQ(line.Trouble(), "the connection to server:1 was lost: refused");
+    EXPECT_TRUE(fixtures::Mentions(line.Trouble(), { "server:1 ", "refused" }));
     EXPECT_EQ(Actions(line), Names{ "close" });
     line.Tick(now + wait - 0.01);
     EXPECT_EQ(Actions(line), Names{});
@@ -204,7 +205,7 @@ TEST(TestServerLine, AFailedRetryIsReported)
   EXPECT_EQ(Actions(line), Names{ "connect" });
   line.SocketEnded(false, "refused", 12);
   EXPECT_EQ(line.GetState(), State::Lost);
-  EXPECT_EQ(line.Trouble(), "the connection to server:1 was lost: refused");
+  EXPECT_TRUE(fixtures::Mentions(line.Trouble(), { "server:1 ", "refused" }));
   EXPECT_EQ(line.NextTick(), 13);
 
   auto options = Patient();
@@ -216,7 +217,7 @@ TEST(TestServerLine, AFailedRetryIsReported)
   hasty.SocketEnded(false, "refused", 11);
   const auto events = hasty.TakeEvents();
   ASSERT_EQ(events.size(), 1u);
-  EXPECT_EQ(events[0].message, "the connection to server:1 was lost: refused");
+  EXPECT_TRUE(fixtures::Mentions(events[0].message, { "server:1 ", "refused" }));
 }
 
 TEST(TestServerLine, RetryNowMakesTheNextTickTry)
@@ -250,7 +251,7 @@ TEST(TestServerLine, AnImpatientLineFailsWhatIsOutstandingAndConnectsForTheNextR
   ASSERT_EQ(events.size(), 1u);
   EXPECT_EQ(events[0].kind, EventKind::RequestFailed);
   EXPECT_EQ(events[0].request, 2u);
-  EXPECT_EQ(events[0].message, "the connection to server:1 was lost: refused");
+  EXPECT_TRUE(fixtures::Mentions(events[0].message, { "server:1 ", "refused" }));
   line.Tick(1000);
   EXPECT_EQ(Actions(line), Names{});
   line.Send(Partitions(3, { BlobId::Partition(7) }), 1000);
@@ -371,7 +372,7 @@ TEST(TestServerLine, WithoutAStreamEverythingIsFetched)
   auto events = line.TakeEvents();
   ASSERT_EQ(events.size(), 1u);
   EXPECT_EQ(events[0].kind, EventKind::BlobFailed);
-  EXPECT_EQ(events[0].message, "the server says 404: no such blob");
+  EXPECT_TRUE(fixtures::Mentions(events[0].message, { "404", "no such blob" }));
 
   // What was cancelled while the server was away is not fetched again.
   SessionRequest cancel;
@@ -522,7 +523,7 @@ TEST(TestServerLine, APatientLineAsksAgainOnlyForWhatItMayHaveLater)
   const auto events = line.TakeEvents();
   ASSERT_EQ(events.size(), 1u);
   EXPECT_EQ(events[0].kind, EventKind::RequestFailed);
-  EXPECT_EQ(events[0].message, "the server says 403: the quota is used up");
+  EXPECT_TRUE(fixtures::Mentions(events[0].message, { "403", "the quota is used up" }));
   EXPECT_EQ(Actions(line), Names{ partition1 });
   line.Fetched(HttpReply{ 401, "" }, 11);
   EXPECT_TRUE(line.TakeEvents().empty());

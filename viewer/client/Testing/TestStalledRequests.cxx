@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A server that never sends an outstanding blob, but always something else, is given up, and the
 // message names the piece. A slow server, or one that sends in another order, is not given up.
+#include "Testing/Fixtures/ErrorAt.h"
 #include "viewer/client/ServerLine.h"
 #include "viewer/client/Testing/SessionRequests.h"
 
@@ -222,8 +223,7 @@ TEST(TestStalledRequests, AServerThatAlwaysSendsOthersIsGivenUpAndThePieceIsName
       [](const ClientEvent& event) { return event.kind == EventKind::BlobFailed; });
     EXPECT_EQ(failed.request, 2u) << what;
     EXPECT_EQ(failed.blob, BlobId::Partition(1)) << what;
-    EXPECT_EQ(stream.Line.Trouble(),
-      "the connection to server:1 was lost: the oldest request was not answered");
+    EXPECT_TRUE(fixtures::Mentions(stream.Line.Trouble(), { "server:1 ", "not answered" }));
 
     // The other blobs are requested again.
     stream.Open();

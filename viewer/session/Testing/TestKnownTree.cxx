@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A partly known tree gives the same answers as a completely known one, once it has received what
 // it reports as missing.
+#include "Testing/Fixtures/ErrorAt.h"
 #include "viewer/session/model/KnownTree.h"
 
 #include "filters/codec/PartitionBoxes.h"
@@ -149,12 +150,12 @@ TEST_F(TestKnownTree, LiesAreErrorsThatNameTheBlob)
   EXPECT_EQ(add(root, { 1, 2, 3 }).rfind("tree page 1: ", 0), 0u);
   ASSERT_EQ(add(root, this->server.Blob(root)), "added");
   ASSERT_EQ(add(page, this->server.Blob(page)), "added");
-  EXPECT_EQ(
-    add(BlobId::TreePage(2), this->server.Blob(page)), "tree page 2: is not a page of this tree");
-  EXPECT_EQ(add(BlobId::PartitionBoxes(1), this->server.Blob(exact)),
-    "boxes 1: the tree has no boxes at this node");
+  EXPECT_TRUE(
+    fixtures::Mentions(add(BlobId::TreePage(2), this->server.Blob(page)), { "tree page 2: " }));
+  EXPECT_TRUE(
+    fixtures::Mentions(add(BlobId::PartitionBoxes(1), this->server.Blob(exact)), { "boxes 1: " }));
   // Boxes of other partitions are refused.
-  EXPECT_EQ(add(exact, this->server.Blob(BlobId::PartitionBoxes(255))),
-    "boxes 128: the box of partition 0 is not within the bounds of the tree's page");
+  EXPECT_TRUE(fixtures::Mentions(
+    add(exact, this->server.Blob(BlobId::PartitionBoxes(255))), { "boxes 128: ", "partition 0 " }));
   EXPECT_EQ(add(exact, this->server.Blob(exact)), "added");
 }

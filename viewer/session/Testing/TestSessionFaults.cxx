@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Blobs that fail, are lost, or come too late: there is a sentence about them, and the rest stays
 // usable.
+#include "Testing/Fixtures/ErrorAt.h"
 #include "viewer/session/SessionFile.h"
 #include "viewer/session/Testing/SessionsByLevel.h"
 
@@ -115,8 +116,8 @@ TEST(TestSessionFaults, ARefusedPartitionLeavesTheRestOfTheRegion)
   server.Serve(session, nullptr, [&] { ExpectClosed(session); });
   ViewerStatus status = session.GetStatus();
   EXPECT_TRUE(session.IsIdle());
-  EXPECT_EQ(status.error,
-    "partitions/" + std::to_string(bad) + " of torus cannot be loaded: it is damaged");
+  EXPECT_TRUE(fixtures::Mentions(
+    status.error, { "partitions/" + std::to_string(bad) + " ", "torus", "it is damaged" }));
   EXPECT_EQ(status.region->shown + 1, status.region->partitions);
   // It is not requested again by itself, but by the next double tap.
   server.refused.clear();
@@ -162,8 +163,7 @@ TEST(TestSessionFaults, ModelsThatCannotBeShownAreRefusedWithAReason)
   model.levels.clear();
   Open(session);
   session.Opened(session.TakeRequests()[0].id, model);
-  EXPECT_EQ(session.GetStatus().error,
-    "torus cannot be shown: it has no levels of detail, only partitions.");
+  EXPECT_TRUE(fixtures::Mentions(session.GetStatus().error, { "torus", "no levels" }));
   EXPECT_TRUE(session.IsIdle());
   // Whatever the user does then, what is not there is not requested.
   session.EnterFullScreen();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A session with a section and raking light: how fingers move them, what is fetched, and links.
+#include "Testing/Fixtures/ErrorAt.h"
 #include "viewer/session/SessionFile.h"
 #include "viewer/session/Testing/SessionsByLevel.h"
 
@@ -419,18 +420,14 @@ TEST(TestSessionSection, FilesNameBoth)
   EXPECT_FALSE(session.GetLight());
   ASSERT_TRUE(session.GetSection().Plane());
   EXPECT_NEAR(session.GetSection().Depth(), 0.75, 1e-9);
-  for (const auto& [wrong, what] : std::vector<std::pair<std::string, std::string>>{
-         { "{\"section\":\"w\"}",
-           "line 1: 'section' must be one of 'front', 'side', 'above', 'x', 'y', 'z', 'view', "
-           "'flip', 'off'" },
-         { "{\"depth\":1.5}", "line 1: 'depth' must be a number from 0 to 1" },
-         { "{\"depth\":\"x\"}", "line 1: 'depth' must be a number from 0 to 1" },
-         { "{\"depth\":1,\"x\":1}", "line 1: unknown key 'x'" },
-         { "{\"lamps\":\"A\"}", "line 1: 'lamps': this does not describe a light" } })
+  for (const auto& [wrong, what] :
+    std::vector<std::pair<std::string, std::string>>{ { "{\"section\":\"w\"}", "'section'" },
+      { "{\"depth\":1.5}", "'depth'" }, { "{\"depth\":\"x\"}", "'depth'" },
+      { "{\"depth\":1,\"x\":1}", "'x'" }, { "{\"lamps\":\"A\"}", "'lamps'" } })
   {
     const auto parsed = ParseSession(wrong);
     ASSERT_FALSE(parsed) << wrong;
-    EXPECT_EQ(parsed.GetError().message, what);
+    EXPECT_TRUE(fixtures::Mentions(parsed.GetError().message, { "line 1: ", what })) << wrong;
   }
 }
 

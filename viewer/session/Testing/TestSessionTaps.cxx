@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Double taps: regions, and the part of the tree that they need.
+#include "Testing/Fixtures/ErrorAt.h"
 #include "viewer/session/SessionFile.h"
 #include "viewer/session/Testing/SessionsByLevel.h"
 
@@ -255,8 +256,7 @@ TEST(TestSessionTaps, ATapThatNeedsTooMuchOfTheTreeIsDropped)
   server.Serve(session);
   EXPECT_FALSE(session.GetStatus().region);
   EXPECT_TRUE(session.IsIdle());
-  EXPECT_EQ(session.GetStatus().error,
-    "The region around the tap is too large: it has too many partitions.");
+  EXPECT_TRUE(fixtures::Mentions(session.GetStatus().error, { "too large" }));
 }
 
 TEST(TestSessionTaps, APageThatFailsEndsTheTapWithAReasonAndTheNextTapRequestsItAgain)

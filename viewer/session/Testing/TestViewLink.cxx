@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Links to views: another user sees the same view; and a link may contain any text.
+#include "Testing/Fixtures/ErrorAt.h"
 #include "viewer/session/ViewLink.h"
 
 #include "viewer/session/Testing/SessionsByLevel.h"
@@ -163,14 +164,13 @@ TEST(TestViewLink, AnotherVersionOfTheModelIsReported)
   server.Serve(theirs);
   const ViewerScene before = theirs.Scene();
   ASSERT_TRUE(theirs.Follow(link)); // the model is open already
-  EXPECT_EQ(theirs.GetStatus().error,
-    "This link was made with another version of torus: its view may not fit.");
+  EXPECT_TRUE(fixtures::Mentions(theirs.GetStatus().error, { "another version of torus" }));
   EXPECT_GT(PixelsApart(before, theirs.Scene()), 10);
   theirs.UndoView();
   EXPECT_LT(PixelsApart(before, theirs.Scene()), 1e-9) << "it was a jump";
   theirs.SetModels({ Summarize(server.Description()) });
   link.model = "gone";
-  EXPECT_EQ(theirs.Follow(link).GetError().message, "the server has no model 'gone'");
+  EXPECT_TRUE(fixtures::FailsAt(theirs.Follow(link), ErrorCode::NotFound, "'gone'"));
 }
 
 // Any text, made from correct and wrong links, gives an error or a link, and never a useless
@@ -221,10 +221,10 @@ TEST(TestViewLink, TakesAnyText)
     ParseViewLink("model=a&distances=" + std::string(16 * 40, 'A'))->measurements.size(), 16u);
   EXPECT_FALSE(ParseViewLink("model=../etc"));
   EXPECT_TRUE(ParseViewLink("model=a&later=1&&x"));
-  EXPECT_EQ(ParseViewLink("model=a&region=0.1").GetError().message,
-    "this link to a view has an invalid value for region");
-  EXPECT_EQ(ParseViewLink(std::string(ViewLink::longest + 1, 'a')).GetError().message,
-    "this link to a view is too long");
+  EXPECT_TRUE(
+    fixtures::FailsAt(ParseViewLink("model=a&region=0.1"), ErrorCode::InvalidInput, "region"));
+  EXPECT_TRUE(fixtures::FailsAt(
+    ParseViewLink(std::string(ViewLink::longest + 1, 'a')), ErrorCode::InvalidInput, "too long"));
 }
 
 TEST(TestViewLink, SidesAreLevelAndOpposite)
