@@ -2,6 +2,7 @@
 #include "filters/core/Attribute.h"
 
 #include "filters/core/Texts.h"
+#include "filters/core/WithType.h"
 
 #include <algorithm>
 #include <bit>
@@ -17,36 +18,6 @@ namespace
 {
 
 static_assert(std::endian::native == std::endian::little, "values are kept little-endian");
-
-// Calls function.operator()<T>() with the C++ type of `type`.
-template <class Function>
-decltype(auto) WithType(AttributeType type, Function&& function)
-{
-  switch (type)
-  {
-    case AttributeType::Int8:
-      return function.template operator()<std::int8_t>();
-    case AttributeType::UInt8:
-      return function.template operator()<std::uint8_t>();
-    case AttributeType::Int16:
-      return function.template operator()<std::int16_t>();
-    case AttributeType::UInt16:
-      return function.template operator()<std::uint16_t>();
-    case AttributeType::Int32:
-      return function.template operator()<std::int32_t>();
-    case AttributeType::UInt32:
-      return function.template operator()<std::uint32_t>();
-    case AttributeType::Int64:
-      return function.template operator()<std::int64_t>();
-    case AttributeType::UInt64:
-      return function.template operator()<std::uint64_t>();
-    case AttributeType::Float32:
-      return function.template operator()<float>();
-    case AttributeType::Float64:
-      break;
-  }
-  return function.template operator()<double>();
-}
 
 // Rounds half away from zero; clamps to the range of T.
 template <class T>
@@ -76,11 +47,6 @@ T RoundTo(double value)
   }
 }
 
-}
-
-std::size_t SizeOf(AttributeType type)
-{
-  return WithType(type, []<class T>() { return sizeof(T); });
 }
 
 std::string_view NameOf(AttributeType type)

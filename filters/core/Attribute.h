@@ -28,7 +28,16 @@ enum class AttributeType : std::uint8_t
   Float32,
   Float64
 };
-std::size_t SizeOf(AttributeType type);
+// Bytes of a value.
+constexpr std::size_t SizeOf(AttributeType type)
+{
+  constexpr std::size_t sizes[] = { 1, 1, 2, 2, 4, 4, 8, 8, 4, 8 };
+  return sizes[static_cast<std::size_t>(type)];
+}
+constexpr bool IsInteger(AttributeType type)
+{
+  return type < AttributeType::Float32;
+}
 // The type's name in stores, servers and messages: "int8", "uint8", … "float32", "float64".
 std::string_view NameOf(AttributeType type);
 

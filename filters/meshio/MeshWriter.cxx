@@ -97,7 +97,7 @@ void WritePly(OutputFile& file, const Mesh& mesh)
     file.WriteText(mesh.triangles.size());
     file.Write("\nproperty list uchar int vertex_indices");
     PlyElement faces;
-    faces.properties.push_back({ "vertex_indices", PlyType::Int32, true });
+    faces.properties.push_back({ "vertex_indices", AttributeType::Int32, true });
     WritePlyProperties(file, faces, cells);
   }
   file.Write("\nend_header\n");

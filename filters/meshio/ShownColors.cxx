@@ -16,11 +16,6 @@ namespace kdstream
 namespace
 {
 
-bool IsReal(AttributeType type)
-{
-  return type == AttributeType::Float32 || type == AttributeType::Float64;
-}
-
 // A name that the new array can have; nothing if both are taken.
 std::optional<AttributeInfo> FreeName(std::span<const AttributeInfo> attributes)
 {
@@ -100,13 +95,13 @@ std::optional<HiddenColors> FindArray(
     const AttributeInfo& array = attributes[i];
     const std::string name = LowercaseText(array.name);
     const bool known =
-      harmonics ? name == "f_dc" && array.components == 3 && IsReal(array.type)
+      harmonics ? name == "f_dc" && array.components == 3 && !IsInteger(array.type)
                 : IsColorName(array, isPart) && (array.components == 3 || array.components == 4);
     if (known && array.association == AttributeAssociation::Point)
     {
       return HiddenColors{ { i, i, i }, { 0, 1, 2 }, harmonics, false, false, false, {} };
     }
-    if (!harmonics && IsPackedName(array) && SizeOf(array.type) == 4 && !IsReal(array.type))
+    if (!harmonics && IsPackedName(array) && SizeOf(array.type) == 4 && IsInteger(array.type))
     {
       return HiddenColors{ { i, i, i }, {}, false, true, false, false, {} };
     }
@@ -335,7 +330,7 @@ void ColorScale::LookAt(std::span<const Attribute> attributes, std::size_t begin
     const Attribute& array = attributes[this->Colors.arrays[k]];
     for (std::size_t i = begin; i < array.TupleCount(); ++i)
     {
-      this->White.Add(array.Get(i, this->Colors.components[k]), !IsReal(array.type));
+      this->White.Add(array.Get(i, this->Colors.components[k]), IsInteger(array.type));
     }
   }
 }

@@ -5,6 +5,7 @@
 #include "filters/texture/TexturedPly.h"
 
 #include "filters/core/CutPolygon.h"
+#include "filters/core/WithType.h"
 #include "filters/meshio/DroppedPoints.h"
 #include "filters/meshio/MeshReader.h"
 #include "filters/meshio/NumberText.h"
@@ -81,9 +82,9 @@ public:
     return this->Encoding == PlyEncoding::Ascii ? this->Words.SkipLine() : Status();
   }
 
-  Result<double> Next(PlyType type)
+  Result<double> Next(AttributeType type)
   {
-    return WithPlyType(type, [this]<class T>() { return this->Next<T>(); });
+    return WithType(type, [this]<class T>() { return this->Next<T>(); });
   }
 
 private:

@@ -58,11 +58,11 @@ TEST(PlyHeader, ReadsElementsPropertiesAndWhereTheBodyBegins)
     EXPECT_EQ(vertex.count, 18446744073709551615U);
     ASSERT_EQ(vertex.properties.size(), 2U);
     EXPECT_EQ(vertex.properties[0].name, "x");
-    EXPECT_EQ(vertex.properties[0].type, PlyType::Float64);
+    EXPECT_EQ(vertex.properties[0].type, AttributeType::Float64);
     EXPECT_FALSE(vertex.properties[0].isList);
     EXPECT_TRUE(vertex.properties[1].isList);
-    EXPECT_EQ(vertex.properties[1].countType, PlyType::UInt8);
-    EXPECT_EQ(vertex.properties[1].type, PlyType::Int32);
+    EXPECT_EQ(vertex.properties[1].countType, AttributeType::UInt8);
+    EXPECT_EQ(vertex.properties[1].type, AttributeType::Int32);
     EXPECT_EQ(vertex.Find("vertex_index"), 1U);
     EXPECT_EQ(vertex.Find("z"), 2U);
     EXPECT_EQ(header->elements[1].count, 0U);
@@ -92,7 +92,7 @@ TEST(PlyHeader, KnowsBothNamesOfEveryType)
     const Result<PlyHeader> header =
       Parse(start + "element vertex 1\nproperty " + types[i].first + " x\nend_header\n");
     ASSERT_TRUE(header) << types[i].first;
-    const PlyType type = header->elements[0].properties[0].type;
+    const AttributeType type = header->elements[0].properties[0].type;
     EXPECT_EQ(PlyTypeName(type), types[i % 10].first);
     EXPECT_EQ(SizeOf(type), types[i].second);
   }

@@ -95,8 +95,9 @@ public:
   void AddColors(PlyElement& element) const
   {
     const std::size_t way = this->ColorsFirst() ? 1 : 0;
-    const PlyType type =
-      this->AreBytes[way] && this->Greatest[way] > 1 ? PlyType::UInt8 : PlyType::Float32;
+    const AttributeType type = this->AreBytes[way] && this->Greatest[way] > 1
+                                 ? AttributeType::UInt8
+                                 : AttributeType::Float32;
     constexpr std::array<const char*, 4> names{ "red", "green", "blue", "alpha" };
     for (std::size_t k = 0; k < this->Colors(); ++k)
     {
@@ -427,15 +428,15 @@ PlyHeader OffText::MakeHeader(Tolerance& reported) const
 {
   PlyHeader header;
   header.hasComments = true;
-  const PlyType type = (this->IsWhole || this->IsInHeader) && this->Precision.FloatsSuffice()
-                         ? PlyType::Float32
-                         : PlyType::Float64;
+  const AttributeType type = (this->IsWhole || this->IsInHeader) && this->Precision.FloatsSuffice()
+                               ? AttributeType::Float32
+                               : AttributeType::Float64;
   PlyElement vertices{ "vertex", this->Vertices, { { "x", type }, { "y", type }, { "z", type } } };
   const auto add = [&](bool isThere, std::initializer_list<const char*> names)
   {
     for (const char* name : names)
     {
-      isThere ? vertices.properties.push_back({ name, PlyType::Float32 }) : void();
+      isThere ? vertices.properties.push_back({ name, AttributeType::Float32 }) : void();
     }
   };
   const bool colors = this->HasColors && this->OfVertices.Colors() > 0;
@@ -456,7 +457,7 @@ PlyHeader OffText::MakeHeader(Tolerance& reported) const
     reported.Tell("vertices are read as x y z, colour, normal, as MeshLab writes them: only so the "
                   "normals are of length 1");
   }
-  PlyElement faces{ "face", this->Faces, { { "vertex_indices", PlyType::Int32, true } } };
+  PlyElement faces{ "face", this->Faces, { { "vertex_indices", AttributeType::Int32, true } } };
   if (this->IsWhole && this->OfFaces.Colors() > 0)
   {
     this->OfFaces.AddColors(faces);

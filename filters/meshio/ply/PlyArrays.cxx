@@ -17,46 +17,17 @@ namespace
 
 constexpr std::size_t mostComponents = 255;
 
-AttributeType TypeOf(PlyType type)
-{
-  constexpr AttributeType types[] = { AttributeType::Int8, AttributeType::UInt8,
-    AttributeType::Int16, AttributeType::UInt16, AttributeType::Int32, AttributeType::UInt32,
-    AttributeType::Int64, AttributeType::UInt64, AttributeType::Float32, AttributeType::Float64 };
-  return types[static_cast<std::size_t>(type)];
-}
-
 // The type of the properties that hold an array, and how many properties make up one component.
 struct PropertyKind
 {
-  PlyType type;
+  AttributeType type;
   std::size_t number = 1;
 };
 
 PropertyKind KindOf(AttributeType type)
 {
-  switch (type)
-  {
-    case AttributeType::Int8:
-      return { PlyType::Int8 };
-    case AttributeType::UInt8:
-      return { PlyType::UInt8 };
-    case AttributeType::Int16:
-      return { PlyType::Int16 };
-    case AttributeType::UInt16:
-      return { PlyType::UInt16 };
-    case AttributeType::Int32:
-      return { PlyType::Int32 };
-    case AttributeType::UInt32:
-      return { PlyType::UInt32 };
-    case AttributeType::Int64:
-    case AttributeType::UInt64:
-      return { PlyType::UInt32, 2 };
-    case AttributeType::Float32:
-      return { PlyType::Float32 };
-    case AttributeType::Float64:
-      break;
-  }
-  return { PlyType::Float64 };
+  const bool isWide = type == AttributeType::Int64 || type == AttributeType::UInt64;
+  return isWide ? PropertyKind{ AttributeType::UInt32, 2 } : PropertyKind{ type };
 }
 
 // Properties that form one array by convention. The last of four is optional.
@@ -183,7 +154,7 @@ private:
   }
 
   // The property with this name and type, unless it is already used.
-  std::optional<std::size_t> FindFree(std::string_view name, PlyType type, bool anyCase) const
+  std::optional<std::size_t> FindFree(std::string_view name, AttributeType type, bool anyCase) const
   {
     const std::size_t p = name.empty() ? this->Used.size() : this->Find(name, anyCase);
     const bool found =
@@ -198,8 +169,8 @@ private:
     {
       return;
     }
-    const PlyType type = this->Element.properties[first].type;
-    if (group.color ? type != PlyType::UInt8 : IsInteger(type))
+    const AttributeType type = this->Element.properties[first].type;
+    if (group.color ? type != AttributeType::UInt8 : IsInteger(type))
     {
       return;
     }
@@ -250,8 +221,9 @@ private:
            std::pair{ "_uint64", AttributeType::UInt64 } })
     {
       const std::string_view end = ending;
-      if (first.type == PlyType::UInt32 && properties.size() % 2 == 0 && base.size() > end.size() &&
-          base.ends_with(end) && properties.size() / 2 <= mostComponents)
+      if (first.type == AttributeType::UInt32 && properties.size() % 2 == 0 &&
+          base.size() > end.size() && base.ends_with(end) &&
+          properties.size() / 2 <= mostComponents)
       {
         this->Take(Unescape(base.substr(0, base.size() - end.size())), std::move(properties), type);
         return true;
@@ -278,7 +250,7 @@ private:
     }
     PlyArray array;
     array.type = this->Element.properties[properties[0]].type;
-    array.info = { std::move(name), wide ? *wide : TypeOf(array.type), this->Association,
+    array.info = { std::move(name), wide ? *wide : array.type, this->Association,
       static_cast<std::uint8_t>(properties.size() / (wide ? 2 : 1)) };
     array.properties = std::move(properties);
     this->Arrays.push_back(std::move(array));
@@ -301,7 +273,7 @@ std::vector<const KnownGroup*> GroupsOf(const AttributeInfo& array)
     const bool alpha = group.color && array.name == "RGBA" && array.components == 4;
     const bool same = alpha || (array.name == group.name && array.components == group.components);
     const bool type =
-      group.color ? kind.type == PlyType::UInt8 : kind.number == 1 && !IsInteger(kind.type);
+      group.color ? kind.type == AttributeType::UInt8 : kind.number == 1 && !IsInteger(kind.type);
     if (same && type)
     {
       groups.push_back(&group);

@@ -32,8 +32,8 @@ namespace kdstream
 struct PlyArray
 {
   AttributeInfo info;
-  std::vector<std::size_t> properties; // property numbers in the element, by component
-  PlyType type = PlyType::Float32;     // of each property
+  std::vector<std::size_t> properties;         // property numbers in the element, by component
+  AttributeType type = AttributeType::Float32; // of each property
 };
 
 // Finds the arrays of an element, at most `most`, in the order of their first properties. Skipped:
@@ -58,7 +58,7 @@ public:
     std::size_t array = 0;       // number of the array
     std::size_t tupleOffset = 0; // bytes
     std::size_t rowOffset = 0;   // bytes
-    PlyType type = PlyType::Float32;
+    AttributeType type = AttributeType::Float32;
   };
 
   PlyArraySink() = default;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Reads the records of ASCII PLY: words between blanks, with one record on a line, or all values of
 // elements on one line. Also reads those of OFF, which may have comments. Part of step "read".
+#include "filters/core/WithType.h"
 #include "filters/meshio/NumberText.h"
 #include "filters/meshio/QuotedText.h"
 #include "filters/meshio/ply/PlyBody.h"
@@ -187,7 +188,7 @@ Status AsciiBody::ReadNumber(const PlyPlace& place, const PlyProperty& property,
 
 Status AsciiBody::ReadReal(const PlyPlace& place, const PlyProperty& property, double& value)
 {
-  return WithPlyType(property.type,
+  return WithType(property.type,
     [&]<class T>()
     {
       T parsed{};
@@ -206,7 +207,7 @@ Status AsciiBody::KeepOrSkip(const PlyPlace& place, std::size_t property, PlyArr
   {
     return this->SkipProperty(place, kept);
   }
-  return WithPlyType(kept.type,
+  return WithType(kept.type,
     [&]<class T>()
     {
       T value{};

@@ -2,6 +2,7 @@
 // Binary PLY records of either byte order. Records of fixed size are decoded a batch at a time,
 // column by column; runs of triangles have their own loop; everything else is read value by value.
 // Part of step "read".
+#include "filters/core/WithType.h"
 #include "filters/meshio/MakeRoom.h"
 #include "filters/meshio/ply/PlyBinaryRecord.h"
 
@@ -52,9 +53,9 @@ private:
   static void KeepRecord(
     const FaceLayout& layout, const char* list, const char* afterList, PlyArraySink& arrays);
 
-  static std::int64_t LoadInteger(PlyType type, const char* bytes);
-  static std::optional<std::int64_t> LoadWhole(PlyType type, const char* bytes);
-  static double LoadReal(PlyType type, const char* bytes);
+  static std::int64_t LoadInteger(AttributeType type, const char* bytes);
+  static std::optional<std::int64_t> LoadWhole(AttributeType type, const char* bytes);
+  static double LoadReal(AttributeType type, const char* bytes);
   // Reads coordinate k of records that are `stride` bytes apart; true if all values are finite.
   template <class T>
   static bool DecodeColumn(
@@ -69,23 +70,22 @@ private:
 };
 
 template <bool Swap>
-std::int64_t BinaryBody<Swap>::LoadInteger(PlyType type, const char* bytes)
+std::int64_t BinaryBody<Swap>::LoadInteger(AttributeType type, const char* bytes)
 {
-  return WithPlyType(
+  return WithType(
     type, [bytes]<class T>() { return static_cast<std::int64_t>(Load<T, Swap>(bytes)); });
 }
 
 template <bool Swap>
-std::optional<std::int64_t> BinaryBody<Swap>::LoadWhole(PlyType type, const char* bytes)
+std::optional<std::int64_t> BinaryBody<Swap>::LoadWhole(AttributeType type, const char* bytes)
 {
-  return WithPlyType(type, [bytes]<class T>() { return WholeNumber(Load<T, Swap>(bytes)); });
+  return WithType(type, [bytes]<class T>() { return WholeNumber(Load<T, Swap>(bytes)); });
 }
 
 template <bool Swap>
-double BinaryBody<Swap>::LoadReal(PlyType type, const char* bytes)
+double BinaryBody<Swap>::LoadReal(AttributeType type, const char* bytes)
 {
-  return WithPlyType(
-    type, [bytes]<class T>() { return static_cast<double>(Load<T, Swap>(bytes)); });
+  return WithType(type, [bytes]<class T>() { return static_cast<double>(Load<T, Swap>(bytes)); });
 }
 
 // Returns the next `bytes` bytes, which belong to the record at `place`.
@@ -163,10 +163,10 @@ Status BinaryBody<Swap>::KeepOrSkip(
       KDSTREAM_TRY(this->SkipProperties(place, k, k + 1));
       continue;
     }
-    const PlyType type = place.element.properties[k].type;
+    const AttributeType type = place.element.properties[k].type;
     const Result<std::string_view> ahead = this->Need(place, SizeOf(type));
     KDSTREAM_TRY(ahead);
-    WithPlyType(type, [&]<class T>() { CopyColumn<T>(ahead->data(), 0, 1, to, 0); });
+    WithType(type, [&]<class T>() { CopyColumn<T>(ahead->data(), 0, 1, to, 0); });
     this->Source.Consume(SizeOf(type));
   }
   return {};
@@ -246,7 +246,7 @@ Result<bool> BinaryBody<Swap>::ReadFixedPoints(const PlyElement& element,
     for (std::size_t k = 0; k < 3; ++k)
     {
       const char* column = ahead->data() + offsets[coordinates[k]];
-      finite &= WithPlyType(element.properties[coordinates[k]].type,
+      finite &= WithType(element.properties[coordinates[k]].type,
         [&]<class T>() { return DecodeColumn<T>(column, recordSize, number, batch.data(), k); });
     }
     points.insert(points.end(), batch.begin(), batch.begin() + static_cast<std::ptrdiff_t>(number));
@@ -257,7 +257,7 @@ Result<bool> BinaryBody<Swap>::ReadFixedPoints(const PlyElement& element,
       std::uint8_t* const to = column.tupleOffset == 0
                                  ? arrays.Extend(column.array, number)
                                  : arrays.Last(column.array, number) + column.tupleOffset;
-      WithPlyType(column.type,
+      WithType(column.type,
         [&]<class T>() {
           CopyColumn<T>(ahead->data() + offsets[column.property], recordSize, number, to, tuple);
         });
@@ -386,7 +386,7 @@ void BinaryBody<Swap>::KeepRecord(
       column.property < layout.cornerList
         ? list - layout.listOffset + layout.offsets[column.property]
         : afterList + layout.offsets[column.property] - layout.offsets[layout.cornerList + 1];
-    WithPlyType(column.type,
+    WithType(column.type,
       [&]<class T>() { CopyColumn<T>(from, 0, 1, arrays.PlaceOf(column.property), 0); });
   }
 }

@@ -77,7 +77,7 @@ struct FaceLayout
   std::size_t countSize = 0;
   std::size_t triangleSize = 0; // bytes of a record with three corners
   std::uint64_t indexLimit = 0; // valid indices are below; negative ones, read as unsigned, not
-  PlyType countType = PlyType::UInt8;
+  AttributeType countType = AttributeType::UInt8;
 
   FaceLayout(const PlyElement& element, std::size_t list, const PlyFaceSink& sink)
   {
@@ -101,7 +101,7 @@ struct FaceLayout
                     SizeOf(property.type) == sizeof(VertexId) &&
                     this->triangleSize <= ByteSource::blockSize;
     const std::uint64_t typeLimit = std::uint64_t{ 1 }
-                                    << (property.type == PlyType::Int32 ? 31 : 32);
+                                    << (property.type == AttributeType::Int32 ? 31 : 32);
     this->indexLimit = std::min(sink.GetVertexCount(), typeLimit);
   }
 };

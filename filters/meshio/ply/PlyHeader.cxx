@@ -26,19 +26,22 @@ namespace
 struct TypeName
 {
   std::string_view name;
-  PlyType type;
+  AttributeType type;
 };
 
 // The first name of each type is the one used in messages.
-constexpr std::array<TypeName, 18> typeNames{ { { "char", PlyType::Int8 },
-  { "uchar", PlyType::UInt8 }, { "short", PlyType::Int16 }, { "ushort", PlyType::UInt16 },
-  { "int", PlyType::Int32 }, { "uint", PlyType::UInt32 }, { "int64", PlyType::Int64 },
-  { "uint64", PlyType::UInt64 }, { "float", PlyType::Float32 }, { "double", PlyType::Float64 },
-  { "int8", PlyType::Int8 }, { "uint8", PlyType::UInt8 }, { "int16", PlyType::Int16 },
-  { "uint16", PlyType::UInt16 }, { "int32", PlyType::Int32 }, { "uint32", PlyType::UInt32 },
-  { "float32", PlyType::Float32 }, { "float64", PlyType::Float64 } } };
+constexpr std::array<TypeName, 18> typeNames{ { { "char", AttributeType::Int8 },
+  { "uchar", AttributeType::UInt8 }, { "short", AttributeType::Int16 },
+  { "ushort", AttributeType::UInt16 }, { "int", AttributeType::Int32 },
+  { "uint", AttributeType::UInt32 }, { "int64", AttributeType::Int64 },
+  { "uint64", AttributeType::UInt64 }, { "float", AttributeType::Float32 },
+  { "double", AttributeType::Float64 }, { "int8", AttributeType::Int8 },
+  { "uint8", AttributeType::UInt8 }, { "int16", AttributeType::Int16 },
+  { "uint16", AttributeType::UInt16 }, { "int32", AttributeType::Int32 },
+  { "uint32", AttributeType::UInt32 }, { "float32", AttributeType::Float32 },
+  { "float64", AttributeType::Float64 } } };
 
-std::optional<PlyType> FindType(std::string_view name)
+std::optional<AttributeType> FindType(std::string_view name)
 {
   const auto* found = std::find_if(
     typeNames.begin(), typeNames.end(), [&](const TypeName& known) { return known.name == name; });
@@ -258,7 +261,7 @@ private:
     }
     if (property.isList)
     {
-      const std::optional<PlyType> countType = FindType(words[2]);
+      const std::optional<AttributeType> countType = FindType(words[2]);
       if (!countType)
       {
         return this->Bad("unknown type " + QuotedText(words[2]));
@@ -266,7 +269,7 @@ private:
       property.countType = *countType;
     }
     const std::string_view typeName = words[nameBegin - 1];
-    const std::optional<PlyType> type = FindType(typeName);
+    const std::optional<AttributeType> type = FindType(typeName);
     if (!type)
     {
       return this->Bad("unknown type " + QuotedText(typeName));
@@ -285,7 +288,7 @@ private:
 
 }
 
-std::string_view PlyTypeName(PlyType type)
+std::string_view PlyTypeName(AttributeType type)
 {
   return typeNames[static_cast<std::size_t>(type)].name;
 }

@@ -3,6 +3,7 @@
 // "read".
 #pragma once
 
+#include "filters/core/Attribute.h"
 #include "filters/core/Result.h"
 #include "filters/meshio/ByteSource.h"
 
@@ -21,69 +22,15 @@ enum class PlyEncoding
   BinaryBigEndian
 };
 
-enum class PlyType : std::uint8_t
-{
-  Int8,
-  UInt8,
-  Int16,
-  UInt16,
-  Int32,
-  UInt32,
-  Int64,
-  UInt64,
-  Float32,
-  Float64
-};
-
-constexpr bool IsInteger(PlyType type)
-{
-  return type < PlyType::Float32;
-}
-
 // The name that our messages use: "int", "float", …
-std::string_view PlyTypeName(PlyType type);
-
-// Calls `function.operator()<T>()` with the C++ type of `type`.
-template <class Function>
-decltype(auto) WithPlyType(PlyType type, Function&& function)
-{
-  switch (type)
-  {
-    case PlyType::Int8:
-      return function.template operator()<std::int8_t>();
-    case PlyType::UInt8:
-      return function.template operator()<std::uint8_t>();
-    case PlyType::Int16:
-      return function.template operator()<std::int16_t>();
-    case PlyType::UInt16:
-      return function.template operator()<std::uint16_t>();
-    case PlyType::Int32:
-      return function.template operator()<std::int32_t>();
-    case PlyType::UInt32:
-      return function.template operator()<std::uint32_t>();
-    case PlyType::Int64:
-      return function.template operator()<std::int64_t>();
-    case PlyType::UInt64:
-      return function.template operator()<std::uint64_t>();
-    case PlyType::Float32:
-      return function.template operator()<float>();
-    case PlyType::Float64:
-      break;
-  }
-  return function.template operator()<double>();
-}
-
-inline std::size_t SizeOf(PlyType type)
-{
-  return WithPlyType(type, []<class T>() { return sizeof(T); });
-}
+std::string_view PlyTypeName(AttributeType type);
 
 struct PlyProperty
 {
   std::string name;
-  PlyType type = PlyType::Float32; // of the value, or of a list's items
+  AttributeType type = AttributeType::Float32; // of the value, or of a list's items
   bool isList = false;
-  PlyType countType = PlyType::UInt8; // lists only
+  AttributeType countType = AttributeType::UInt8; // lists only
 };
 
 struct PlyElement

@@ -110,7 +110,7 @@ Status PlyReader::UnderstandVertices()
       return Error{ ErrorCode::InvalidInput,
         std::string("property '") + names[k] + "' of element 'vertex' is a list, not a number" };
     }
-    if (property.type != PlyType::Float32 && SizeOf(property.type) > 2)
+    if (property.type != AttributeType::Float32 && SizeOf(property.type) > 2)
     {
       this->FileInfo.scalarType = ScalarType::Float64;
     }
@@ -161,7 +161,7 @@ std::uint64_t PlyReader::MostTriangles() const
     return 0;
   }
   const bool isText = this->Header.encoding == PlyEncoding::Ascii;
-  const auto bytesOf = [&](PlyType type) // in a text, at least a digit and a blank
+  const auto bytesOf = [&](AttributeType type) // in a text, at least a digit and a blank
   { return isText ? std::size_t{ 2 } : SizeOf(type); };
   std::uint64_t rest = this->Source.Size() - this->Source.Position() + (isText ? 1 : 0);
   std::uint64_t ofCorner = sizeof(double);
@@ -570,11 +570,11 @@ Status PlyReader::CheckOrder() const
 {
   constexpr std::uint64_t most = 4096;
   const PlyElement& vertices = this->Header.elements[this->VertexElement];
-  const PlyType type = vertices.properties[this->Coordinates[0]].type;
+  const AttributeType type = vertices.properties[this->Coordinates[0]].type;
   const bool isOfOne = std::all_of(this->Coordinates.begin(), this->Coordinates.end(),
     [&](std::size_t p) { return vertices.properties[p].type == type; });
-  const bool isInteger = type == PlyType::Int32 || type == PlyType::UInt32;
-  const bool isFloat = type == PlyType::Float32 || type == PlyType::Float64;
+  const bool isInteger = type == AttributeType::Int32 || type == AttributeType::UInt32;
+  const bool isFloat = type == AttributeType::Float32 || type == AttributeType::Float64;
   if (this->Header.encoding == PlyEncoding::Ascii || !isOfOne || !(isFloat || isInteger) ||
       this->VertexElement > 0 || !this->Faces.empty())
   {
@@ -592,9 +592,9 @@ Status PlyReader::CheckOrder() const
   {
     return {}; // the reader reports errors when it reaches them
   }
-  return isInteger ? CheckByteOrderOfIntegers(points, type == PlyType::Int32)
+  return isInteger ? CheckByteOrderOfIntegers(points, type == AttributeType::Int32)
                    : CheckByteOrder(points,
-                       type == PlyType::Float32 ? ScalarType::Float32 : ScalarType::Float64);
+                       type == AttributeType::Float32 ? ScalarType::Float32 : ScalarType::Float64);
 }
 
 // Reads the vertices once more, into a table of positions.
