@@ -32,17 +32,6 @@ std::string Transformed(const std::string& by, const std::string& children)
   return "Transform { " + by + " children [ " + children + " ] }\n";
 }
 
-double AreaOf(const Mesh& mesh)
-{
-  double area = 0;
-  for (const Triangle& t : mesh.triangles)
-  {
-    const Vec3& a = mesh.points[t[0]];
-    area += Length(Cross(Minus(mesh.points[t[1]], a), Minus(mesh.points[t[2]], a))) / 2;
-  }
-  return area;
-}
-
 void ExpectBox(const Mesh& mesh, const Vec3& lo, const Vec3& hi, double tolerance = 1e-5)
 {
   const Box box = BoxOf(mesh);

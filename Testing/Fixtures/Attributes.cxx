@@ -121,6 +121,16 @@ void AddTuples(
 
 }
 
+std::vector<AttributeInfo> InfosOf(const std::vector<Attribute>& attributes)
+{
+  std::vector<AttributeInfo> infos;
+  for (const Attribute& attribute : attributes)
+  {
+    infos.push_back(attribute.Info());
+  }
+  return infos;
+}
+
 MeshContent ContentOf(const Mesh& mesh)
 {
   MeshContent content;

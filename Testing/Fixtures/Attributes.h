@@ -28,6 +28,8 @@ struct MeshContent
 };
 MeshContent ContentOf(const Mesh& mesh);
 
+std::vector<AttributeInfo> InfosOf(const std::vector<Attribute>& attributes);
+
 // The bytes of one tuple of an array.
 std::vector<std::uint8_t> TupleOf(const Attribute& attribute, std::size_t tuple);
 

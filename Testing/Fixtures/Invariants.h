@@ -30,6 +30,17 @@ inline double VolumeOf(const Mesh& mesh)
   return volume;
 }
 
+inline double AreaOf(const Mesh& mesh)
+{
+  double area = 0;
+  for (const Triangle& t : mesh.triangles)
+  {
+    const Vec3& a = mesh.points[t[0]];
+    area += Length(Cross(Minus(mesh.points[t[1]], a), Minus(mesh.points[t[2]], a))) / 2;
+  }
+  return area;
+}
+
 inline Box BoxOf(const Mesh& mesh)
 {
   Box box;

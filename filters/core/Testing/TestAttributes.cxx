@@ -74,16 +74,6 @@ std::vector<std::pair<Triangle, std::vector<std::uint8_t>>> Triangles(
   return all;
 }
 
-std::vector<AttributeInfo> InfosOf(const std::vector<Attribute>& attributes)
-{
-  std::vector<AttributeInfo> infos;
-  for (const Attribute& attribute : attributes)
-  {
-    infos.push_back(attribute.Info());
-  }
-  return infos;
-}
-
 Attribute PointArray(const std::string& name, AttributeType type, std::uint8_t components,
   const std::vector<double>& values)
 {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Concave polygons of OBJ and PLY files are cut correctly. The cut is the same whether the mesh is
 // read as a whole, or faces are read into a mesh without vertices.
+#include "Testing/Fixtures/Invariants.h"
 #include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/core/VectorMath.h"
 #include "filters/meshio/Testing/RandomObj.h"
@@ -41,17 +42,6 @@ Mesh ReadApart(const std::filesystem::path& file, std::size_t limit)
   return whole;
 }
 
-double AreaOf(const Mesh& mesh)
-{
-  double area = 0;
-  for (const Triangle& t : mesh.triangles)
-  {
-    const Vec3& a = mesh.points[t[0]];
-    area += Length(Cross(Minus(mesh.points[t[1]], a), Minus(mesh.points[t[2]], a))) / 2;
-  }
-  return area;
-}
-
 const std::string objPlaces = "v 0 0 0\nv 4 0 0\nv 4 4 0\nv 2 1 0\nv 0 4 0\n";
 const std::string plyHeader =
   " 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
@@ -90,7 +80,7 @@ TEST(PolygonFaces, ANotchedSquareHasItsArea)
     const Contents read = ReadAll(file, [] { return everything; });
     ASSERT_TRUE(read.status) << read.status.GetError().message;
     ASSERT_EQ(read.mesh.triangles.size(), 3U);
-    EXPECT_EQ(AreaOf(read.mesh), 10);
+    EXPECT_EQ(fixtures::AreaOf(read.mesh), 10);
     EXPECT_EQ(ReadApart(file, 2).triangles, read.mesh.triangles);
   }
 }

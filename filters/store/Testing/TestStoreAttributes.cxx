@@ -57,16 +57,6 @@ Mesh GlueAll(const Store& store)
   return mesh ? *mesh : Mesh{};
 }
 
-std::vector<AttributeInfo> InfosOf(const std::vector<Attribute>& attributes)
-{
-  std::vector<AttributeInfo> infos;
-  for (const Attribute& attribute : attributes)
-  {
-    infos.push_back(attribute.Info());
-  }
-  return infos;
-}
-
 // Calls `check` for the fixtures' meshes that are small enough for thousands of bytes a vertex.
 template <class Check>
 void ForAll(const Check& check)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Planes through surfaces: outlines are closed, caps have the area that the outlines enclose, and
 // what is cut away cannot be picked.
+#include "Testing/Fixtures/Invariants.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "viewer/session/section/ShownSection.h"
 #include "viewer/session/section/SurfaceSection.h"
@@ -15,6 +16,7 @@
 #include <vector>
 
 using namespace kdstream;
+using fixtures::BoxOf;
 
 namespace
 {
@@ -26,16 +28,6 @@ DrawnSurface Drawn(const Mesh& mesh)
   surface.triangles = mesh.triangles;
   surface.sources.resize(mesh.points.size());
   return DrawnSurface(std::move(surface));
-}
-
-Box BoxOf(const Mesh& mesh)
-{
-  Box box;
-  for (const Vec3& point : mesh.points)
-  {
-    box.Add(point);
-  }
-  return box;
 }
 
 Vec3 AnyDirection(std::mt19937& random)
