@@ -151,9 +151,7 @@ private:
   {
     if (!piece.id.resolution.IsOriginal())
     {
-      return *std::min_element(triangle.begin(), triangle.end(),
-               [&piece](VertexId a, VertexId b)
-               { return piece.keys[a] < piece.keys[b]; }) < piece.ownVertices;
+      return piece.Owns(triangle);
     }
     NodeId first = piece.id.node;
     for (const VertexId v : triangle)

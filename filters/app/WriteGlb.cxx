@@ -13,9 +13,7 @@
 #include "filters/model/ModelDescription.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <optional>
 #include <unordered_map>
@@ -120,18 +118,6 @@ private:
     return { Cross(up, front), up, front };
   }
 
-  template <class T>
-  static void Append(std::string& bytes, T value)
-  {
-    char raw[sizeof(T)];
-    std::memcpy(raw, &value, sizeof(T));
-    if constexpr (std::endian::native == std::endian::big)
-    {
-      std::reverse(raw, raw + sizeof(T));
-    }
-    bytes.append(raw, sizeof(T));
-  }
-
   std::size_t AddView(std::string_view bytes)
   {
     this->Views.push_back({ this->Bytes.size(), bytes.size() });
@@ -201,10 +187,10 @@ private:
         if (isNew)
         {
           vertices.push_back(vertex);
-          Append(places, at[0]);
-          Append(places, at[1]);
+          AppendNumber(places, at[0]);
+          AppendNumber(places, at[1]);
         }
-        Append(indices, entry->second);
+        AppendNumber(indices, entry->second);
       }
     }
     Primitive primitive{ number, this->AddPositions(vertices),
@@ -234,7 +220,7 @@ private:
       for (std::size_t k = 0; k < 3; ++k)
       {
         const auto value = float(this->Textured.mesh.points[vertex][k] - this->Origin[k]);
-        Append(bytes, value);
+        AppendNumber(bytes, value);
         place[k] = value;
       }
       box.Add(place);
@@ -256,7 +242,7 @@ private:
       const double divisor = length > 0 && std::isfinite(length) ? length : 1;
       for (const double value : normal)
       {
-        Append(bytes, float(value / divisor));
+        AppendNumber(bytes, float(value / divisor));
       }
     }
     return this->AddAccessor(bytes, { 0, vertices.size(), Float, "VEC3" });
@@ -272,7 +258,8 @@ private:
       for (std::size_t k = 0; k < 4; ++k)
       {
         const double byte = k < 3 || alpha ? this->Colors->Get(v, k) : 255;
-        Append(bytes, float(k < 3 ? LinearOfBytes()[static_cast<std::size_t>(byte)] : byte / 255));
+        AppendNumber(
+          bytes, float(k < 3 ? LinearOfBytes()[static_cast<std::size_t>(byte)] : byte / 255));
       }
     }
     return this->AddAccessor(bytes, { 0, vertices.size(), Float, "VEC4" });

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/convert/FloatCoordinates.h"
 
-#include <algorithm>
+#include "filters/core/VectorMath.h"
+
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -30,25 +31,13 @@ bool FloatsAreCoarse(double largest, double side)
 
 void WarnOfFloats(ForeignMesh& read, std::optional<double> largestRead)
 {
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  std::array<double, 3> least{ infinity, infinity, infinity };
-  std::array<double, 3> most{ -infinity, -infinity, -infinity };
+  Box box;
   for (const Vec3& point : read.mesh.points)
   {
-    for (std::size_t k = 0; k < 3; ++k)
-    {
-      least[k] = std::min(least[k], point[k]);
-      most[k] = std::max(most[k], point[k]);
-    }
+    box.Add(point);
   }
-  double largest = 0, side = 0;
-  for (std::size_t k = 0; k < 3 && !read.mesh.points.empty(); ++k)
-  {
-    largest = std::max({ largest, std::abs(least[k]), std::abs(most[k]) });
-    side = std::max(side, most[k] - least[k]);
-  }
-  largest = largestRead.value_or(largest);
-  if (FloatsAreCoarse(largest, side))
+  const double largest = largestRead.value_or(LargestCoordinate(box));
+  if (FloatsAreCoarse(largest, LongestSideOf(box)))
   {
     std::array<char, 100> text{};
     std::snprintf(text.data(), text.size(),

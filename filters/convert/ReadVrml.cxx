@@ -1445,11 +1445,12 @@ private:
       point = identity ? point : placed.Of(point); // keeps -0 as it is
       after.Add(point);
     }
-    this->Largest = std::max(this->Largest, LargestOf(before) * placed.Scale());
+    this->Largest = std::max(this->Largest, LargestCoordinate(before) * placed.Scale());
     // Coordinates become floats, unless a transform has moved the shape so far away that floats
     // would lose it.
+    const double largest = LargestCoordinate(after);
     const bool coarse =
-      LargestOf(after) > LargestOf(before) && FloatsAreCoarse(LargestOf(after), LongestOf(after));
+      largest > LargestCoordinate(before) && FloatsAreCoarse(largest, LongestSideOf(after));
     mesh.scalarType = coarse ? ScalarType::Float64 : ScalarType::Float32;
     if (mesh.scalarType == ScalarType::Float32)
     {
@@ -1485,26 +1486,6 @@ private:
       return;
     }
     this->Parts.push_back(std::move(part));
-  }
-
-  static double LargestOf(const Box& box)
-  {
-    double largest = 0;
-    for (std::size_t k = 0; k < 3 && !box.Empty(); ++k)
-    {
-      largest = std::max({ largest, std::abs(box.lo[k]), std::abs(box.hi[k]) });
-    }
-    return largest;
-  }
-
-  static double LongestOf(const Box& box)
-  {
-    double side = 0;
-    for (std::size_t k = 0; k < 3 && !box.Empty(); ++k)
-    {
-      side = std::max(side, box.hi[k] - box.lo[k]);
-    }
-    return side;
   }
 
   static void TurnNormals(Attribute& normals, const Transform& placed, bool mirrors)

@@ -70,4 +70,25 @@ constexpr Vec3 WithPositiveZeros(const Vec3& p)
   return { p[0] + 0.0, p[1] + 0.0, p[2] + 0.0 };
 }
 
+// For the next two: 0 if the box is empty.
+inline double LargestCoordinate(const Box& box)
+{
+  double largest = 0;
+  for (std::size_t k = 0; k < 3 && !box.Empty(); ++k)
+  {
+    largest = std::max({ largest, std::abs(box.lo[k]), std::abs(box.hi[k]) });
+  }
+  return largest;
+}
+
+inline double LongestSideOf(const Box& box)
+{
+  double side = 0;
+  for (std::size_t k = 0; k < 3 && !box.Empty(); ++k)
+  {
+    side = std::max(side, box.hi[k] - box.lo[k]);
+  }
+  return side;
+}
+
 }

@@ -6,6 +6,7 @@
 // 4. Write the JSON that says where everything is.
 #include "filters/tiles/TileGlb.h"
 
+#include "filters/core/BitCast.h"
 #include "filters/core/Light.h"
 #include "filters/core/VectorMath.h"
 #include "filters/model/JsonWriter.h"
@@ -19,9 +20,7 @@
 #endif
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <optional>
 #include <span>
@@ -50,19 +49,6 @@ enum TileComponent
 constexpr const char* meshoptName = "EXT_meshopt_compression";
 constexpr const char* dracoName = "KHR_draco_mesh_compression";
 constexpr const char* metadataName = "EXT_structural_metadata";
-
-// Appends a number in little-endian order on any machine.
-template <class T>
-void AppendNumber(std::string& bytes, T value)
-{
-  char raw[sizeof(T)];
-  std::memcpy(raw, &value, sizeof(T));
-  if constexpr (std::endian::native == std::endian::big)
-  {
-    std::reverse(raw, raw + sizeof(T));
-  }
-  bytes.append(raw, sizeof(T));
-}
 
 // The nearest number of 24 bits. Its multiples by small whole numbers are exact.
 double RoundedToFewBits(double value)

@@ -148,14 +148,6 @@ std::vector<Vec3> SumsOf(const Piece& piece, std::span<const BorderNormal> borde
   return sums;
 }
 
-// Keys ascend from piece to piece, so the lowest owner has the lowest key.
-bool ShowsTriangle(const Piece& piece, const Triangle& triangle)
-{
-  return *std::min_element(triangle.begin(), triangle.end(),
-           [&piece](VertexId a, VertexId b)
-           { return piece.keys[a] < piece.keys[b]; }) < piece.ownVertices;
-}
-
 class TileCut
 {
 public:
@@ -180,7 +172,7 @@ public:
     std::vector<std::size_t> shown, others;
     for (std::size_t t = 0; t < this->From.triangles.size(); ++t)
     {
-      (ShowsTriangle(this->From, this->From.triangles[t]) ? shown : others).push_back(t);
+      (this->From.Owns(this->From.triangles[t]) ? shown : others).push_back(t);
     }
     if (shown.empty())
     {
@@ -366,7 +358,7 @@ TileMesh CutTileMesh(const Piece& piece, const TextureTile* texture, const TileM
 bool ShowsTriangles(const Piece& piece)
 {
   return std::any_of(piece.triangles.begin(), piece.triangles.end(),
-    [&piece](const Triangle& triangle) { return ShowsTriangle(piece, triangle); });
+    [&piece](const Triangle& triangle) { return piece.Owns(triangle); });
 }
 
 TileMesh WholeTileMesh(const Mesh& mesh, bool normals)

@@ -49,12 +49,6 @@ Box BoundsOfTile(const std::vector<Vec3>& points, double latticeStep)
   return box;
 }
 
-double LongestSideOf(const Box& box)
-{
-  const Vec3 sides = box.Empty() ? Vec3{} : Minus(box.hi, box.lo);
-  return *std::max_element(sides.begin(), sides.end());
-}
-
 // The largest power of two that does not exceed a value.
 double PowerOfTwoBelow(double value)
 {

@@ -30,11 +30,6 @@ constexpr const char* immutablePrivate = "private, max-age=31536000, immutable";
 // Must be increased when tiles of the same model get different bytes.
 constexpr std::uint64_t tilesFormat = 2;
 
-BlobBytes Bytes(std::string_view text)
-{
-  return std::make_shared<const std::vector<std::uint8_t>>(text.begin(), text.end());
-}
-
 // A hash of the content: 32 hexadecimal digits.
 std::string HashOf(const std::vector<std::uint8_t>& bytes, std::uint64_t seed = 0)
 {
@@ -64,7 +59,7 @@ HttpResponse Whole(unsigned status, std::string_view contentType, BlobBytes body
 // An answer that nobody may keep.
 HttpResponse NoStore(unsigned status, std::string_view contentType, std::string_view text)
 {
-  auto response = Whole(status, contentType, Bytes(text));
+  auto response = Whole(status, contentType, BytesOfText(text));
   response.fields.emplace_back("Cache-Control", "no-store");
   return response;
 }
@@ -577,7 +572,7 @@ std::optional<HttpResponse> Routes::ReadBlob(
 HttpResponse Routes::AnswerWhole(const HttpRequest& request, const AskedBlob& asked,
   const BlobBytes& bytes, std::size_t length) const
 {
-  auto response = Cacheable(request, "application/octet-stream", bytes ? bytes : Bytes({}),
+  auto response = Cacheable(request, "application/octet-stream", bytes ? bytes : BytesOfText({}),
     asked.tag, this->Options.guard ? immutablePrivate : immutable);
   response.length = response.status == 200 ? length : 0;
   return Ranged(request, std::move(response));
@@ -674,7 +669,7 @@ std::optional<HttpResponse> Routes::ReadTile(
   }
   if (asked.isKnown)
   {
-    return this->AnswerTile(request, asked, Bytes({}));
+    return this->AnswerTile(request, asked, BytesOfText({}));
   }
   const auto bytes = this->Tiles.Get(*asked.model, asked.wanted);
   if (!bytes)
@@ -786,10 +781,10 @@ Routes::Found Routes::FindFile(const HttpRequest& request, std::string_view path
       return this->Failure(404, "there is nothing at this path");
     }
     return Whole(200, "text/plain; charset=utf-8",
-      Bytes("kdstream-serve " + this->Options.version +
-            ": streams 3D meshes.\n\nList of models: /api/models.json\nStream for viewers: " +
-            std::string(protocol::streamPath) + " (WebSocket, " +
-            std::string(protocol::streamSubprotocol) + ")\n"));
+      BytesOfText("kdstream-serve " + this->Options.version +
+                  ": streams 3D meshes.\n\nList of models: /api/models.json\nStream for viewers: " +
+                  std::string(protocol::streamPath) + " (WebSocket, " +
+                  std::string(protocol::streamSubprotocol) + ")\n"));
   }
   const bool gzip = AcceptsGzip(request.acceptEncoding);
   if (const auto found = this->Options.web->Find(path, gzip))
@@ -1005,7 +1000,7 @@ HttpResponse Routes::AnswerText(
   constexpr int level = 6;
   const auto small =
     AcceptsGzip(request.acceptEncoding) ? GzipText(text, level) : Result<std::string>(Error{});
-  auto body = Bytes(small ? *small : text);
+  auto body = BytesOfText(small ? *small : text);
   auto tag = TagOf(*body);
   auto response = Cacheable(request, type, std::move(body), std::move(tag),
     this->Options.guard ? revalidatePrivate : revalidate);

@@ -7,14 +7,9 @@
 namespace kdstream
 {
 
-namespace
-{
-
-BlobBytes JsonBytes(const std::string& text)
+BlobBytes BytesOfText(std::string_view text)
 {
   return std::make_shared<const std::vector<std::uint8_t>>(text.begin(), text.end());
-}
-
 }
 
 BlobBytes ServedModel::Json(ModelDetail detail) const
@@ -23,7 +18,7 @@ BlobBytes ServedModel::Json(ModelDetail detail) const
   auto& written = this->Written.at(static_cast<std::size_t>(detail));
   if (!written)
   {
-    written = JsonBytes(WriteModel(WithDetail(this->Description(), detail)));
+    written = BytesOfText(WriteModel(WithDetail(this->Description(), detail)));
   }
   return written;
 }
@@ -48,7 +43,7 @@ BlobBytes Catalog::WriteList(const std::vector<std::shared_ptr<const ServedModel
     auto& summary = summaries.emplace_back(Summarize(model->Description()));
     summary.notes = this->CountNotes(summary.id);
   }
-  return JsonBytes(WithPages(WriteModelList(summaries, this->Site), this->Pages));
+  return BytesOfText(WithPages(WriteModelList(summaries, this->Site), this->Pages));
 }
 
 }

@@ -27,6 +27,7 @@ namespace kdstream
 {
 
 using BlobBytes = std::shared_ptr<const std::vector<std::uint8_t>>;
+BlobBytes BytesOfText(std::string_view text);
 
 // One model, which never changes. Whoever holds the pointer can continue to read the model, even
 // when the catalog has a newer build.

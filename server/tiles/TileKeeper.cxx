@@ -26,11 +26,6 @@ TilesOptions OptionsOfServedTiles()
   return options;
 }
 
-BlobBytes BytesOfTile(const std::string& text)
-{
-  return std::make_shared<const std::vector<std::uint8_t>>(text.begin(), text.end());
-}
-
 TileInput SourceOf(const ServedModel& model)
 {
   TileInput source;
@@ -248,7 +243,7 @@ private:
     {
       return Error{ ErrorCode::NotFound, "there is nothing below this tile" };
     }
-    return BytesOfTile((*tree)->TilesetOf(
+    return BytesOfText((*tree)->TilesetOf(
       step, tile, OptionsOfServedTiles(), wanted.tile.isRoot ? this->Version + "/" : "../"));
   }
 
@@ -275,7 +270,7 @@ private:
     {
       return Error{ ErrorCode::NotFound, "the tile shows nothing" };
     }
-    return BytesOfTile(made->bytes);
+    return BytesOfText(made->bytes);
   }
 
   // ---- trees: if two threads make the same tree at the same time, only time is wasted

@@ -47,14 +47,6 @@ Error OfTexture(const PieceSource& model, PieceId piece, const Error& error)
     BlobName(TextureOfPiece(piece, model.Info().depths)) + ": " + error.message };
 }
 
-// Whether no piece with a lower number has the triangle: keys ascend from piece to piece.
-bool IsOwned(const Piece& piece, const Triangle& triangle)
-{
-  return *std::min_element(triangle.begin(), triangle.end(),
-           [&piece](VertexId a, VertexId b)
-           { return piece.keys[a] < piece.keys[b]; }) < piece.ownVertices;
-}
-
 // The mesh, with a separate point for each place in the tile that a vertex has.
 Mesh SplitMesh(const Piece& piece, const TextureTile& tile, ScalarType scalarType)
 {
@@ -77,7 +69,7 @@ Mesh SplitMesh(const Piece& piece, const TextureTile& tile, ScalarType scalarTyp
   std::vector<std::array<float, 2>> coordinates;
   for (std::size_t t = 0; t < piece.triangles.size(); ++t)
   {
-    if (!IsOwned(piece, piece.triangles[t]))
+    if (!piece.Owns(piece.triangles[t]))
     {
       continue;
     }

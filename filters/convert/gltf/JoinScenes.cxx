@@ -28,29 +28,9 @@ using Json = nlohmann::json;
 constexpr Color white{ 1, 1, 1, 1 };
 constexpr double stepsOfFloats = 0x1p23, leastSteps = 0x1p16;
 
-double LongestSide(const Box& box)
-{
-  double side = 0;
-  for (std::size_t k = 0; k < 3 && !box.Empty(); ++k)
-  {
-    side = std::max(side, box.hi[k] - box.lo[k]);
-  }
-  return side;
-}
-
-double LargestCoordinate(const Box& box)
-{
-  double largest = 0;
-  for (std::size_t k = 0; k < 3 && !box.Empty(); ++k)
-  {
-    largest = std::max({ largest, std::abs(box.lo[k]), std::abs(box.hi[k]) });
-  }
-  return largest;
-}
-
 bool FloatsAreCoarse(const Box& placed)
 {
-  return LongestSide(placed) * stepsOfFloats < leastSteps * LargestCoordinate(placed);
+  return LongestSideOf(placed) * stepsOfFloats < leastSteps * LargestCoordinate(placed);
 }
 
 // Whether the part's own numbers are finer than floats at its place.

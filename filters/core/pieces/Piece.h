@@ -85,6 +85,8 @@ struct Piece
   // The ranks of the ancestors of local vertex `v`, level R first; empty if the piece has none for
   // it.
   std::span<const std::uint32_t> AncestorsOf(std::uint32_t v, const TreeDepths& depths) const;
+  // Whether no piece with a lower number has the triangle: keys ascend from piece to piece.
+  bool Owns(const Triangle& triangle) const;
 };
 
 // Checks that a builder for a tree of these depths could have written `piece`: sizes agree; keys
