@@ -223,13 +223,6 @@ std::span<const std::uint32_t> Piece::AncestorsOf(std::uint32_t v, const TreeDep
   return { this->ancestors.data() + row * levels.count, levels.count };
 }
 
-bool Piece::Owns(const Triangle& triangle) const
-{
-  return *std::min_element(triangle.begin(), triangle.end(),
-           [this](VertexId a, VertexId b)
-           { return this->keys[a] < this->keys[b]; }) < this->ownVertices;
-}
-
 Status CheckPiece(const Piece& piece, const TreeDepths& depths)
 {
   const Resolution resolution = piece.id.resolution;

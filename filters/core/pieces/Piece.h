@@ -12,6 +12,7 @@
 #include "filters/core/tree/KdTree.h"
 #include "filters/core/tree/PieceDepth.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -86,7 +87,12 @@ struct Piece
   // it.
   std::span<const std::uint32_t> AncestorsOf(std::uint32_t v, const TreeDepths& depths) const;
   // Whether no piece with a lower number has the triangle: keys ascend from piece to piece.
-  bool Owns(const Triangle& triangle) const;
+  bool Owns(const Triangle& triangle) const
+  {
+    return *std::min_element(triangle.begin(), triangle.end(),
+             [this](VertexId a, VertexId b)
+             { return this->keys[a] < this->keys[b]; }) < this->ownVertices;
+  }
 };
 
 // Checks that a builder for a tree of these depths could have written `piece`: sizes agree; keys
