@@ -40,7 +40,8 @@ constexpr std::uint32_t trianglesOfBox = 4;     // maximum in a leaf
 constexpr std::uint64_t visitsOfTriangle = 4;   // for each triangle of the original and each level
 constexpr std::uint64_t visitsAtFirst = 400000; // more for each level
 constexpr std::uint64_t visitsOfPoint = 256;    // maximum for one point
-constexpr std::size_t batchPartitions = 16, batchBytes = std::size_t{ 1 } << 20;
+// Decoded at a time, with a tree of balls: about 180 bytes a vertex of a surface.
+constexpr std::uint64_t batchPartitions = 16, batchVertices = std::uint64_t{ 1 } << 16;
 constexpr unsigned mostHalvings = 6; // maximum for a triangle's edges
 
 double FarthestCorner(const Corners& from, const Corners& to)
@@ -560,18 +561,19 @@ Result<std::vector<double>> BoundLevels(const ModelDescription& model, const Rea
     levels.emplace_back(model, read, depth, wholeVertices);
   }
   const CodecContext codec = model.Codec();
+  const std::uint64_t inPartition =
+    model.vertices / std::max<std::uint64_t>(1, model.partitions) + 1;
+  const std::uint64_t inBatch =
+    std::clamp<std::uint64_t>(batchVertices / inPartition, 1, batchPartitions);
   for (std::uint32_t partition = 0; partition < model.partitions && !levels.empty();)
   {
     const std::uint32_t first = partition;
     std::vector<std::vector<std::uint8_t>> blobs;
-    for (std::size_t bytes = 0;
-         partition < model.partitions && blobs.size() < batchPartitions && bytes < batchBytes;
-         ++partition)
+    for (; partition < model.partitions && blobs.size() < inBatch; ++partition)
     {
       Result<std::vector<std::uint8_t>> blob =
         read({ Resolution::Original(), NodeOfPartition(partition, model.depths) });
       KDSTREAM_TRY(blob);
-      bytes += blob->size();
       blobs.push_back(std::move(*blob));
     }
     std::vector<std::optional<BallTree>> balls(blobs.size());
