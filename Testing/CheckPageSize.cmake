@@ -5,7 +5,7 @@ file(READ "${SIZES}" sizes)
 list(GET sizes 0 first)
 list(GET sizes 1 bytes)
 list(GET sizes 2 compiler)
-set(most_first 164800)
+set(most_first 164900)
 set(most_bytes 249000)
 if(compiler VERSION_GREATER_EQUAL 16) # Debian 12 has 14; with Debian 13, the same sources give 6 and 13 kB more
   math(EXPR most_first "${most_first} + 7000")
