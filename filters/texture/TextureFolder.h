@@ -63,8 +63,8 @@ public:
   // and the picture is then not added. Several threads may add different pictures at the same time.
   Result<MappedPicture> AddPicture(
     std::uint32_t number, std::span<const std::uint8_t> bytes, std::uint64_t mostPixels);
-  // Adds one more picture than Create was told of, from RGBA texels. Returns its number. Errors:
-  // InputOutput.
+  // Adds a picture beyond the number that Create was given, from RGBA texels. Returns its number.
+  // Errors: InputOutput.
   Result<std::uint32_t> AddTexels(const Picture& picture);
   // Pictures that were not added count as unreadable. May be called again. Errors: InputOutput.
   Status Finish(const std::vector<TexturedMaterial>& materials);

@@ -163,19 +163,6 @@ private:
     }
   }
 
-  TexelBox BoxOf(std::size_t t) const
-  {
-    TexelBox box;
-    for (std::size_t i = 0; i < 2; ++i)
-    {
-      const auto& at = this->Charts.texels[t];
-      const auto [least, most] = std::minmax({ at[0][i], at[1][i], at[2][i] });
-      box.lo[i] = static_cast<std::int64_t>(std::floor(least));
-      box.hi[i] = std::max(static_cast<std::int64_t>(std::ceil(most)), box.lo[i] + 1);
-    }
-    return box;
-  }
-
   static TexelBox Union(const TexelBox& a, const TexelBox& b)
   {
     return { { std::min(a.lo[0], b.lo[0]), std::min(a.lo[1], b.lo[1]) },
@@ -198,7 +185,8 @@ private:
       if (this->IsTextured(t))
       {
         TexelBox& chart = charts[this->ChartOf[t]];
-        chart = chart.Width() == 0 ? this->BoxOf(t) : Union(chart, this->BoxOf(t));
+        chart = chart.Width() == 0 ? BoxOf(this->Charts.texels[t])
+                                   : Union(chart, BoxOf(this->Charts.texels[t]));
       }
     }
     std::vector<std::uint32_t> boxOf(count, noChartBox); // the box of each chart
@@ -226,7 +214,7 @@ private:
   // Adds a triangle of a chart that is split.
   void AddTriangle(std::size_t t)
   {
-    const TexelBox box = this->BoxOf(t);
+    const TexelBox box = BoxOf(this->Charts.texels[t]);
     TriangleChart& chart = this->Charts.ofTriangle[t];
     if (this->RepeatsTooOften(box, this->MaterialOf(t)))
     {
@@ -340,6 +328,18 @@ private:
   std::vector<VertexId> ChartOf; // of each triangle, before boxes: lowest triangle of its chart
 };
 
+}
+
+TexelBox BoxOf(const TexelCorners& at)
+{
+  TexelBox box;
+  for (std::size_t i = 0; i < 2; ++i)
+  {
+    const auto [least, most] = std::minmax({ at[0][i], at[1][i], at[2][i] });
+    box.lo[i] = static_cast<std::int64_t>(std::floor(least));
+    box.hi[i] = std::max(static_cast<std::int64_t>(std::ceil(most)), box.lo[i] + 1);
+  }
+  return box;
 }
 
 std::vector<std::uint32_t> NumberShownPictures(const TextureSet& textures)

@@ -69,12 +69,17 @@ struct TriangleChart
   Untextured why = Untextured::NoPicture;
 };
 
+// Where a triangle's corners are, in texels of a picture.
+using TexelCorners = std::array<std::array<double, 2>, 3>;
+// The texels that contain a triangle; at least one.
+TexelBox BoxOf(const TexelCorners& at);
+
 struct TileCharts
 {
   std::vector<ChartBox> boxes;
   std::vector<TriangleChart> ofTriangle;
   // Where corners are, in texels of the picture, not shifted; undefined for untextured triangles.
-  std::vector<std::array<std::array<double, 2>, 3>> texels;
+  std::vector<TexelCorners> texels;
 };
 
 // Steps:

@@ -34,7 +34,7 @@ constexpr double steepTint = 0.04;     // of 1, as shown: the difference that ne
 constexpr std::uint32_t unclaimed = noChartBox;
 
 using Place = std::array<double, 2>; // in texels: x from the left, y from above
-using Corners = std::array<Place, 3>;
+using Corners = TexelCorners;
 
 // The weights of a triangle's corners at a place; equal ones if the triangle has no area.
 std::array<double, 3> WeightsAt(const Corners& at, const Place& place)
@@ -63,18 +63,6 @@ std::array<double, 3> WithinTriangle(const Corners& at, std::int64_t x, std::int
   }
   std::for_each(weights.begin(), weights.end(), [&](double& weight) { weight /= sum; });
   return weights;
-}
-
-TexelBox BoxOf(const Corners& at)
-{
-  TexelBox box;
-  for (std::size_t i = 0; i < 2; ++i)
-  {
-    const auto [least, most] = std::minmax({ at[0][i], at[1][i], at[2][i] });
-    box.lo[i] = static_cast<std::int64_t>(std::floor(least));
-    box.hi[i] = std::max(static_cast<std::int64_t>(std::ceil(most)), box.lo[i] + 1);
-  }
-  return box;
 }
 
 TexelBox WithGutter(const TexelBox& box)
